@@ -3,20 +3,18 @@
  * sessions in the same component, read-only.
  */
 
-import { messageOf, request } from "../shared/api.js";
+import { cancelJob, followJob, messageOf, request } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { h as element } from "../shared/dom.js";
-import { IconButton } from "../shared/icons.js";
-import { cancelJob, followJob } from "../shared/jobs.js";
+import { build, IconButton } from "../shared/dom.js";
 import { Made } from "../shared/page.js";
 import { linkTo } from "../shared/share_link.js";
 import { h, html, render, signal, untracked } from "../vendor/preact.js";
 import { JointView } from "./joint.js";
 import { Table } from "./table.js";
 
-/** @import { ViewKind } from "../session/view_choice.js" */
+/** @import { ViewKind } from "../session/scene.js" */
+/** @import { Arrangement, Wanted } from "../shared/comparison.js" */
 /** @import { ComparedPublic, ComparedRun, ComparisonJob, ComparisonResult, FileKind, Recipe, RunComparisonPublic } from "../shared/messages.js" */
-/** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 /** @import { Child } from "../vendor/preact.js" */
 /** @import { Member } from "./joint.js" */
 
@@ -90,7 +88,7 @@ export class RunComparison extends JointView {
    */
   constructor(outline, sessions, { arrangement = "side", readOnly = false, actions = {}, onFewer }) {
     super(outline.runs.map(({ name, colour, first }, at) => {
-      const place = element("div", { class: "compared-view", data: { within: `Run ${at + 1}, ${name}` } });
+      const place = build("div", { class: "compared-view", data: { within: `Run ${at + 1}, ${name}` } });
       return { name, colour, first, ...sessions[at], place };
     }), { readOnly });
     this.outline = outline;

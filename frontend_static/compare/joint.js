@@ -4,21 +4,20 @@
  */
 
 import { Clock } from "../session/clock.js";
-import { Overlay } from "../session/flat/overlay.js";
-import { listen, moves } from "../session/keys.js";
-import { arrange } from "../session/layout.js";
+import { OwnSession } from "../session/dialogs.js";
+import { Overlay } from "../session/flat/drawing.js";
 import { mount } from "../session/mount.js";
-import { OwnSession } from "../session/own_session.js";
 import { OVERLAID } from "../session/plots/kinds.js";
 import { plots } from "../session/plots/plots.js";
 import { Scrubber } from "../session/scrubber/scrubber.js";
-import { SessionStart } from "../session/session_start.js";
+import { listen, moves } from "../session/keys.js";
+import { arrange, SessionStart } from "../session/session_start.js";
 import { transport } from "../session/transport.js";
-import { h as element } from "../shared/dom.js";
+import { build } from "../shared/dom.js";
 import { JointSteering, JointStore } from "./joint_store.js";
 
+/** @import { ViewKind } from "../session/scene.js" */
 /** @import { Actions } from "../session/keys.js" */
-/** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
 /** @import { Child } from "../vendor/preact.js" */
 /** @import { Run } from "./joint_store.js" */
@@ -114,7 +113,7 @@ export class JointView {
    * @param {Child} extra A further control, at the right of the transport.
    */
   deck(kind, extra) {
-    const place = element("div", { class: kind });
+    const place = build("div", { class: kind });
     const places = arrange(place, this.#readOnly ? ["scrubber"] : ["transport", "scrubber"]);
     if (places.transport) transport(places.transport, this, extra);
     if (places.scrubber) new Scrubber(places.scrubber, this);
@@ -123,7 +122,7 @@ export class JointView {
 
   /** The plots, all runs in each. */
   plotted() {
-    const place = element("div", { class: "plots" });
+    const place = build("div", { class: "plots" });
     plots(place, this);
     return place;
   }

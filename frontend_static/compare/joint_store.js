@@ -5,11 +5,10 @@
  * Frames are those that all runs have in common, counted from 0 on, as the run that leads counts its own.
  */
 
-import { computed, effect, signal } from "../vendor/preact.js";
-import { HistoryWindow } from "../session/history.js";
-import { eventFramesOf } from "../session/series.js";
+import { eventFramesOf } from "../session/readings.js";
 import { Steering } from "../session/steering.js";
-import { Store } from "../session/store.js";
+import { HistoryWindow, Store } from "../session/store.js";
+import { computed, effect, signal } from "../vendor/preact.js";
 
 /** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
 

@@ -2,31 +2,22 @@
 
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
-import { Popover } from "../session/popover.js";
-import { NO_GRAPHICS } from "../session/scene.js";
-import { graphics } from "../session/view_choice.js";
+import { graphics, NO_GRAPHICS } from "../session/scene.js";
 import { api, messageOf } from "../shared/api.js";
-import { linkTo, savedOf, wantedOf } from "../shared/comparison_link.js";
-import { Segments } from "../shared/controls.js";
+import { linkTo, savedOf, wantedOf } from "../shared/comparison.js";
 import { askName, openKeys } from "../shared/dialog.js";
-import { part } from "../shared/dom.js";
-import { Exports } from "../shared/exports.js";
-import { Icon, IconButton } from "../shared/icons.js";
-import { navigation } from "../shared/navigation.js";
-import { Notice } from "../shared/notice.js";
-import { Loaded, Made } from "../shared/page.js";
-import { present, presentationButton } from "../shared/presentation.js";
-import { printButton } from "../shared/print.js";
-import { openCode } from "../shared/source_code.js";
+import { attempt, Icon, IconButton, Notice, part, Popover, Segments, toast } from "../shared/dom.js";
+import { Exports, openCode } from "../shared/exports.js";
+import { Loaded, Made, navigation } from "../shared/page.js";
+import { present, presentationButton, printButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
-import { attempt, toast } from "../shared/toast.js";
 import { computed, effect, h, html, render, signal, untracked } from "../vendor/preact.js";
-import { Comparison, compare } from "./compare.js";
+import { compare, Comparison } from "./compare.js";
 
+/** @import { ViewKind } from "../session/scene.js" */
+/** @import { Arrangement, Wanted } from "../shared/comparison.js" */
 /** @import { ComparedRun } from "../shared/messages.js" */
-/** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { RunComparison } from "./compare.js" */
-/** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 
 const WORK = { label: "Choose saved runs", href: "work?show=runs" };
 const EMPTY = "Compare a session with its branches or with other trackers (key C on its page), two saved runs (My work), or two trackers on a row of a sweep.";
@@ -189,7 +180,7 @@ function Files({ shown }) {
   return html`<section><h2>Take away</h2>${h(Exports, { offered: shown.outline.exports ?? [], begin })}</section>`;
 }
 
-/** @param {{name: import("../shared/icons.js").IconName, text: string, hint: string, isOff?: boolean, run: () => void}} props */
+/** @param {{name: import("../shared/dom.js").IconName, text: string, hint: string, isOff?: boolean, run: () => void}} props */
 function Tool({ name, text, hint, isOff = false, run }) {
   return html`<button type="button" class="tool" title=${hint} disabled=${isOff || compared.value === null} data-tool=${name} onClick=${run}>
     ${h(Icon, { name })}<span class="wide-only">${text}</span>

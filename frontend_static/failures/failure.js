@@ -5,21 +5,51 @@ import { JointView } from "../compare/joint.js";
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
 import { api, messageOf } from "../shared/api.js";
-import { linkTo as linkToComparison } from "../shared/comparison_link.js";
+import { linkTo as linkToComparison } from "../shared/comparison.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { h as element, lastOfAddress, part } from "../shared/dom.js";
-import { quantity } from "../shared/format.js";
-import { Icon, IconLink } from "../shared/icons.js";
+import { build, Icon, IconLink, lastOfAddress, part } from "../shared/dom.js";
+import { CodeButton } from "../shared/exports.js";
+import { number, quantity } from "../shared/format.js";
 import { Failed, Loaded, Made, showPage } from "../shared/page.js";
-import { presentationButton } from "../shared/presentation.js";
-import { printButton } from "../shared/print.js";
+import { presentationButton, printButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
-import { CodeButton } from "../shared/source_code.js";
 import { tokens } from "../shared/theme.js";
 import { h, html, render, signal } from "../vendor/preact.js";
-import { settings, value } from "./difference_text.js";
 
+/** @import { Value } from "../shared/format.js" */
 /** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
+
+// What a cure changes, in words.
+
+/**
+ * All that a cure changes: "Sharpness lambda 200 to 20".
+ *
+ * @param {FailurePublic} failure
+ */
+export function differenceText({ differences: all }) {
+  return all.map(({ title, unit, failing, cured }) => `${title} ${value(failing)} to ${value(cured, unit)}`).join(", ");
+}
+
+/**
+ * What one of the two runs has of it: "Sharpness lambda 200".
+ *
+ * @param {FailurePublic} failure
+ * @param {"failing"|"cured"} side
+ */
+export function settings(failure, side) {
+  return failure.differences.map((each) => `${each.title} ${value(each[side], each.unit)}`).join(", ");
+}
+
+/**
+ * @param {Value} given
+ * @param {string} [unit]
+ */
+export function value(given, unit = "") {
+  const switched = given ? "on" : "off";
+  const text = typeof given === "number" ? number(given, 3).replace(/\.?0+$/, "") : given;
+  return [typeof given === "boolean" ? switched : text, unit].filter(Boolean).join(" ");
+}
+
 /** @typedef {"failing"|"cured"} Side */
 
 /** @type {readonly Side[]} */
@@ -42,7 +72,7 @@ class Pair extends JointView {
   constructor(failure) {
     const { frame } = failure;
     super(SIDES.map((side) => {
-      const place = element("div", { class: "failure-view", data: { within: HEADS[side] } });
+      const place = build("div", { class: "failure-view", data: { within: HEADS[side] } });
       return { name: HEADS[side], colour: colourOf(side), first: 0, place, recipe: { recipe: failure[side], position: frame } };
     }));
     this.failure = failure;

@@ -9,10 +9,11 @@ import { quantity } from "../shared/format.js";
 import { Loaded, Made, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
-import { differences } from "./difference_text.js";
+import { differenceText } from "./failure.js";
 
 /** @import { FailurePublic, FailureResult, FailureSide } from "../shared/messages.js" */
 /** @import { Signal } from "../vendor/preact.js" */
+
 /** @typedef {Signal<FailureResult|string|null>} Course The errors of both runs; or a sentence in their place; or nothing yet. */
 
 const EMPTY = "None of the installed experiments declares a failure.";
@@ -39,7 +40,7 @@ function Card({ failure, course }) {
     <h3><a href=${failure.page}><span class="failure-number">${failure.number}</span>${failure.title}</a></h3>
     <div class="curve-place">${drawn(course.value, failure.frame)}</div>
     <p>${failure.diagnosis}</p>
-    <p class="hint">${failure.experiment_title} · ${differences(failure)}</p>
+    <p class="hint">${failure.experiment_title} · ${differenceText(failure)}</p>
   </article>`;
 }
 

@@ -1,12 +1,12 @@
 /** What the class sees: sessions, a comparison, or the figure of a lesson; made anew when the lecturer shows something else. */
 
 import { watch } from "../compare/compare.js";
-import { lessons } from "../learn/api.js";
 import { Numbers } from "../learn/numbers.js";
+import { lessons } from "../learn/progress.js";
 import { mount } from "../session/mount.js";
 import { SessionStart } from "../session/session_start.js";
-import { sessionTitle } from "../session/timeline.js";
-import { elementOf, fill, h as element } from "../shared/dom.js";
+import { sessionTitle } from "../session/steering.js";
+import { build, elementOf, fill } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
 import { computed, effect, h, html, untracked, useComputed, useEffect, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
@@ -15,7 +15,7 @@ import { InForce, ofLesson, ofSession } from "./in_force.js";
 /** @import { Told } from "../compare/compare.js" */
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
-/** @import { FigurePublic, FigureShown, FollowPublic, FollowedPublic, LessonDetail } from "../shared/messages.js" */
+/** @import { FigurePublic, FigureShown, FollowedPublic, FollowPublic, LessonDetail } from "../shared/messages.js" */
 /** @import { ReadonlySignal, Signal } from "../vendor/preact.js" */
 
 /** @typedef {{plots?: string[], layers?: string[]}} Arrangement Some of the plots, and layers that are shown beside those declared so. */
@@ -66,7 +66,7 @@ function begin(place, follow) {
   const { plots = [], layers = [] } = /** @type {Arrangement} */ (shown.arrangement);
   const several = sessions.length === 1 ? [whole(sessions[0].id, plots, layers)] : sessions.map((session) => beside(session, layers));
   const elements = several.map((each) => each.element);
-  fill(place, sessions.length === 1 ? elements : element("div", { class: "follow-several", data: { count: sessions.length } }, elements));
+  fill(place, sessions.length === 1 ? elements : build("div", { class: "follow-several", data: { count: sessions.length } }, elements));
   const views = several.map(({ view }) => view);
   return { views, end: () => views.forEach((view) => view.dispose()) };
 }
@@ -101,7 +101,7 @@ function compare(place, first, follow) {
  * @param {string[]} layers
  */
 function whole(session, plots, layers) {
-  const root = element("div", { class: "follow-one" });
+  const root = build("div", { class: "follow-one" });
   const start = new SessionStart(root, { session, layers, parts: ["scene", "branches", "plots", "readout"], view: "flat" });
   const view = mount(root, { start, plots, readOnly: true });
   const entries = computed(() => (view.store.session === null ? [] : ofSession(view.store.session)));
@@ -114,11 +114,11 @@ function whole(session, plots, layers) {
  * @param {string[]} layers
  */
 function beside({ id, title }, layers) {
-  const place = element("div", { class: "follow-view" });
+  const place = build("div", { class: "follow-view" });
   const start = new SessionStart(place, { session: id, layers, parts: ["scene", "readout"], view: "flat" });
   const view = mount(place, { start, readOnly: true });
   const name = computed(() => (view.store.session === null ? title : sessionTitle(view.store.session)));
-  return { element: element("figure", {}, elementOf(html`<figcaption>${name}</figcaption>`), place), view };
+  return { element: build("figure", {}, elementOf(html`<figcaption>${name}</figcaption>`), place), view };
 }
 
 /**
@@ -136,7 +136,7 @@ function Lesson({ lesson, figure }) {
   // Without what is known of the lesson the figure is still there, and says most of it.
   useEffect(() => void lessons.get(lesson).then((found) => (known.value = found), () => {}), []);
   const make = (/** @type {AbortSignal} */ end) => {
-    const spot = element("div", { class: "lesson-figure-place" });
+    const spot = build("div", { class: "lesson-figure-place" });
     // What the lecturer turns is turned nowhere else.
     const view = new FigureView(spot, { declared: (name) => known.peek()?.declarations.find((each) => each.name === name) }, end);
     const stop = effect(() => {

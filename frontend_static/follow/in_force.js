@@ -1,11 +1,11 @@
 /** The parameters in force, as a list to be read: first what the lecturer has changed, folded all the rest. */
 
-import { trackerTitle } from "../session/timeline.js";
+import { trackerTitle } from "../session/steering.js";
 import { parameterValue } from "../shared/format.js";
 import { html } from "../vendor/preact.js";
 
-/** @import { Declaration, LessonDetail, SessionPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
+/** @import { Declaration, LessonDetail, SessionPublic } from "../shared/messages.js" */
 /** @import { ReadonlySignal } from "../vendor/preact.js" */
 
 /**

@@ -2,16 +2,13 @@
 
 import { followed } from "../lecturer/api.js";
 import { Poll } from "../lecturer/poll.js";
-import { sessionTitle } from "../session/timeline.js";
+import { sessionTitle } from "../session/steering.js";
 import { openDialog } from "../shared/dialog.js";
-import { elementOf, part } from "../shared/dom.js";
+import { attempt, elementOf, Notice, part } from "../shared/dom.js";
 import { speed } from "../shared/format.js";
-import { Notice } from "../shared/notice.js";
 import { Doing } from "../shared/page.js";
 import { isPlain } from "../shared/presentation.js";
-import { socketAddress } from "../shared/socket.js";
-import { Stream } from "../shared/stream.js";
-import { attempt } from "../shared/toast.js";
+import { socketAddress, Stream } from "../shared/stream.js";
 import { computed, effect, h, html, render, signal } from "../vendor/preact.js";
 import { ClassView } from "./class_view.js";
 

@@ -1,16 +1,12 @@
 /** The start page: where to begin, a place for one's own video, and the experiments as cards, by family. */
 
 import { api, messageOf } from "../shared/api.js";
-import { REFERENCES } from "../shared/citations.js";
 import { CompilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
-import { CopyButton } from "../shared/copy.js";
-import { h as element } from "../shared/dom.js";
-import { Failed, Thumbnail, showPage } from "../shared/page.js";
+import { build, CopyButton, toast } from "../shared/dom.js";
+import { Failed, isTourKnown, showPage, Thumbnail, tourLink } from "../shared/page.js";
 import { linkTo, newSweep, presetRecipe } from "../shared/share_link.js";
-import { GLOSSARY } from "../shared/terms.js";
+import { GLOSSARY, REFERENCES } from "../shared/terms.js";
 import { idle } from "../shared/timing.js";
-import { toast } from "../shared/toast.js";
-import { isTourKnown, tourLink } from "../shared/tour_link.js";
 import { DropZone } from "../upload/drop_zone.js";
 import { TargetForm } from "../upload/form.js";
 import { h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
@@ -65,7 +61,7 @@ async function ahead() {
     const answer = await fetch(SESSION);
     const page = new DOMParser().parseFromString(await answer.text(), "text/html");
     const modules = [...page.querySelectorAll("link[rel=modulepreload]")].map((link) => link.getAttribute("href"));
-    for (const script of modules) document.head.append(element("link", { rel: "prefetch", href: script, as: "script" }));
+    for (const script of modules) document.head.append(build("link", { rel: "prefetch", href: script, as: "script" }));
   } catch {
     // Then it is fetched when it is needed.
   }
@@ -221,5 +217,5 @@ addEventListener("hashchange", findUpload);
 followCompiling((now) => (compilation.value = now)).catch(() => (compilation.value = null));
 // A page that comes back from the browser's cache shows what was; ask again.
 addEventListener("pageshow", (event) => event.persisted && load());
-const links = [element("a", { class: "link", href: GLOSSARY }, "Glossary"), element("a", { class: "link", href: REFERENCES }, "References")];
+const links = [build("a", { class: "link", href: GLOSSARY }, "Glossary"), build("a", { class: "link", href: REFERENCES }, "References")];
 showPage("start", "experiments", Start, links);

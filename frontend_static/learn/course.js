@@ -1,12 +1,11 @@
 /** The course of a lesson: the question first, then what answers it, and then everything can be turned. */
 
 import { messageOf } from "../shared/api.js";
-import { isParticipant } from "../shared/participant.js";
 import { after } from "../shared/timing.js";
+import { isParticipant } from "../shared/visitor.js";
 import { h, html, signal, useSignal } from "../vendor/preact.js";
-import { lessons } from "./api.js";
 import { figure } from "./numbers.js";
-import { Progress } from "./progress.js";
+import { lessons, Progress } from "./progress.js";
 import { Demonstration, LessonRun } from "./stage.js";
 
 /** @import { LessonDetail, LessonPublic, QuestionPublic, VerdictPublic } from "../shared/messages.js" */

@@ -4,10 +4,9 @@ import { count } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { h, html } from "../vendor/preact.js";
-import { lessons } from "./api.js";
-import { Progress, stateOf } from "./progress.js";
+import { lessons, Progress, stateOf } from "./progress.js";
 
-/** @import { LessonPublic, LessonProblem } from "../shared/messages.js" */
+/** @import { LessonProblem, LessonPublic } from "../shared/messages.js" */
 
 const LEAD =
   "Twelve steps from an average to a colour tracker. Each asks for your prediction first, then shows the result, and says how far off it " +

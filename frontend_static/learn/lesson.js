@@ -1,25 +1,21 @@
 /** The page of a lesson: its text, what it shows, its question; and the class that may follow it. */
 
+import { END_FORK, endFork } from "../lecturer/api.js";
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
-import { END_FORK, endFork } from "../lecturer/api.js";
-import { START, here } from "../shared/address.js";
-import { messageOf } from "../shared/api.js";
+import { here, messageOf, START } from "../shared/api.js";
 import { openKeys } from "../shared/dialog.js";
-import { h as element, lastOfAddress, part } from "../shared/dom.js";
-import { IconLink } from "../shared/icons.js";
-import { navigation } from "../shared/navigation.js";
-import { Loaded } from "../shared/page.js";
-import { brand, isFollower, isParticipant } from "../shared/participant.js";
-import { isPlain, isTyping, presentationButton } from "../shared/presentation.js";
-import { printButton } from "../shared/print.js";
+import { build, IconLink, lastOfAddress, part } from "../shared/dom.js";
+import { Loaded, navigation } from "../shared/page.js";
+import { isPlain, isTyping, presentationButton, printButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
 import { after } from "../shared/timing.js";
+import { brand, isFollower, isParticipant } from "../shared/visitor.js";
 import { effect, h, html, render, signal, untracked, useEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
-import { lessons } from "./api.js";
 import { Course, Question, written } from "./course.js";
-import { Mark, checked } from "./numbers.js";
+import { checked, Mark } from "./numbers.js";
+import { lessons } from "./progress.js";
 import { Demonstration, LessonRun, Stage } from "./stage.js";
 
 /** @import { ChecksPublic, LessonDetail, NeighbourPublic, ScenarioPublic } from "../shared/messages.js" */
@@ -235,7 +231,7 @@ async function load() {
   return opened(new Course(mine, all));
 }
 
-const help = () => openKeys(KEYS, element("p", { class: "hint" }, ARROWS));
+const help = () => openKeys(KEYS, build("p", { class: "hint" }, ARROWS));
 
 /** @param {"next"|"prev"} rel Which neighbour's link to take. */
 function go(rel) {
@@ -254,8 +250,8 @@ addEventListener("pageshow", (event) => event.persisted && location.reload());
 
 part("brand").replaceWith(brand());
 if (!isParticipant) navigation("learn");
-const end = isFollower && element("button", { type: "button", title: END_FORK, data: { role: "end" }, on: { click: endFork } }, "End");
-const keys = element("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
+const end = isFollower && build("button", { type: "button", title: END_FORK, data: { role: "end" }, on: { click: endFork } }, "End");
+const keys = build("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
 part("tools").append(...(end ? [end] : []), themeButton(), printButton(), presentationButton(), keys);
 const action = isParticipant ? { label: "Back to the class", href: START } : { label: "All lessons", href: "learn" };
 const bones = html`<article class="lesson-text" data-part="text"><div class="shimmer bone"></div></article>`;

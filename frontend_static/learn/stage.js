@@ -4,28 +4,26 @@
  */
 
 import { follows } from "../lecturer/api.js";
+import { OwnSession } from "../session/dialogs.js";
 import { mount } from "../session/mount.js";
-import { OwnSession } from "../session/own_session.js";
-import { Choice, DeclaredControl, NumberBox } from "../session/panel/control.js";
-import { Proposals, sendValues } from "../session/panel/proposals.js";
+import { Choice, DeclaredControl, NumberBox } from "../session/panel.js";
+import { Proposals, sendValues } from "../session/proposals.js";
 import { messageOf } from "../shared/api.js";
-import { h as element } from "../shared/dom.js";
+import { build, IconButton, Notice, toast } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
-import { IconButton } from "../shared/icons.js";
-import { NewestRequest } from "../shared/newest_request.js";
-import { Notice } from "../shared/notice.js";
 import { Made } from "../shared/page.js";
-import { toast } from "../shared/toast.js";
+import { NewestRequest } from "../shared/timing.js";
 import { effect, h, html, signal, useLayoutEffect, useSignal } from "../vendor/preact.js";
-import { lessons } from "./api.js";
 import { Numbers } from "./numbers.js";
+import { lessons } from "./progress.js";
 
-/** @import { Declaration, FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber } from "../shared/messages.js" */
-/** @import { ScenarioPublic, SessionPublic, VerdictPublic } from "../shared/messages.js" */
-/** @import { Value } from "../shared/format.js" */
-/** @import { Figure } from "../shared/figure/types.js" */
 /** @import { Mounted } from "../session/mount.js" */
+/** @import { Figure } from "../shared/figure/types.js" */
+/** @import { Value } from "../shared/format.js" */
+/** @import { Declaration, FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber, ScenarioPublic, SessionPublic } from "../shared/messages.js" */
+/** @import { VerdictPublic } from "../shared/messages.js" */
 /** @import { Child, ReadonlySignal, VNode } from "../vendor/preact.js" */
+
 /** @typedef {Record<string, Value>} Values By the names of the parameters, the seed and the tracker among them. */
 /** @typedef {VerdictPublic|"skipped"|"class"|null} Answer The answer to the question; null while it is asked. */
 
@@ -34,7 +32,7 @@ const TRACKER = "tracker";
 const DRAW_HINT = "The same seed gives the same random numbers, to the bit.";
 const RUN_HINT = "The same seed gives the same run, to the bit. A change starts the run again.";
 const TRACKER_HINT = "What follows the target; a change counts from the next frame.";
-/** @type {readonly import("../session/layout.js").Part[]} */
+/** @type {readonly import("../session/session_start.js").Part[]} */
 const PARTS = ["scene", "plots", "transport", "scrubber"];
 
 /** What both have, as their component draws it. */
@@ -101,7 +99,7 @@ export class Demonstration extends Shown {
   /** @param {AbortSignal} gone */
   make(gone) {
     const { along } = this.#lesson.question;
-    const place = element("div", { class: "lesson-figure-place", data: { part: "figure" } });
+    const place = build("div", { class: "lesson-figure-place", data: { part: "figure" } });
     const on = {
       turn: (/** @type {string} */ name, /** @type {Value} */ value) => this.turn(name, value, true),
       place: (/** @type {string} */ _, /** @type {number} */ x, /** @type {number} */ y) => this.#placed(along === "x" ? x : y),
@@ -205,7 +203,7 @@ export class LessonRun extends Shown {
   /** @param {AbortSignal} gone */
   make(gone) {
     const { recipe, frame, layers, plots } = this.scenario;
-    const place = element("div", { class: "lesson-session", data: { part: "session" } });
+    const place = build("div", { class: "lesson-session", data: { part: "session" } });
     const own = new OwnSession(place, { recipe: { recipe, position: frame }, parts: PARTS, view: "flat", layers });
     const mounted = (this.#mounted = mount(place, { start: own.start, plots }));
     const proposals = (this.#proposals = new Proposals((values) => sendValues(mounted.store.known.id, values), gone));

@@ -4,16 +4,14 @@
  */
 
 import { statusOf } from "../shared/api.js";
-import { KeptInTab } from "../shared/memory.js";
-import { NewestRequest } from "../shared/newest_request.js";
-import { classOfLink, isParticipant } from "../shared/participant.js";
-import { socketAddress } from "../shared/socket.js";
-import { Stream } from "../shared/stream.js";
-import { attempt, toast } from "../shared/toast.js";
+import { attempt, toast } from "../shared/dom.js";
+import { socketAddress, Stream } from "../shared/stream.js";
+import { NewestRequest } from "../shared/timing.js";
+import { classOfLink, isParticipant, KeptInTab } from "../shared/visitor.js";
 import { batch, computed, signal } from "../vendor/preact.js";
 import { follows } from "./api.js";
 
-/** @import { FollowOwned, FollowUpdate, PollCreateRequest, OwnedNews } from "../shared/messages.js" */
+/** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
 
 /**
  * What a page has to show to a class.

@@ -4,9 +4,8 @@
  */
 
 import { confirmLoss } from "../shared/dialog.js";
+import { attempt, IconButton } from "../shared/dom.js";
 import { count, moment, percent } from "../shared/format.js";
-import { IconButton } from "../shared/icons.js";
-import { attempt } from "../shared/toast.js";
 import { h, html, useRef, useSignal } from "../vendor/preact.js";
 import { polls } from "./api.js";
 
@@ -34,7 +33,7 @@ const IN_A_SENTENCE = new Intl.ListFormat("en-GB");
 /** @param {PollProps} props */
 export function Poll({ poll, own = null, followers, vote = null, tools = null }) {
   const { question, answers, counts } = poll;
-  const votes = counts === null ? 0 : sum(counts);
+  const votes = counts === null ? 0 : sumOf(counts);
   const lines = answers.map((text, place) => {
     const isOwn = own === place;
     if (counts !== null) return h(Bar, { text, isOwn, amount: counts[place], share: votes === 0 ? 0 : counts[place] / votes });
@@ -172,7 +171,7 @@ export function pollWords({ answers, counts, votes }, { own = null, followers, a
  * @param {readonly number[]} counts
  */
 export function resultWords(answers, counts) {
-  const votes = sum(counts);
+  const votes = sumOf(counts);
   if (votes === 0) return "Nobody has answered.";
   const ranked = answers.map((text, place) => ({ text: `“${text}”`, amount: counts[place] })).sort((a, b) => b.amount - a.amount);
   const most = ranked[0].amount;
@@ -184,6 +183,6 @@ export function resultWords(answers, counts) {
 }
 
 /** @param {readonly number[]} amounts */
-function sum(amounts) {
+function sumOf(amounts) {
   return amounts.reduce((total, each) => total + each, 0);
 }

@@ -3,7 +3,7 @@
  * each page that is opened finds it. A poll has no page: it is asked over what is shown before it, or, where nothing is, after.
  */
 
-import { KeptInTab } from "../shared/memory.js";
+import { KeptInTab } from "../shared/visitor.js";
 
 /** @import { LectureItemPublic, LecturePublic } from "../shared/messages.js" */
 
@@ -92,7 +92,7 @@ export function go(walk, by, now) {
  * @param {number} now
  * @returns {Walk}
  */
-export function end(walk, now) {
+export function endWalk(walk, now) {
   return { ...go(walk, 0, now), ended: now };
 }
 
@@ -101,7 +101,7 @@ export function end(walk, now) {
  *
  * @param {Walk} walk
  */
-export function asked(walk) {
+export function markAsked(walk) {
   return changed(walk, walk.at, { asked: true });
 }
 

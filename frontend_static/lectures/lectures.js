@@ -1,14 +1,13 @@
 /** All lectures, and what classes have answered. */
 
 import { lectures, polls } from "../lecturer/api.js";
-import { beginLecture } from "../lecturer/lecture_line.js";
+import { beginLecture } from "../lecturer/chip.js";
 import { Answered } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
 import { confirmLoss } from "../shared/dialog.js";
+import { attempt, IconButton } from "../shared/dom.js";
 import { count, moment } from "../shared/format.js";
-import { IconButton } from "../shared/icons.js";
 import { Loaded, showPage } from "../shared/page.js";
-import { attempt } from "../shared/toast.js";
 import { h, html, signal, useRef } from "../vendor/preact.js";
 
 /** @import { LecturePublic, LectureSummary, PollKept } from "../shared/messages.js" */

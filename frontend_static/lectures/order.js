@@ -1,6 +1,6 @@
 /** The order of a lecture: a list whose lines are moved by dragging their handles, by the arrow keys on these, or by buttons. */
 
-import { Icon, IconButton } from "../shared/icons.js";
+import { Icon, IconButton } from "../shared/dom.js";
 import { h, html, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
 
 /** @import { LectureItemPublic } from "../shared/messages.js" */

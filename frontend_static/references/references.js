@@ -1,8 +1,8 @@
 /** The references page: what each experiment comes from, to be cited. */
 
 import { api } from "../shared/api.js";
-import { Citations } from "../shared/citations.js";
 import { Loaded, showPage } from "../shared/page.js";
+import { Citations } from "../shared/terms.js";
 import { h, html, useEffect } from "../vendor/preact.js";
 
 /** @import { ExperimentPublic } from "../shared/messages.js" */

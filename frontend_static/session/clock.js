@@ -11,7 +11,7 @@
  * second. With a request for each frame they were 4.1 and 9 to 18 frames apart, at 15 requests a second.
  */
 
-import { follow } from "../shared/effects.js";
+import { follow } from "../shared/timing.js";
 import { batch, signal } from "../vendor/preact.js";
 
 /** @import { SessionPublic } from "../shared/messages.js" */

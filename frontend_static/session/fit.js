@@ -3,13 +3,11 @@
  * goes on meanwhile; what is found opens as a branch beside it.
  */
 
-import { api, messageOf } from "../shared/api.js";
+import { api, cancelJob, followJob, messageOf } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
-import { elementOf } from "../shared/dom.js";
+import { attempt, elementOf } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
-import { cancelJob, followJob } from "../shared/jobs.js";
 import { Explained } from "../shared/terms.js";
-import { attempt } from "../shared/toast.js";
 import { h, html, useSignal } from "../vendor/preact.js";
 import { Commands } from "./steering.js";
 

@@ -1,25 +1,22 @@
 /** The line above a session: what runs, its presets, and a menu with everything that can be done with the run. */
 
+import { END_FORK, endFork } from "../lecturer/api.js";
+import { followChip } from "../lecturer/chip.js";
 import { api } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
-import { Icon } from "../shared/icons.js";
-import { PLACES } from "../shared/navigation.js";
-import { Made } from "../shared/page.js";
-import { brand, isFollower, isParticipant } from "../shared/participant.js";
+import { attempt, Icon, Popover } from "../shared/dom.js";
+import { Made, PLACES } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { GLOSSARY } from "../shared/terms.js";
 import { changeTheme, themeWords } from "../shared/theme.js";
-import { attempt } from "../shared/toast.js";
-import { END_FORK, endFork } from "../lecturer/api.js";
-import { followChip } from "../lecturer/chip.js";
+import { brand, isFollower, isParticipant } from "../shared/visitor.js";
 import { h, html } from "../vendor/preact.js";
-import { Popover } from "./popover.js";
-import { headingOf } from "./timeline.js";
+import { headingOf } from "./steering.js";
 
-/** @import { ExperimentDetail, Preset, SessionPublic } from "../shared/messages.js" */
-/** @import { IconName } from "../shared/icons.js" */
 /** @import { ClassControl } from "../lecturer/class_control.js" */
+/** @import { IconName } from "../shared/dom.js" */
+/** @import { ExperimentDetail, Preset, SessionPublic } from "../shared/messages.js" */
 /** @import { Signal } from "../vendor/preact.js" */
 /** @import { Mounted } from "./mount.js" */
 
@@ -114,7 +111,7 @@ export function menuOf({ view, experiment, actions, editor }) {
   const { session } = view.store;
   const { actions: keys, commands } = view;
   const detail = experiment.value;
-  const about = async () => detail && (await import("./help.js")).aboutDialog(detail);
+  const about = async () => detail && (await import("./dialogs.js")).aboutDialog(detail);
   /** @type {Entry[]} */
   const run = [
     { words: "Branch from this frame…", tool: "branch", icon: "branch", keys: "N", needsRun: true, run: keys.branch },
@@ -122,8 +119,8 @@ export function menuOf({ view, experiment, actions, editor }) {
   ];
   if (isFollower) run.push({ words: "End", tool: "close", icon: "close", title: END_FORK, run: endFork });
   if (!isParticipant) {
-    const share = async () => (await import("./share.js")).shareDialog(view.store.known);
-    const files = async () => (await import("./files.js")).filesDialog(view);
+    const share = async () => (await import("./dialogs.js")).shareDialog(view.store.known);
+    const files = async () => (await import("./dialogs.js")).filesDialog(view);
     run.push(
       { words: "Save", tool: "save", icon: "save", needsRun: true, run: () => commands.save() },
       { words: "Share…", tool: "share", icon: "share", needsRun: true, run: share },

@@ -1,6 +1,4 @@
-/**
- * The keyboard, one table. The keys work in the page, and in the scene's frame, which hands them on (`spatial_scene.js`).
- */
+/** The keyboard, one table. The keys work in the page, and in the scene's frame, which hands them on (`spatial_scene.js`). */
 
 import { dialogIsOpen } from "../shared/dialog.js";
 
@@ -95,11 +93,11 @@ export function moves(view) {
  *
  * @param {HTMLElement} element What holds the session.
  * @param {Partial<Actions>} actions
- * @param {AbortSignal} signal Ends the listening.
+ * @param {AbortSignal} end Ends the listening.
  */
-export function listen(element, actions, signal) {
+export function listen(element, actions, end) {
   listening.add(element);
-  signal.addEventListener("abort", () => listening.delete(element));
+  end.addEventListener("abort", () => listening.delete(element));
   // One that is inert, as while a lesson's question waits for an answer, has none.
   const isMine = (/** @type {EventTarget|null} */ target) =>
     element.closest("[inert]") === null && (listening.size === 1 || (target instanceof Node && element.contains(target)));
@@ -112,11 +110,11 @@ export function listen(element, actions, signal) {
   document.addEventListener("keydown", (event) => {
     if (!isMine(event.target) || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || takesKeys(event.target, event.key)) return;
     if (press(event.key, event.shiftKey)) event.preventDefault();
-  }, { signal });
+  }, { signal: end });
   // A click in the page leaves the scene's text boxes, even where the clicked element takes no focus.
   document.addEventListener("pointerdown", () => {
     if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
-  }, { signal });
+  }, { signal: end });
 }
 
 /**

@@ -3,30 +3,233 @@
  * taken away again.
  */
 
-import { START } from "../shared/address.js";
-import { api, messageOf, statusOf } from "../shared/api.js";
-import { fill, h as made } from "../shared/dom.js";
-import { follow, until } from "../shared/effects.js";
-import { remember, remembered } from "../shared/memory.js";
-import { isParticipant } from "../shared/participant.js";
-import { notice } from "../shared/notice.js";
-import { toast } from "../shared/toast.js";
-import { h, html, options as drawing, render } from "../vendor/preact.js";
-import { Inspection, Inspector } from "./inspect/inspector.js";
-import { listen, moves } from "./keys.js";
-import { Panel } from "./panel/panel.js";
+import { api, messageOf, progressWords, START, statusOf } from "../shared/api.js";
+import { build as made, fill, IconButton, notice, toast } from "../shared/dom.js";
+import { count } from "../shared/format.js";
+import { socketAddress, Stream } from "../shared/stream.js";
+import { follow, later, until } from "../shared/timing.js";
+import { isParticipant, remember, remembered } from "../shared/visitor.js";
+import { h, html, options as drawing, render, useEffect, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
+import { Inspection, Inspector } from "./inspector.js";
+import { Panel } from "./panel.js";
 import { plots } from "./plots/plots.js";
-import { Branches, Folded, Numbers, Status } from "./readout.js";
-import { SceneNotes } from "./scene_notes.js";
+import { isMeasured, readingWords, state } from "./readings.js";
 import { Scrubber } from "./scrubber/scrubber.js";
+import { listen, moves } from "./keys.js";
 import { SessionStart } from "./session_start.js";
-import { SessionStream } from "./session_stream.js";
 import { Commands, Steering } from "./steering.js";
 import { Store } from "./store.js";
-import { Bookmarks, transport } from "./transport.js";
+import { Bookmarks, Branches, Folded, Numbers, Status, transport } from "./transport.js";
 import { Loss } from "./why/loss.js";
-import { LostCard } from "./why/lost_card.js";
-import { Beside, WhyButton } from "./why/why.js";
+import { Beside, LostCard, WhyButton } from "./why/why.js";
+
+/** @import { SessionMessage } from "../shared/messages.js" */
+/** @import { NewSession } from "../shared/share_link.js" */
+/** @import { Listener } from "../shared/stream.js" */
+/** @import { Child } from "../vendor/preact.js" */
+
+// The stream of a session: what it tells comes into the store, and what is seen of it into the flat view, in one order.
+//
+// The head of a drawing holds all messages up to it. The page applies them when it can paint the drawing's pictures, and
+// later messages wait until then: so all numbers beside a picture belong to that picture. The page reports what it has
+// painted, because the server sends the newest drawing when the last but one is painted. Beside a 3-D scene messages wait
+// until the scene shows their frame.
+
+export class SessionStream {
+  #store;
+  #scene;
+  #signal;
+  #stream;
+  /** Of one connection: how many drawings came, and how many of them were painted. */
+  #known = { came: 0, painted: 0 };
+  /** Settled when all that came has been taken over. */
+  #line = Promise.resolve();
+
+  /**
+   * @param {string} id The session.
+   * @param {import("./store.js").Store} store
+   * @param {import("./scene.js").Scene|null} scene
+   * @param {Pick<Listener<SessionMessage>, "lost"|"gone">} on
+   * @param {AbortSignal} signal
+   */
+  constructor(id, store, scene, on, signal) {
+    this.#store = store;
+    this.#scene = scene;
+    this.#signal = signal;
+    const hears = {
+      opened: () => (this.#known = { came: 0, painted: 0 }),
+      message: (/** @type {SessionMessage} */ message) => this.#take(this.#seen(message)),
+      drawing: (/** @type {ArrayBuffer} */ data) => this.#receive(data),
+      ...on,
+    };
+    /** @type {Stream<SessionMessage>} */
+    this.#stream = new Stream(hears, { address: () => this.#address(id), look: () => api.session(id), signal });
+    scene?.onView(() => this.#stream.again());
+  }
+
+  /** @param {string} id */
+  #address(id) {
+    const path = socketAddress(`sessions/${encodeURIComponent(id)}/stream`);
+    const flat = this.#scene?.flat ?? null;
+    return flat === null ? path : `${path}?paints=true&has_picture=${flat.hasPicture}`;
+  }
+
+  /**
+   * What is told without a drawing waits for the scene that has one of its own.
+   *
+   * @param {SessionMessage} message
+   */
+  async #seen(message) {
+    await this.#scene?.comesTo("session" in message ? message.session.position : undefined);
+    return { messages: [message] };
+  }
+
+  /** @param {ArrayBuffer} data */
+  #receive(data) {
+    const known = this.#known;
+    known.came += 1;
+    const came = known.came;
+    const painted = () => {
+      if (known !== this.#known || came <= known.painted) return;
+      known.painted = came;
+      this.#stream.send({ type: "painted", count: came });
+    };
+    const prepared = this.#scene?.flat?.prepare(data, painted);
+    if (prepared !== undefined) this.#take(prepared);
+  }
+
+  /**
+   * Take something over when it is ready, and all before it has been taken over.
+   *
+   * @param {Promise<{messages: SessionMessage[], show?: () => void}>} prepared
+   */
+  #take(prepared) {
+    const known = this.#known;
+    const take = async () => {
+      const { messages, show } = await prepared;
+      if (known !== this.#known || this.#signal.aborted) return;
+      for (const message of messages) this.#store.receive(message);
+      show?.();
+    };
+    this.#line = this.#line.then(take).catch((error) => globalThis.reportError(error));
+  }
+}
+
+// What lies over the picture of a run: how far it is on its way, what to look at, and the frame in words.
+
+/** Work that takes no longer ends before anybody could read about it. */
+const SHOWN_AFTER_MS = 500;
+const SETTLED_MS = 400;
+/** The goal while functions are compiled: not a frame. */
+const COMPILED = Infinity;
+/** So long of the run the note on what to look at stays once that plays, s. */
+const STAYS_S = 5;
+/** A frame that a note names is played to, slowly, from so many before it. */
+const BEFORE = 2;
+
+/** @param {{view: Mounted}} props */
+export function SceneNotes({ view }) {
+  return html`
+    <div class="scene-notes">${h(OnTheWay, { view })}</div>
+    ${h(WatchNote, { view })}
+    ${h(SpokenFrame, { view })}
+  `;
+}
+
+/**
+ * What a run is busy with that takes a while: many frames on its way to where it was or to a frame that was asked for, with the
+ * button that stops it; or compiling what it uses for the first time.
+ *
+ * @param {{view: Mounted}} props
+ */
+function OnTheWay({ view: { store, commands } }) {
+  const { session } = store;
+  const compiled = session?.compiling ?? null;
+  const goal = compiled === null ? (session?.goal ?? null) : COMPILED;
+  const isBusy = goal !== null && store.connection === "open" && store.isAwake;
+  const isLong = useSignal(false);
+  const begun = useRef({ frame: 0, at: 0 });
+  useEffect(() => {
+    isLong.value = false;
+    if (!isBusy) return undefined;
+    begun.current = { frame: store.known.position, at: performance.now() };
+    return later(() => (isLong.value = true), SHOWN_AFTER_MS);
+  }, [goal, isBusy]);
+  if (session === null || !isBusy || !isLong.value) return null;
+  if (compiled !== null) {
+    return html`<div class="on-the-way">
+      <p role="status">Compiling what is used for the first time, ${count(compiled, "function")} so far</p>
+      <progress aria-label="How far it is"></progress>
+    </div>`;
+  }
+  const { position } = session;
+  const { frame, at } = begun.current;
+  const stop = html`<button type="button" title="Stop at the current frame" onClick=${() => commands.stop()}>Stop here</button>`;
+  return html`<div class="on-the-way">
+    <p role="status">${progressWords(position, goal, (performance.now() - at) / 1000, position - frame)}</p>
+    <progress max="1" value=${goal > 0 ? position / goal : 1} aria-label="How far it is"></progress>
+    ${!store.isReadOnly && stop}
+  </div>`;
+}
+
+/**
+ * What to look at, where the run began as a preset that says so, until it is put away, or the run has gone on for a while. The
+ * frames that it names lead there.
+ *
+ * @param {{view: Mounted}} props
+ */
+function WatchNote({ view: { store, steering } }) {
+  const isAway = useSignal(false);
+  /** The frame from which it has been played. */
+  const from = useRef(/** @type {number|null} */ (null));
+  const { session } = store;
+  useSignalEffect(() => {
+    const { playing = false, position = 0, frame_rate_hz: rate = 0 } = store.session ?? {};
+    // A person who steps through the frames still reads it.
+    if (playing) from.current ??= position;
+    if (from.current !== null && position > from.current + STAYS_S * rate) isAway.value = true;
+  });
+  if (session === null || session.watch === "" || isAway.value) return null;
+  const show = async (/** @type {number} */ frame) => {
+    await steering.seek(Math.max(0, frame - BEFORE));
+    await steering.slowDown();
+    await steering.play();
+  };
+  const parts = session.watch.split(/\b(frame \d+)\b/u).map((part, place) => {
+    if (place % 2 === 0 || store.isReadOnly) return part;
+    const frame = Number(part.slice("frame ".length));
+    const look = { class: "link", title: `Go to frame ${frame}, slowly` };
+    return html`<button type="button" ...${look} onClick=${() => show(frame)}>${part}</button>`;
+  });
+  return html`<aside class="look-at" aria-label="What to look at">
+    <p>${parts}</p>
+    ${h(IconButton, { name: "close", title: "Put away", run: () => (isAway.value = true) })}
+  </aside>`;
+}
+
+/**
+ * The frame in words, for screen readers: spoken when the run stands still, not thirty times a second.
+ *
+ * @param {{view: Mounted}} props
+ */
+function SpokenFrame({ view: { store } }) {
+  const said = useSignal("");
+  useSignalEffect(() => {
+    const sentence = store.session?.playing === false && inWords(store);
+    return sentence ? later(() => (said.value = sentence), SETTLED_MS) : undefined;
+  });
+  return html`<p class="visually-hidden" role="status" data-role="in-words">${said.value}</p>`;
+}
+
+/** @param {Store} store */
+function inWords({ known: session, history }) {
+  const row = history.at(session.position);
+  const lines = session.readings
+    .filter((reading) => row !== undefined && reading.kind !== "time" && isMeasured(reading, row, session, history))
+    .map((reading) => `${reading.title} ${readingWords(reading, row, session)}`);
+  const [verdict] = state(history, session);
+  return `${[`Frame ${session.position} of ${session.frames}`, verdict, ...lines].filter(Boolean).join("; ")}.`;
+}
 
 // Components are drawn with the next frame of the display, together with the picture that their numbers belong to.
 drawing.debounceRendering = (draw) => requestAnimationFrame(draw);
@@ -48,16 +251,14 @@ function isFirstVisit(experiment) {
   return true;
 }
 
-/** @import { NewSession } from "../shared/share_link.js" */
-/** @import { Child } from "../vendor/preact.js" */
 
 /**
  * @typedef {object} Options
  * @property {SessionStart} [start] A beginning that was made before, instead of `session` or `recipe` and `parts`.
  * @property {string} [session]
  * @property {NewSession|Promise<NewSession>} [recipe]
- * @property {readonly import("./layout.js").Part[]} [parts]
- * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
+ * @property {readonly import("./session_start.js").Part[]} [parts]
+ * @property {import("./scene.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
  * @property {number} [first] With a clock, the frame that belongs to frame 0 of the session that leads.
  * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
@@ -163,7 +364,7 @@ export class Mounted {
   /**
    * What can be asked about the run: why it was lost, what would have saved it, what is in a frame.
    *
-   * @param {import("./layout.js").Places} places
+   * @param {import("./session_start.js").Places} places
    */
   #questions({ inspection, why }) {
     if (why) {
@@ -188,7 +389,7 @@ export class Mounted {
     return place;
   }
 
-  /** @param {import("./layout.js").Places} places */
+  /** @param {import("./session_start.js").Places} places */
   #fillReadout({ status, readout, plots: beside }) {
     const ask = this.#loss && h(WhyButton, { loss: this.#loss });
     if (status) this.#show(status, h(Status, { view: this, ask }));
@@ -257,7 +458,7 @@ export class Mounted {
       inspect: () => this.#look(),
       why: () => this.#ask(),
       truth: async () => {
-        if (!isParticipant) (await import("./truth/marking.js")).markTruth(this);
+        if (!isParticipant) (await import("./marking.js")).markTruth(this);
       },
     };
   }
@@ -265,7 +466,7 @@ export class Mounted {
   async #branch() {
     if (!this.able) return;
     const experiment = await api.experiment(this.store.known.recipe.experiment).catch(() => null);
-    const { branchDialog } = await import("./branch_dialog.js");
+    const { branchDialog } = await import("./dialogs.js");
     if (!this.signal.aborted) branchDialog(this, experiment?.default_tracker);
   }
 }

@@ -2,13 +2,12 @@
 
 import { api, request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
-import { elementOf } from "../shared/dom.js";
-import { isParticipant } from "../shared/participant.js";
+import { attempt, elementOf } from "../shared/dom.js";
 import { linkTo, presetRecipe } from "../shared/share_link.js";
-import { attempt } from "../shared/toast.js";
+import { isParticipant } from "../shared/visitor.js";
 import { h, html, useEffect, useSignal } from "../vendor/preact.js";
 import { menuOf } from "./header.js";
-import { readBy } from "./panel/panel.js";
+import { readBy } from "./panel.js";
 
 /** @import { ExperimentPublic, LessonsPublic, Preset } from "../shared/messages.js" */
 /** @import { Entry, Page } from "./header.js" */

@@ -3,21 +3,72 @@
  * crashed, suspended, gone.
  */
 
-import { fill, h } from "../shared/dom.js";
-import { Notice } from "../shared/notice.js";
+import { build, fill, Notice } from "../shared/dom.js";
 import { later } from "../shared/timing.js";
-import { h as component, html, render, signal as live } from "../vendor/preact.js";
+import { remember, remembered } from "../shared/visitor.js";
+import { h, html, render, signal as live } from "../vendor/preact.js";
 import { FlatScene } from "./flat/flat_view.js";
 import { SpatialScene } from "./spatial_scene.js";
-import { chosenView, graphics, rememberView } from "./view_choice.js";
 
-/** @import { Action } from "../shared/notice.js" */
+/** @import { Action } from "../shared/dom.js" */
 /** @import { SessionPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
-/** @import { Layers } from "./flat/layers.js" */
-/** @import { Overlay } from "./flat/overlay.js" */
+/** @import { Layers, Overlay } from "./flat/drawing.js" */
 /** @import { Mounted } from "./mount.js" */
-/** @import { ViewKind } from "./view_choice.js" */
+
+// Which view of a session a page shows: what its address says, else what a person chose before, else what the browser can
+// draw fast. A 3-D scene that the processor has to draw is slow, and without WebGL there is none.
+
+/** @typedef {"flat"|"scene"} ViewKind */
+
+const NAME = "view";
+const KEY = "pftrack-view";
+/** What browsers call WebGL without a graphics card. */
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+
+/** @returns {ViewKind} */
+export function chosenView() {
+  return viewNamed(new URLSearchParams(location.search).get(NAME)) ?? viewNamed(remembered(KEY)) ?? (graphics() === "fast" ? "scene" : "flat");
+}
+
+/**
+ * Remember what a person has chosen, in the address, too, if that says something else.
+ *
+ * @param {ViewKind} kind
+ */
+export function rememberView(kind) {
+  remember(KEY, kind);
+  const address = new URL(location.href);
+  if (!address.searchParams.has(NAME)) return;
+  address.searchParams.set(NAME, kind);
+  history.replaceState(null, "", address);
+}
+
+/**
+ * What the browser offers for 3-D scenes.
+ *
+ * @returns {"none"|"slow"|"fast"}
+ */
+export function graphics() {
+  try {
+    const context = document.createElement("canvas").getContext("webgl2");
+    if (context === null) return "none";
+    const names = context.getExtension("WEBGL_debug_renderer_info");
+    const renderer = String(context.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
+    context.getExtension("WEBGL_lose_context")?.loseContext();
+    return SOFTWARE.test(renderer) ? "slow" : "fast";
+  } catch {
+    return "none";
+  }
+}
+
+/**
+ * @param {string|null} name
+ * @returns {ViewKind|null}
+ */
+function viewNamed(name) {
+  return name === "flat" || name === "scene" ? name : null;
+}
 
 /**
  * What a view tells while it comes up.
@@ -39,7 +90,7 @@ export class Scene {
   root;
   #fixed;
   #options;
-  #cover = h("div", { class: "made" });
+  #cover = build("div", { class: "made" });
   /** @type {FlatScene|SpatialScene|null} */
   #view = null;
   #endView = new AbortController();
@@ -70,7 +121,7 @@ export class Scene {
     this.#fixed = view;
     this.#options = options;
     fill(root, this.#cover);
-    render(component(() => this.#covering(), {}), this.#cover);
+    render(h(() => this.#covering(), {}), this.#cover);
     signal.addEventListener("abort", () => {
       this.#endView.abort();
       render(null, this.#cover);
@@ -229,17 +280,17 @@ export class Scene {
 
   /** @returns {Child} What lies over it. */
   #covering() {
-    if (this.#failure.value !== null) return html`<div class="cover">${component(Notice, { ...this.#failure.value, inline: false })}</div>`;
+    if (this.#failure.value !== null) return html`<div class="cover">${h(Notice, { ...this.#failure.value, inline: false })}</div>`;
     const { store, commands } = this.#mounted.value ?? {};
-    const state = store?.session?.state ?? "starting";
+    const phase = store?.session?.state ?? "starting";
     const isShown = this.#shows.value;
-    if (state === "crashed" || state === "suspended") {
+    if (phase === "crashed" || phase === "suspended") {
       const [title, why] =
-        state === "crashed"
+        phase === "crashed"
           ? ["The tracker stopped", "Its process ended unexpectedly. Nothing up to this frame is lost."]
           : ["This session is suspended", "Session paused after inactivity. It resumes at the same frame."];
       const action = store?.isReadOnly ? null : { label: "Resume", run: () => commands?.resume() };
-      return html`<div class="cover">${component(Notice, { title, message: store?.session?.message ?? why, action, inline: false })}</div>`;
+      return html`<div class="cover">${h(Notice, { title, message: store?.session?.message ?? why, action, inline: false })}</div>`;
     }
     const isWaiting = isShown ? store?.session?.state === "starting" : this.#isLate.value;
     return isWaiting && html`<div class="cover">${SKELETON}</div>`;
@@ -268,8 +319,8 @@ function viewSwitch(kind, choose) {
       for (const each of buttons) each.setAttribute("aria-pressed", String(each === element));
       choose(is);
     };
-    const element = h("button", { type: "button", title, "aria-pressed": String(is === kind), data: { view: is }, on: { click: press } }, text);
+    const element = build("button", { type: "button", title, "aria-pressed": String(is === kind), data: { view: is }, on: { click: press } }, text);
     return element;
   }
-  return h("div", { class: "view-switch", role: "group", "aria-label": "View" }, buttons);
+  return build("div", { class: "view-switch", role: "group", "aria-label": "View" }, buttons);
 }

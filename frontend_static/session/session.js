@@ -1,33 +1,31 @@
 /** The session page: one session with all its parts, and a header above it. */
 
+import { ClassControl } from "../lecturer/class_control.js";
 import { api } from "../shared/api.js";
-import { part } from "../shared/dom.js";
-import { IconButton } from "../shared/icons.js";
-import { remember, remembered } from "../shared/memory.js";
-import { skipLink } from "../shared/navigation.js";
-import { isFollower, isParticipant } from "../shared/participant.js";
+import { attempt, IconButton, part, toast } from "../shared/dom.js";
+import { skipLink, tourOfAddress } from "../shared/page.js";
 import { present } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
-import { attempt, toast } from "../shared/toast.js";
-import { tourOfAddress } from "../shared/tour_link.js";
-import { ClassControl } from "../lecturer/class_control.js";
+import { isFollower, isParticipant, remember, remembered } from "../shared/visitor.js";
 import { effect, h, html, render, signal } from "../vendor/preact.js";
 import { Header } from "./header.js";
 import { mount } from "./mount.js";
 import { start } from "./page_start.js";
-import { sessionTitle } from "./timeline.js";
+import { sessionTitle } from "./steering.js";
 
+/** @import { IconName } from "../shared/dom.js" */
 /** @import { ExperimentDetail, Preset, SessionPublic } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
 
 const WIDE_NOTE = "pftrack-wide-note";
 const experiment = signal(/** @type {ExperimentDetail|null} */ (null));
 const isNarrowKnown = signal(remembered(WIDE_NOTE) !== null);
 
 const actions = {
-  help: async () => (await import("./help.js")).helpDialog(),
+  help: async () => (await import("./dialogs.js")).helpDialog(),
   present: () => present(),
   compare: async () => {
-    if (view.able && !isParticipant && store.session !== null) (await import("../shared/comparison_dialog.js")).compareDialog(store.session);
+    if (view.able && !isParticipant && store.session !== null) (await import("../shared/comparison.js")).compareDialog(store.session);
   },
   presets: () => {
     const opener = /** @type {HTMLElement|null} */ (document.querySelector(".top [aria-label=Presets]"));
@@ -57,7 +55,7 @@ document.addEventListener("keydown", (event) => {
 const tour = tourOfAddress();
 start.begun.then(async ({ session }) => {
   if (session.remark) toast(session.remark, { kind: "error" });
-  if (tour !== null) (await import("./tour/tour.js")).guide(view, tour);
+  if (tour !== null) (await import("./tour.js")).guide(view, tour);
   page.editor.isOffered.value = (await offered(session).catch(() => [])).length > 0;
   experiment.value = await api.experiment(session.recipe.experiment);
 }).catch(() => {});
@@ -112,7 +110,7 @@ function offerEditor() {
       isMade = true;
       const [file] = await offered(store.known);
       // The editor is large, and few pages need it.
-      const { Editor } = await import("./editor/editor.js");
+      const { Editor } = await import("./editor.js");
       render(h(Editor, { store, file, close: toggle }), element);
     });
   return { isOffered, toggle };

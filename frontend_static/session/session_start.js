@@ -5,12 +5,64 @@
 
 import { api } from "../shared/api.js";
 import { whenCompiled, whenPlaceFree } from "../shared/compiling.js";
-import { h } from "../shared/dom.js";
-import { PARTS, arrange } from "./layout.js";
+import { build, fill } from "../shared/dom.js";
 import { Scene } from "./scene.js";
 
+/** @import { Properties } from "../shared/elements.js" */
 /** @import { SessionPublic } from "../shared/messages.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
+
+// Where the parts of a session stand within an element, before anything is in them.
+
+/** @typedef {"scene"|"panel"|"branches"|"inspection"|"why"|"plots"|"readout"|"transport"|"scrubber"} Part */
+/** @typedef {Partial<Record<Part|"status", HTMLElement>>} Places Beside a panel the line on how it goes stands above the plots. */
+
+/** @type {readonly Part[]} */
+export const PARTS = ["scene", "panel", "branches", "inspection", "why", "plots", "readout", "transport", "scrubber"];
+
+/**
+ * Make a place for each part. What is not asked for takes no room.
+ *
+ * @param {HTMLElement} element Loses what it held.
+ * @param {readonly Part[]} parts
+ * @returns {Places}
+ */
+export function arrange(element, parts) {
+  const unknown = parts.filter((name) => !PARTS.includes(name));
+  if (unknown.length > 0) throw new Error(`A session has the parts ${PARTS.join(", ")}, not ${unknown.join(", ")}`);
+  /** @type {Places} */
+  const places = {};
+  /** @param {Part} name @param {"section"|"nav"|"div"} tag @param {Properties} properties */
+  const place = (name, tag, properties) => {
+    if (!parts.includes(name)) return null;
+    return (places[name] = build(tag, { ...properties, data: { part: name } }));
+  };
+  // A page may show several, each in a section of its own, which an element that is not on the page yet names itself.
+  const around = element.dataset.within ?? element.closest("section[aria-label]")?.getAttribute("aria-label");
+  const named = (/** @type {string} */ label) => (around ? `${around}: ${label.toLowerCase()}` : label);
+  const scene = place("scene", "section", { class: "scene", "aria-label": named("Scene") });
+  const panel = place("panel", "section", { class: "controls", "aria-label": named("Parameters") });
+  if (panel && parts.includes("readout")) places.status = build("section", { class: "status", "aria-label": named("This frame") });
+  const side = [
+    panel,
+    places.status ?? null,
+    place("branches", "nav", { class: "branches", "aria-label": named("Branches"), hidden: true }),
+    place("inspection", "section", { class: "inspection", "aria-label": named("Look into the frame") }),
+    place("why", "section", { class: "why", "aria-label": named("Why the target was lost") }),
+    place("plots", "div", { class: "plots" }),
+    place("readout", "section", { class: "readout" }),
+  ].filter((it) => it !== null);
+  const deck = [place("transport", "div", { class: "transport" }), place("scrubber", "div", {})].filter((it) => it !== null);
+  const aside = side.length > 0 && build("aside", { class: "side", "aria-label": named("Plots") }, side);
+  fill(
+    element,
+    build("div", { class: "session-view", role: "group", "aria-label": named("Session"), tabindex: -1 }, [
+      (scene || aside) && build("div", { class: scene && aside ? "stage" : "stage alone" }, scene, aside),
+      deck.length > 0 && build("footer", { class: "deck", "aria-label": named("Transport") }, deck),
+    ]),
+  );
+  return places;
+}
 
 /** @typedef {{session: SessionPublic, recipe: NewSession|null}} Begun A session, and what it was started with if it was started here. */
 
@@ -19,10 +71,10 @@ import { Scene } from "./scene.js";
  * @property {string} [session] Id of a session that there is.
  * @property {NewSession|Promise<NewSession>} [recipe] Otherwise what to start one with.
  * @property {string} [name] What a session that is started shall be called; the server's choice if not given.
- * @property {readonly import("./layout.js").Part[]} [parts] What of it to show; everything if not given.
- * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
+ * @property {readonly Part[]} [parts] What of it to show; everything if not given.
+ * @property {import("./scene.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {boolean} [isBare] Whether the 3-D scene's own panel stays away.
- * @property {import("./flat/overlay.js").Overlay} [overlay] Says how the flat view is painted where several lie over each other.
+ * @property {import("./flat/drawing.js").Overlay} [overlay] Says how the flat view is painted where several lie over each other.
  * @property {readonly string[]} [layers] Names of layers that the flat view shows from the beginning, beside those declared so.
  */
 
@@ -67,7 +119,7 @@ export class SessionStart {
     const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
     const start = () => api.start({ ...body, id: name });
     const begin = () => whenCompiled(experiment, start, (sentence, meter) => this.#wait(sentence, meter), this.signal, "usable");
-    const session = await whenPlaceFree(begin, (sentence) => this.#wait(sentence, h("a", { href: "work?show=sessions" }, "Running sessions")), this.signal);
+    const session = await whenPlaceFree(begin, (sentence) => this.#wait(sentence, build("a", { href: "work?show=sessions" }, "Running sessions")), this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };
   }
@@ -81,7 +133,7 @@ export class SessionStart {
   #wait(sentence, more) {
     this.element.querySelector(".compiling")?.remove();
     if (!sentence) return;
-    this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself. `, more));
+    this.element.prepend(build("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself. `, more));
   }
 
   /**

@@ -1,11 +1,10 @@
 /** The frame that holds the 3-D scene, and the library's own picture in its place while it is still loading. */
 
 import { api } from "../shared/api.js";
-import { fill, h } from "../shared/dom.js";
-import { follow } from "../shared/effects.js";
-import { beforePrinting } from "../shared/print.js";
+import { build, fill } from "../shared/dom.js";
+import { beforePrinting } from "../shared/presentation.js";
 import { isDark, onTheme } from "../shared/theme.js";
-import { after, later, throttle } from "../shared/timing.js";
+import { after, follow, later, throttle } from "../shared/timing.js";
 
 /** How long the scene's script, which keeps the browser busy, waits for the still picture. */
 const PREVIEW_FIRST_MS = 400;
@@ -33,14 +32,14 @@ export class SpatialScene {
   #waiting = [];
   #told = 0;
 
-  element = h("div", { class: "spatial-scene" });
-  #opener = h(
+  element = build("div", { class: "spatial-scene" });
+  #opener = build(
     "button",
     { type: "button", class: "panel-opener", "aria-pressed": "false", title: "Layers and views of the scene", on: { click: () => this.#unfold() } },
     "Scene panel",
   );
   /** What is printed in place of the frame, whose graphics are not there for paper. */
-  #paper = h("img", { class: "scene-paper", alt: "The current frame with what the tracker believes" });
+  #paper = build("img", { class: "scene-paper", alt: "The current frame with what the tracker believes" });
 
   /**
    * @param {string} id The session.
@@ -155,7 +154,7 @@ export class SpatialScene {
     if (!isNewest()) return;
     this.#on.seen();
     const src = `viz/${encodeURIComponent(this.#id)}/?theme=${theme()}&panel=none`;
-    const frame = h("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
+    const frame = build("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
     // What has to wait for the scene's script must not come before the picture either.
     frame.addEventListener("load", () => this.#showPanel());
     frame.addEventListener("load", () => preview.first.then(() => isNewest() && this.#on.loaded()));
@@ -190,7 +189,7 @@ class Preview {
   stopped = false;
 
   /** What is put into the page. */
-  element = h("div", { class: "scene-still" });
+  element = build("div", { class: "scene-still" });
 
   /** Resolves when the first picture is there. */
   first = /** @type {Promise<void>} */ (new Promise((resolve) => {
@@ -230,7 +229,7 @@ class Preview {
   async #ask() {
     this.#busy = true;
     this.#asked += 1;
-    const image = h("img", {
+    const image = build("img", {
       src: `${api.frameAddress(this.#id)}?picture=${this.#asked}`,
       alt: "The current frame with what the tracker believes",
       fetchpriority: "high",

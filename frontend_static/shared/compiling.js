@@ -1,12 +1,12 @@
 /** What a page may have to wait for: the compiler, once after an installation or an update, and a place for a session. */
 
-import { api, messageOf, statusOf } from "./api.js";
-import { elementOf } from "./dom.js";
-import { Meter } from "./jobs.js";
-import { after } from "./timing.js";
 import { h } from "../vendor/preact.js";
+import { api, messageOf, Meter, statusOf } from "./api.js";
+import { elementOf } from "./dom.js";
+import { after } from "./timing.js";
 
 /** @import { CompilationPublic } from "./messages.js" */
+
 /** @typedef {(sentence: string, meter?: Element) => void} Tell What to show; an empty sentence when the waiting is over. */
 
 const EVERY_MS = 1000;

@@ -1,7 +1,6 @@
 /** Dialogs, on the browser's own `<dialog>`: it keeps the focus, closes on Escape and gives the focus back. */
 
-import { fill, h } from "./dom.js";
-import { icon } from "./icons.js";
+import { build, fill, icon } from "./dom.js";
 
 /** @import { Child } from "./elements.js" */
 
@@ -17,15 +16,15 @@ const DONE = "done";
  * @returns {HTMLDialogElement}
  */
 export function openDialog(title, body, { wide = false } = {}) {
-  const element = h("dialog", { class: wide ? "dialog wide" : "dialog", "aria-label": title });
+  const element = build("dialog", { class: wide ? "dialog wide" : "dialog", "aria-label": title });
   const close = () => element.close();
   fill(
     element,
-    h(
+    build(
       "header",
       {},
-      h("h2", {}, title),
-      h("button", { class: "quiet icon-only", type: "button", "aria-label": "Close", on: { click: close } }, icon("close")),
+      build("h2", {}, title),
+      build("button", { class: "quiet icon-only", type: "button", "aria-label": "Close", on: { click: close } }, icon("close")),
     ),
     body(close),
   );
@@ -54,8 +53,12 @@ export function openDialog(title, body, { wide = false } = {}) {
 export function confirmLoss({ title, text, action }) {
   return new Promise((resolve) => {
     const element = openDialog(title, () => [
-      h("p", {}, text),
-      h("form", { method: "dialog" }, h("footer", {}, h("button", { autofocus: true }, "Keep"), h("button", { value: DONE, class: "danger" }, action))),
+      build("p", {}, text),
+      build(
+        "form",
+        { method: "dialog" },
+        build("footer", {}, build("button", { autofocus: true }, "Keep"), build("button", { value: DONE, class: "danger" }, action)),
+      ),
     ]);
     element.addEventListener("close", () => resolve(element.returnValue === DONE));
   });
@@ -72,11 +75,11 @@ export function confirmLoss({ title, text, action }) {
 export function askName(title, name, action = "Rename") {
   return new Promise((resolve) => {
     /** @type {HTMLInputElement} */
-    const field = h("input", { type: "text", id: "new-name", value: name, maxlength: 200, autofocus: true });
+    const field = build("input", { type: "text", id: "new-name", value: name, maxlength: 200, autofocus: true });
     const element = openDialog(title, (close) => {
-      const cancel = h("button", { type: "button", on: { click: close } }, "Cancel");
-      const buttons = h("footer", {}, cancel, h("button", { type: "submit", value: DONE, class: "primary" }, action));
-      return [h("form", { method: "dialog" }, h("label", { for: "new-name" }, "Name"), field, buttons)];
+      const cancel = build("button", { type: "button", on: { click: close } }, "Cancel");
+      const buttons = build("footer", {}, cancel, build("button", { type: "submit", value: DONE, class: "primary" }, action));
+      return [build("form", { method: "dialog" }, build("label", { for: "new-name" }, "Name"), field, buttons)];
     });
     field.select();
     element.addEventListener("close", () => resolve((element.returnValue === DONE && field.value.trim()) || null));
@@ -90,8 +93,8 @@ export function askName(title, name, action = "Rename") {
  * @param {...Child} more
  */
 export function openKeys(keys, ...more) {
-  const lines = keys.map(([each, what]) => [h("dt", {}, each.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what)]);
-  openDialog("Keys", () => [h("dl", { class: "keys" }, lines), ...more]);
+  const lines = keys.map(([each, what]) => [build("dt", {}, each.split(" ").map((key) => build("kbd", {}, key))), build("dd", {}, what)]);
+  openDialog("Keys", () => [build("dl", { class: "keys" }, lines), ...more]);
 }
 
 /** Whether keys belong to a dialog now. */

@@ -3,14 +3,54 @@
  * file is fetched, unless it was stopped.
  */
 
-import { messageOf } from "./api.js";
-import { Select } from "./controls.js";
-import { h as element } from "./dom.js";
-import { Meter, cancelJob, followJob } from "./jobs.js";
-import { attempt, toast } from "./toast.js";
 import { h, html, useEffect, useMemo, useSignal } from "../vendor/preact.js";
+import { absolute, cancelJob, followJob, messageOf, Meter } from "./api.js";
+import { openDialog } from "./dialog.js";
+import { attempt, build, CopyButton, copyButton, elementOf, Icon, Select, toast } from "./dom.js";
+import { Loaded } from "./page.js";
 
-/** @import { ExportJob, FileKind } from "./messages.js" */
+/** @import { ExportJob, FileKind, SourceCode } from "./messages.js" */
+
+// What computes something again: as a link, as Python or as a command, to be copied.
+
+/**
+ * Show, ready to be copied, what computes something again.
+ *
+ * @param {string} title
+ * @param {string[]} words What is shown; nothing for a sentence that is left out.
+ * @param {() => Promise<SourceCode>} ask
+ * @param {string} [link] Relative to the server's address.
+ */
+export function openCode(title, words, ask, link) {
+  const address = link === undefined ? "" : absolute(link);
+  const field = build("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
+  field.addEventListener("focus", () => field.select());
+  openDialog(title, (close) => [
+    words.map((each) => each !== "" && build("p", {}, each)),
+    address && field,
+    elementOf(html`<div class="source-code">${h(Loaded, { load: () => codeLines(ask), failed: "The code could not be written" })}</div>`),
+    build("footer", {}, build("button", { type: "button", on: { click: close } }, "Close"), address && copyButton("Copy link", address, "the link")),
+  ], { wide: true });
+}
+
+/** @param {{ask: () => Promise<SourceCode>}} props */
+export function CodeButton({ ask }) {
+  const open = () => openCode("The same in code", ["These lines compute the same numbers where pftrack is installed."], ask);
+  const title = "Copy as Python or as a command";
+  return html`<button type="button" class="tool" title=${title} aria-label=${title} data-role="code" onClick=${open}>${h(Icon, { name: "code" })}</button>`;
+}
+
+/** @param {() => Promise<SourceCode>} ask */
+export const sourceCodeButton = (ask) => elementOf(h(CodeButton, { ask }));
+
+/** @param {() => Promise<SourceCode>} ask */
+async function codeLines(ask) {
+  const { python, command } = await ask();
+  return [["Python", python], ["command", command]].map(([what, text]) => html`<details open=${text.length < 400}>
+    <summary>As ${what}${h(CopyButton, { label: `Copy as ${what}`, text, what: "the lines" })}</summary>
+    <pre tabindex="0" aria-label=${`Lines of ${what}`}>${text}</pre>
+  </details>`);
+}
 
 /** @typedef {{id: string, title: string}} Plot */
 
@@ -82,7 +122,7 @@ async function fetchFile(begun, tell, signal) {
     const job = await followJob(begun, (now) => now && now.total > 0 && tell(now.done / now.total), signal);
     if (job === null) return;
     if (job.result === null) throw new Error(job.error ?? `${job.name} could not be written`);
-    element("a", { href: job.result.address, download: job.name }).click();
+    build("a", { href: job.result.address, download: job.name }).click();
   } catch (error) {
     toast(messageOf(error), { kind: "error" });
   }

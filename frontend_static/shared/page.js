@@ -1,15 +1,108 @@
 /** What all pages made of components share: the frame around the content, and what is asked of the server. */
 
-import { messageOf, statusOf } from "./api.js";
-import { part } from "./dom.js";
-import { navigation } from "./navigation.js";
-import { Notice } from "./notice.js";
-import { themeButton } from "./theme.js";
 import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
+import { here, messageOf, START, statusOf } from "./api.js";
+import { build, icon, Notice, part } from "./dom.js";
+import "./presentation.js";
+import { linkTo } from "./share_link.js";
+import { themeButton } from "./theme.js";
+import { remember, remembered } from "./visitor.js";
 
-/** @import { Place } from "./navigation.js" */
-/** @import { Action } from "./notice.js" */
 /** @import { Child, Component } from "../vendor/preact.js" */
+/** @import { Action } from "./dom.js" */
+/** @import { ExperimentPublic } from "./messages.js" */
+
+// The links to all parts of the site in the header of every page, and the way past them by the keyboard.
+
+// Escape ends a presentation on every page of the site.
+
+/** @typedef {"experiments"|"learn"|"failures"|"lectures"|"work"|"help"} Place */
+
+/** @type {readonly {id: Place, title: string, href: string}[]} */
+export const PLACES = [
+  { id: "experiments", title: "Experiments", href: START },
+  { id: "learn", title: "Learn", href: "learn" },
+  { id: "failures", title: "Failures", href: "failures" },
+  { id: "lectures", title: "Lectures", href: "lectures" },
+  { id: "work", title: "My work", href: "work" },
+  { id: "help", title: "Help", href: "help/" },
+];
+
+const LIST = "site-places";
+const CONTENT = "content";
+
+/**
+ * Put the links into the header of the page, after the name of the site. Where there is little room they open as a menu.
+ *
+ * @param {Place|null} current The part that the page belongs to.
+ */
+export function navigation(current) {
+  const links = PLACES.map(({ id, title, href }) => build("li", {}, build("a", { href, "aria-current": id === current ? "page" : null }, title)));
+  const name = { "aria-label": "All parts", title: "All parts" };
+  const opener = build("button", { type: "button", class: "quiet icon-only", popovertarget: LIST, ...name }, icon("menu"));
+  const list = build("ul", { id: LIST, popover: "auto" }, links);
+  document.querySelector(".top .brand")?.after(build("nav", { class: "places", "aria-label": "Parts of the site" }, opener, list));
+  skipLink();
+}
+
+/** The first stop of the tab key leads to what the page is about. */
+export function skipLink() {
+  const main = document.querySelector("main");
+  if (main === null) return;
+  main.id ||= CONTENT;
+  main.tabIndex = -1;
+  document.querySelector(".top")?.prepend(build("a", { class: "skip", href: here(main.id), on: { click: skip } }, "Skip to the content"));
+
+  /** @param {MouseEvent} event */
+  function skip(event) {
+    // The fragment of an address may hold a run or an upload, and has to stay.
+    event.preventDefault();
+    document.querySelector("main")?.focus();
+  }
+}
+
+// The guided tour as a link, and what this browser remembers of it.
+
+const NAME = "tour";
+const KEY = "pftrack-tour";
+
+/**
+ * The address of the tour: a session of the first preset that has one; null where there is none.
+ *
+ * @param {ExperimentPublic[]} experiments
+ */
+export function tourLink(experiments) {
+  for (const { id, presets } of experiments) {
+    const preset = presets.find(({ tour }) => tour !== null);
+    if (preset === undefined) continue;
+    const { tracker, seed, parameters } = preset;
+    const [page, recipe] = linkTo({ recipe: { experiment: id, tracker, seed, timeline: [{ frame: 0, values: parameters }] } }).split("#");
+    return `${page}?${NAME}=${encodeURIComponent(preset.name)}#${recipe}`;
+  }
+  return null;
+}
+
+/** The preset whose tour the page's address asks for; null if it asks for none. */
+export function tourOfAddress() {
+  return new URLSearchParams(location.search).get(NAME);
+}
+
+/** From now on a reload shows the session without the tour. */
+export function leaveAddress() {
+  const address = new URL(location.href);
+  address.searchParams.delete(NAME);
+  history.replaceState(null, "", address);
+}
+
+/** Whether somebody has taken the tour here, or left it. */
+export function isTourKnown() {
+  return remembered(KEY) !== null;
+}
+
+/** @param {"done"|"left"} how It ended. */
+export function rememberTour(how) {
+  remember(KEY, how);
+}
 
 const NOT_FOUND = 404;
 

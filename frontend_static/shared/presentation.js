@@ -4,13 +4,47 @@
  * too, until it is ended. Pages without its button look as usual meanwhile.
  */
 
-import { dialogIsOpen } from "./dialog.js";
-import { elementOf } from "./dom.js";
-import { Icon } from "./icons.js";
-import { KeptInTab } from "./memory.js";
 import { effect, h, html, signal } from "../vendor/preact.js";
+import { dialogIsOpen } from "./dialog.js";
+import { build, elementOf, Icon, icon } from "./dom.js";
+import { KeptInTab } from "./visitor.js";
 
-const KEY = "f";
+// Printing: a page as a handout, by the rules of `print.css`. Pictures that only the server can draw for paper, as that of a
+// scene in three dimensions, are fetched before the browser prints; who prints by its menu has them from the last time.
+
+/** @type {Set<() => Promise<unknown>>} What is done before the page is printed. */
+const preparing = new Set();
+
+/**
+ * Call `prepare` before the page is printed.
+ *
+ * @param {() => Promise<unknown>} prepare
+ * @param {AbortSignal} end Until then.
+ */
+export function beforePrinting(prepare, end) {
+  preparing.add(prepare);
+  end.addEventListener("abort", () => preparing.delete(prepare));
+}
+
+/** Print the page; control and P do the same. */
+export function printButton() {
+  document.addEventListener("keydown", (event) => {
+    if (event.key.toLowerCase() !== "p" || !(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey) return;
+    event.preventDefault();
+    printPage();
+  });
+  const title = "Print as a handout";
+  const button = build("button", { type: "button", class: "quiet icon-only", title, "aria-label": title, on: { click: printPage } }, icon("print"));
+  button.dataset.role = "print";
+  return button;
+}
+
+async function printPage() {
+  await Promise.allSettled([...preparing].map((prepare) => prepare()));
+  globalThis.print();
+}
+
+const PRESENTED_KEY = "f";
 const TYPED = "input:not([type=checkbox]):not([type=radio]):not([type=range]), textarea, select, [contenteditable]";
 const root = document.documentElement;
 const presenting = signal(false);
@@ -45,7 +79,7 @@ export function isPresenting() {
  */
 export function presentationButton({ hears = true } = {}) {
   document.addEventListener("keydown", (event) => {
-    if (hears && event.key.toLowerCase() === KEY && isPlain(event) && !isTyping(event.target)) present();
+    if (hears && event.key.toLowerCase() === PRESENTED_KEY && isPlain(event) && !isTyping(event.target)) present();
   });
   if (kept.get()) goOn();
   return elementOf(h(PresentationButton, {}));

@@ -3,12 +3,31 @@
  * it. Pointing at it, tapping it or reaching it by Tab shows its meaning; Escape hides that.
  */
 
+import { h, html } from "../vendor/preact.js";
 import { api } from "./api.js";
-import { h } from "./dom.js";
-import { Tooltip } from "./tooltip.js";
-import { html } from "../vendor/preact.js";
+import { build, CopyButton, Tooltip } from "./dom.js";
 
-/** @import { Section, Term } from "./messages.js" */
+/** @import { CitationPublic, Section, Term } from "./messages.js" */
+
+// What an experiment comes from, to be read and to be copied.
+
+/** Where all references are. */
+export const REFERENCES = "references";
+
+/**
+ * The citations of an experiment, with buttons that copy all of them.
+ *
+ * @param {{title: string, citations: CitationPublic[]}} props `title` of the experiment.
+ */
+export function Citations({ title, citations }) {
+  return html`<div class="citations">
+    ${citations.map(({ text }) => html`<p>${text}</p>`)}
+    <div class="citation-tools">
+      ${h(CopyButton, { label: "Copy citation", text: citations.map(({ text }) => text).join("\n"), what: title })}
+      ${h(CopyButton, { label: "Copy BibTeX", text: citations.map(({ bibtex }) => bibtex).join("\n"), what: title })}
+    </div>
+  </div>`;
+}
 
 /** Where all words are. */
 export const GLOSSARY = "glossary";
@@ -121,7 +140,7 @@ export function Explained({ text, own, experiment }) {
 
 /** @param {...(Node|string)} content In a line of text it has to break as text does, which a button's does not. */
 function markedTerm(...content) {
-  return h("span", { class: "term", role: "button", tabindex: document.body.classList.contains(POINTED) ? -1 : 0 }, content);
+  return build("span", { class: "term", role: "button", tabindex: document.body.classList.contains(POINTED) ? -1 : 0 }, content);
 }
 
 /**
@@ -148,11 +167,17 @@ function markWords(element, known, experiment) {
   }
 }
 
-const tooltip = new Tooltip();
-tooltip.element.id = "meaning";
-tooltip.element.setAttribute("role", "tooltip");
+/** @type {Tooltip|null} */
+let tooltip = null;
 /** @type {Element|null} */
 let shown = null;
+
+function makeTooltip() {
+  const made = new Tooltip();
+  made.element.id = "meaning";
+  made.element.setAttribute("role", "tooltip");
+  return made;
+}
 
 /** @param {Element} marked */
 async function show(marked) {
@@ -163,10 +188,11 @@ async function show(marked) {
   const known = await wordsOf(about.experiment).catch(() => new Words([]));
   if (shown !== marked || !marked.isConnected) return;
   const terms = new Set(known.in(marked.textContent ?? "").map(({ term }) => term));
-  const meanings = [...terms].map(({ name, meaning }) => h("p", {}, h("strong", {}, name), ` – ${meaning}`));
+  const meanings = [...terms].map(({ name, meaning }) => build("p", {}, build("strong", {}, name), ` – ${meaning}`));
+  tooltip ??= makeTooltip();
   // What is open over the page would cover it.
   (marked.closest("dialog[open], [popover], main, header") ?? document.body).append(tooltip.element);
-  tooltip.show([about.own !== "" && h("p", {}, about.own), meanings], placeOf(marked));
+  tooltip.show([about.own !== "" && build("p", {}, about.own), meanings], placeOf(marked));
   marked.setAttribute("aria-describedby", tooltip.element.id);
 }
 
@@ -178,13 +204,13 @@ function placeOf(marked) {
 
 /** What is scrolled takes its explanation along; a word that a line has no room for is scrolled to when it gets the focus. */
 function follow() {
-  if (shown !== null && !tooltip.element.hidden) tooltip.show([...tooltip.element.childNodes], placeOf(shown));
+  if (shown !== null && tooltip !== null && !tooltip.element.hidden) tooltip.show([...tooltip.element.childNodes], placeOf(shown));
 }
 
 function hide() {
   shown?.removeAttribute("aria-describedby");
   shown = null;
-  tooltip.hide();
+  tooltip?.hide();
 }
 
 /** @param {Event} event */

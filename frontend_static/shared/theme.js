@@ -1,16 +1,16 @@
 /** Light and dark: by the system, unless a person said otherwise. The choice is applied early, by `apply_theme.js`. */
 
-import { fill, h } from "./dom.js";
-import { icon } from "./icons.js";
-import { remember } from "./memory.js";
 import { signal } from "../vendor/preact.js";
+import { build, fill, icon } from "./dom.js";
+import { DIVERGING, VERDICTS, VIRIDIS } from "./palette.js";
+import { remember } from "./visitor.js";
 
 const KEY = "pftrack-theme";
 /** @typedef {"auto"|"light"|"dark"} Theme */
 
 /** @type {Record<Theme, Theme>} */
 const NEXT = { auto: "light", light: "dark", dark: "auto" };
-/** @type {Record<Theme, import("./icons.js").IconName>} */
+/** @type {Record<Theme, import("./dom.js").IconName>} */
 const LOOK = { auto: "auto", light: "sun", dark: "moon" };
 const WORDS = { auto: "as the system", light: "light", dark: "dark" };
 
@@ -66,7 +66,7 @@ export function changeTheme() {
 
 /** The button that does so. */
 export function themeButton() {
-  const button = h("button", { class: "quiet icon-only", type: "button", "data-role": "theme", on: { click: changeTheme } });
+  const button = build("button", { class: "quiet icon-only", type: "button", "data-role": "theme", on: { click: changeTheme } });
   const show = () => {
     fill(button, icon(LOOK[chosen()]));
     button.title = `Colours ${themeWords()}`;
@@ -83,7 +83,7 @@ export function themeButton() {
  * @param {...string} names
  */
 export function tokens(...names) {
-  const probe = h("span", { hidden: true });
+  const probe = build("span", { hidden: true });
   document.body.append(probe);
   /** @type {Record<string, string>} */
   const found = {};
@@ -93,4 +93,108 @@ export function tokens(...names) {
   }
   probe.remove();
   return found;
+}
+
+// Colours of maps. Viridis for amounts, a diverging map with a neutral middle for differences, and four colours for the
+// outcome of a test. All of them can be read without telling red from green.
+
+/** @typedef {import("./palette.js").Colour} Colour */
+
+/** What stands for the outcome of a test where there is no room for words. */
+export const SIGNS = /** @type {const} */ ({ first: "1", second: "2", none: "=", untested: "·" });
+
+/** @param {number} share 0..1 */
+export function viridis(share) {
+  return ramp(VIRIDIS, share);
+}
+
+/** @param {number} share -1..1; above 0 the first method is ahead. */
+export function diverging(share) {
+  const ground = isDark() ? "dark" : "light";
+  return ramp(DIVERGING.map((pair) => pair[ground]), (share + 1) / 2);
+}
+
+/**
+ * @param {keyof typeof VERDICTS} outcome
+ * @returns {Readonly<Colour>}
+ */
+export function verdict(outcome) {
+  return VERDICTS[outcome][isDark() ? "dark" : "light"];
+}
+
+/**
+ * Black or white, whichever is read more easily on a colour.
+ *
+ * @param {Readonly<Colour>} colour
+ */
+export function inkOn(colour) {
+  const [red, green, blue] = colour.map((value) => (value / 255) ** 2.2);
+  return 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.2 ? "#000" : "#fff";
+}
+
+/** @param {Readonly<Colour>} colour */
+export function css([red, green, blue]) {
+  return `rgb(${red} ${green} ${blue})`;
+}
+
+/**
+ * A strip of colours from 0 to 1 (or -1 to 1), as a background.
+ *
+ * @param {(share: number) => Colour} colour
+ * @param {number} [from]
+ */
+export function gradient(colour, from = 0) {
+  const stops = Array.from({ length: 17 }, (_, index) => css(colour(from + ((1 - from) * index) / 16)));
+  return `linear-gradient(90deg, ${stops.join(", ")})`;
+}
+
+/**
+ * @param {Colour[]} stops In equal steps.
+ * @param {number} share 0..1
+ * @returns {Colour}
+ */
+function ramp(stops, share) {
+  const place = Math.min(Math.max(share, 0), 1) * (stops.length - 1);
+  const index = Math.min(Math.floor(place), stops.length - 2);
+  const weight = place - index;
+  const [low, high] = [stops[index], stops[index + 1]];
+  return /** @type {Colour} */ (low.map((value, channel) => Math.round(value + weight * (high[channel] - value))));
+}
+
+// How much room an element gives to a canvas within it, and how large things on it are.
+
+/** @typedef {{width: number, height: number}} CanvasSize pixels of the display */
+
+/** What small things on canvases are drawn for, px: the letters of an element of the class `small-print`. */
+const SMALL_PX = 11;
+
+/**
+ * How much larger what is drawn in an element of the class `small-print` has to be than where a page has its usual letters.
+ *
+ * @param {Element} element
+ */
+export function enlargement(element) {
+  return parseFloat(getComputedStyle(element).fontSize) / SMALL_PX || 1;
+}
+
+/**
+ * Call `changed` with the room that an element has, at once and after each change.
+ *
+ * @param {HTMLElement} element
+ * @param {(room: CanvasSize) => void} changed
+ * @param {AbortSignal} end Ends it.
+ */
+export function watchCanvasSize(element, changed, end) {
+  const observer = new ResizeObserver(([{ devicePixelContentBoxSize: sizes, contentRect }]) => {
+    const width = sizes?.[0]?.inlineSize ?? Math.round(contentRect.width * devicePixelRatio);
+    const height = sizes?.[0]?.blockSize ?? Math.round(contentRect.height * devicePixelRatio);
+    changed({ width, height });
+  });
+  end.addEventListener("abort", () => observer.disconnect());
+  try {
+    observer.observe(element, { box: "device-pixel-content-box" });
+  } catch {
+    // Safari knows its pixels only roughly.
+    observer.observe(element);
+  }
 }

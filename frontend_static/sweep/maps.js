@@ -3,16 +3,12 @@
  * over a single axis of numbers curves as well.
  */
 
-import { css, diverging, gradient, verdict, viridis } from "../shared/colours.js";
-import { elementOf } from "../shared/dom.js";
+import { elementOf, Tooltip } from "../shared/dom.js";
 import { useFigure } from "../shared/figure/figure.js";
 import { count, measureValue, number, parameterValue } from "../shared/format.js";
-import { onTheme } from "../shared/theme.js";
-import { Tooltip } from "../shared/tooltip.js";
+import { css, diverging, gradient, onTheme, verdict, viridis } from "../shared/theme.js";
 import { h, html, signal, useEffect, useLayoutEffect } from "../vendor/preact.js";
-import { shortTitle } from "./api.js";
-import { comparisonLook, differenceEnd, endOf, methodLook, short } from "./cells.js";
-import { choose, chosen, seen } from "./store.js";
+import { choose, chosen, comparisonLook, differenceEnd, endOf, methodLook, seen, short, shortTitle } from "./store.js";
 
 /** @import { Axis, Cell, CellLook } from "../shared/figure/traces.js" */
 /** @import { AxisPublic, ComparisonPublic, MapPublic, SweepPublic } from "../shared/messages.js" */

@@ -1,7 +1,7 @@
 /** The page of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
 
 import { api } from "../shared/api.js";
-import { Segments, Select } from "../shared/controls.js";
+import { Segments, Select } from "../shared/dom.js";
 import { bytes, count, duration } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";

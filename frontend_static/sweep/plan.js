@@ -1,15 +1,15 @@
 /** The plan of a new sweep as it stands in the form, and what the server says of it: how large it is, or what is wrong. */
 
-import { ApiError, api, messageOf, statusOf } from "../shared/api.js";
+import { api, ApiError, messageOf, statusOf } from "../shared/api.js";
+import { toast } from "../shared/dom.js";
 import { decode } from "../shared/share_link.js";
 import { later } from "../shared/timing.js";
-import { toast } from "../shared/toast.js";
 import { batch, computed, effect, signal } from "../vendor/preact.js";
-import { sweeps } from "./api.js";
+import { sweeps } from "./store.js";
 
-/** @import { Declaration, EstimatePublic, ExperimentDetail, SweepAxis, SweepCreate, UploadPublic, ValuesPublic } from "../shared/messages.js" */
 /** @import { Value } from "../shared/format.js" */
-/** @import { Plan } from "./api.js" */
+/** @import { Declaration, EstimatePublic, ExperimentDetail, SweepAxis, SweepCreate, UploadPublic, ValuesPublic } from "../shared/messages.js" */
+/** @import { Plan } from "./store.js" */
 
 /**
  * What is done with a parameter: it is varied over a range or a list, or has one value in all runs.

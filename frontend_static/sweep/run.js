@@ -3,7 +3,7 @@
 import { lastOfAddress } from "../shared/dom.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";
-import { sweeps } from "./api.js";
+import { sweeps } from "./store.js";
 
 const [sweep, run] = [lastOfAddress(2), lastOfAddress()];
 const tracker = new URLSearchParams(location.search).get("tracker");

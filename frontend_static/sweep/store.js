@@ -3,16 +3,282 @@
  * the same. The server decides; its newest message counts.
  */
 
-import { messageOf } from "../shared/api.js";
+import { messageOf, pathOf, query, request, ROOT } from "../shared/api.js";
 import { lastOfAddress } from "../shared/dom.js";
-import { Stream } from "../shared/stream.js";
+import { socketAddress, Stream } from "../shared/stream.js";
+import { diverging, SIGNS, verdict, viridis } from "../shared/theme.js";
 import { throttle } from "../shared/timing.js";
 import { batch, computed, signal } from "../vendor/preact.js";
-import { sweepStream, sweeps } from "./api.js";
-import { quantitiesOf } from "./cells.js";
 
-/** @import { Cells, CellsPublic, ComparisonPublic, SweepMessage, SweepPublic } from "../shared/messages.js" */
-/** @import { Quantity } from "./cells.js" */
+/** @import { Query } from "../shared/api.js" */
+/** @import { CellLook } from "../shared/figure/traces.js" */
+/** @import * as Messages from "../shared/messages.js" */
+/** @import { Cells, CellsPublic, ComparisonPublic, MapPublic, MeasurePublic, SweepMessage, SweepPublic } from "../shared/messages.js" */
+
+// What the server knows of sweeps.
+
+/**
+ * A plan as it is typed in: an empty field is null, and the server says what is missing.
+ *
+ * @typedef {{[Name in keyof Messages.SweepCreate]: Messages.SweepCreate[Name]|null}} Plan
+ */
+
+const sweepPath = pathOf("sweeps");
+
+/**
+ * @typedef {object} Sweeps Every request about sweeps.
+ * @property {(experiment: string) => Promise<Messages.SweepCreate>} example
+ * @property {(plan: Plan, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
+ * @property {(plan: Plan) => Promise<Messages.SweepPublic>} begin
+ * @property {(id: string) => Promise<Messages.SweepPublic>} cancel
+ * @property {(id: string) => Promise<Messages.SweepPublic>} resume
+ * @property {(id: string) => Promise<null>} remove
+ * @property {(id: string, question: Query) => Promise<Messages.CellsPublic>} cells
+ * @property {(id: string, question: Query) => Promise<Messages.RowsPublic>} rows
+ * @property {(id: string, run: string|number, tracker?: string|null) => Promise<Messages.SessionPublic>} open
+ * @property {(id: string) => Promise<import("../shared/messages.js").SourceCode>} sourceCode
+ * @property {(id: string, format: string) => string} downloadAddress
+ */
+
+/** @type {Sweeps} */
+export const sweeps = {
+  example: (experiment) => request("GET", `experiments/${encodeURIComponent(experiment)}/sweep`),
+  estimate: (body, measure) => request("POST", "sweeps/estimate", { ...body, measure }),
+  begin: (body) => request("POST", "sweeps", body),
+  cancel: (id) => request("POST", sweepPath(id, "cancel")),
+  resume: (id) => request("POST", sweepPath(id, "resume")),
+  remove: (id) => request("DELETE", sweepPath(id)),
+  cells: (id, question) => request("GET", sweepPath(id, `cells?${query(question)}`)),
+  rows: (id, question) => request("GET", sweepPath(id, `rows?${query(question)}`)),
+  open: (id, run, tracker) => request("POST", sweepPath(id, "rows", encodeURIComponent(run), "open"), tracker ? { tracker } : {}),
+  sourceCode: (id) => request("GET", sweepPath(id, "source-code")),
+  downloadAddress: (id, format) => `${ROOT}${sweepPath(id, `download?format=${format}`)}`,
+};
+
+/**
+ * Where the stream of a sweep is found, over the axes that shall be seen.
+ *
+ * @param {string} id
+ * @param {{x?: string, y?: string}} asked
+ */
+export function sweepStream(id, asked) {
+  return socketAddress(sweepPath(id, `stream?${query(asked)}`));
+}
+
+/**
+ * The page that opens a run as a session; with another method where one is named.
+ *
+ * @param {string} id
+ * @param {number} run
+ * @param {string} [tracker]
+ */
+export function runPage(id, run, tracker) {
+  return `sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?${query({ tracker })}` : ""}`;
+}
+
+/**
+ * "h-SPF" of "Hard switching (h-SPF)".
+ *
+ * @param {string} title Of a tracker.
+ */
+export function shortTitle(title) {
+  return /\(([^)]+)\)$/.exec(title)?.[1] ?? title;
+}
+
+// What can be shown of a sweep, and what a cell looks like then.
+
+/** @typedef {(number|null)[]} Column A number for each cell. */
+
+/**
+ * What the maps can show of each tracker, and what two trackers can be compared by.
+ *
+ * @typedef {object} Quantity
+ * @property {string} name As the server names it.
+ * @property {string} words
+ * @property {string} title What the colours mean.
+ * @property {string} unit
+ * @property {boolean} isShare Whether it is a share of the runs or of their frames, 0..1.
+ * @property {boolean} isBetterHigh
+ * @property {(map: MapPublic) => Column} values
+ * @property {MeasurePublic|null} measure
+ */
+
+/** @typedef {{most: number, words: string}} End The end of a scale, and what follows the number there. */
+
+/** @type {Quantity} */
+const SUCCESS = {
+  name: "success",
+  words: "success",
+  title: "Success rate",
+  unit: "",
+  isShare: true,
+  isBetterHigh: true,
+  values: ({ rate }) => rate,
+  measure: null,
+};
+/** @type {Quantity} */
+const ERROR = { ...SUCCESS, name: "error", words: "error", title: "Mean error", isShare: false, isBetterHigh: false, values: ({ error }) => error };
+/** @type {End} */
+const WHOLE = { most: 1, words: "" };
+const USUAL_SHARE = 0.95;
+
+/**
+ * Without truth there is neither success nor error.
+ *
+ * @param {Pick<SweepPublic, "judged"|"has_truth"|"measures"|"unit">} sweep
+ * @returns {Quantity[]}
+ */
+export function quantitiesOf({ judged, has_truth, measures, unit }) {
+  return [...(judged ? [SUCCESS] : []), ...(has_truth ? [{ ...ERROR, unit }] : []), ...measures.map(quantityOf)];
+}
+
+/**
+ * @param {MeasurePublic} measure
+ * @returns {Quantity}
+ */
+function quantityOf(measure) {
+  const { name, title, unit, how, better } = measure;
+  const isShare = how === "share";
+  return {
+    name,
+    words: title,
+    title: `${title}, mean of all runs`,
+    unit: isShare ? "" : unit,
+    isShare,
+    isBetterHigh: better === "higher",
+    values: ({ measures }) => measures[name] ?? [],
+    measure,
+  };
+}
+
+/**
+ * The end of a quantity's scale that is not 0, the same in all maps.
+ *
+ * @param {Quantity} quantity
+ * @param {readonly MapPublic[]} maps
+ * @returns {End}
+ */
+export function endOf({ isShare, values }, maps) {
+  return isShare ? WHOLE : usualEnd(maps.flatMap(values));
+}
+
+/**
+ * The end of the differences' scale, the same to both sides.
+ *
+ * @param {Pick<Quantity, "isShare">} quantity
+ * @param {Column} difference
+ * @returns {End}
+ */
+export function differenceEnd({ isShare }, difference) {
+  return isShare ? WHOLE : usualEnd(difference.map((value) => value && Math.abs(value)));
+}
+
+/**
+ * The look of one tracker's cells.
+ *
+ * @param {Pick<Seen, "sweep"|"cells"|"quantity">} seen
+ * @param {MapPublic} map
+ * @returns {(index: number) => CellLook}
+ */
+export function methodLook({ sweep, cells, quantity }, map) {
+  const { isShare, isBetterHigh } = quantity;
+  const values = quantity.values(map);
+  const { most } = endOf(quantity, cells.maps);
+  return (index) => {
+    const value = values[index] ?? null;
+    const there = presence(sweep, cells.planned, map, index);
+    if (value === null) return { ...there, colour: null };
+    return { ...there, colour: viridis(isBetterHigh ? value / most : 1 - value / most), text: isShare ? share2(value) : short(value) };
+  };
+}
+
+/**
+ * The look of one tracker against another.
+ *
+ * @param {Seen} seen
+ * @returns {(index: number) => CellLook}
+ */
+export function comparisonLook({ sweep, cells, view, quantity, comparison }) {
+  const maps = cells.maps.filter(({ tracker }) => tracker === view.first || tracker === view.second);
+  const { most } = differenceEnd(quantity, comparison?.difference ?? []);
+  return (index) => {
+    // What has not been answered yet is empty, and not without a value.
+    if (comparison === null) return { isHatched: false, filled: 0, colour: null };
+    const each = maps.map((map) => presence(sweep, cells.planned, map, index));
+    const there = { isHatched: each.some(({ isHatched }) => isHatched), filled: Math.min(...each.map(({ filled }) => filled)) };
+    if (view.show === "significance") {
+      const code = comparison.verdict[index];
+      return { ...there, colour: there.filled > 0 ? verdict(code) : null, isOutlined: true, text: SIGNS[code] };
+    }
+    const value = comparison.difference[index];
+    if (value === null) return { ...there, colour: null };
+    return { ...there, colour: diverging(value / most), text: signed(value, quantity.isShare) };
+  };
+}
+
+/**
+ * How much of a cell is there.
+ *
+ * @param {Pick<SweepPublic, "state">} sweep
+ * @param {number} planned
+ * @param {MapPublic} map
+ * @param {number} index
+ */
+function presence({ state }, planned, map, index) {
+  const runs = map.runs[index];
+  const isRefused = runs > 0 && map.problems[index] === runs;
+  const isOver = state !== "running";
+  // What was stopped shows its values whole: nothing is going to fill the rest.
+  const filled = runs >= planned || (isOver && runs > 0) ? 1 : runs / planned;
+  return { isHatched: isRefused || (runs === 0 && isOver), filled: isRefused ? 0 : filled };
+}
+
+/**
+ * 0.572 -> ".57", 1 -> "1".
+ *
+ * @param {number} value
+ */
+export function share2(value) {
+  if (value === 1) return "1";
+  if (value === 0) return "0";
+  return value.toFixed(2).replace(/^0/, "");
+}
+
+/** @param {number} value */
+export function short(value) {
+  const size = Math.abs(value);
+  if (size >= 100) return value.toFixed(0);
+  if (size >= 10) return value.toFixed(1);
+  return size >= 0.1 ? value.toFixed(2) : value.toPrecision(2);
+}
+
+/**
+ * @param {number} value
+ * @param {boolean} isShare
+ */
+function signed(value, isShare) {
+  const text = isShare ? share2(Math.abs(value)) : short(Math.abs(value));
+  return Number(text) === 0 ? "0" : `${value > 0 ? "+" : "−"}${text}`;
+}
+
+/**
+ * The end of a scale for amounts: a few outliers, of cells with hardly a run, shall not make all others look alike.
+ *
+ * @param {Column} column
+ * @returns {End}
+ */
+function usualEnd(column) {
+  const values = column.filter((value) => value !== null).sort((a, b) => a - b);
+  const most = roundUp(values[Math.ceil((values.length - 1) * USUAL_SHARE)] ?? 0);
+  return { most, words: (values.at(-1) ?? 0) > most ? " or more" : "" };
+}
+
+/** @param {number} value */
+function roundUp(value) {
+  if (!(value > 0)) return 1;
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * ([1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value * 0.999) ?? value / power);
+}
 
 /**
  * What is shown, as words of an address.
@@ -91,11 +357,11 @@ export function viewOf(wanted, known, map) {
 }
 
 /**
- * @param {URLSearchParams} query
+ * @param {URLSearchParams} address
  * @returns {View}
  */
-export function wishOf(query) {
-  return { ...USUAL, ...Object.fromEntries(query) };
+export function wishOf(address) {
+  return { ...USUAL, ...Object.fromEntries(address) };
 }
 
 /** @param {View} view */
@@ -171,8 +437,8 @@ export function look(changes) {
     comparison.value = null;
     if (isOtherMap) chosen.value = null;
   });
-  const query = queryOf(wish.value);
-  history.replaceState(null, "", query.size > 0 ? `${location.pathname}?${query}` : location.pathname);
+  const address = queryOf(wish.value);
+  history.replaceState(null, "", address.size > 0 ? `${location.pathname}?${address}` : location.pathname);
   if (isOtherMap) stream?.again();
   compare();
 }

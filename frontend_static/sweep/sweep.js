@@ -1,25 +1,18 @@
 /** The page of a sweep: how far it is, what its maps show, and the runs of the chosen cell, failures first. */
 
-import { START } from "../shared/address.js";
-import { linkToReferences } from "../shared/comparison_link.js";
-import { Segments, Select } from "../shared/controls.js";
+import { START } from "../shared/api.js";
+import { linkToReferences } from "../shared/comparison.js";
 import { confirmLoss } from "../shared/dialog.js";
-import { lastOfAddress, part, setText } from "../shared/dom.js";
+import { attempt, IconButton, lastOfAddress, Notice, part, Popover, Segments, Select, setText } from "../shared/dom.js";
+import { sourceCodeButton } from "../shared/exports.js";
 import { count, duration, parameterValue } from "../shared/format.js";
-import { IconButton } from "../shared/icons.js";
-import { Notice } from "../shared/notice.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { presentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
-import { sourceCodeButton } from "../shared/source_code.js";
 import { Explained } from "../shared/terms.js";
-import { attempt } from "../shared/toast.js";
-import { Popover } from "../session/popover.js";
 import { effect, h, html, useSignal } from "../vendor/preact.js";
-import { runPage, sweeps } from "./api.js";
-import { quantitiesOf, short } from "./cells.js";
 import { Maps, placeOf, shortOf, titleOf } from "./maps.js";
-import { NO_AXIS, begin, chosen, gone, isLost, look, newest, seen } from "./store.js";
+import { begin, chosen, gone, isLost, look, newest, NO_AXIS, quantitiesOf, runPage, seen, short, sweeps } from "./store.js";
 
 /** @import { RowPublic, RowsPublic, SweepPublic } from "../shared/messages.js" */
 /** @import { Chosen, Seen, View } from "./store.js" */

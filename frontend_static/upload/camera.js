@@ -6,7 +6,7 @@
 
 import { messageOf } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
-import { h as element } from "../shared/dom.js";
+import { build } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { later } from "../shared/timing.js";
 import { h, html, render, signal, useEffect, useLayoutEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
@@ -38,7 +38,7 @@ const seconds = signal(SHORTEST_S);
 
 /** @param {(clip: File) => void} take What is done with the clip. */
 export function recordClip(take) {
-  const place = element("div", { class: "camera" });
+  const place = build("div", { class: "camera" });
   const dialog = openDialog("Use the camera", () => [place], { wide: true });
   const close = () => dialog.close();
   addEventListener("pagehide", close, { once: true });

@@ -1,12 +1,9 @@
 /** The drop zone: takes videos, pictures, tables of tracks, results of trackers and saved runs, and shows how far it is. */
 
-import { here } from "../shared/address.js";
-import { api, messageOf, statusOf } from "../shared/api.js";
+import { api, cancelJob, followJob, here, jobOf, messageOf, Meter, progressWords, statusOf } from "../shared/api.js";
+import { attempt, Icon, toast } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
-import { Icon } from "../shared/icons.js";
-import { Meter, cancelJob, followJob, jobOf, progressWords } from "../shared/jobs.js";
 import { after } from "../shared/timing.js";
-import { attempt, toast } from "../shared/toast.js";
 import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.js";
 import { recordClip } from "./camera.js";
 

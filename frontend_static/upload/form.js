@@ -1,18 +1,17 @@
 /** After an upload: which frame to begin with, what to follow and how, and whether it can be followed. */
 
-import { api, messageOf } from "../shared/api.js";
+import { api, messageOf, Meter } from "../shared/api.js";
 import { count } from "../shared/format.js";
-import { Meter } from "../shared/jobs.js";
 import { Made } from "../shared/page.js";
 import { VIRIDIS } from "../shared/palette.js";
 import { later } from "../shared/timing.js";
 import { h, html, useEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
 import { Target } from "./target.js";
 
-/** @import { ExperimentPublic, SuitabilityPublic, UploadPublic } from "../shared/messages.js" */
 /** @import { Mark } from "../shared/marks/mark_json.js" */
-/** @import { Finding as FindingState } from "./target.js" */
+/** @import { ExperimentPublic, SuitabilityPublic, UploadPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
+/** @import { Finding as FindingState } from "./target.js" */
 
 /** @typedef {Event & {currentTarget: HTMLInputElement}} InputEvent */
 /** @typedef {Event & {currentTarget: HTMLSelectElement}} SelectEvent */

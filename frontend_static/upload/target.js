@@ -5,14 +5,14 @@
  */
 
 import { api, messageOf } from "../shared/api.js";
+import { attempt } from "../shared/dom.js";
 import { descriptionOf, markEditor } from "../shared/marks/mark_editor.js";
 import { throttle } from "../shared/timing.js";
-import { attempt } from "../shared/toast.js";
 import { computed, signal } from "../vendor/preact.js";
 
-/** @import { ExperimentPublic, SightingPublic, TruthPublic, UploadPublic } from "../shared/messages.js" */
 /** @import { MarkEditor } from "../shared/marks/mark_editor.js" */
 /** @import { Description, Mark } from "../shared/marks/mark_json.js" */
+/** @import { ExperimentPublic, SightingPublic, TruthPublic, UploadPublic } from "../shared/messages.js" */
 /** @import { Signal } from "../vendor/preact.js" */
 
 /**

@@ -180,8 +180,6 @@ STYLES = (
     "shared/style",
     "shared/figure/figure",
     "session/session",
-    "session/inspect/inspect",
-    "session/why/why",
 )
 LINKS = "".join(f'<link rel="stylesheet" href="static/{style}.css">' for style in STYLES)
 BARE = f"<head><title>Bare</title>{LINKS}</head><body><main></main></body>"

@@ -249,8 +249,8 @@ def test_what_is_pointed_at_is_named(look: Look) -> None:
     canvas = view.page.locator(".flat-canvas")
     nose = view.page.evaluate(
         """async (session) => {
-            const { socketAddress } = await import('./static/shared/socket.js');
-            const { decode } = await import('./static/session/flat/decode.js');
+            const { socketAddress } = await import('./static/shared/stream.js');
+            const { decode } = await import('./static/session/flat/drawing.js');
             const socket = new WebSocket(`${socketAddress(`sessions/${session}/stream`)}?paints=true&has_picture=true`);
             socket.binaryType = 'arraybuffer';
             const drawing = await new Promise((done) => (socket.onmessage = ({ data }) => done(decode(data))));

@@ -129,7 +129,6 @@ def test_a_mark_that_was_found_is_shown_to_be_corrected(bare: Any) -> None:
 
 def test_handles_have_names_until_they_are_moved(bare: Any) -> None:
     """Of handles that are offered it is seen which is which, without pointing at any; what was moved was understood."""
-    bare.add_style_tag(url="static/shared/marks/marks.css")
     editing = Editing(bare, OUTLINE)
     names = editing.page.locator(".point-name:visible")
     assert names.all_inner_texts() == ["Corner 0", "Corner 1", "Corner 2"]
@@ -154,7 +153,6 @@ def test_keys_resize_a_box_by_their_place(bare: Any) -> None:
 
 def test_one_name_is_shown_at_a_time(bare: Any) -> None:
     """Names of handles that lie close would cover each other: the one that is pointed at goes before the focus."""
-    bare.add_style_tag(url="static/shared/marks/marks.css")
     editing = Editing(bare, OUTLINE)
     editing.page.evaluate("editor.set({ kind: 'outline', corners: [[64, 72], [159.5, 71.7], [255, 72]] })")
     names = editing.page.locator(".point-name:visible")

@@ -29,7 +29,7 @@ SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden]
 }))"""
 
 # What a link to a session says of it.
-SHARED = "async (session) => (await import('./static/session/share.js')).bodyOf(session)"
+SHARED = "async (session) => (await import('./static/session/dialogs.js')).bodyOf(session)"
 
 # Whether an element is in the window from its first line to its last, with nothing over it.
 UNCOVERED = """(selector) => {

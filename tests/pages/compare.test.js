@@ -2,11 +2,11 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { JointStore } from "../../frontend_static/compare/joint_store.js";
-import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison_link.js";
 import { outcomeLines } from "../../frontend_static/compare/table.js";
-import { coated } from "../../frontend_static/session/flat/overlay.js";
 import { Clock } from "../../frontend_static/session/clock.js";
+import { coated } from "../../frontend_static/session/flat/drawing.js";
 import { Store } from "../../frontend_static/session/store.js";
+import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison.js";
 import { effect } from "../../frontend_static/vendor/preact.js";
 
 /** A session of so many frames, of which some are computed. */

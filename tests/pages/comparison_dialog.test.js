@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { sessionsBeside } from "../../frontend_static/shared/comparison_dialog.js";
+import { sessionsBeside } from "../../frontend_static/shared/comparison.js";
 
 const session = (id, experiment, footage, more) => ({ id, branch: "b0", name: `${id}.txt`, title: "", recipe: { experiment, footage, seed: 3 }, ...more });
 

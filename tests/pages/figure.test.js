@@ -1,12 +1,12 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { boxOf, furniture, isSame, margins, scales, withRoom } from "../../frontend_static/shared/figure/axes.js";
+import {
+  boxOf, describe as describePanel, even, furniture, isSame, margins, named, Scale, scales, ticksOf, titled, valueOn, withRoom, written,
+} from "../../frontend_static/shared/figure/axes.js";
 import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/handle.js";
 import { KINDS, nearestOf, nearestOn } from "../../frontend_static/shared/figure/kinds.js";
-import { cellsOf } from "../../frontend_static/shared/figure/maps.js";
-import { kept, pathThrough } from "../../frontend_static/shared/figure/paint.js";
-import { Scale, describe as describePanel, even, named, ticksOf, titled, valueOn, written } from "../../frontend_static/shared/figure/scale.js";
+import { cellsOf, kept, pathThrough } from "../../frontend_static/shared/figure/paint.js";
 
 const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names: [], hidden: false };
 const LOG = { ...AXIS, low: 10, high: 10_000, log: true };

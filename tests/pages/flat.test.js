@@ -1,11 +1,10 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { decode } from "../../frontend_static/session/flat/decode.js";
-import { Layers } from "../../frontend_static/session/flat/layers.js";
+import { decode, Layers } from "../../frontend_static/session/flat/drawing.js";
 import { nameAt } from "../../frontend_static/session/flat/flat_view.js";
 import { css, placed } from "../../frontend_static/session/flat/paint.js";
-import { follow } from "../../frontend_static/shared/effects.js";
+import { follow } from "../../frontend_static/shared/timing.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
 

@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
+import { progressWords } from "../../frontend_static/shared/api.js";
 import { bytes, count, duration, measureValue, moment, number, parameterValue, quantity, smallestSpan, speed } from "../../frontend_static/shared/format.js";
-import { share2, short } from "../../frontend_static/sweep/cells.js";
-import { progressWords } from "../../frontend_static/shared/jobs.js";
+import { share2, short } from "../../frontend_static/sweep/store.js";
 
 describe("numbers as a person reads them", () => {
   it("have the decimals that were asked for, and a dash where there is none", () => {

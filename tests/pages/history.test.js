@@ -1,9 +1,8 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { History, curve, isGone } from "../../frontend_static/session/history.js";
-import { state } from "../../frontend_static/session/readings.js";
-import { eventsOf, frequencies, isKnown, numberOf, samplers, samplesOf, valueOf } from "../../frontend_static/session/series.js";
+import { eventsOf, frequencies, isKnown, numberOf, samplers, samplesOf, state, valueOf } from "../../frontend_static/session/readings.js";
+import { curve, History, isGone } from "../../frontend_static/session/store.js";
 
 const row = (frame, more = {}) => ({ frame, estimate: [frame, 0], ...more });
 const filled = (length, more = () => ({})) => {

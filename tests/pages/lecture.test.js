@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { asked, begin, clock, clockWords, end, go, hostOf, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
-import { itemOfLink } from "../../frontend_static/lecturer/items.js";
+import { itemOfLink } from "../../frontend_static/lecturer/api.js";
+import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
 import { moved } from "../../frontend_static/lectures/order.js";
-import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison_link.js";
+import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison.js";
 import { linkTo } from "../../frontend_static/shared/share_link.js";
 
 const MINUTE = 60_000;
@@ -38,7 +38,7 @@ describe("the walk through a lecture", () => {
     const found = walk(item("one", "learn/one"), item("two", "learn/two"));
     assert.equal(go(found, -1, 0).at, 0);
     assert.equal(go(found, 7, 0).at, 1);
-    assert.deepEqual(asked(found).steps.map((step) => step.asked), [true, false]);
+    assert.deepEqual(markAsked(found).steps.map((step) => step.asked), [true, false]);
   });
 
   it("takes the time of each step, also of one that is come back to", () => {
@@ -48,7 +48,7 @@ describe("the walk through a lecture", () => {
     assert.deepEqual(whole, { taken: 10 * MINUTE, planned: 10 * MINUTE });
     assert.deepEqual(step, { taken: 9 * MINUTE, planned: 5 * MINUTE });
     assert.equal(spentOn(found, 1, 10 * MINUTE), MINUTE);
-    found = end(found, 11 * MINUTE);
+    found = endWalk(found, 11 * MINUTE);
     assert.equal(spentOn(found, 0, 99 * MINUTE), 10 * MINUTE);
     assert.equal(clock(found, 99 * MINUTE).whole.taken, 11 * MINUTE);
   });

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { it } from "node:test";
 
-import { Loss } from "../../frontend_static/session/why/loss.js";
 import { Store } from "../../frontend_static/session/store.js";
+import { Loss } from "../../frontend_static/session/why/loss.js";
 
 it("a loss that is explained after its session has left the page begins no exploration", async (context) => {
   globalThis.addEventListener = () => {};

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { ApiError } from "../../frontend_static/shared/api.js";
-import { NewestRequest } from "../../frontend_static/shared/newest_request.js";
+import { NewestRequest } from "../../frontend_static/shared/timing.js";
 
 describe("what is asked for again and again", () => {
   /** Who answers when it is told to, and remembers what was asked. */

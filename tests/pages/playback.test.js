@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { beforeEach, describe, it } from "node:test";
 
-import { Playback } from "../../frontend_static/session/recorded/playback.js";
+import { Playback } from "../../frontend_static/session/playback.js";
 import { Store } from "../../frontend_static/session/store.js";
-import { until } from "../../frontend_static/shared/effects.js";
+import { until } from "../../frontend_static/shared/timing.js";
 import { effect } from "../../frontend_static/vendor/preact.js";
 
 const FRAMES = 5;

@@ -3,10 +3,9 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { History } from "../../frontend_static/session/history.js";
-import { column, enclose, extent, reach, shades } from "../../frontend_static/session/plots/columns.js";
 import { treeOf } from "../../frontend_static/session/plots/kinds.js";
-import { clamped, scaled } from "../../frontend_static/session/plots/zoom.js";
+import { clamped, column, enclose, extent, reach, scaled, shades } from "../../frontend_static/session/plots/plots.js";
+import { History } from "../../frontend_static/session/store.js";
 
 function historyOf(errors) {
   const made = new History();

@@ -2,8 +2,8 @@ import assert from "node:assert/strict";
 import { before, describe, it } from "node:test";
 
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
-import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/colours.js";
-import { comparisonLook, differenceEnd, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/cells.js";
+import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/theme.js";
+import { comparisonLook, differenceEnd, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/store.js";
 
 let medium = "screen";
 

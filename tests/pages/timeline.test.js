@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { marks, trackerTitle } from "../../frontend_static/session/timeline.js";
+import { marks, trackerTitle } from "../../frontend_static/session/steering.js";
 
 const session = {
   declarations: [{ name: "width", title: "Width", unit: "px" }],

@@ -6,20 +6,17 @@
  * shows in worlds of their own stands beside the picture, and is painted together with it.
  */
 
-import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
-import { fill, h, setText } from "../../shared/dom.js";
-import { follow } from "../../shared/effects.js";
-import { coalesce, later } from "../../shared/timing.js";
-import { h as component, render } from "../../vendor/preact.js";
-import { decode } from "./decode.js";
-import { LayerLegend, Layers } from "./layers.js";
+import { build, fill, setText } from "../../shared/dom.js";
+import { enlargement, watchCanvasSize } from "../../shared/theme.js";
+import { coalesce, follow, later } from "../../shared/timing.js";
+import { h, render } from "../../vendor/preact.js";
+import { decode, LayerLegend, Layers } from "./drawing.js";
 import { paint } from "./paint.js";
 import { WorldView } from "./world_view.js";
 
-/** @import { CanvasSize } from "../../shared/canvas_size.js" */
 /** @import { SessionPublic } from "../../shared/messages.js" */
-/** @import { Drawing, Primitive, WorldDrawing } from "./decode.js" */
-/** @import { Overlay } from "./overlay.js" */
+/** @import { CanvasSize } from "../../shared/theme.js" */
+/** @import { Drawing, Overlay, Primitive, WorldDrawing } from "./drawing.js" */
 
 /** So near the pointer has to be, in pixels of the page. */
 const REACH = 9;
@@ -120,15 +117,15 @@ const QUIET_MS = 400;
 /** @typedef {{drawing: Drawing, bitmaps: Map<number, ImageBitmap>, number: number, painted: () => void}} Ready */
 
 export class FlatView {
-  #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is loading" });
-  #caption = h("p", { class: "flat-caption" });
-  #place = h("div", { class: "flat-place small-print" }, this.#canvas);
+  #canvas = build("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is loading" });
+  #caption = build("p", { class: "flat-caption" });
+  #place = build("div", { class: "flat-place small-print" }, this.#canvas);
   /** @type {WorldView[]} */
   #worlds = [];
-  #beside = h("div", { class: "worlds" });
-  #main = h("div", { class: "flat-main" }, h("div", { class: "flat-body" }, this.#place, this.#beside));
-  #line = h("div", { class: "flat-line" }, this.#caption);
-  #root = h("div", { class: "flat-view" }, this.#main, this.#line);
+  #beside = build("div", { class: "worlds" });
+  #main = build("div", { class: "flat-main" }, build("div", { class: "flat-body" }, this.#place, this.#beside));
+  #line = build("div", { class: "flat-line" }, this.#caption);
+  #root = build("div", { class: "flat-view" }, this.#main, this.#line);
   #pictures = new Pictures();
   #unsettle = () => {};
   #layers;
@@ -225,10 +222,10 @@ export class FlatView {
 
   /** The caption stays: it serves screen readers and names what the pointer is at. */
   #addLegend() {
-    const place = h("div", { class: "made" });
+    const place = build("div", { class: "made" });
     this.#line.prepend(place);
     this.#line.dataset.legend = "";
-    render(component(LayerLegend, { layers: this.#layers }), place);
+    render(h(LayerLegend, { layers: this.#layers }), place);
     this.#signal.addEventListener("abort", () => render(null, place));
   }
 
@@ -308,14 +305,14 @@ export class FlatScene {
   /** Whether it shows a picture. */
   hasPicture = false;
 
-  element = h("div", { class: "flat-scene" });
+  element = build("div", { class: "flat-scene" });
   window = null;
 
   /**
    * @param {Promise<SessionPublic>} session What is known of it.
    * @param {import("../scene.js").Progress} on
    * @param {AbortSignal} signal
-   * @param {{hasLegend?: boolean, layers: readonly string[], overlay?: import("./overlay.js").Overlay}} options Whether it says what its
+   * @param {{hasLegend?: boolean, layers: readonly string[], overlay?: import("./drawing.js").Overlay}} options Whether it says what its
    *     colours mean; names of layers to show from the beginning, beside those declared so; and what says how it is painted where
    *     several lie over each other.
    */

@@ -7,9 +7,9 @@
  * colour of its corners; what lies behind a triangle of the same mesh is not seen through it.
  */
 
-import { coated } from "./overlay.js";
+import { coated } from "./drawing.js";
 
-/** @import { Arrows, Axes, Colour, Drawing, Ellipse, Ellipsoids, Mesh, Picture, Points, Primitive, Text } from "./decode.js" */
+/** @import { Arrows, Axes, Colour, Drawing, Ellipse, Ellipsoids, Mesh, Picture, Points, Primitive, Text } from "./drawing.js" */
 
 /** Beyond so many pixels of the canvas nothing is told apart, and browsers grow slow. */
 const FAR_PX = 30_000;
@@ -60,7 +60,7 @@ const BRIGHT_FROM = 3 * 160;
  * @param {Surface} surface
  * @param {Pick<Drawing, "primitives">} drawing
  * @param {(layer: string) => boolean} isShown
- * @param {import("./overlay.js").Coat|null} [coat] Where it is one of several that lie over each other.
+ * @param {import("./drawing.js").Coat|null} [coat] Where it is one of several that lie over each other.
  */
 export function paint(surface, drawing, isShown, coat = null) {
   const { context, width, height } = surface;

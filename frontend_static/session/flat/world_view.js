@@ -3,16 +3,13 @@
  * `pftrack/vision/rendering.py` has them. There is no perspective, so each primitive stays one of its kind.
  */
 
-import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
-import { h } from "../../shared/dom.js";
-import { icon } from "../../shared/icons.js";
-import { onTheme } from "../../shared/theme.js";
+import { build, icon } from "../../shared/dom.js";
+import { enlargement, onTheme, watchCanvasSize } from "../../shared/theme.js";
 import { coalesce } from "../../shared/timing.js";
 import { paint } from "./paint.js";
 
 /** @import { Viewpoint } from "../../shared/messages.js" */
-/** @import { Axes, Colour, Ellipsoids, Points, Primitive, ShownWorld, WorldDrawing } from "./decode.js" */
-/** @import { Layers } from "./layers.js" */
+/** @import { Axes, Colour, Ellipsoids, Layers, Points, Primitive, ShownWorld, WorldDrawing } from "./drawing.js" */
 
 /** @typedef {[number, number, number]} Vector */
 
@@ -247,11 +244,11 @@ export class WorldView {
   #side = 0;
   #soon;
   #end = new AbortController();
-  #canvas = h("canvas", { class: "world-canvas", role: "img", tabindex: 0, title: HINT });
-  #place = h("div", { class: "world-place small-print" }, this.#canvas);
+  #canvas = build("canvas", { class: "world-canvas", role: "img", tabindex: 0, title: HINT });
+  #place = build("div", { class: "world-place small-print" }, this.#canvas);
   /** @type {Map<string, HTMLButtonElement>} */
   #buttons;
-  #size = h(
+  #size = build(
     "button",
     { type: "button", class: "world-size quiet", title: "Larger", "aria-label": "Larger", "aria-pressed": "false", on: { click: () => this.#resize() } },
     icon("enlarge"),
@@ -268,12 +265,12 @@ export class WorldView {
     this.#layers = layers;
     this.#soon = coalesce(() => this.#paint(), this.#end.signal);
     this.#buttons = new Map(world.viewpoints.map((viewpoint) => [viewpoint.name, this.#button(viewpoint)]));
-    this.element = h(
+    this.element = build(
       "details",
       { class: "world", open: true, data: { world: world.name } },
-      h("summary", {}, `${world.title}, ${world.unit}`),
+      build("summary", {}, `${world.title}, ${world.unit}`),
       this.#size,
-      h("div", { class: "world-sides", role: "group", "aria-label": `Sides of ${world.title}` }, [...this.#buttons.values()]),
+      build("div", { class: "world-sides", role: "group", "aria-label": `Sides of ${world.title}` }, [...this.#buttons.values()]),
       this.#place,
     );
     this.#look(world.viewpoints[0]);
@@ -310,7 +307,7 @@ export class WorldView {
    */
   #button(viewpoint) {
     const { name, title } = viewpoint;
-    return h("button", { type: "button", "aria-pressed": "false", data: { viewpoint: name }, on: { click: () => this.#look(viewpoint) } }, title);
+    return build("button", { type: "button", "aria-pressed": "false", data: { viewpoint: name }, on: { click: () => this.#look(viewpoint) } }, title);
   }
 
   /** @param {Viewpoint} viewpoint */

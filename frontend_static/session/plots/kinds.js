@@ -4,19 +4,18 @@
  */
 
 import { api } from "../../shared/api.js";
+import { attempt } from "../../shared/dom.js";
+import { written } from "../../shared/figure/axes.js";
 import { lineOver } from "../../shared/figure/kinds.js";
-import { written } from "../../shared/figure/scale.js";
 import { number, smallestSpan } from "../../shared/format.js";
-import { attempt } from "../../shared/toast.js";
-import { curve, isGone } from "../history.js";
-import { declared as declaredIn, frequencies, hypothesesOf, numberOf, ofRole, samplers, samplesOf, valueOf } from "../series.js";
-import { column, enclose, extent, reach, remembered, shades } from "./columns.js";
+import { declared as declaredIn, frequencies, hypothesesOf, numberOf, ofRole, samplers, samplesOf, valueOf } from "../readings.js";
+import { curve, isGone } from "../store.js";
+import { column, enclose, extent, reach, remembered, shades } from "./plots.js";
 
-/** @import { Bands, Plot, SessionPublic } from "../../shared/messages.js" */
 /** @import { Axis, Band, Nodes, Segments, Trace } from "../../shared/figure/traces.js" */
-/** @import { Curve, History, Row } from "../history.js" */
+/** @import { Bands, Plot, SessionPublic } from "../../shared/messages.js" */
 /** @import { View } from "../mount.js" */
-/** @import { Store } from "../store.js" */
+/** @import { Curve, History, Row, Store } from "../store.js" */
 
 /**
  * What a plot shows now.

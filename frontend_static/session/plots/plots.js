@@ -5,24 +5,262 @@
  */
 
 import { api } from "../../shared/api.js";
-import { h } from "../../shared/dom.js";
-import { follow, until } from "../../shared/effects.js";
+import { attempt, build } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
 import { FigureView } from "../../shared/figure/figure.js";
 import { lineOver, told } from "../../shared/figure/kinds.js";
 import { explain } from "../../shared/terms.js";
-import { throttle } from "../../shared/timing.js";
-import { attempt } from "../../shared/toast.js";
-import { curve } from "../history.js";
-import { samplers } from "../series.js";
+import { follow, throttle, until } from "../../shared/timing.js";
+import { samplers } from "../readings.js";
+import { curve } from "../store.js";
 import { KINDS } from "./kinds.js";
-import { Zoom } from "./zoom.js";
 
-/** @import { Panel, Trace } from "../../shared/figure/traces.js" */
+/** @import { Panel, Spans, Trace } from "../../shared/figure/traces.js" */
 /** @import { Plot } from "../../shared/messages.js" */
 /** @import { View } from "../mount.js" */
-/** @import { Store } from "../store.js" */
+/** @import { Curve, History, Row, Store } from "../store.js" */
 /** @import { Kind } from "./kinds.js" */
+
+// The numbers of a history in columns, what else is found in it, and the limits of axes that follow from them.
+
+const STEPS = [1, 1.5, 2, 3, 4, 5, 7.5, 10];
+
+/** @type {WeakMap<History, Map<Curve, {edition: number, values: number[]}>>} */
+const columns = new WeakMap();
+
+/**
+ * A number of all frames, NaN where it is not known. Of a history that has only grown the new frames alone are read.
+ *
+ * @param {History} history
+ * @param {Curve} read The same function each time.
+ * @returns {readonly number[]}
+ */
+export function column(history, read) {
+  const known = columns.get(history) ?? new Map();
+  columns.set(history, known);
+  let found = known.get(read);
+  if (found?.edition !== history.edition || found.values.length > history.length) {
+    found = { edition: history.edition, values: [] };
+    known.set(read, found);
+  }
+  for (let frame = found.values.length; frame < history.length; frame += 1) found.values.push(read(history.at(frame)) ?? NaN);
+  return found.values;
+}
+
+/**
+ * What `make` finds in a history, found anew only when that has changed.
+ *
+ * @template T
+ * @param {(history: History) => T} make
+ * @returns {(history: History) => T}
+ */
+export function remembered(make) {
+  /** @type {WeakMap<History, {seen: string, value: T}>} */
+  const known = new WeakMap();
+  return (history) => {
+    const seen = `${history.edition} ${history.length}`;
+    const before = known.get(history);
+    const found = before?.seen === seen ? before : { seen, value: make(history) };
+    known.set(history, found);
+    return found.value;
+  };
+}
+
+/**
+ * Shades of the intervals in which something held, with a word for them in the key where there are any.
+ *
+ * @param {string} ink
+ * @param {number} opacity
+ * @param {(row: Row, place: number) => boolean} test Of a frame and, where there are rows, one of them.
+ * @param {{word?: string, rows?: number}} [options] How many rows are shaded apart.
+ * @returns {(history: History) => Spans}
+ */
+export function shades(ink, opacity, test, { word = "", rows = 1 } = {}) {
+  const intervals = remembered((history) =>
+    Array.from({ length: rows }, (_, place) => {
+      const part = rows > 1 ? { low: place, high: place + 1 } : {};
+      return history.spans((row) => test(row, place)).map(([first, last]) => ({ first: first - 0.5, last: last + 0.5, ...part }));
+    }).flat(),
+  );
+  return (history) => {
+    const found = intervals(history);
+    return { kind: "spans", title: found.length > 0 ? word : "", name: ink, ink, opacity, intervals: found };
+  };
+}
+
+/**
+ * The smallest and the largest of all; the wrong way round where there is nothing.
+ *
+ * @param {readonly (readonly number[])[]} all
+ * @returns {[number, number]}
+ */
+export function extent(all) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const values of all) {
+    for (const value of values) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  }
+  return [low, high];
+}
+
+/**
+ * From 0 to beyond a value, rounded, so that it changes seldom and nothing jumps.
+ *
+ * @param {number} most
+ */
+export function reach(most) {
+  const value = most * 1.05;
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * (STEPS.find((step) => step * power >= value) ?? value / power);
+}
+
+/**
+ * Around values that may lie far from 0, rounded.
+ *
+ * @param {[number, number]} extent The smallest and the largest value.
+ * @param {number} smallest How far they are apart at least.
+ * @returns {{low: number, high: number}}
+ */
+export function enclose([low, high], smallest) {
+  if (low > high) return { low: 0, high: smallest };
+  const span = Math.max(high - low, smallest);
+  const step = 10 ** Math.floor(Math.log10(span / 2));
+  const start = Math.floor(low / step) * step;
+  return { low: start, high: Math.max(Math.ceil(high / step) * step, start + smallest) };
+}
+
+// Which frames the plots of a session show: all, or those that somebody looks at more closely. The wheel with Ctrl, or two
+// fingers on a touchpad, zoom at the pointer; dragging moves what is zoomed; a double click shows all again. The keys +, - and
+// 0 do the same at the frame that is shown.
+
+/** @typedef {[low: number, high: number]} Frames */
+
+/**
+ * What is to be known of the plots.
+ *
+ * @typedef {object} Plotted
+ * @property {(event: MouseEvent) => {x: number, perPx: number}|null} at Which frame lies under the pointer, and how many in a px.
+ * @property {() => number} position Of the frame that is shown.
+ * @property {() => void} changed Is called after each change.
+ */
+
+/** So much nearer for so many px of the wheel. */
+const RATE = 1 / 300;
+/** And for a key. */
+const STEP = 2;
+/** So few frames are never widened further. */
+const FEWEST = 4;
+const MOVED_PX = 4;
+
+export class Zoom {
+  #plotted;
+  /** @type {Frames|null} */
+  #window = null;
+  #last = 1;
+  /** Whether the pointer that went down last has moved the window. */
+  #isMoved = false;
+
+  /**
+   * @param {HTMLElement} place Has the plots in it, and can have the focus.
+   * @param {Plotted} plotted
+   * @param {AbortSignal} signal
+   */
+  constructor(place, plotted, signal) {
+    this.#plotted = plotted;
+    place.addEventListener("wheel", (event) => this.#wheel(event), { passive: false, signal });
+    place.addEventListener("dblclick", () => this.#set(null), { signal });
+    place.addEventListener("keydown", (event) => this.#key(event), { signal });
+    place.addEventListener("pointerdown", (event) => this.#drag(event), { signal });
+    place.addEventListener("click", (event) => this.#click(event), { capture: true, signal });
+  }
+
+  /**
+   * The frames that are seen.
+   *
+   * @param {number} last Number of the last frame.
+   * @returns {Frames}
+   */
+  within(last) {
+    this.#last = last;
+    if (this.#window !== null && this.#window[1] > last) this.#window = clamped(this.#window, last);
+    return this.#window ?? [0, last];
+  }
+
+  /** @param {WheelEvent} event */
+  #wheel(event) {
+    const found = event.ctrlKey || event.metaKey ? this.#plotted.at(event) : null;
+    if (found === null) return;
+    event.preventDefault();
+    this.#set(scaled(this.within(this.#last), found.x, Math.exp(event.deltaY * RATE)));
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const factor = { "+": 1 / STEP, "=": 1 / STEP, "-": STEP }[event.key];
+    if (event.ctrlKey || event.metaKey || event.altKey || (factor === undefined && event.key !== "0")) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.#set(factor === undefined ? null : scaled(this.within(this.#last), this.#plotted.position(), factor));
+  }
+
+  /** @param {MouseEvent} event */
+  #click(event) {
+    // What was dragged was not chosen.
+    if (this.#isMoved) event.stopImmediatePropagation();
+    this.#isMoved = false;
+  }
+
+  /** @param {PointerEvent} begun */
+  #drag(begun) {
+    this.#isMoved = false;
+    const [window, held] = [this.#window, this.#plotted.at(begun)];
+    if (window === null || held === null || begun.button !== 0 || begun.pointerType === "touch") return;
+    const end = new AbortController();
+    const move = (/** @type {PointerEvent} */ event) => {
+      const px = event.clientX - begun.clientX;
+      this.#isMoved ||= Math.abs(px) >= MOVED_PX;
+      if (this.#isMoved) this.#set([window[0] - px * held.perPx, window[1] - px * held.perPx]);
+    };
+    document.addEventListener("pointermove", move, { signal: end.signal });
+    for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) document.addEventListener(type, () => end.abort(), { signal: end.signal });
+  }
+
+  /** @param {Frames|null} window */
+  #set(window) {
+    this.#window = window && clamped(window, this.#last);
+    this.#plotted.changed();
+  }
+}
+
+/**
+ * A window widened or narrowed around a frame.
+ *
+ * @param {Frames} window
+ * @param {number} at
+ * @param {number} factor Above 1 to see more.
+ * @returns {Frames}
+ */
+export function scaled([low, high], at, factor) {
+  const wanted = Math.max(FEWEST, (high - low) * factor);
+  const real = wanted / (high - low || 1);
+  return [at - (at - low) * real, at + (high - at) * real];
+}
+
+/**
+ * The nearest window within the frames that there are; null if it has all.
+ *
+ * @param {Frames} window
+ * @param {number} last
+ * @returns {Frames|null}
+ */
+export function clamped([low, high], last) {
+  const span = high - low;
+  if (span >= last) return null;
+  const start = Math.min(Math.max(0, low), last - span);
+  return [start, start + span];
+}
 
 /** @typedef {Kind & {plot: Plot, title: string}} Drawn */
 
@@ -60,7 +298,7 @@ class Plots {
    *
    * @type {Map<string, string>} */
   #words = new Map();
-  #place = h("div", { class: "plots-figure", tabindex: 0, role: "group", "aria-label": "Plots" });
+  #place = build("div", { class: "plots-figure", tabindex: 0, role: "group", "aria-label": "Plots" });
   /** Its width decides whether there is room for axes. */
   #outer;
 
@@ -77,7 +315,7 @@ class Plots {
     this.#all = session.plots
       .filter(({ id }) => view.plots.length === 0 || view.plots.includes(id))
       .map((plot) => ({ plot, title: titleOf(plot, session.unit), ...KINDS[plot.kind](plot, session) }));
-    root.append(h("h2", { class: "visually-hidden" }, "Plots"), this.#place);
+    root.append(build("h2", { class: "visually-hidden" }, "Plots"), this.#place);
     const draw = throttle(() => this.#draw(), REDRAW_MS, signal);
     const on = {
       turn: (/** @type {string} */ parameter, /** @type {number} */ value) =>

@@ -7,18 +7,17 @@ import { plainAxis, scales } from "../../shared/figure/axes.js";
 import { KINDS as PAINTERS, lineOver } from "../../shared/figure/kinds.js";
 import { points, within } from "../../shared/figure/paint.js";
 import { smallestSpan } from "../../shared/format.js";
-import { curve, isGone } from "../history.js";
-import { column, shades } from "../plots/columns.js";
 import { band, branchesOf, most, range, reader, stackOf, thresholdsOf } from "../plots/kinds.js";
-import { numberOf, ofRole } from "../series.js";
-import { marks } from "../timeline.js";
+import { column, shades } from "../plots/plots.js";
+import { numberOf, ofRole } from "../readings.js";
+import { marks } from "../steering.js";
+import { curve, isGone } from "../store.js";
 
+/** @import { Scale } from "../../shared/figure/axes.js" */
 /** @import { Sheet } from "../../shared/figure/paint.js" */
-/** @import { Scale } from "../../shared/figure/scale.js" */
 /** @import { Segments, Spans, Trace } from "../../shared/figure/traces.js" */
-/** @import { Curve, History } from "../history.js" */
-/** @import { Store } from "../store.js" */
-/** @import { Mark } from "../timeline.js" */
+/** @import { Mark } from "../steering.js" */
+/** @import { Curve, History, Store } from "../store.js" */
 
 /** @typedef {"flags"|"error"|"sigma"|"ess"|"proposal"|"events"|"loss"|"bands"|"changes"} RowName */
 /** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px. */

@@ -3,15 +3,13 @@
  * stays there.
  */
 
-import { enlargement } from "../../shared/canvas_size.js";
-import { fill, h } from "../../shared/dom.js";
-import { follow } from "../../shared/effects.js";
+import { build, fill } from "../../shared/dom.js";
 import { percent, quantity } from "../../shared/format.js";
 import { explain } from "../../shared/terms.js";
-import { onTheme, tokens } from "../../shared/theme.js";
-import { coalesce, later, throttle } from "../../shared/timing.js";
-import { curve, isGone } from "../history.js";
-import { eventsOf, numberOf, ofRole, samplers } from "../series.js";
+import { enlargement, onTheme, tokens } from "../../shared/theme.js";
+import { coalesce, follow, later, throttle } from "../../shared/timing.js";
+import { eventsOf, numberOf, ofRole, samplers } from "../readings.js";
+import { curve, isGone } from "../store.js";
 import { Memory } from "./paint.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
@@ -24,15 +22,15 @@ const INKS = ["ink", "muted", "well", "surface", "accent", "ramp", "hidden", "lo
 
 export class Scrubber {
   #view;
-  #canvas = h("canvas", { class: "scrubber-canvas" });
-  #tip = h("div", { class: "tip", hidden: true });
-  #slider = h(
+  #canvas = build("canvas", { class: "scrubber-canvas" });
+  #tip = build("div", { class: "tip", hidden: true });
+  #slider = build(
     "div",
     { class: "scrubber small-print", role: "slider", tabindex: 0, ...NAMED },
     this.#canvas,
     this.#tip,
   );
-  #names = h("ul", { class: "scrubber-rows small-print" });
+  #names = build("ul", { class: "scrubber-rows small-print" });
   #named = "";
   /** All but the playhead, which moves more often than the rest changes. */
   #background = document.createElement("canvas");
@@ -171,7 +169,7 @@ export class Scrubber {
     const rows = this.#memory.labels.map(({ label, middle }) => ({ label, middle: middle * this.#unit }));
     if (JSON.stringify(rows) === this.#named) return;
     this.#named = JSON.stringify(rows);
-    fill(this.#names, rows.map(({ label, middle }) => h("li", { style: `top: ${middle}px` }, label)));
+    fill(this.#names, rows.map(({ label, middle }) => build("li", { style: `top: ${middle}px` }, label)));
     explain(this.#names, { experiment });
   }
 
@@ -196,7 +194,7 @@ export class Scrubber {
       tip.hidden = true;
       return;
     }
-    fill(tip, this.#underPointer(x, y).map((line) => h("div", {}, line)));
+    fill(tip, this.#underPointer(x, y).map((line) => build("div", {}, line)));
     tip.hidden = false;
     const width = tip.offsetWidth;
     tip.style.left = `${Math.min(Math.max(4, x * this.#unit - width / 2), this.#slider.clientWidth - width - 4)}px`;

@@ -1,16 +1,189 @@
 /** Why the target was lost and what would have saved it, in the place of the plots. */
 
+import { IconButton } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
 import { miniature } from "../../shared/figure/figure.js";
 import { lineOver } from "../../shared/figure/kinds.js";
-import { quantity } from "../../shared/format.js";
-import { IconButton } from "../../shared/icons.js";
+import { number, quantity } from "../../shared/format.js";
 import { Made } from "../../shared/page.js";
-import { h, html, useEffect, useRef } from "../../vendor/preact.js";
-import { WhatIf } from "./what_if.js";
+import { newSweep } from "../../shared/share_link.js";
+import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
 
-/** @import { Evidence, Sign } from "../../shared/messages.js" */
+/** @import { Evidence, Report, Sign, ToldFinding } from "../../shared/messages.js" */
 /** @import { Loss } from "./loss.js" */
+
+// The card over the foot of the picture of a run that lost its target: the cause in a sentence, the best change of the tracker and
+// of the scene, and buttons that lead on. Put away, it stays small.
+
+/** @param {{loss: Loss}} props */
+export function LostCard({ loss }) {
+  const { diagnosis, isAway, isLost, tab, view } = loss;
+  const told = diagnosis.value;
+  if (told === null || !told.lost) return null;
+  // An open tab shows the same.
+  const isOpen = !(isAway.value ?? (!isLost.value || tab.value !== null));
+  // The first sign of the loss, or the loss itself.
+  const goal = Math.min(told.frame ?? 0, ...told.signs.map(({ since }) => since));
+  const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
+    if (open !== isOpen) isAway.value = !open;
+  };
+  return html`<section class="lost-card" aria-label="The loss" data-stale=${String(!isLost.value)}>
+    <p class="visually-hidden" role="status">${isLost.value && told.sentence}</p>
+    <details open=${isOpen} onToggle=${turn}>
+      <summary title=${isOpen ? "Put away" : "Why, and what would have saved it"}>
+        <span>${isOpen ? told.sentence : `Lost in frame ${told.frame}`}</span> ${!isLost.value && h(Stale, {})}
+      </summary>
+      ${loss.offersChanges && html`<ul>${h(Cure, { loss, ofScene: false })} ${h(Cure, { loss, ofScene: true })}</ul>`}
+      <footer>
+        <button type="button" onClick=${() => loss.open()}>Why</button>
+        ${loss.offersChanges && html`<button type="button" onClick=${() => (tab.value = "what-if")}>What if…</button>`}
+        <button type="button" onClick=${() => view.steering.seek(goal)}>Go to frame ${goal}</button>
+      </footer>
+    </details>
+  </section>`;
+}
+
+/**
+ * The best change of the tracker or of the scene, where one is better than no change.
+ *
+ * @param {{loss: Loss, ofScene: boolean}} props
+ */
+function Cure({ loss, ofScene }) {
+  const { exploration, report } = loss;
+  const findings = report.value?.findings.filter(({ kind }) => (ofScene ? kind === "world" : !["world", "seeds"].includes(kind))) ?? [];
+  // The scene of a recording cannot change.
+  if (ofScene && findings.length === 0) return null;
+  const best = findings.find(({ verdict }) => verdict === "better");
+  const of = ofScene ? "Scene" : "Tracker";
+  const why = best === undefined && without(loss, findings.length === 0 || findings.some(({ verdict }) => verdict === "few"));
+  if (best === undefined) return html`<li><span class="of">${of}</span> <span class="hint">${why}</span></li>`;
+  return html`<li data-stale=${String(exploration.job.value?.stale)}>
+    <span class="of">${of}</span>
+    <span class="change"><strong>${best.title}</strong> ${best.shares} ${exploration.job.value?.stale && h(Stale, {})}</span>
+    ${h(TryOut, { loss, finding: best })}
+  </li>`;
+}
+
+/**
+ * Why no change is shown.
+ *
+ * @param {Loss} loss
+ * @param {boolean} isOpen Whether there are too few seeds to tell.
+ */
+function without({ exploration }, isOpen) {
+  if (exploration.error.value !== "") return exploration.error.value;
+  if (exploration.isWorking) return isOpen ? "Too few seeds to tell. Trying…" : "No change is clearly better so far. Trying…";
+  return isOpen ? "Too few seeds to tell" : "No change is clearly better";
+}
+
+/** @param {{loss: Loss, finding: ToldFinding}} props */
+export function TryOut({ loss, finding }) {
+  const { title, seed } = finding;
+  const words = { title: `Opens a branch with the seed ${seed}`, "aria-label": `Try it: ${title}` };
+  return html`<button type="button" ...${words} disabled=${seed === null || !loss.canTry} onClick=${() => loss.tryOut(finding)}>Try it</button>`;
+}
+
+export function Stale() {
+  return html`<span class="stale" title="The run has changed since">stale</span>`;
+}
+
+// What would have saved the run: changes of the tracker and of the scene, best first, in lists that fill.
+
+const TRIALS = 40;
+
+/** @param {{loss: Loss}} props */
+export function WhatIf({ loss }) {
+  const { diagnosis, exploration, report } = loss;
+  const [job, found, error] = [exploration.job.value, report.value, exploration.error.value];
+  // The findings may be about another loss than *Why?* was asked about last.
+  const which = found?.loss === diagnosis.value?.frame ? "" : found?.loss_sentence;
+  const words = found === null ? error || "Going back to before the loss…" : `${which} ${found.sentence} ${error}`;
+  const stop = () => {
+    exploration.stop();
+    exploration.error.value = "Stopped.";
+  };
+  const again = () => loss.ask(diagnosis.value?.frame ?? undefined);
+  return html`<div class="what-if" data-stale=${String(job?.stale)}>
+    <p class="what-if-status" role="status">${words} ${job?.stale && h(Stale, {})}</p>
+    ${exploration.isWorking && html`<div class="what-if-progress">
+      <progress aria-label="Runs carried out" max=${job?.total || 1} value=${job?.done}></progress>
+      <button type="button" class="quiet" onClick=${stop}>Stop</button>
+    </div>`}
+    ${loss.isCut && html`<button type="button" onClick=${again}>Try again</button>`}
+    ${found && h(Changes, { loss, found })}
+  </div>`;
+}
+
+/** @param {{loss: Loss, found: Report}} props */
+function Changes({ loss, found }) {
+  const isWhole = useSignal(false);
+  const [first, ...changes] = found.findings;
+  const lists = /** @type {const} */ (["tracker", "scene"]).map(
+    (of) => /** @type {const} */ ([of, changes.filter(({ kind }) => (kind === "world") === (of === "scene"))]),
+  );
+  const line = (/** @type {ToldFinding} */ finding) => h(Line, { key: JSON.stringify(finding.values), loss, finding });
+  const shown = lists.filter(([, some]) => some.length > 0).map(
+    ([of, some]) => html`<h3>Changes of the ${of}</h3>
+      <ol class="what-if-lines" aria-label=${`Changes of the ${of}, best first`}>${(isWhole.value ? some : some.slice(0, 1)).map(line)}</ol>`,
+  );
+  const best = changes.find(({ verdict }) => verdict === "better");
+  const hint = "Compare the best change with no change over many scenes and seeds";
+  return html`
+    <ul class="what-if-lines" aria-label="No change">${line(first)}</ul>
+    ${shown}
+    <footer>
+      ${changes.length > shown.length && html`<button type="button" aria-expanded=${String(isWhole.value)} onClick=${() => (isWhole.value = !isWhole.value)}>
+        ${isWhole.value ? "The best alone" : `All ${found.planned}`}
+      </button>`}
+      ${best && html`<a class="button" href=${sweepOf(loss, best)} title=${hint}>Check in a sweep…</a>`}
+    </footer>
+    <p class="hint">${found.correction} A cure of this run is not a cure in general.</p>
+  `;
+}
+
+/**
+ * A change with the share of runs that hold, its verdict and its cost.
+ *
+ * @param {{loss: Loss, finding: ToldFinding}} props
+ */
+function Line({ loss, finding }) {
+  const { title, shares, share, low, high, step_ms: cost, verdict, words } = finding;
+  const percent = (/** @type {number|null} */ value) => `${number(100 * (value ?? 0), 0)}%`;
+  const hint = "Vary this in a sweep, over many scenes and seeds";
+  const interval = `95 % interval ${percent(low)} to ${percent(high)}`;
+  return html`<li data-verdict=${verdict}>
+    <span class="what-if-title">${title}</span>
+    <span class="what-if-result">
+      <span class="share-bar" role="img" title=${interval} aria-label=${`${percent(share)} of the runs hold; ${interval}`}>
+        <i class="share" style=${`width: ${percent(share)}`}></i>
+        <i class="interval" style=${`left: ${percent(low)}; width: ${percent((high ?? 0) - (low ?? 0))}`}></i>
+      </span>
+      <span class="what-if-count">${shares}</span>
+    </span>
+    <span class="what-if-tools">
+      <span class="what-if-said">${[words, `${number(cost, cost < 1 ? 2 : 1)} ms a step`].filter(Boolean).join(" · ")}</span>
+      ${verdict !== "baseline" && html`<a class="link" href=${sweepOf(loss, finding)} title=${hint}>Sweep</a>`}
+      ${h(TryOut, { loss, finding })}
+    </span>
+  </li>`;
+}
+
+/**
+ * A sweep over a change and none, with the settings that the run began with.
+ *
+ * @param {Loss} loss
+ * @param {ToldFinding} finding
+ */
+function sweepOf({ view, parameters }, { values, parameter }) {
+  const { recipe, tracker, upload } = view.store.known;
+  const [first] = recipe.timeline ?? [];
+  const begun = first?.frame === 0 ? first.values : {};
+  const trackers = [...new Set([recipe.tracker ?? tracker, ...("tracker" in values ? [String(values.tracker)] : [])])];
+  const axes = parameter ? [{ name: parameter, values: [parameters[parameter], values[parameter]] }] : [];
+  const rest = Object.fromEntries(Object.entries(begun).filter(([name]) => name !== parameter));
+  const on = upload ? { upload, footage: recipe.footage } : {};
+  return newSweep({ experiment: recipe.experiment, axes, trackers, trials: TRIALS, parameters: rest, ...on });
+}
 
 const TABS = /** @type {const} */ ([["why", "Why?"], ["what-if", "What if…"]]);
 

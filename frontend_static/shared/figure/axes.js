@@ -4,11 +4,292 @@
  */
 
 import { html, render } from "../../vendor/preact.js";
-import { Scale, ticksOf, titled } from "./scale.js";
 
 /** @import { Sheet } from "./paint.js" */
-/** @import { Tick } from "./scale.js" */
-/** @import { Axis, Panel } from "./traces.js" */
+/** @import { Axis, Panel, Trace } from "./traces.js" */
+
+// From the values of an axis to px of a panel and back, where its numbers stand, and how values are said.
+
+/** @typedef {{at: number, text: string}} Tick */
+
+/** What lies further out than so many px is not told apart, and browsers grow slow. */
+const FAR_PX = 30_000;
+const STEPS = [1, 2, 5, 10, 20, 50, 100];
+/** Multiples of a power of ten between which logarithmic axes of few decades are divided. */
+const WITHIN_DECADE = [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 5], [1, 3], [1]];
+/** From so many digits on before the decimal point, or zeros behind it, a number is written with a power of ten. */
+const [MOST_DIGITS, MOST_ZEROS] = [6, 4];
+/** Ends of an axis are reached in spite of rounding. */
+const SLACK = 1e-9;
+const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+/** So many steps are told apart on an axis. */
+const DIGITS = 3;
+const MOST_DECIMALS = 12;
+/**
+ * How numbers are written, by their decimals: to make a format takes longer than to use it a hundred times.
+ *
+ * @type {Map<string, Intl.NumberFormat>}
+ */
+const FORMATS = new Map();
+
+export class Scale {
+  #start;
+  #rate;
+  #from;
+  #log;
+
+  /**
+   * @param {Pick<Axis, "low"|"high"|"log">} axis A logarithmic one begins above 0.
+   * @param {number} from px of the lowest value.
+   * @param {number} to px of the highest value.
+   */
+  constructor({ low, high, log }, from, to) {
+    this.low = low;
+    this.high = high;
+    this.#log = log;
+    this.#from = from;
+    this.#start = this.#bent(low);
+    const span = this.#bent(high) - this.#start;
+    this.#rate = (to - from) / (span || 1);
+  }
+
+  /** @param {number|null} value A gap stays one: NaN. */
+  at(value) {
+    if (value === null) return NaN;
+    const px = this.#from + (this.#bent(value) - this.#start) * this.#rate;
+    return Math.min(Math.max(px, -FAR_PX), FAR_PX);
+  }
+
+  /** @param {number} px */
+  value(px) {
+    const bent = this.#start + (px - this.#from) / this.#rate;
+    return this.#log ? 10 ** bent : bent;
+  }
+
+  /**
+   * All of a trace's values at once.
+   *
+   * @param {readonly (number|null)[]} values
+   */
+  all(values) {
+    const places = new Float64Array(values.length);
+    for (let index = 0; index < values.length; index += 1) places[index] = this.at(values[index]);
+    return places;
+  }
+
+  /**
+   * The same, but that what lies beyond the axis is a gap, too.
+   *
+   * @param {readonly (number|null)[]} values
+   */
+  held(values) {
+    const [least, greatest] = ends(this);
+    return this.all(values.map((value) => (value !== null && (value < least || value > greatest) ? null : value)));
+  }
+
+  /** The value from which bars and stems rise: 0, or the end of the axis that is nearest to it. */
+  get ground() {
+    const [least, greatest] = ends(this);
+    return this.#log ? least : Math.min(Math.max(0, least), greatest);
+  }
+
+  /** @param {number} value */
+  #bent(value) {
+    if (!this.#log) return value;
+    // Nothing is the lowest that there is: bars and curves come up from below.
+    return value > 0 ? Math.log10(value) : -Infinity;
+  }
+}
+
+/**
+ * The least and the greatest value of an axis, whichever way it goes.
+ *
+ * @param {{low: number, high: number}} axis
+ */
+export function ends({ low, high }) {
+  return low <= high ? [low, high] : [high, low];
+}
+
+/**
+ * The ticks of an axis.
+ *
+ * @param {Axis} axis
+ * @param {number} most How many there is room for.
+ * @returns {Tick[]}
+ */
+export function ticksOf(axis, most) {
+  if (axis.hidden) return [];
+  if (axis.ticks) return axis.ticks;
+  const [least, greatest] = ends(axis);
+  if (axis.names.length) return axis.names.map((text, at) => ({ at, text })).filter(({ at }) => at >= least && at <= greatest);
+  if (axis.log) return logarithmic(axis, most).map((at) => ({ at, text: written(at) }));
+  const { step, values } = even(axis, most);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + SLACK));
+  return values.map((at) => ({ at, text: written(at, decimals) }));
+}
+
+/**
+ * Multiples of 1, 2 or 5 times a power of ten.
+ *
+ * @param {{low: number, high: number}} axis
+ * @param {number} most
+ */
+export function even(axis, most) {
+  const [least, greatest] = ends(axis);
+  const power = 10 ** Math.floor(Math.log10((greatest - least || 1) / (most + 1)));
+  const grids = STEPS.map((each) => multiples(each * power, least, greatest));
+  const found = grids.findIndex(({ values }) => values.length <= most);
+  const [before, grid] = [grids[found - 1], grids[found]];
+  // One number alone says nothing: rather one too many.
+  return grid.values.length < 2 && before?.values.length === most + 1 ? before : grid;
+}
+
+/**
+ * @param {number} step
+ * @param {number} least
+ * @param {number} greatest
+ */
+function multiples(step, least, greatest) {
+  const first = Math.ceil(least / step - SLACK);
+  const last = Math.floor(greatest / step + SLACK);
+  // Products, not sums: 3 * 0.1 is nearer to 0.3 than 0.1 + 0.1 + 0.1.
+  const values = Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => (first + index) * step || 0);
+  return { step, values };
+}
+
+/**
+ * Powers of ten, with multiples between them where these are few.
+ *
+ * @param {{low: number, high: number}} axis
+ * @param {number} most
+ */
+function logarithmic({ low, high }, most) {
+  const [first, last] = [Math.floor(Math.log10(low) + SLACK), Math.ceil(Math.log10(high) - SLACK)];
+  const powers = Array.from({ length: last - first + 1 }, (_, index) => first + index);
+  const isOn = (/** @type {number} */ value) => value >= low * (1 - SLACK) && value <= high * (1 + SLACK);
+  const grids = WITHIN_DECADE.map((factors) => powers.flatMap((power) => factors.map((each) => each * 10 ** power)).filter(isOn));
+  const every = Math.ceil(powers.length / most);
+  const sparse = powers.filter((power) => power % every === 0).map((power) => 10 ** power).filter(isOn);
+  return grids.find((values) => values.length <= most) ?? sparse;
+}
+
+/**
+ * A number as it stands at an axis: "−0.5", "20,000", "3×10⁻⁶".
+ *
+ * @param {number} value
+ * @param {number} [decimals] As many as it needs if none are given.
+ */
+export function written(value, decimals) {
+  const power = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value)) + SLACK);
+  if (power >= MOST_DIGITS || power < -MOST_ZEROS) return scientific(value, power);
+  const digits = decimals ?? Math.max(0, Math.min(MOST_ZEROS, 2) - power);
+  return format(decimals ?? 0, Math.min(digits, 20)).format(value).replace("-", "−");
+}
+
+/**
+ * @param {number} least Decimals.
+ * @param {number} most
+ */
+function format(least, most) {
+  const name = `${least} ${most}`;
+  const made = FORMATS.get(name) ?? new Intl.NumberFormat("en-GB", { minimumFractionDigits: least, maximumFractionDigits: most });
+  FORMATS.set(name, made);
+  return made;
+}
+
+/**
+ * @param {number} value
+ * @param {number} power
+ */
+function scientific(value, power) {
+  const factor = Number((Math.abs(value) / 10 ** power).toPrecision(3));
+  const raised = [...String(Math.abs(power))].map((digit) => RAISED[Number(digit)]).join("");
+  const ten = `10${power < 0 ? "⁻" : ""}${raised}`;
+  return `${value < 0 ? "−" : ""}${factor === 1 ? ten : `${factor}×${ten}`}`;
+}
+
+/**
+ * "position, m"
+ *
+ * @param {Axis} axis
+ */
+export function titled({ title, unit }) {
+  return title && unit ? `${title}, ${unit}` : title || unit;
+}
+
+/**
+ * "4.40 m": to a thousandth of the axis, or to three digits where it is logarithmic.
+ *
+ * @param {Axis} axis
+ * @param {number} value
+ * @param {number} [step] In which it is turned: no finer is it told.
+ */
+export function valueOn(axis, value, step) {
+  if (axis.names.length) return axis.names[Math.min(Math.max(Math.round(value), 0), axis.names.length - 1)];
+  const size = axis.log ? Math.abs(value) : Math.abs(axis.high - axis.low);
+  const decimals = Math.max(0, DIGITS - Math.round(Math.log10(size || 1)));
+  const text = written(value, Math.min(decimals, step === undefined ? MOST_DECIMALS : decimalsOf(step)));
+  return axis.unit ? `${text} ${axis.unit}` : text;
+}
+
+/**
+ * 0.25 -> 2
+ *
+ * @param {number} step
+ */
+function decimalsOf(step) {
+  const whole = Array.from({ length: MOST_DECIMALS }, (_, places) => step * 10 ** places);
+  const found = whole.findIndex((each) => Math.abs(each - Math.round(each)) < 1e-6 * each);
+  return found < 0 ? MOST_DECIMALS : found;
+}
+
+/**
+ * "position 4.40 m"; only the value where the axis has no title.
+ *
+ * @param {Axis} axis
+ * @param {number} value
+ */
+export function named(axis, value) {
+  return `${axis.title} ${valueOn(axis, value)}`.trim();
+}
+
+/**
+ * A trace's title before what is said of it.
+ *
+ * @param {Trace} trace
+ * @param {...string} parts
+ */
+export function saying({ title }, ...parts) {
+  return [title, ...parts].filter(Boolean).join(" · ");
+}
+
+/**
+ * All that a panel shows, in words for screen readers.
+ *
+ * @param {Panel} panel
+ * @param {string} [mark] What is marked in it.
+ */
+export function describe(panel, mark = "") {
+  const drawn = [...new Set(panel.traces.map(({ kind, title }) => (title ? `${title} (${kind})` : kind)))];
+  const axes = [axisWords("to the right", panel.x), axisWords("upwards", panel.y)];
+  return [panel.title, panel.words, mark, drawn.length ? `Drawn: ${drawn.join(", ")}` : "", ...axes].map(sentence).filter(Boolean).join(" ");
+}
+
+/**
+ * @param {string} way
+ * @param {Axis} axis
+ */
+function axisWords(way, axis) {
+  if (!axis.title) return "";
+  if (axis.hidden) return `${axis.title} ${way}`;
+  return `${titled(axis)} ${way}, from ${valueOn(axis, axis.low)} to ${valueOn(axis, axis.high)}`;
+}
+
+/** @param {string} text */
+function sentence(text) {
+  const whole = text.trim();
+  return whole === "" || /[.!?]$/.test(whole) ? whole : `${whole}.`;
+}
 
 /** @typedef {{left: number, top: number, width: number, height: number}} Box px of the page within the panel's plot. */
 /** @typedef {{left: number, right: number, bottom: number}} Margins px around the box. */
@@ -171,8 +452,8 @@ export function paintGrid({ pen, box, x, y, ink }, around, em) {
     pen.stroke();
   };
   draw(ink.line, [...down.map((at) => [at, top, at, bottom]), ...across.map((at) => [left, at, right, at])]);
-  const ends = [...down.map((at) => [at, bottom, at, bottom + tick]), ...across.map((at) => [left - tick, at, left, at])];
-  draw(ink.edge, [[left, bottom, right, bottom], [left, top, left, bottom], ...ends]);
+  const marks = [...down.map((at) => [at, bottom, at, bottom + tick]), ...across.map((at) => [left - tick, at, left, at])];
+  draw(ink.edge, [[left, bottom, right, bottom], [left, top, left, bottom], ...marks]);
 }
 
 /**

@@ -4,19 +4,17 @@
  * be turned are elements of the page, which can be read, focused and enlarged.
  */
 
-import { fill, h } from "../dom.js";
-import { watchCanvasSize } from "../canvas_size.js";
-import { onTheme, tokens } from "../theme.js";
-import { Tooltip } from "../tooltip.js";
 import { useLayoutEffect, useRef } from "../../vendor/preact.js";
+import { build, fill, Tooltip } from "../dom.js";
+import { onTheme, tokens, watchCanvasSize } from "../theme.js";
 import { isSame, scales } from "./axes.js";
 import { KINDS } from "./kinds.js";
 import { LOOKS } from "./paint.js";
 import { PanelView } from "./panel.js";
 
+/** @import { Child } from "../elements.js" */
 /** @import { Style } from "./axes.js" */
 /** @import { Mark } from "./handle.js" */
-/** @import { Child } from "../elements.js" */
 /** @import { Axis, Cell, Figure, Line, Panel } from "./traces.js" */
 
 /** @typedef {{title: string, unit: string, minimum: number|null, maximum: number|null, step: number|null}} Declared */
@@ -54,9 +52,9 @@ export class FigureView {
   #shared;
   #look;
   #isCompact;
-  #root = h("div", { class: "figure-view" });
+  #root = build("div", { class: "figure-view" });
   /** As wide as the letters of the page are high, so that a change of theirs is seen. */
-  #letter = h("span", { class: "figure-letter", "aria-hidden": "true" });
+  #letter = build("span", { class: "figure-letter", "aria-hidden": "true" });
   /** @type {Map<string, PanelView>} */
   #views = new Map();
   /** @type {Figure|null} */
@@ -192,7 +190,7 @@ export class FigureView {
     this.#views = new Map(panels.map((panel) => [panel.id, new PanelView(panel, this.#shared)]));
     const heights = rowsOf(panels).map((row) => Math.max(...row.map(({ share }) => share[0])));
     const rows = rowsOf(panels).map((row, number) => {
-      const element = h("div", { class: "figure-row" }, row.map((panel) => this.#view(panel).element));
+      const element = build("div", { class: "figure-row" }, row.map((panel) => this.#view(panel).element));
       element.style.setProperty("--share", String(heights[number]));
       element.style.setProperty("--tall", String(heights[number] / Math.max(...heights)));
       for (const panel of row) this.#view(panel).element.style.setProperty("--share", String(panel.share[1]));
@@ -281,8 +279,8 @@ export function useFigure(on, setting) {
  * @param {AbortSignal} signal Nothing is painted after it.
  */
 export function miniature({ x, y, traces }, words, signal) {
-  const canvas = h("canvas", {});
-  const place = h("div", { class: "figure-miniature", role: "img", "aria-label": words }, canvas);
+  const canvas = build("canvas", {});
+  const place = build("div", { class: "figure-miniature", role: "img", "aria-label": words }, canvas);
   const paint = () => {
     const { clientWidth: width, clientHeight: height } = place;
     const pen = canvas.getContext("2d");

@@ -3,11 +3,10 @@
  * they expect the answer; and the marks of what was predicted and what is exact.
  */
 
-import { h, setText } from "../dom.js";
-import { ends, even, valueOn } from "./scale.js";
+import { build, setText } from "../dom.js";
+import { ends, even, valueOn } from "./axes.js";
 
-/** @import { Box } from "./axes.js" */
-/** @import { Scale } from "./scale.js" */
+/** @import { Box, Scale } from "./axes.js" */
 /** @import { Axis } from "./traces.js" */
 
 /**
@@ -40,7 +39,7 @@ const MOVES = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDow
 
 /** While somebody holds it, it stands where they put it; afterwards where it is told to stand. */
 export class Handle {
-  #flag = h("span", { class: "figure-flag", "aria-hidden": "true" });
+  #flag = build("span", { class: "figure-flag", "aria-hidden": "true" });
   #tell;
   /** @type {Stand|null} */
   #stand = null;
@@ -48,7 +47,7 @@ export class Handle {
   #held = false;
   #beside = 0;
 
-  element = h("div", { class: "figure-grip", role: "slider", tabindex: 0 }, h("span", { class: "figure-knob" }), this.#flag);
+  element = build("div", { class: "figure-grip", role: "slider", tabindex: 0 }, build("span", { class: "figure-knob" }), this.#flag);
 
   /**
    * @param {(value: number) => void} tell Told each value once.
@@ -169,7 +168,7 @@ export class Handle {
 /** Asking for a place in a panel: a person puts a line where they expect the answer, by pointer, touch or keys. */
 export class PlaceQuestion {
   #grip = new Handle((value) => this.#put(value), "asking");
-  #hint = h("p", { class: "figure-hint", "aria-hidden": "true" }, h("span", {}, "Place your prediction here"));
+  #hint = build("p", { class: "figure-hint", "aria-hidden": "true" }, build("span", {}, "Place your prediction here"));
   #place;
   /** @type {Asked|null} */
   #asked = null;
@@ -180,7 +179,7 @@ export class PlaceQuestion {
    * @type {number|null} */
   #beside = null;
 
-  element = h("div", { class: "figure-asking", hidden: true }, this.#hint, this.#grip.element);
+  element = build("div", { class: "figure-asking", hidden: true }, this.#hint, this.#grip.element);
 
   /** @param {(x: number, y: number) => void} place Told both coordinates. */
   constructor(place) {
@@ -322,9 +321,9 @@ export function markLines({ along, at, exact }, axis, scale, box) {
    * @param {number} value
    */
   function one(name, title, value) {
-    const flag = h("span", { class: "figure-flag" }, `${title} ${valueOn(axis, value)}`);
+    const flag = build("span", { class: "figure-flag" }, `${title} ${valueOn(axis, value)}`);
     const isSecond = both && name === "exact";
-    const line = h("div", { class: `figure-mark ${name}`, "aria-hidden": "true", "data-second": isSecond }, flag);
+    const line = build("div", { class: `figure-mark ${name}`, "aria-hidden": "true", "data-second": isSecond }, flag);
     put(line, box, along, scale.at(value));
     return line;
   }

@@ -1,8 +1,7 @@
 /** All kinds of trace: how each is painted, what is said of the place that is pointed at, and how it looks in a key. */
 
-import { heatMap } from "./maps.js";
-import { DASHED, LOOKS, REACH, byOpacity, fill, pathBetween, pathThrough, points, stroke, within } from "./paint.js";
-import { named, saying, valueOn, written } from "./scale.js";
+import { named, saying, valueOn, written } from "./axes.js";
+import { byOpacity, DASHED, fill, heatMap, LOOKS, pathBetween, pathThrough, points, REACH, stroke, within } from "./paint.js";
 
 /** @import { Hit, Sheet } from "./paint.js" */
 /** @import { Band, Bars, Curve, Histogram, Line, Nodes, Rule, Scatter, Segments, Spans, Stems, StripChart, Trace, Tree } from "./traces.js" */

@@ -4,15 +4,15 @@
  * radius a circle whose edge can be dragged. Handles are in pixels of the picture and never leave it.
  */
 
+import { h, html, signal } from "../../vendor/preact.js";
 import { elementOf } from "../dom.js";
 import { parameterValue } from "../format.js";
-import { h, html, signal } from "../../vendor/preact.js";
+import { Loupe, Picture, PictureView, step, within } from "./mark_editor.js";
 import { linesOf, markOf, valueAt } from "./mark_json.js";
-import { Loupe, Picture, PictureView, step, within } from "./picture.js";
 
 /** @import { MarkNumber } from "../messages.js" */
+/** @import { Place } from "./mark_editor.js" */
 /** @import { Description, Mark } from "./mark_json.js" */
-/** @import { Place } from "./picture.js" */
 
 const REACH_PX = 28;
 const EDGE_PX = 10;

@@ -54,14 +54,14 @@ FORMS = ((960, 80), (960, 70), (800, 65), (720, 55), (640, 50), (560, 45), (480,
 """Longest side of a picture, px, and quality, from fine to coarse."""
 SAMPLE = 12
 """So many pictures tell how large all of them will be."""
-SCRIPT = "session/recorded/recorded.js"
+SCRIPT = "session/recorded.js"
 TEMPLATE = Path(__file__).with_name("page.html")
 STYLES = (
     "shared/palette.css",
     "shared/style.css",
     "shared/figure/figure.css",
     "session/session.css",
-    "session/recorded/recorded.css",
+    "session/recorded.css",
 )
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:; "

@@ -113,7 +113,7 @@ def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest
 
 def test_the_header_of_every_page_leads_to_it() -> None:
     """The one list of links that all headers show has it, relative to the base."""
-    navigation = (pages.FRONTEND / "shared" / "navigation.js").read_text("utf-8")
+    navigation = (pages.FRONTEND / "shared" / "page.js").read_text("utf-8")
     assert '{ id: "help", title: "Help", href: "help/" }' in navigation
 
 

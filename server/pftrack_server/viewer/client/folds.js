@@ -1,6 +1,6 @@
 // What a person folds or unfolds in the panel stays so. viser folds everything as at first when the scene connects again
 // and when the page is loaded; so it is remembered, under the title of the panel, which is the experiment's. The flat
-// view's panel keeps its folds in the same place (`session/panel/panel.js`).
+// view's panel keeps its folds in the same place (`session/panel.js`).
 const HEADING = ".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon-chevron-up, > .tabler-icon-chevron-down)";
 const titleOf = (/** @type {Element|null} */ element) => element?.textContent?.trim() ?? "";
 const isUnfolded = (/** @type {Element} */ heading) => heading.querySelector(".tabler-icon-chevron-up") !== null;

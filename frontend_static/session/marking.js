@@ -7,20 +7,19 @@
  * The run goes along, so that all that moves through it moves here too.
  */
 
-import { api } from "../../shared/api.js";
-import { confirmLoss } from "../../shared/dialog.js";
-import { h as element } from "../../shared/dom.js";
-import { count } from "../../shared/format.js";
-import { markEditor } from "../../shared/marks/mark_editor.js";
-import { markOf, valueAt } from "../../shared/marks/mark_json.js";
-import { Made } from "../../shared/page.js";
-import { attempt, toast } from "../../shared/toast.js";
-import { h, html, render, signal, useEffect, useSignalEffect } from "../../vendor/preact.js";
+import { api } from "../shared/api.js";
+import { confirmLoss } from "../shared/dialog.js";
+import { attempt, build, toast } from "../shared/dom.js";
+import { count } from "../shared/format.js";
+import { markEditor } from "../shared/marks/mark_editor.js";
+import { markOf, valueAt } from "../shared/marks/mark_json.js";
+import { Made } from "../shared/page.js";
+import { h, html, render, signal, useEffect, useSignalEffect } from "../vendor/preact.js";
 import { readTable, tableText } from "./truth_table.js";
 
-/** @import { Mark } from "../../shared/marks/mark_json.js" */
-/** @import { TruthMark } from "../../shared/messages.js" */
-/** @import { Mounted } from "../mount.js" */
+/** @import { Mark } from "../shared/marks/mark_json.js" */
+/** @import { TruthMark } from "../shared/messages.js" */
+/** @import { Mounted } from "./mount.js" */
 /** @import { Rows } from "./truth_table.js" */
 
 /**
@@ -76,7 +75,7 @@ async function knownRows(upload, experiment) {
  * @param {Rows} known
  */
 function begin(view, upload, kind, known) {
-  const place = element("div", { class: "made" });
+  const place = build("div", { class: "made" });
   const leave = () => {
     render(null, place);
     place.remove();

@@ -1,26 +1,15 @@
 /** A filter of one's own beside the session that runs it: the text of its file, saved with Ctrl-S, mistakes at their line. */
 
-import { api, messageOf } from "../../shared/api.js";
-import { IconButton } from "../../shared/icons.js";
-import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
+import { api, messageOf } from "../shared/api.js";
+import { IconButton } from "../shared/dom.js";
 import {
-  autocompletion,
-  basicSetup,
-  EditorView,
-  HighlightStyle,
-  indentUnit,
-  indentWithTab,
-  keymap,
-  lintGutter,
-  python,
-  pythonLanguage,
-  setDiagnostics,
-  syntaxHighlighting,
-  tags,
-} from "../../vendor/codemirror.js";
+  autocompletion, basicSetup, EditorView, HighlightStyle, indentUnit, indentWithTab, keymap, lintGutter, python, pythonLanguage, setDiagnostics,
+  syntaxHighlighting, tags,
+} from "../vendor/codemirror.js";
+import { h, html, useEffect, useRef, useSignal } from "../vendor/preact.js";
 
-/** @import { FilterPublic, SessionProblem, SessionPublic } from "../../shared/messages.js" */
-/** @import { Store } from "../store.js" */
+/** @import { FilterPublic, SessionProblem, SessionPublic } from "../shared/messages.js" */
+/** @import { Store } from "./store.js" */
 
 const COLOURS = HighlightStyle.define([
   { tag: [tags.keyword, tags.operatorKeyword], color: "light-dark(#0b5394, #7cc4ff)" },

@@ -6,17 +6,15 @@
  * points at, so that the next stop of the tab key is the thing to press.
  */
 
-import { api } from "../../shared/api.js";
-import { dialogIsOpen } from "../../shared/dialog.js";
-import { fill, h } from "../../shared/dom.js";
-import { until } from "../../shared/effects.js";
-import { icon } from "../../shared/icons.js";
-import { after } from "../../shared/timing.js";
-import { leaveAddress, rememberTour } from "../../shared/tour_link.js";
+import { api } from "../shared/api.js";
+import { dialogIsOpen } from "../shared/dialog.js";
+import { build, fill, icon } from "../shared/dom.js";
+import { leaveAddress, rememberTour } from "../shared/page.js";
+import { after, until } from "../shared/timing.js";
 
-/** @import { Child } from "../../shared/elements.js" */
-/** @import { Preset } from "../../shared/messages.js" */
-/** @import { Mounted } from "../mount.js" */
+/** @import { Child } from "../shared/elements.js" */
+/** @import { Preset } from "../shared/messages.js" */
+/** @import { Mounted } from "./mount.js" */
 
 /** @typedef {NonNullable<Preset["tour"]>} Tour */
 
@@ -31,7 +29,7 @@ const SEEN_FRAMES = 10;
 
 /** A note beside what it points at (`.pointed-at` of the style sheet is its anchor). */
 class Callout {
-  #element = h("div", { class: "callout", role: "dialog", popover: "manual", tabindex: -1, "aria-labelledby": TITLE, "aria-describedby": WORDS });
+  #element = build("div", { class: "callout", role: "dialog", popover: "manual", tabindex: -1, "aria-labelledby": TITLE, "aria-describedby": WORDS });
   #target = document.body;
   #signal;
 
@@ -57,7 +55,7 @@ class Callout {
     this.#target.classList.remove("pointed-at");
     const target = (this.#target = await seen(selector, this.#signal));
     target.classList.add("pointed-at");
-    fill(this.#element, h("h2", { id: TITLE }, title), h("div", { id: WORDS, class: "callout-words" }, words), h("footer", {}, actions));
+    fill(this.#element, build("h2", { id: TITLE }, title), build("div", { id: WORDS, class: "callout-words" }, words), build("footer", {}, actions));
     if (this.#element.nextElementSibling !== target) target.before(this.#element);
     this.#element.showPopover();
     target.scrollIntoView({ block: "nearest", inline: "nearest" });
@@ -107,14 +105,14 @@ async function tourOf(experiment, name) {
 async function lead(view, tour, signal, leave) {
   const { store, steering } = view;
   const callout = new Callout(signal);
-  const way = h("button", { type: "button", class: "quiet leave", title: "Leave the tour (escape)", on: { click: () => leave("left") } }, "Leave the tour");
-  const step = (/** @type {number} */ number) => h("span", { class: "step" }, `Step ${number} of 3`);
+  const way = build("button", { type: "button", class: "quiet leave", title: "Leave the tour (escape)", on: { click: () => leave("left") } }, "Leave the tour");
+  const step = (/** @type {number} */ number) => build("span", { class: "step" }, `Step ${number} of 3`);
   const come = (/** @type {() => unknown} */ holds) => until(holds, signal);
   const lostSince = () => store.history.at(store.known.position)?.lost_since ?? null;
 
   if (store.known.position === 0 && !store.known.playing) {
     await steering.slowDown();
-    const words = [h("p", {}, tour.begin), h("p", {}, "Press ", h("strong", {}, "Play"), ", and watch the points.")];
+    const words = [build("p", {}, tour.begin), build("p", {}, "Press ", build("strong", {}, "Play"), ", and watch the points.")];
     await callout.show(".play", "A tracker at work", words, [step(1), way]);
     await come(() => store.known.playing || store.known.position > 0);
   }
@@ -122,28 +120,29 @@ async function lead(view, tour, signal, leave) {
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
   if (!isLost()) {
     const words = `Watch the ${store.known.target}, and the points. This box says how the tracker does; the run stops when something has happened.`;
-    await callout.show(".verdict", "It runs", [h("p", {}, words)], [step(2), way], { takesFocus: false });
+    await callout.show(".verdict", "It runs", [build("p", {}, words)], [step(2), way], { takesFocus: false });
   }
   await come(() => isLost() || steering.isAtEnd);
   await steering.pause();
   const since = lostSince();
   if (since === null) {
-    const again = h("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, "Finish");
-    await callout.show(".verdict", "Not lost this time", [h("p", {}, "With other parameters or another seed the tracker may keep its target.")], [again]);
+    const again = build("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, "Finish");
+    await callout.show(".verdict", "Not lost this time", [build("p", {}, "With other parameters or another seed the tracker may keep its target.")], [again]);
     return;
   }
 
   const target = store.known.target;
-  const words = [`The tracker has lost the ${target} in frame ${since}. Press `, h("strong", {}, "Before the loss"), " to go back to the moment before it."];
-  await callout.show(".before-loss", "Lost", [h("p", {}, words)], [step(2), way]);
+  const button = build("strong", {}, "Before the loss");
+  const words = [`The tracker has lost the ${target} in frame ${since}. Press `, button, " to go back to the moment before it."];
+  await callout.show(".before-loss", "Lost", [build("p", {}, words)], [step(2), way]);
   await come(() => store.known.position < since);
 
   const plot = `.plots [data-panel="${CSS.escape(tour.plot)}"]`;
   // It may be among those that are folded.
   if (document.querySelector(plot) === null) /** @type {HTMLElement|null} */ (document.querySelector(".side-folds button"))?.click();
-  await callout.show(plot, "Why", [h("p", {}, tour.reason), onward(tour.frame, steering)], [
+  await callout.show(plot, "Why", [build("p", {}, tour.reason), onward(tour.frame, steering)], [
     step(3),
-    h("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, icon("check"), "Finish"),
+    build("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, icon("check"), "Finish"),
   ]);
 }
 
@@ -151,13 +150,13 @@ async function lead(view, tour, signal, leave) {
  * What to do next.
  *
  * @param {number} frame In which the reason is to be seen.
- * @param {import("../steering.js").Steering} steering
+ * @param {import("./steering.js").Steering} steering
  */
 function onward(frame, steering) {
   /** @type {Child[]} */
-  const ways = [h("a", { href: "learn" }, "how particle filters work"), " or ", h("a", { href: "failures" }, "other ways to fail")];
-  const there = h("button", { type: "button", on: { click: () => steering.seek(frame) } }, `Go to frame ${frame}`);
-  return h("p", {}, there, " or step forward with ", h("kbd", {}, "→"), ", and watch it happen. Then see ", ways, ".");
+  const ways = [build("a", { href: "learn" }, "how particle filters work"), " or ", build("a", { href: "failures" }, "other ways to fail")];
+  const there = build("button", { type: "button", on: { click: () => steering.seek(frame) } }, `Go to frame ${frame}`);
+  return build("p", {}, there, " or step forward with ", build("kbd", {}, "→"), ", and watch it happen. Then see ", ways, ".");
 }
 
 /**

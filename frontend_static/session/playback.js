@@ -3,9 +3,9 @@
  * through a run, and shows the stored drawings.
  */
 
-/** @import { Command } from "../../shared/messages.js" */
-/** @import { FlatView } from "../flat/flat_view.js" */
-/** @import { Store } from "../store.js" */
+/** @import { Command } from "../shared/messages.js" */
+/** @import { FlatView } from "./flat/flat_view.js" */
+/** @import { Store } from "./store.js" */
 
 /**
  * What the file says of its drawings.
@@ -14,7 +14,7 @@
  * @property {[first: number, end: number][][]} parts For each drawing where its bytes lie, and those of its pictures.
  * @property {number} every Of so many frames one is drawn.
  * @property {number|null} before_loss From where to watch the first loss.
- * @property {import("../../shared/messages.js").Section[]} glossary
+ * @property {import("../shared/messages.js").Section[]} glossary
  */
 
 export class Playback {
@@ -112,7 +112,7 @@ export class Playback {
     this.#goOn();
   }
 
-  /** @param {Partial<import("../../shared/messages.js").SessionSnapshot>} session What has changed. */
+  /** @param {Partial<import("../shared/messages.js").SessionSnapshot>} session What has changed. */
   #tell(session) {
     this.#store.receive({ version: 1, type: "changes", session, rows: [] });
   }

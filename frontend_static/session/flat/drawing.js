@@ -3,7 +3,103 @@
  * nothing is copied.
  */
 
-/** @import { World } from "../../shared/messages.js" */
+import { html, signal } from "../../vendor/preact.js";
+
+/** @import { Layer, World } from "../../shared/messages.js" */
+
+// Which layers of a session's drawings are shown, as signals; views paint by it, panels switch it.
+
+export class Layers {
+  /** Whether each layer is shown, by name. */
+  shown;
+  #legend = signal(/** @type {readonly DrawnKey[]} */ ([]));
+
+  /** @param {readonly Layer[]} [declared] A layer that is not among them is shown. */
+  constructor(declared = []) {
+    /** Those that can be seen from the front. */
+    this.declared = declared.filter(({ role }) => role !== "through time");
+    this.shown = signal(Object.fromEntries(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"])));
+  }
+
+  /** @param {string} layer */
+  isShown(layer) {
+    return this.shown.value[layer] ?? true;
+  }
+
+  /**
+   * @param {string} layer
+   * @param {boolean} shown
+   */
+  set(layer, shown) {
+    if (this.isShown(layer) !== shown) this.shown.value = { ...this.shown.peek(), [layer]: shown };
+  }
+
+  /** What the colours mean on layers that are shown, each meaning once. */
+  get legend() {
+    const shown = this.#legend.value.filter(({ layer }) => this.isShown(layer));
+    return [...new Map(shown.map((key) => [`${key.colour} ${key.meaning}`, key])).values()];
+  }
+
+  /** @param {readonly DrawnKey[]} legend That of the drawing that is painted. */
+  tell(legend) {
+    const known = this.#legend.peek();
+    const isSame = legend.length === known.length && legend.every(({ meaning }, place) => meaning === known[place].meaning);
+    if (!isSame) this.#legend.value = legend;
+  }
+}
+
+/**
+ * What the colours mean that are drawn.
+ *
+ * @param {{layers: Layers}} props
+ */
+export function LayerLegend({ layers }) {
+  const keys = layers.legend.map(({ colour, meaning }) => html`<li class="legend-key"><i style=${`background: var(--${colour})`}></i>${meaning}</li>`);
+  return html`<ul class="legend" aria-label="Legend">${keys}</ul>`;
+}
+
+// Flat views that lie over each other, each in one colour: the lowest has the picture and what is truly there, the others
+// only what their trackers believe.
+
+/** @typedef {{tint: Colour, isLowest: boolean}} Coat What becomes of a view that is one of several. */
+
+/** What is truly there is drawn in it, here as in the film. */
+const TRUTH = "0,0,0";
+
+export class Overlay {
+  /** Null for a view by itself. */
+  coat = signal(/** @type {Coat|null} */ (null));
+
+  /** @param {number} first The frame of the run that is frame 0 of all: a caption counts as all do. */
+  constructor(first) {
+    this.first = first;
+  }
+}
+
+/**
+ * What is painted of a primitive in a view that is one of several; nothing for what the lowest one shows for all.
+ *
+ * @param {Primitive} item
+ * @param {Coat} coat
+ * @returns {Primitive|null}
+ */
+export function coated(item, { tint, isLowest }) {
+  if (item.kind === "picture") return isLowest ? item : null;
+  if ("colours" in item) return { ...item, colours: filled(item.colours.length, tint) };
+  if (!("colour" in item) || item.colour instanceof Uint8Array) return item;
+  if (String(item.colour) === TRUTH) return isLowest ? item : null;
+  return { ...item, colour: tint };
+}
+
+/**
+ * @param {number} length
+ * @param {Colour} colour
+ */
+function filled(length, colour) {
+  const colours = new Uint8Array(length);
+  for (let at = 0; at < length; at += 1) colours[at] = colour[at % 3];
+  return colours;
+}
 
 /** @typedef {[number, number, number]} Colour RGB, 0 to 255 */
 /** @typedef {Float32Array|Int32Array|Uint8Array} Numbers */

@@ -3,16 +3,16 @@
  * answered and the session's own word has come, what is proposed is not torn out of the hand.
  */
 
-import { api } from "../../shared/api.js";
-import { NewestRequest } from "../../shared/newest_request.js";
-import { later } from "../../shared/timing.js";
-import { attempt } from "../../shared/toast.js";
-import { signal } from "../../vendor/preact.js";
+import { api } from "../shared/api.js";
+import { attempt } from "../shared/dom.js";
+import { later, NewestRequest } from "../shared/timing.js";
+import { signal } from "../vendor/preact.js";
+
+/** @import { Value } from "../shared/format.js" */
 
 /** The session's word comes by the stream, mostly before the answer to the request, sometimes a little after it. */
 const REST_MS = 300;
 
-/** @import { Value } from "../../shared/format.js" */
 
 /** @typedef {Record<string, Value>} Values By the names of the parameters. */
 

@@ -3,23 +3,21 @@
  * server.
  */
 
-import { api } from "../../shared/api.js";
-import { copyButton } from "../../shared/copy.js";
-import { h } from "../../shared/dom.js";
-import { themeButton } from "../../shared/theme.js";
-import { FlatView } from "../flat/flat_view.js";
-import { Layers } from "../flat/layers.js";
-import { h as component, html, render } from "../../vendor/preact.js";
-import { LayerBoxes } from "../panel/control.js";
-import { listen, moves } from "../keys.js";
-import { arrange } from "../layout.js";
-import { plots } from "../plots/plots.js";
-import { Numbers, Status } from "../readout.js";
-import { Scrubber } from "../scrubber/scrubber.js";
-import { Steering } from "../steering.js";
-import { Store } from "../store.js";
-import { transport } from "../transport.js";
+import { api } from "../shared/api.js";
+import { build, copyButton } from "../shared/dom.js";
+import { themeButton } from "../shared/theme.js";
+import { h, html, render } from "../vendor/preact.js";
+import { Layers } from "./flat/drawing.js";
+import { FlatView } from "./flat/flat_view.js";
+import { LayerBoxes } from "./panel.js";
 import { Playback } from "./playback.js";
+import { plots } from "./plots/plots.js";
+import { Scrubber } from "./scrubber/scrubber.js";
+import { listen, moves } from "./keys.js";
+import { arrange } from "./session_start.js";
+import { Steering } from "./steering.js";
+import { Store } from "./store.js";
+import { Numbers, Status, transport } from "./transport.js";
 
 /** Its frames can be moved through, and nothing of it can be changed. */
 class RecordedStore extends Store {
@@ -46,20 +44,20 @@ async function begin() {
   const places = /** @type {Record<string, HTMLElement>} */ (
     arrange(/** @type {HTMLElement} */ (document.querySelector("main")), ["scene", "plots", "readout", "transport", "scrubber"])
   );
-  const scene = h("div", { class: "flat-scene" });
-  const drawn = h("details", { class: "layers" }, h("summary", {}, "What to draw"));
-  render(component(LayerBoxes, { layers }), drawn.appendChild(h("div", {})));
+  const scene = build("div", { class: "flat-scene" });
+  const drawn = build("details", { class: "layers" }, build("summary", {}, "What to draw"));
+  render(h(LayerBoxes, { layers }), drawn.appendChild(build("div", {})));
   places.scene.append(scene, drawn);
   const flat = new FlatView(scene, { layers, onPainted: () => {}, hasLegend: true }, signal);
   const playback = new Playback(store, flat, recording, await unpack());
   Object.assign(api, {
-    command: (/** @type {string} */ _, /** @type {import("../../shared/messages.js").Command} */ command) => playback.carryOut(command),
+    command: (/** @type {string} */ _, /** @type {import("../shared/messages.js").Command} */ command) => playback.carryOut(command),
     glossary: async () => recording.glossary,
   });
   const view = { store, steering: new Steering(store, signal), able: true, signal, scene: null, plots: [] };
   transport(places.transport, view, null);
   new Scrubber(places.scrubber, view);
-  render(html`${component(Status, { view })}${component(Numbers, { view })}`, places.readout);
+  render(html`${h(Status, { view })}${h(Numbers, { view })}`, places.readout);
   plots(places.plots, view);
   listen(document.body, moves(view), signal);
   store.receive(hello);

@@ -1,0 +1,271 @@
+/** The dialog of files: those that the run, or the frame that is shown, can be taken away as, and those that can be brought in. */
+
+import { api, ROOT } from "../shared/api.js";
+import { openDialog, openKeys } from "../shared/dialog.js";
+import { attempt, build, elementOf, toast } from "../shared/dom.js";
+import { Exports, openCode } from "../shared/exports.js";
+import { tourLink } from "../shared/page.js";
+import { linkTo } from "../shared/share_link.js";
+import { Citations, GLOSSARY, REFERENCES } from "../shared/terms.js";
+import { isParticipant } from "../shared/visitor.js";
+import { h, html, useEffect, useSignal } from "../vendor/preact.js";
+import { giveTruth, markTruth } from "./marking.js";
+import { DeclaredControl } from "./panel.js";
+import { HELP } from "./keys.js";
+import { SessionStart } from "./session_start.js";
+
+/** @import { Declaration, SessionPublic } from "../shared/messages.js" */
+/** @import { Mounted } from "./mount.js" */
+/** @import { Values } from "./proposals.js" */
+
+// Links that hold a whole run: experiment, seed, tracker and timeline travel in the fragment, which no server logs. Who
+// opens one gets the same numbers.
+
+/**
+ * Show the link of a session, ready to be copied.
+ *
+ * @param {SessionPublic} session
+ */
+export function shareDialog({ id, branch, recipe, computed, position, upload }) {
+  const words = [
+    `The link holds the experiment, seed, tracker, all changes of parameters, and frame ${position}. ` +
+      "It gives the same numbers to everyone who can reach this server.",
+    upload ? "The video itself stays on this server." : "",
+  ];
+  openCode("Share this run", words, () => api.sourceCode([{ reference: `${id}:${branch}` }], computed + 1), linkTo({ recipe, upload, position }));
+}
+
+// Dialogs that explain: the list of keys, and what an experiment is about and comes from.
+
+export function helpDialog() {
+  const tour = build("p", {});
+  if (!isParticipant) offerTour(tour);
+  openKeys(HELP.map(({ keys, what }) => [keys, what]), tour, !isParticipant && build("p", {}, build("a", { href: GLOSSARY }, "Glossary: what the words mean")));
+}
+
+/** @param {HTMLElement} place Stays empty where there is no tour. */
+async function offerTour(place) {
+  try {
+    const href = tourLink(await api.experiments());
+    if (href !== null) place.append(build("a", { href, data: { role: "tour" } }, "Take the guided tour"));
+  } catch {
+    // The keys are what was asked for.
+  }
+}
+
+/** @param {import("../shared/messages.js").ExperimentPublic} experiment */
+export function aboutDialog({ id, title, question, description, references }) {
+  openDialog(title, () => [
+    build("p", { class: "question" }, question),
+    build("p", {}, description),
+    elementOf(h(Citations, { title, citations: references })),
+    !isParticipant &&
+      build("p", {}, build("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references"), " · ", build("a", { href: GLOSSARY }, "Glossary")),
+  ], { wide: true });
+}
+
+// The dialog that makes a branch: from which frame to go on, with which tracker and which parameters.
+
+/**
+ * @param {Mounted} view
+ * @param {string|undefined} preferred The tracker to offer first, unless it is the one in charge.
+ */
+export function branchDialog({ store, commands, steering }, preferred) {
+  const { session } = store;
+  if (session === null) return;
+  steering.pause();
+  // After the last frame of a run there is nothing more to compute.
+  const last = Math.min(session.computed, session.frames - 2);
+  if (last < 0) return;
+  const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
+  const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
+  openDialog("Branch", (close) => [elementOf(h(Branch, { session, commands, last, first: other.id, close }))]);
+}
+
+/** @param {{session: SessionPublic, commands: Mounted["commands"], last: number, first: string, close: () => void}} props `first` is a tracker. */
+function Branch({ session, commands, last, first, close }) {
+  const changed = useSignal(/** @type {Values} */ ({}));
+  const isSending = useSignal(false);
+  const submit = async (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
+    event.preventDefault();
+    const { frame, tracker, title } = /** @type {Record<string, string>} */ (Object.fromEntries(new FormData(event.currentTarget)));
+    isSending.value = true;
+    const values = { ...changed.value, tracker };
+    const made = await commands.branch({ frame: Number(frame), values, ...(title.trim() && { title: title.trim() }) });
+    isSending.value = false;
+    if (made) close();
+  };
+  // A list that has the focus keeps Enter to itself, where a field would send the form off; unless it is open.
+  const press = (/** @type {KeyboardEvent & {currentTarget: HTMLSelectElement}} */ event) => {
+    const list = event.currentTarget;
+    if (event.key !== "Enter" || (CSS.supports("selector(:open)") && list.matches(":open"))) return;
+    event.preventDefault();
+    list.form?.requestSubmit();
+  };
+  const turned = session.declarations.filter(({ name, live, kind }) => name in session.parameters && live && kind !== "file");
+  const controls = (/** @type {boolean} */ isFirst) =>
+    turned
+      .filter(({ name }) => session.about.includes(name) === isFirst)
+      .map((declaration) => {
+        const { name } = declaration;
+        const propose = (/** @type {Values[string]} */ value) => (changed.value = { ...changed.value, [name]: value });
+        return h(DeclaredControl, { key: name, declaration, value: changed.value[name] ?? session.parameters[name], propose });
+      });
+  const [about, rest] = [controls(true), controls(false)];
+  const trackers = session.trackers.map(({ id, title }) => {
+    return html`<option value=${id} selected=${id === first}>${id === session.tracker ? `${title} (as now)` : title}</option>`;
+  });
+  return html`<form method="dialog" onSubmit=${submit}>
+    <p>The branch shares all frames up to this one. From the next frame on it is computed separately, with the same random numbers.</p>
+    <label for="branch-frame">From frame (0 to ${last})</label>
+    <input id="branch-frame" name="frame" type="number" min="0" max=${last} step="1" required defaultValue=${Math.min(session.position, last)} />
+    <label for="branch-tracker">Tracker</label>
+    <select id="branch-tracker" name="tracker" autofocus onKeyDown=${press}>${trackers}</select>
+    <div class="branch-parameters" role="group" aria-label="Parameters from the next frame on">
+      ${about}
+      ${rest.length > 0 && html`<details><summary>${about.length > 0 ? "More" : "Parameters"}</summary>${rest}</details>`}
+    </div>
+    <label for="branch-title">Name (optional)</label>
+    <input id="branch-title" name="title" type="text" maxlength="60" placeholder="default: tracker and frame" />
+    <footer>
+      <button type="button" onClick=${close}>Cancel</button>
+      <button type="submit" class="primary" disabled=${isSending.value}>Branch here</button>
+    </footer>
+  </form>`;
+}
+
+// A session that belongs to what shows it: it begins with that, and ends with it, on the server as well, also when the page
+// is left. One that is left before it has begun is ended by the server, which sees that nobody waits for it; or, where its
+// answer was under way, by its name, which is chosen here.
+
+export class OwnSession {
+  #left = new AbortController();
+  #hasBegun = false;
+
+  /**
+   * @param {HTMLElement} element What holds the session.
+   * @param {import("./session_start.js").Beginning} beginning
+   */
+  constructor(element, beginning) {
+    const name = newName();
+    this.start = new SessionStart(element, { ...beginning, name });
+    this.start.begun.then(() => (this.#hasBegun = true), () => {});
+    const leave = () => {
+      this.end();
+      if (beginning.recipe && !this.#hasBegun) remove(name);
+    };
+    // Also when the page goes where it could be brought back from: it is begun anew then.
+    globalThis.addEventListener("pagehide", leave, { signal: this.#left.signal });
+  }
+
+  /** End it. */
+  end() {
+    if (this.#left.signal.aborted) return;
+    this.#left.abort();
+    this.start.end();
+    this.start.begun.then(({ session }) => remove(session.id), () => {});
+  }
+}
+
+/** @returns {string} A name that a session may have, and no other has. */
+function newName() {
+  const bytes = globalThis.crypto.getRandomValues(new Uint8Array(8));
+  return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+/**
+ * Ask for it in a way that outlives the page.
+ *
+ * @param {string} session
+ */
+function remove(session) {
+  fetch(`${ROOT}sessions/${encodeURIComponent(session)}`, { method: "DELETE", keepalive: true }).catch(() => {});
+}
+
+/** Bytes of a file that is not even sent: the server says what is wrong with smaller ones. */
+const LARGEST = 500_000;
+
+/** @param {Mounted} view */
+export function filesDialog(view) {
+  openDialog("Export and import", (close) => [elementOf(h(Files, { view, close }))], { wide: true });
+}
+
+/** @param {{view: Mounted, close: () => void}} props */
+function Files({ view, close }) {
+  const { id, exports, plots, declarations, parameters, upload, truth_columns: columns } = view.store.known;
+  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => api.exportSession(id, name, plot);
+  const files = declarations.filter(({ kind }) => kind === "file");
+  const takesTruth = upload !== null && columns.length > 0;
+  const brought = html`<section>
+    <h3>Bring in</h3>
+    <ul class="menu-list">
+      ${takesTruth && h(Truth, { view, upload, close })}
+      ${files.map((declaration) => h(BringIn, { key: declaration.name, session: id, declaration, isUsed: parameters[declaration.name] !== "" }))}
+    </ul>
+  </section>`;
+  return html`<div class="files">
+    <section><h3>Take away</h3>${h(Exports, { offered: exports, plots, begin })}</section>
+    ${(takesTruth || files.length > 0) && brought}
+  </div>`;
+}
+
+/** @param {{session: string, declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
+function BringIn({ session, declaration: { name, title, description, accept }, isUsed }) {
+  const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
+    await api.command(session, { kind: "change", values: { [name]: text } });
+    const run = () => attempt(() => api.command(session, { kind: "restart" }));
+    toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
+  };
+  const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
+    const file = input.files?.[0];
+    if (!file) return;
+    const text = await file.text();
+    input.value = "";
+    if (file.size > LARGEST) toast(`${file.name} is too large for this kind of file`, { kind: "error" });
+    // An empty text as a value would mean that there is no file.
+    else if (text.trim() === "") toast(`${file.name} is empty`, { kind: "error" });
+    else await attempt(() => use(text, `${file.name} is used`));
+  };
+  const drop = () => attempt(() => use("", "The file is no longer used"));
+  return html`<li>
+    <label class="button quiet grow" title=${description}>
+      ${title}…${isUsed && html`<span class="hint">in use</span>`}
+      <input type="file" accept=${accept} class="visually-hidden" aria-label=${title} data-file=${name} onChange=${send} />
+    </label>
+    ${isUsed && html`<button type="button" class="quiet" title=${`Stop using this file: ${title}`} data-drop=${name} onClick=${drop}>Remove</button>`}
+  </li>`;
+}
+
+/**
+ * Truth of a recording: bringing it in, marking it in the pictures, and taking away what is known.
+ *
+ * @param {{view: Mounted, upload: string, close: () => void}} props
+ */
+function Truth({ view, upload, close }) {
+  const { id, recipe, truth_columns: columns, truth_mark: mark } = view.store.known;
+  const isKnown = useSignal(false);
+  const look = async () => {
+    isKnown.value = (await api.truth(upload, recipe.experiment).catch(() => null)) !== null;
+  };
+  useEffect(() => void look(), []);
+  const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
+    const files = [...(input.files ?? [])];
+    input.value = "";
+    if (files.length > 0 && (await giveTruth(id, files))) await look();
+  };
+  const start = () => {
+    close();
+    markTruth(view);
+  };
+  const address = api.truthAddress(upload, recipe.experiment);
+  const known = html`<a class="button quiet" download title="The truth that is known, CSV" data-role="known-truth" href=${address}>Download</a>`;
+  const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
+  return html`<li>
+    <label class="button quiet grow" title=${words}>
+      Truth, CSV…
+      <input type="file" accept=".csv,.txt,.xml,.json,text/csv" class="visually-hidden" aria-label="Truth" data-file="truth" onChange=${send} />
+    </label>
+    ${mark && html`<button type="button" class="quiet" title="Mark the target in the pictures (T)" data-role="mark-truth" onClick=${start}>Mark…</button>`}
+    ${isKnown.value && known}
+  </li>`;
+}

@@ -1,0 +1,491 @@
+/**
+ * Looking into the frame that is shown: at the estimate, at a place that is pointed at, or at a particle, which is followed from
+ * frame to frame. What is found is the server's; the picture shows it in either view.
+ */
+
+import { api, messageOf } from "../shared/api.js";
+import { IconButton } from "../shared/dom.js";
+import { plainAxis } from "../shared/figure/axes.js";
+import { useFigure } from "../shared/figure/figure.js";
+import { lineOver } from "../shared/figure/kinds.js";
+import { count, number, quantity } from "../shared/format.js";
+import { gradient, viridis } from "../shared/theme.js";
+import { NewestRequest, throttle } from "../shared/timing.js";
+import { effect, h, html, signal, useEffect, useLayoutEffect, useRef } from "../vendor/preact.js";
+
+/** @import { Panel } from "../shared/figure/traces.js" */
+/** @import { Amount, Contributions, Course, GenealogyPublic, Histograms, Inspect, InspectionPublic, ParticleFinding } from "../shared/messages.js" */
+/** @import { PatchesPublic, Residual } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { Mounted } from "./mount.js" */
+
+// Figures of a look into the frame: numbers with a limit over the last frames, and the ancestors of the present particles.
+
+const LETTERS = 11 / 16;
+const SPACE = 1.1;
+/** Of so few frames each is numbered. */
+const FEW = 4;
+/** Lines that run close together still stand apart. */
+const OPACITY = 0.6;
+const PANEL = { title: "", handles: [], words: "" };
+
+/** @param {{label: string, panels: Panel[]}} props */
+function Figure({ label, panels }) {
+  const { room, figure } = useFigure({}, { isCompact: true, letters: LETTERS });
+  useLayoutEffect(() => figure.current?.show({ panels }, { locked: true }), [panels]);
+  return html`<div ref=${room} class="lineage" role="img" aria-label=${label}></div>`;
+}
+
+/**
+ * Numbers such as the normalised innovation squared of a Kalman filter.
+ *
+ * @param {{courses: readonly Course[]}} props
+ */
+export function Courses({ courses }) {
+  return html`<section class="inspection-course">
+    <h3>${courses.map(({ title }) => title).join(", ")}</h3>
+    ${h(Figure, { label: "The number over the last frames, and its limit", panels: courses.map(coursePanel) })}
+  </section>`;
+}
+
+/**
+ * The ancestors as lines that lead back and meet: how soon, shows impoverishment.
+ *
+ * @param {{genealogy: GenealogyPublic, frame: number}} props
+ */
+export function Genealogy({ genealogy, frame }) {
+  const label = "The ancestors of the particles of this frame, as lines that lead back and meet";
+  return html`<section class="inspection-genealogy">
+    <h3>Genealogy</h3>
+    ${h(Figure, { label, panels: [genealogyPanel(genealogy, frame)] })}
+    <p class="small">${genealogyWords(genealogy)}</p>
+  </section>`;
+}
+
+/**
+ * @param {Course} course
+ * @param {number} row
+ * @returns {Panel}
+ */
+function coursePanel({ title, limit, first, values }, row) {
+  const x = values.map((_, place) => first + place);
+  const y = values.map((value) => value ?? NaN);
+  const last = first + values.length - 1;
+  return {
+    ...{ ...PANEL, id: title, row, share: [1, 1] },
+    x: plainAxis({ low: first, high: last }),
+    y: plainAxis({ low: 0, high: SPACE * Math.max(limit, ...y.filter(Number.isFinite)) }),
+    traces: [
+      lineOver({ name: `${title} limit`, ink: "muted", width: 1.8, dashed: true, x: [first, last], y: [limit, limit] }),
+      lineOver({ name: title, ink: "estimate", width: 1.8, x, y, said: title }),
+    ],
+  };
+}
+
+/**
+ * @param {GenealogyPublic} genealogy
+ * @param {number} frame
+ * @returns {Panel}
+ */
+function genealogyPanel({ first, lines }, frame) {
+  const steps = lines.flatMap((line) => line.slice(1).map((height, place) => ({ x0: first + place, y0: line[place] ?? NaN, y1: height ?? NaN })))
+    .filter(({ y0 }) => !Number.isNaN(y0));
+  // Where lines have met they are one.
+  const edges = [...new Map(steps.map((step) => [`${step.x0} ${step.y0} ${step.y1}`, step])).values()];
+  // Every frame has its number where there are few: there is nothing between two of them.
+  const ticks = Array.from({ length: frame - first + 1 }, (_, place) => ({ at: first + place, text: String(first + place) }));
+  return {
+    ...{ ...PANEL, id: "genealogy", row: 0, share: [1, 1] },
+    x: plainAxis({ low: first, high: frame, ...(frame - first <= FEW && { ticks }) }),
+    y: plainAxis({ low: 0, high: 1, ticks: [] }),
+    traces: [
+      {
+        ...{ kind: "segments", title: "", name: "ancestors", ink: "estimate", opacity: edges.map(() => OPACITY) },
+        ...{ x0: edges.map(({ x0 }) => x0), y0: edges.map(({ y0 }) => y0), x1: edges.map(({ x0 }) => x0 + 1), y1: edges.map(({ y1 }) => y1) },
+      },
+    ],
+  };
+}
+
+/** @param {GenealogyPublic} genealogy */
+function genealogyWords({ first, counts, coalesced, lines }) {
+  const of = counts[counts.length - 1];
+  if (coalesced !== null) return `All ${of} particles descend from one of frame ${coalesced}.`;
+  if (lines.some(([oldest]) => oldest === null)) return `The ${of} particles have ${count(counts[0], "ancestor")} in frame ${first}; other lines begin later.`;
+  return `The ${of} particles descend from ${counts[0]} of frame ${first}.`;
+}
+
+// What is found in a frame: the likelihood with its parts, a particle with its kin, what a step was made of.
+
+/** Beyond so many deviations the mark stands at the edge. */
+const MOST_SD = 4;
+const HIGH = 40;
+
+/** @param {{found: InspectionPublic}} props */
+export function Findings({ found }) {
+  const { courses, frame, genealogy, scale } = found;
+  return html`
+    ${scale && h(ColourBar, { scale })}
+    <div class="inspection-card" role="status" aria-live="off">${numbers(found)}</div>
+    ${courses.length > 0 && h(Courses, { courses })}
+    ${genealogy !== null && genealogy.counts.length > 1 && h(Genealogy, { genealogy, frame })}
+  `;
+}
+
+/**
+ * The range of the colours that lie over the picture.
+ *
+ * @param {{scale: [number, number]}} props
+ */
+function ColourBar({ scale: [low, high] }) {
+  return html`<div class="colour-bar" title="Log likelihood of the colours over the picture">
+    <span>${number(low, 2)}</span><i style=${`background: ${gradient(viridis)}`}></i><span>${number(high, 2)}</span>
+  </div>`;
+}
+
+/** @param {InspectionPublic} found */
+function numbers({ frame, impossible, log_likelihood: value, particle, parts, place, state, subject, title, update }) {
+  if (subject === "gone") return html`<p class="note">The particle has no descendants in this frame, or is too many frames away.</p>`;
+  if (title === "" && particle === null && update.length === 0) return html`<p class="note">This tracker has no likelihood to show.</p>`;
+  const at = place === null ? "" : ` at ${place.map((each) => number(each)).join(", ")} px`;
+  const headline = html`<p class="headline">
+    <span>log likelihood </span><strong>${impossible ? "impossible" : number(value, 3)}</strong><span class="of">${`${title}, ${subject}${at}`}</span>
+  </p>`;
+  const rows = state.map((each) => entry(each.name, `${quantity(each.value, each.unit)} ${each.unit}`.trim()));
+  return html`
+    ${title !== "" && headline} ${parts.map(partElement)} ${particle && particleList(particle, frame)} ${update.map(partElement)}
+    ${state.length > 0 && html`<details><summary>All of the state</summary><dl>${rows}</dl></details>`}
+  `;
+}
+
+/**
+ * @param {string} title
+ * @param {string} text
+ */
+function entry(title, text) {
+  return html`<dt>${title}</dt><dd>${text}</dd>`;
+}
+
+/**
+ * @param {ParticleFinding} particle
+ * @param {number} frame
+ */
+function particleList({ filter, number: place, count: total, weight, rank, sampler, ancestors, begins, descendants }, frame) {
+  return html`<dl class="particle-list">
+    ${entry("particle", `${place} of ${total}${filter && `, ${filter}`}`)}
+    ${entry("weight", `${number(100 * weight, 3)} %, ${number(weight * total, 1)} times the mean`)}
+    ${entry("rank", `${rank} of ${total}`)}
+    ${sampler !== "" && entry("drawn by", sampler)}
+    ${entry("ancestors", lineage(ancestors.length, begins, frame))}
+    ${entry("descendants", children(descendants))}
+  </dl>`;
+}
+
+/**
+ * @param {number} known How many frames back they are known.
+ * @param {number|null} begins
+ * @param {number} frame
+ */
+function lineage(known, begins, frame) {
+  if (begins === frame) return "none: it was drawn without a parent";
+  if (known === 0) return "not known";
+  return `followed back to frame ${frame - known}${begins === null ? "" : ", where its line begins"}`;
+}
+
+/** @param {readonly number[]} counts */
+function children(counts) {
+  if (counts.length === 0) return "not computed yet";
+  const far = counts.length > 1 ? `, ${counts[counts.length - 1]} after ${counts.length} frames` : "";
+  return `${counts[0]} in the next frame${far}`;
+}
+
+/**
+ * A number that a likelihood or a step is made of, in a form that shows what was compared.
+ *
+ * @param {InspectionPublic["parts"][number]} part
+ * @returns {Child}
+ */
+function partElement(part) {
+  switch (part.kind) {
+    case "amount":
+      return amount(part);
+    case "residual":
+      return residual(part);
+    case "histograms":
+      return histograms(part);
+    case "patches":
+      return patches(part);
+    default:
+      return contributions(part);
+  }
+}
+
+/** @param {Amount} part */
+function amount({ title, value, unit, limit }) {
+  const isBeyond = limit !== null && value !== null && value > limit;
+  const words = limit === null ? "" : ` (${isBeyond ? "above" : "within"} ${quantity(limit, unit)})`;
+  return html`<p class="part-line" data-beyond=${String(isBeyond)}>
+    <span>${title}</span><strong>${`${quantity(value, unit)} ${unit}`.trim()}${words}</strong>
+  </p>`;
+}
+
+/** @param {Residual} part */
+function residual({ title, found, expected, sd, unit }) {
+  const off = found === null || expected === null || !sd ? null : (found - expected) / sd;
+  const place = off === null ? 50 : 50 + (50 * Math.max(-MOST_SD, Math.min(MOST_SD, off))) / MOST_SD;
+  return html`<div class="part">
+    <p class="part-line"><span>${title}</span><strong>${off === null ? "nothing found" : `${number(off, 1)} sd`}</strong></p>
+    <div class="deviation" aria-hidden="true">${off !== null && html`<i style=${`left: ${place}%`}></i>`}</div>
+    <p class="small">${`${quantity(found, unit)} found, ${quantity(expected, unit)} expected ${unit}`.trim()}</p>
+  </div>`;
+}
+
+/** @param {Histograms} part */
+function histograms({ title, expected, found, colours }) {
+  const most = Math.max(...expected, ...found, 1e-9);
+  const drawn = expected.map((share, bin) => {
+    const [up, down] = [share, found[bin]].map((each) => (HIGH * each) / most);
+    return up + down > 0 && html`<path d=${`M${bin} ${HIGH}h1v${-up}h-1zM${bin} ${HIGH + 1}h1v${down}h-1z`} fill=${colours[bin] ?? "currentColor"} />`;
+  });
+  return html`<figure class="part histograms">
+    <figcaption>${title}</figcaption>
+    <svg viewBox=${`0 0 ${expected.length} ${2 * HIGH + 1}`} preserveAspectRatio="none" role="img" aria-label=${title}>${drawn}</svg>
+    <p class="small">expected above, found below</p>
+  </figure>`;
+}
+
+/** @param {PatchesPublic} part */
+function patches({ title, expected, found }) {
+  const patch = (/** @type {string|null} */ source, /** @type {string} */ words) =>
+    source === null ? html`<span class="outside">outside</span>` : html`<img src=${source} alt=${words} />`;
+  return html`<figure class="part patches"><figcaption>${title}</figcaption><div>${patch(expected, "expected")} ${patch(found, "found")}</div></figure>`;
+}
+
+/** @param {Contributions} part */
+function contributions({ title, columns, names, rows }) {
+  return html`<div class="part contributions">
+    <p>${title}</p>
+    <table>
+      <thead><tr><th></th>${columns.map((column) => html`<th scope="col">${column}</th>`)}</tr></thead>
+      <tbody>${names.map((name, place) => html`<tr><th scope="row">${name}</th>${rows[place].map((value) => html`<td>${number(value, 2)}</td>`)}</tr>`)}</tbody>
+    </table>
+  </div>`;
+}
+
+/** @typedef {"estimate"|"place"|"particle"} Kind What can be looked at. */
+/** @typedef {{place?: [number, number], picks?: boolean, particle?: number, frame?: number}} Subject As the server takes it. */
+/** @typedef {[number, number]} Place In the picture, px; its origin is the centre of the first pixel. */
+
+const ASK_MS = 80;
+const KINDS = /** @type {const} */ ([
+  ["estimate", "Estimate", "Look at what is believed"],
+  ["place", "Place", "Point at the picture; a click holds the place"],
+  ["particle", "Particle", "Click in the picture: the nearest particle is followed"],
+]);
+const PAD = "Arrows move the place by a pixel, with Shift by ten; Enter takes the nearest particle";
+const FAR = 10;
+/** @type {Record<string, Place>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+export class Inspector {
+  isOpen = signal(false);
+  kind = signal(/** @type {Kind} */ ("estimate"));
+  /** Whether the likelihood lies over the picture. */
+  hasVeil = signal(false);
+  /** What was found, or why nothing was. */
+  found = signal(/** @type {InspectionPublic|string|null} */ (null));
+  #view;
+  #request;
+  #ask;
+  /** @type {Subject} */
+  #subject = {};
+  #isHeld = false;
+
+  /** @param {Mounted} view */
+  constructor(view) {
+    this.#view = view;
+    const { scene, signal: end, store } = view;
+    this.#request = new NewestRequest(
+      async (/** @type {Inspect} */ wish) => /** @type {InspectionPublic} */ (await api.command(store.known.id, wish)),
+      { answer: (found) => this.#take(found), refused: (error) => (this.found.value = messageOf(error)) },
+      end,
+    );
+    this.#ask = throttle(() => this.isOpen.peek() && view.able && this.#request.ask(this.#wish()), ASK_MS, end);
+    const follow = effect(() => {
+      if (!this.isOpen.value || store.session === null) return;
+      // What the numbers of a frame hang on.
+      const { branch, parameters, position, tracker } = store.session;
+      if ([branch, parameters, position, tracker].length > 0) this.#ask();
+    });
+    end.addEventListener("abort", follow);
+    const at = (/** @type {(place: Place) => void} */ tell) => (/** @type {Event} */ event) => {
+      const place = this.isOpen.peek() && event instanceof MouseEvent ? placeOf(event) : null;
+      if (place !== null) tell(place);
+    };
+    scene?.root.addEventListener("pointermove", at((place) => this.#hover(place)), { signal: end });
+    scene?.root.addEventListener("click", at((place) => this.#press(place)), { signal: end });
+    globalThis.addEventListener("message", ({ origin, source, data }) => {
+      if (!this.isOpen.peek() || origin !== location.origin || !scene?.window || source !== scene.window || data?.source !== "pftrack-viser") return;
+      const place = placeIn(data.place);
+      if (place === null) return;
+      if (data.pointed === "hover") this.#hover(place);
+      // A particle may be lifted above the place at which it is pointed at.
+      else if (data.pointed === "press") this.#press(place, placeIn(data.particle) ?? undefined);
+    }, { signal: end });
+  }
+
+  /** Begin to look, or stop: then nothing is computed or drawn for it any more. */
+  toggle() {
+    const isOpen = this.isOpen.peek();
+    if (this.#view.store.session === null || (!isOpen && !this.#view.able)) return;
+    this.isOpen.value = !isOpen;
+    if (!isOpen) this.choose(this.kind.peek());
+    else if (this.#view.able) this.#request.ask({ kind: "inspect" });
+  }
+
+  /** @param {boolean} shows */
+  veil(shows) {
+    this.hasVeil.value = shows;
+    this.#ask();
+  }
+
+  /** @param {Kind} kind */
+  choose(kind) {
+    this.kind.value = kind;
+    this.#isHeld = false;
+    const at = this.#at;
+    if (kind === "estimate") this.#subject = {};
+    else if (kind === "particle") this.#subject = { place: at ?? [0, 0], picks: true };
+    else if (at) this.#subject = { place: at };
+    this.#ask();
+  }
+
+  /**
+   * Point by keys, or take the nearest particle.
+   *
+   * @param {KeyboardEvent} event
+   */
+  steer(event) {
+    const arrow = ARROWS[event.key];
+    if (arrow === undefined && event.key !== "Enter") return;
+    // They are no steps of the run.
+    event.preventDefault();
+    if (!this.#at) return;
+    if (arrow === undefined) {
+      this.#pick(this.#at);
+      return;
+    }
+    const [x, y] = this.#subject.place ?? this.#at;
+    const step = event.shiftKey ? FAR : 1;
+    if (this.kind.peek() !== "place") this.choose("place");
+    this.#isHeld = true;
+    this.#point([x + step * arrow[0], y + step * arrow[1]]);
+  }
+
+  /** Where it was looked at last. */
+  get #at() {
+    const found = this.found.peek();
+    return typeof found === "object" ? found?.place ?? null : null;
+  }
+
+  /** @returns {Inspect} */
+  #wish() {
+    return { kind: "inspect", likelihood: this.hasVeil.peek(), genealogy: true, pulls: true, ...this.#subject };
+  }
+
+  /** @param {Place} at */
+  #hover(at) {
+    if (this.kind.peek() === "place" && !this.#isHeld) this.#point(at);
+  }
+
+  /**
+   * @param {Place} at
+   * @param {Place} particle Where a particle is that was hit.
+   */
+  #press(at, particle = at) {
+    if (this.kind.peek() === "particle") {
+      this.#pick(particle);
+      return;
+    }
+    const isHeld = this.kind.peek() === "place" && this.#isHeld;
+    if (this.kind.peek() === "estimate") this.choose("place");
+    this.#isHeld = !isHeld;
+    this.#point(at);
+  }
+
+  /** @param {Place} at */
+  #pick(at) {
+    if (this.kind.peek() !== "particle") this.choose("particle");
+    this.#subject = { place: at, picks: true };
+    this.#ask();
+  }
+
+  /** @param {Place} at */
+  #point(at) {
+    this.#subject = { place: at };
+    this.#ask();
+  }
+
+  /** @param {InspectionPublic} found */
+  #take(found) {
+    if (!this.isOpen.peek()) return;
+    this.found.value = found;
+    // From now on it is this one, wherever it goes.
+    const isPicked = this.#subject.picks === true || this.#subject.particle !== undefined;
+    if (isPicked && found.particle !== null) this.#subject = { particle: found.particle.particle, frame: found.frame };
+  }
+}
+
+/** @param {{inspector: Inspector}} props */
+export function Inspection({ inspector }) {
+  const { found: told, hasVeil, isOpen, kind: chosen } = inspector;
+  const root = useRef(/** @type {HTMLElement|null} */ (null));
+  useEffect(() => root.current?.scrollIntoView({ block: "start" }), [isOpen.value]);
+  if (!isOpen.value) return null;
+  const found = told.value;
+  const isBlind = typeof found === "object" && found?.has_map === false;
+  const close = (/** @type {KeyboardEvent} */ event) => event.key === "Escape" && inspector.toggle();
+  const veil = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget: { checked } }) => inspector.veil(checked);
+  const choice = KINDS.map(([kind, text, title]) => {
+    const isOff = kind === "place" && isBlind;
+    const isChosen = String(kind === chosen.value);
+    const choose = () => inspector.choose(kind);
+    return html`<button type="button" data-look=${kind} title=${title} aria-pressed=${isChosen} disabled=${isOff} onClick=${choose}>${text}</button>`;
+  });
+  return html`<div ref=${root} onKeyDown=${close}>
+    <header>
+      <h2>Look into the frame</h2>
+      ${h(IconButton, { name: "close", title: "Stop looking (I)", run: () => inspector.toggle() })}
+    </header>
+    <label class="inspection-veil">
+      <input type="checkbox" checked=${hasVeil.value} disabled=${isBlind} onChange=${veil} />
+      <span>Likelihood over the picture</span>
+    </label>
+    <div class="choice" role="group" aria-label="What to look at">${choice}</div>
+    <button type="button" title=${PAD} data-role="pad" onKeyDown=${(/** @type {KeyboardEvent} */ event) => inspector.steer(event)}>Move by keys</button>
+    <p class="hint">${chosen.value !== "estimate" && KINDS.find(([kind]) => kind === chosen.value)?.[2]}</p>
+    ${typeof found === "string" ? html`<div class="inspection-card" role="status"><p class="note">${found}</p></div>` : found && h(Findings, { found })}
+  </div>`;
+}
+
+/**
+ * Where a pointer is in the flat picture.
+ *
+ * @param {MouseEvent} event
+ * @returns {Place|null}
+ */
+function placeOf({ target, offsetX, offsetY }) {
+  if (!(target instanceof HTMLElement) || !target.classList.contains("flat-canvas")) return null;
+  const scale = target.offsetWidth / Number(target.dataset.width);
+  return Number.isFinite(scale) && scale > 0 ? [offsetX / scale - 0.5, offsetY / scale - 0.5] : null;
+}
+
+/**
+ * @param {unknown} said
+ * @returns {Place|null}
+ */
+function placeIn(said) {
+  if (!Array.isArray(said)) return null;
+  const [x, y] = said.map(Number);
+  return Number.isFinite(x) && Number.isFinite(y) ? [x, y] : null;
+}

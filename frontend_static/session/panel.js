@@ -1,0 +1,298 @@
+/**
+ * What one can try in a session: tracker, the parameters that the run's preset is about, and behind *More* every other that the
+ * tracker reads, the seed, and what to draw.
+ *
+ * A control never decides. It proposes a value, the session accepts or refuses it, and the panel shows what the session
+ * says.
+ */
+
+import { explainControl } from "../shared/terms.js";
+import { later } from "../shared/timing.js";
+import { remember, remembered } from "../shared/visitor.js";
+import { h, html, useComputed, useEffect, useMemo, useSignal, useSignalEffect } from "../vendor/preact.js";
+import { Proposals, sendValues } from "./proposals.js";
+import { StopAtLoss } from "./transport.js";
+import { Exploration, settingsOf } from "./why/loss.js";
+
+/** @import { Value } from "../shared/format.js" */
+/** @import { Bands, Declaration, SessionPublic } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
+/** @import { Layers } from "./flat/drawing.js" */
+/** @import { Mounted } from "./mount.js" */
+/** @import { Values } from "./proposals.js" */
+
+// Controls made from the declaration of one parameter: each proposes values and shows what is in force.
+
+/** Digits that a number is shown with. */
+const DIGITS = 6;
+let made = 0;
+
+/** @param {{declaration: Declaration, value: Value, propose: (value: Value) => void}} props */
+export function DeclaredControl({ declaration, value, propose }) {
+  const { label, hint, minimum: min, maximum: max, step, useful } = declaration;
+  switch (declaration.kind) {
+    case "boolean":
+      return h(Check, { label, hint, value: Boolean(value), propose });
+    case "choice":
+      return h(Choice, { label, hint, options: declaration.choices.map((text) => [text, text]), value: String(value), propose });
+    case "colour":
+      return h(Labelled, { label, hint, field: (id) => html`<input type="color" id=${id} value=${value} onInput=${onField((box) => propose(box.value))} />` });
+    default:
+      return h(Amount, { label, hint, min, max, step, useful, value: Number(value), propose });
+  }
+}
+
+/** @param {{label: string, hint?: string, value: boolean, propose: (value: boolean) => void}} props */
+export function Check({ label, hint = "", value, propose }) {
+  return html`<label class="control check" ref=${explained(hint)}>
+    <input type="checkbox" checked=${value} aria-description=${hint || null} onChange=${onField((box) => propose(box.checked))} />
+    <span>${label}</span>
+  </label>`;
+}
+
+/** @param {{label: string, hint: string, options: string[][], value: string, propose: (value: string) => void}} props */
+export function Choice({ label, hint, options, value, propose }) {
+  const choices = options.map(([each, title]) => html`<option value=${each} selected=${each === value}>${title}</option>`);
+  const choose = onField((list) => propose(list.value));
+  return h(Labelled, { label, hint, field: (id) => html`<select id=${id} aria-description=${hint} onChange=${choose}>${choices}</select>` });
+}
+
+/**
+ * A field that takes whatever is allowed, with a slider over the useful range, widened to the value in force. The field is the
+ * stop of the tab key for both: its arrows move by the same steps.
+ *
+ * @param {NumberProps & {useful: [number, number]|null}} props
+ *
+ * @typedef {object} NumberProps
+ * @property {string} label
+ * @property {string} hint
+ * @property {number|null} [min]
+ * @property {number|null} [max]
+ * @property {number|null} [step]
+ * @property {number} value
+ * @property {(value: number) => void} propose
+ */
+function Amount({ useful, ...field }) {
+  const { label, hint, step, value, propose } = field;
+  const [low, high] = useful === null ? [value, value] : [Math.min(useful[0], value), Math.max(useful[1], value)];
+  if (low === high) return h(NumberBox, field);
+  const look = { step: step ?? "any", value, "aria-label": label, "aria-description": hint };
+  const slide = onField((slider) => propose(slider.valueAsNumber));
+  return html`<div class="control amount-control">
+    ${h(NumberBox, field)}
+    <input type="range" tabindex="-1" min=${low} max=${high} ...${look} onInput=${slide} />
+  </div>`;
+}
+
+/**
+ * A field for a number. What is half typed is left alone until it is finished; whether a value is allowed is for the server
+ * to say, in words that name the bounds.
+ *
+ * @param {NumberProps} props
+ */
+export function NumberBox({ label, hint, min, max, step, value, propose }) {
+  const typed = useSignal(/** @type {string|null} */ (null));
+  const type = onField((box) => (typed.value = box.value));
+  const finish = onField((box) => {
+    const number = box.valueAsNumber;
+    typed.value = null;
+    if (Number.isFinite(number)) propose(number);
+    else box.value = shown(value);
+  });
+  const leave = onField((box) => {
+    if (typed.value !== null) box.value = shown(value);
+    typed.value = null;
+  });
+  // It belongs to no form: its step is that of the arrows, and no bound for what is typed.
+  const look = { min, max, form: "", step: step ?? "any", "aria-description": hint, value: typed.value ?? shown(value) };
+  const field = (/** @type {string} */ id) =>
+    html`<input type="number" inputmode="decimal" id=${id} ...${look} onInput=${type} onChange=${finish} onBlur=${leave} />`;
+  return h(Labelled, { label, hint, field });
+}
+
+/** @param {{label: string, hint: string, field: (id: string) => Child}} props */
+function Labelled({ label, hint, field }) {
+  const id = useMemo(() => `control-${(made += 1)}`, []);
+  return html`<div class="control"><label for=${id} ref=${explained(hint)}>${label}</label>${field(id)}</div>`;
+}
+
+/**
+ * A listener that is given the field.
+ *
+ * @param {(field: HTMLInputElement) => void} act
+ */
+function onField(act) {
+  return (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => act(currentTarget);
+}
+
+/** @param {string} hint */
+function explained(hint) {
+  return (/** @type {HTMLElement|null} */ element) => element !== null && hint !== "" && explainControl(element, hint);
+}
+
+/** @param {number} value */
+function shown(value) {
+  return String(Number.isInteger(value) ? value : Number(value.toPrecision(DIGITS)));
+}
+
+/**
+ * A box for each layer of a run's drawings.
+ *
+ * @param {{layers: Layers}} props
+ */
+export function LayerBoxes({ layers }) {
+  return layers.declared.map(({ name, title }) =>
+    h(Check, { key: name, label: title, value: layers.isShown(name), propose: (wanted) => layers.set(name, wanted) }),
+  );
+}
+
+// Other seeds: a switch that draws a band behind the curve of the error, and tells the share of runs that hold.
+
+/** A slider that is dragged changes twenty times a second. */
+const SETTLE_MS = 150;
+const HINT = "Forty runs with other random numbers on the same scene: the 10, 50 and 90 % quantiles of their errors lie behind the curve";
+
+/** @param {{view: Mounted}} props */
+export function OtherSeeds({ view: { store, signal: end } }) {
+  const isOn = useSignal(false);
+  const exploration = useMemo(() => new Exploration(store, end), []);
+  const settings = useComputed(() => (store.session === null ? "" : settingsOf(store.session)));
+  useSignalEffect(() => {
+    if (isOn.value && settings.value !== "") return later(() => exploration.begin({ kind: "ensemble" }), SETTLE_MS, end);
+    exploration.stop();
+    exploration.job.value = null;
+    return undefined;
+  });
+  const result = exploration.job.value?.result;
+  const bands = result && "holding" in result ? result : null;
+  useEffect(() => {
+    store.ensemble = bands;
+  }, [bands]);
+  // No seed alters a replay.
+  if (!store.isAwake || store.known.trackers.some(({ id, replays }) => id === store.known.tracker && replays)) return null;
+  return html`<div class="explore" role="group" aria-label="Other seeds">
+    <button type="button" class="chip" aria-pressed=${String(isOn.value)} title=${HINT} onClick=${() => (isOn.value = !isOn.value)}>Other seeds</button>
+    <output class="explore-words">${isOn.value && (exploration.error.value || words(bands, store.known.position))}</output>
+  </div>`;
+}
+
+/**
+ * How many runs hold in a frame.
+ *
+ * @param {Bands|null} bands
+ * @param {number} frame
+ */
+function words(bands, frame) {
+  if (bands === null) return "computing…";
+  const { holding: { [frame]: share }, computed: { [frame]: runs = 0 } } = bands;
+  if (share === undefined) return "not computed yet";
+  return share === null ? `${runs} runs` : `${Math.round(share * runs)} of ${runs} hold in this frame`;
+}
+
+const TRACKER_HINT = "What follows the target; a change counts from the next frame.";
+const FIT_HINT = "Find the values under which what was seen is most probable, instead of tuning by eye.";
+const SEED_HINT = "The same seed gives the same scene and the same run, to the bit. A change starts the run again.";
+/** So many parameters are tried first. */
+const FIRST = 5;
+/** Of a run without a preset, so many. */
+const FIRST_OF_ALL = 3;
+
+/** @param {{view: Mounted}} props */
+export function Panel({ view }) {
+  const { session } = view.store;
+  return session && h(Parameters, { view, session });
+}
+
+/** @param {{view: Mounted, session: SessionPublic}} props */
+function Parameters({ view, session }) {
+  const { store, scene, signal: end } = view;
+  const proposals = useMemo(() => new Proposals((values) => sendValues(session.id, values), end), []);
+  /** Where there is little room they open above the rest. */
+  const isOpen = useSignal(false);
+  const { parameters, tracker, trackers, recipe, title } = session;
+  /** @type {Values} */
+  const inForce = { ...parameters, tracker, seed: recipe.seed, ...proposals.held };
+  const of = (/** @type {string} */ name) => (/** @type {import("../shared/format.js").Value} */ value) => proposals.propose(name, value);
+  const control = (/** @type {Declaration} */ declaration) =>
+    h(DeclaredControl, { key: declaration.name, declaration, value: inForce[declaration.name], propose: of(declaration.name) });
+  const read = readBy(session);
+  const first = firstOf(session, read);
+  const others = read.filter((each) => !first.includes(each));
+  const groups = [...new Set(others.map(({ group }) => group))];
+  const layers = scene?.layers ?? null;
+  const options = trackers.map((each) => [each.id, each.title]);
+  const fit = async () => (await import("./fit.js")).fitDialog(store);
+  const opener = html`<button type="button" class="controls-opener" aria-expanded=${String(isOpen.value)} onClick=${() => (isOpen.value = !isOpen.value)}>
+    ${isOpen.value ? "Close" : "Parameters"}
+  </button>`;
+  const more = [
+    h(NumberBox, { label: "Seed", hint: SEED_HINT, min: 0, step: 1, value: Number(inForce.seed), propose: of("seed") }),
+    scene !== null && h(OtherSeeds, { view }),
+    h(StopAtLoss, { view }),
+    (session.fittable[tracker] ?? []).length > 0 && html`<button type="button" class="quiet" title=${FIT_HINT} onClick=${fit}>Fit noise to data…</button>`,
+    groups.map((group) => {
+      const members = others.filter((each) => each.group === group);
+      return h(Fold, { key: group, experiment: title, title: group || "Parameters" }, members.map(control));
+    }),
+    layers !== null && layers.declared.length > 0 && h(Fold, { experiment: title, title: "What to draw" }, h(LayerBoxes, { layers })),
+  ];
+  return html`<div class="panel-body" data-open=${String(isOpen.value)} inert=${store.connection !== "open" || !store.isSteerable}>
+    <h2>Try</h2>
+    ${opener}
+    <div class="panel-controls">
+      ${h(Choice, { label: "Tracker", hint: TRACKER_HINT, options, value: String(inForce.tracker), propose: of("tracker") })}
+      ${first.map(control)}
+      ${h(Fold, { experiment: title, title: "More", name: "More parameters" }, more)}
+      ${h(Effect, { session })}
+    </div>
+  </div>`;
+}
+
+/**
+ * The parameters that a session's tracker reads, without the files, which are brought in by the menu.
+ *
+ * @param {SessionPublic} session
+ */
+export function readBy({ declarations, parameters, tracker }) {
+  return declarations.filter(
+    ({ name, kind, trackers }) => name in parameters && kind !== "file" && (trackers.length === 0 || trackers.includes(tracker)),
+  );
+}
+
+/**
+ * The parameters of a filter of one's own, and those that the preset is about; failing them, the first that have a slider.
+ *
+ * @param {SessionPublic} session
+ * @param {Declaration[]} read Those that the tracker reads.
+ */
+function firstOf({ about, recipe, tracker }, read) {
+  const own = tracker in (recipe.filters ?? {}) ? read.filter(({ trackers }) => trackers.length === 1) : [];
+  const first = [...own, ...about.flatMap((name) => read.filter((each) => each.name === name))].slice(0, FIRST);
+  return first.length > 0 ? first : read.filter(({ useful }) => useful !== null).slice(0, FIRST_OF_ALL);
+}
+
+/**
+ * What a change will do, where it does more than count from the next frame on.
+ *
+ * @param {{session: SessionPublic}} props
+ */
+function Effect({ session: { branch_point: frame, position, frames, playing } }) {
+  const end = frame !== null && position === frames - 1 && `The run has ended. A change runs it again from frame ${frame}, as a branch.`;
+  return html`<p class="control-effect" role="status" hidden=${frame === null || playing}>${end || `A change at frame ${frame} makes a branch.`}</p>`;
+}
+
+/**
+ * A fold that stays as a person has left it in this browser, for each experiment. The 3-D scene's panel keeps its folds in the
+ * same place (`folds.js` of the viser adapter).
+ *
+ * @param {{experiment: string, title: string, name?: string, children?: Child}} props `name` is what the scene's panel calls it
+ */
+function Fold({ experiment, title, name = title, children }) {
+  const place = `pftrack-folds ${experiment}`;
+  const kept = () => JSON.parse(remembered(place) ?? "{}");
+  // Pressed by mouse or key: `toggle` would also be told of what is open from the start.
+  const press = (/** @type {Event & {currentTarget: HTMLElement}} */ { currentTarget }) => {
+    remember(place, JSON.stringify({ ...kept(), [name]: !currentTarget.parentElement?.hasAttribute("open") }));
+  };
+  return html`<details class="control-group" open=${Boolean(kept()[name])}><summary onClick=${press}>${title}</summary>${children}</details>`;
+}

@@ -1,0 +1,80 @@
+/** Who opened this page by the link of a class: a follower, or the lecturer on another device. */
+
+import { START } from "./api.js";
+import { build } from "./dom.js";
+
+// What this browser keeps for a person, and a tab beyond one page. Where the browser keeps nothing, it lasts as long as the page.
+
+/**
+ * @param {string} name
+ * @returns {string|null}
+ */
+export function remembered(name) {
+  try {
+    return localStorage.getItem(name);
+  } catch {
+    return null;
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {string} value
+ */
+export function remember(name, value) {
+  try {
+    localStorage.setItem(name, value);
+  } catch {
+    // Storage is full or disabled.
+  }
+}
+
+/**
+ * What this tab keeps.
+ *
+ * @template Value
+ */
+export class KeptInTab {
+  #key;
+
+  /** @param {string} key */
+  constructor(key) {
+    this.#key = key;
+  }
+
+  /** @returns {Value|null} */
+  get() {
+    try {
+      return JSON.parse(sessionStorage.getItem(this.#key) ?? "null");
+    } catch {
+      return null;
+    }
+  }
+
+  /** @param {Value|null} value Null to forget it. */
+  set(value) {
+    try {
+      if (value === null) sessionStorage.removeItem(this.#key);
+      else sessionStorage.setItem(this.#key, JSON.stringify(value));
+    } catch {
+      // Storage is full or disabled.
+    }
+  }
+}
+
+const { role = "", class: classLink = null } = globalThis.document?.documentElement.dataset ?? {};
+
+/** Whether the page is open to a participant of a class, who may see nothing else of the server. */
+export const isParticipant = role !== "";
+
+/** Whether that is one who follows, and tries something alone. */
+export const isFollower = role === "follower";
+
+/** The class of the link, if the page was opened by one. */
+export const classOfLink = classLink;
+
+/** The first thing in the header: the way to the start page, for followers the way back to the class. */
+export function brand() {
+  if (isFollower) return build("a", { class: "button", href: START, data: { role: "back" } }, "Back to the class");
+  return isParticipant ? build("span", { class: "brand" }, "pftrack") : build("a", { class: "brand", href: START }, "pftrack");
+}
