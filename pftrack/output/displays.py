@@ -230,19 +230,20 @@ SHORTEST_RING_PX = 4.0
 def draw_likelihood(drawing: Drawing, found: LikelihoodMap) -> Drawing:
     """Return a drawing whose picture is grey, with a likelihood over it from purple, the lowest, to yellow.
 
+    A viewer with depth shows it as a relief, too.
     Its caption says which numbers these are. Where there is no picture, the likelihood lies on white paper.
     """
-    items = drawing.primitives
+    items, relief = drawing.primitives, found.levels.astype(np.float32)
     name = next((name for name, item in items.items() if isinstance(item, Picture)), None)
     if name is None:
         paper = np.full((drawing.height, drawing.width, 3), 255, np.uint8)
-        heat = Picture(over(paper, found.levels, width=drawing.width))
+        heat = Picture(over(paper, found.levels, width=drawing.width), relief=relief)
         primitives: dict[str, Primitive] = {"likelihood": heat, **items}
     else:
         picture = items[name]
         assert isinstance(picture, Picture)  # noqa: S101 - found as one
         image = picture.image_rgb
-        primitives = {**items, name: Picture(over(image, found.levels, width=image.shape[1]), picture.layer)}
+        primitives = {**items, name: Picture(over(image, found.levels, width=image.shape[1]), picture.layer, relief)}
     low, high = found.range
     scale = f"log likelihood from {low:.3g}, purple, to {high:.3g}, yellow"
     caption = f"{drawing.caption} · {scale}" if drawing.caption else scale

@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
+from pftrack.core.model.drawing import COLOURS, LIFT, Ellipse, Links, Mesh, Picture, Points, Polyline, Text, from_front
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
+from pftrack.experiments.shared.pose.drawing import place_points
+from pftrack.output.displays import draw_likelihood
+from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import render
 
@@ -42,13 +45,15 @@ def ball_drawing(**values: object) -> tuple[Run, dict]:
 
 
 def test_particles_are_drawn_where_they_are() -> None:
-    """Particles stand at their positions, lifted by weight, coloured by the sampler that drew them."""
+    """Particles stand at their positions on stems as high as their weights, coloured by the sampler that drew them."""
     run, drawn = ball_drawing()
     particles = run.current.state.particles
     points = drawn["particles"]
     assert isinstance(points, Points)
     assert np.allclose(points.positions[:, :2], particles.states[:, :2], atol=1e-3)
-    assert points.positions[:, 2].argmax() == particles.log_weights.argmax()
+    relative = np.exp(particles.log_weights - particles.log_weights.max())
+    assert np.allclose(points.positions[:, 2], 1.0 + LIFT * 320 * relative, atol=1e-3)
+    assert points.stems
     samples = run.current.diagnostics.vector("samples")
     assert samples is not None
     orange = (points.colours == (230, 159, 0)).all(axis=1).sum()
@@ -63,7 +68,7 @@ def test_of_many_particles_an_even_selection_is_drawn() -> None:
 
 
 def test_marks_mean_what_they_say() -> None:
-    """Truth and gate surround the truth, the trail ends at the estimate, the path through time rises backwards."""
+    """Truth and gate surround the truth, the trail ends at the estimate, the path through time recedes evenly."""
     run, drawn = ball_drawing(smoothing_lag_frames=5)
     truth = run.current.frame.target.position
     assert isinstance(drawn["truth"], Ellipse)
@@ -73,6 +78,80 @@ def test_marks_mean_what_they_say() -> None:
     assert isinstance(drawn["trail"], Polyline)
     assert np.allclose(drawn["trail"].positions[-1, :2], run.current.state.estimate)
     assert len(drawn["trail"].positions) == 21
-    assert (np.diff(drawn["space-time"].positions[:, 2]) < 0).all()
+    assert np.allclose(drawn["space-time"].positions[:, 2], np.arange(-20, 1) * 1.25 * 320 / 60, atol=1e-3)
+    assert np.array_equal(drawn["true space-time"].positions[:, 2], drawn["space-time"].positions[:, 2])
     assert len(drawn["smoothed"].positions) == 6
     assert isinstance(drawn["picture"], Picture)
+
+
+def test_past_frames_recede_behind_the_picture() -> None:
+    """Each outline is as large as the picture and as deep as the path was then, which the axis says."""
+    _, drawn = ball_drawing()
+    outlines, axis = drawn["past frames"], drawn["axis"]
+    assert isinstance(outlines, Links)
+    corners = outlines.segments[:, 0].reshape(3, 4, 3)
+    assert np.allclose(corners[:, :, 2], -np.array([[20], [40], [60]]) * 1.25 * 320 / 60)
+    assert np.allclose(np.ptp(corners[:, :, :2], axis=1), (320, 240))
+    assert np.allclose(axis.segments[0, :, 2], (-400, LIFT * 320))
+    words = {item.text: item.position[2] for item in drawn.values() if isinstance(item, Text)}
+    assert np.allclose(words["60 frames ago"], -400)
+    assert np.allclose(words["weight"], LIFT * 320)
+
+
+def test_from_the_front_nothing_is_drawn_that_only_depth_shows() -> None:
+    """The trail stays, the path through time goes."""
+    run, drawn = ball_drawing()
+    flat = from_front(run.experiment.draw(run.current, run.diagnostics), run.experiment.layers).primitives
+    assert {"space-time", "true space-time", "past frames", "axis"} <= drawn.keys() - flat.keys()
+    assert {"picture", "particles", "trail"} <= flat.keys()
+
+
+def test_the_posterior_of_a_signal_is_a_surface() -> None:
+    """It is highest over the estimates, falls to the sides as a Gaussian does, and is low where that is wide."""
+    sine = find("sine")
+    run = Run(sine, sine.simulate(), tracker="kalman", seed=1, frames=31)
+    density = sine.draw(run.seek(30), run.diagnostics).primitives["density"]
+    past = [row.estimate[0] for row in run.diagnostics]
+    assert isinstance(density, Mesh)
+    slices = density.vertices.reshape(61, 17, 3)
+    assert np.allclose(slices[::2, 8, 1], 200 - 125 * np.array(past), atol=0.01)
+    heights = slices[:, :, 2] - 1.0
+    assert np.allclose(heights[:, 5] / heights[:, 8], np.exp(-0.5 * 1.125**2), rtol=1e-3)
+    deviations = np.array([max(row.sigma[0], 0.008) for row in run.diagnostics])
+    usual = 0.5 * LIFT * 720 * np.minimum(np.median(deviations) / deviations, 2.0)
+    assert np.allclose(heights[::2, 8], usual, rtol=0.05)
+
+
+def test_particles_of_a_feature_are_as_deep_as_it() -> None:
+    """Seen from aside they surround the point of the solid that they look for."""
+    head = find("head")
+    run = Run(head, head.simulate(), seed=1, frames=3)
+    run.seek(2)
+    state = run.current.state
+    cloud = head.draw(run.current, run.diagnostics).primitives["particles"]
+    depths = place_points(state, state.solid.points_mm)[:, 2]
+    off = cloud.positions[:, 2].reshape(len(depths), -1) - depths[:, None]
+    assert off.min() >= -1e-3
+    assert off.max() <= 10.001
+
+
+def test_likeness_of_a_window_is_a_relief() -> None:
+    """The more alike, the higher."""
+    window = find("histogram")
+    run = Run(window, window.simulate(), seed=1, frames=3)
+    likeness = window.draw(run.seek(2), run.diagnostics).primitives["likeness"]
+    top = likeness.vertices[likeness.vertices[:, 2].argmax()]
+    assert 0.8 * LIFT * 320 < top[2] <= 0.5 + LIFT * 320
+    assert np.hypot(*(top[:2] - run.current.state.estimate[:2])) < 20
+
+
+def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
+    """The picture shows it in colours, and as high as it is where there is depth."""
+    run, _ = ball_drawing()
+    found = Inspection(run).map((320, 240))
+    assert found is not None
+    picture = draw_likelihood(run.experiment.draw(run.current, run.diagnostics), found).primitives["picture"]
+    assert isinstance(picture, Picture)
+    assert picture.relief is not None
+    assert np.array_equal(picture.relief, found.levels.astype(np.float32))
+    assert (picture.relief.min(), picture.relief.max()) == (0.0, 1.0)

@@ -96,15 +96,18 @@ def test_who_only_looks_moves_the_camera_and_nothing_else(session: Session, site
     with Peer(site.scene) as follower:
         wait_for(lambda: session.viewer.clients == 1)
         follower.move("Particles", 55)
-        follower.move_view("3-D")
+        follower.move_view("Front")
         follower.look(800, 600, position=(300.0, 400.0, 90.0))
         (watcher,) = cameras._watchers.values()
         wait_for(lambda: tuple(watcher.client.camera.position) == (300.0, 400.0, 90.0))
-        assert (cameras.relief, watcher.preset) == (0.0, "front")
+        assert (cameras.relief, watcher.preset) == (1.0, "oblique"), "who alone looks on sees depth"
         site.looks_only = False
         with Peer(site.scene) as lecturer:
             lecturer.move("Particles", 77)
             wait_for(lambda: session.values["sample_count"] == 77)
+            session.show(drawing(), 0)
+            lecturer.move_view("Front")
+            wait_for(lambda: cameras.relief == 0.0)
         assert session.changes == [{"sample_count": 77}]
 
 

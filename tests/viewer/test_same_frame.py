@@ -89,6 +89,7 @@ def test_picture_and_particles_are_of_one_frame(session: Session, site: Site, ch
     page.add_init_script(FEW_PIXELS)
     page.goto(f"{site.url}/viz/one/")
     until(page, f"{CORNERS} !== null && !!document.querySelector('.pf-caption')", seconds=60.0)
+    page.get_by_role("button", name="Front").click()
     page.wait_for_timeout(500)
     corners = page.evaluate(CORNERS)
     seen = [_read(page.screenshot(), corners) for _ in range(SHOTS)]

@@ -39,7 +39,7 @@ def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -
     """Positions are exact to the float32, y is turned, and the picture is a JPEG of its own size."""
     shown = drawing(3)
     session.show(shown, 3)
-    wait_for(lambda: {"/picture", "/particles", "/trail", "/estimate"} <= peer.nodes.keys())
+    wait_for(lambda: {"/picture", "/particles", "/estimate"} <= peer.nodes.keys())
     cloud = shown.primitives["particles"]
     assert isinstance(cloud, Points)
     np.testing.assert_array_equal(points(peer)[:, 0], cloud.positions[:, 0])
@@ -128,12 +128,42 @@ def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
 
 
 def test_layers_through_time_take_the_place_of_flat_ones_seen_from_aside(session: Session, peer: Peer) -> None:
-    """The viewer knows their roles, not their names; from the front it is as it was."""
-    flat, deep = peer.uuid("Trail"), peer.uuid("History")
-    peer.move_view("Side")
-    wait_for(lambda: peer.controls[deep]["value"] is True and peer.controls[flat]["value"] is False)
+    """The viewer knows their roles, not their names; a layer that is switched off is seen from nowhere."""
+    past = np.array((((0, 0, 0), (5, 5, -90)),), dtype=np.float32)
+    session.show(with_item(drawing(), "past", Links(past, COLOURS["truth"], 1.0, "history")), 0)
+    wait_for(lambda: peer.visible.get("/past") and not peer.visible.get("/trail"))
+    np.testing.assert_allclose(ends(peer, "/past")[1], (5, -5, -90), atol=0.5)
     peer.move_view("Front")
-    wait_for(lambda: peer.controls[deep]["value"] is False and peer.controls[flat]["value"] is True)
+    wait_for(lambda: not peer.visible["/past"] and peer.visible.get("/trail"))
+    peer.move_view("Side")
+    wait_for(lambda: peer.visible["/past"] and not peer.visible["/trail"])
+    peer.move("History", False)
+    wait_for(lambda: not peer.visible["/past"])
+
+
+def test_a_particle_stands_on_a_stem_where_there_is_depth(session: Session, peer: Peer) -> None:
+    """From its place in the picture up to where it is; from the front there are no stems."""
+    shown = drawing(0, 3)
+    session.show(with_item(shown, "particles", replace(shown.primitives["particles"], stems=True)), 0)  # type: ignore[type-var]
+    wait_for(lambda: peer.visible.get("/particles raised"))
+    stems = ends(peer, "/particles raised").reshape(-1, 2, 3)
+    np.testing.assert_allclose(stems[:, :, 2], [(0, 15), (0, 30)], atol=1.0)
+    np.testing.assert_allclose(stems[:, 0, :2], points(peer)[1:, :2])
+    peer.move_view("Front")
+    wait_for(lambda: not peer.visible["/particles raised"])
+
+
+def test_what_is_mapped_over_a_picture_is_a_relief_where_there_is_depth(session: Session, peer: Peer) -> None:
+    """Each cell has a vertex in its middle, as high as its number says."""
+    levels = np.zeros((3, 4), dtype=np.float32)
+    levels[1, 2] = 1.0
+    shown = drawing()
+    session.show(with_item(shown, "picture", replace(shown.primitives["picture"], relief=levels)), 0)  # type: ignore[type-var]
+    wait_for(lambda: "/picture raised" in peer.nodes)
+    vertices = np.frombuffer(peer.nodes["/picture raised"]["vertices"], dtype=np.float32).reshape(-1, 3)
+    np.testing.assert_allclose(vertices[6], (199.5, -119.5, 320 / 6), atol=1.0)
+    assert len(vertices) == 12
+    assert np.delete(vertices[:, 2], 6).max() < 1.0
 
 
 def _layer(peer: Peer, title: str) -> str:
@@ -340,6 +370,8 @@ def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
     shown = with_item(with_item(shown, "mesh", triangle(9.0)), "line", Links(line, COLOURS["truth"], 1.0, "estimate"))
     session.show(shown, 0)
     wait_for(lambda: {"/mesh", "/line"} <= peer.nodes.keys())
+    peer.move_view("Front")
+    wait_for(lambda: heights().max() < 1.0)
     assert heights()[0] < heights()[2] < heights()[1] < ends(peer, "/line")[:, 2].min()
     peer.move_view("Side")
     wait_for(lambda: heights().max() > 8.9)
@@ -354,7 +386,8 @@ def test_the_camera_is_seen_from_aside_only(session: Session, peer: Peer) -> Non
     shown = with_item(shown, "high", Links(high, COLOURS["estimate"], 1.0, "estimate"))
     session.show(shown, 0)
     wait_for(lambda: peer.visible.get("/high"))
-    assert not peer.visible.get("/camera")
+    peer.move_view("Front")
+    wait_for(lambda: not peer.visible.get("/camera"))
     np.testing.assert_allclose(ends(peer, "/high")[:, :2], [(40, -60), (40, -60)])
     peer.move_view("Side")
     wait_for(lambda: peer.visible.get("/camera"))

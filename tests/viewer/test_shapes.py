@@ -1,9 +1,10 @@
 """Geometry between drawings, which count y downwards, and the scene, which counts it upwards."""
 
-import numpy as np
-import pytest
+from dataclasses import replace
 
-from pftrack.core.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
+import numpy as np
+
+from pftrack.core.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline
 from pftrack_server.viewer import shapes
 from pftrack_server.viewer.shapes import Stance
 
@@ -100,16 +101,18 @@ def test_depth_is_the_highest_of_all() -> None:
     assert shapes.depth(()) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("item", "flat"),
-    [
-        (Ellipse(f32(0, 0, 0), f32((4, 0), (0, 2)), COLOURS["truth"], 1.0, "x"), True),
-        (Ellipse(f32(0, 0, 9), f32((4, 0), (0, 2)), COLOURS["truth"], 1.0, "x"), False),
-        (Text(f32(0, 0, 0), "here", COLOURS["truth"], "x"), True),
-        (Polyline(f32((0, 0, 0), (0, 0, 6)), COLOURS["truth"], 1.0, "x"), False),
-        (Points(f32((0, 0, 0)), np.zeros((1, 3), dtype=np.uint8), 1.0), False),
-    ],
-)
-def test_only_marks_of_the_picture_plane_are_flat(item: object, flat: bool) -> None:
-    """What has a height of its own keeps it; a cloud is never put on top of itself."""
-    assert shapes.is_flat(item) is flat  # type: ignore[arg-type]
+def test_what_is_behind_is_counted_apart() -> None:
+    """The past has negative heights."""
+    past = Polyline(f32((0, 0, 0), (0, 0, -60), (0, 0, np.nan)), COLOURS["truth"], 1.0, "x")
+    cloud = Points(f32((0, 0, 3)), np.zeros((1, 3), dtype=np.uint8), 1.0)
+    assert (shapes.depth((past, cloud)), shapes.behind((past, cloud))) == (3.0, 60.0)
+    assert shapes.behind((cloud,)) == 0.0
+
+
+def test_a_cloud_without_heights_has_no_stems() -> None:
+    """Nor has one that is drawn without."""
+    flat = Points(f32((1, 2, 0)), np.zeros((1, 3), dtype=np.uint8), 1.0, stems=True)
+    stems = shapes.raised(flat, 320, 240)
+    assert isinstance(stems, Links)
+    assert not len(stems.segments)
+    assert shapes.raised(replace(flat, stems=False), 320, 240) is None

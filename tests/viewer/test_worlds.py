@@ -1,4 +1,4 @@
-"""Worlds stand beside the picture, each in a ball as high as that, and have presets of their own."""
+"""Worlds stand beside the picture, one below the other, and have presets of their own."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -33,8 +33,10 @@ SIDES = (
 )
 HEAD = World("head", "Head", "mm", 50.0, middle=(1.0, 2.0, 3.0), up=(0, -1, 0), front=(0, 0, -1), viewpoints=SIDES)
 SPREAD = np.diag([9.0, 4.0, 1.0]).astype(np.float32)[None]
-ACROSS = 320 - 0.5 + 4 * 240 + 120
-"""Where the middle of the first world is."""
+ACROSS = 320 - 0.5 + 0.15 * 240 + 60
+"""Where the middle of a world is: its square is half as high as the picture."""
+SCALE = 0.86 * 60 / 50
+"""px per mm."""
 
 
 def f32(*rows: object) -> NDArray[np.float32]:
@@ -67,25 +69,26 @@ def session() -> Iterator[Session]:
 
 
 def test_a_world_stands_to_the_right_of_the_picture() -> None:
-    """Its ball is as high as the picture and clear of it; up is up and its front looks at the viewer."""
+    """It is half as high as the picture and clear of it; up is up and its front looks at the viewer."""
     placed = dict(worlds.place_worlds(with_worlds(inside())))
     points = placed["world head: points"]
     assert isinstance(points, Points)
-    scale = 240 / 2 / 50
     np.testing.assert_allclose(points.positions[0], [ACROSS, 119.5, 0], atol=1e-3)
     np.testing.assert_allclose(
-        points.positions[1] - points.positions[0], [10 * scale, 10 * scale, 10 * scale], atol=1e-3
+        points.positions[1] - points.positions[0], [10 * SCALE, 10 * SCALE, 10 * SCALE], atol=1e-3
     )
-    assert points.size == pytest.approx(5 * scale)
+    assert points.size == pytest.approx(5 * SCALE)
+    assert worlds.beside(1, 240) == ACROSS + 60 - 319.5
+    assert worlds.beside(0, 240) == 0.0
 
 
-def test_worlds_stand_side_by_side() -> None:
-    """The second is as far from the first as that is from the picture."""
+def test_worlds_stand_one_below_the_other() -> None:
+    """Together two are as high as the picture."""
     placed = dict(worlds.place_worlds(with_worlds(inside(), replace(inside(), world=replace(HEAD, name="other")))))
     first, second = placed["world head: points"], placed["world other: points"]
     assert isinstance(first, Points)
     assert isinstance(second, Points)
-    np.testing.assert_allclose(second.positions - first.positions, np.tile(f32(240 + 960, 0, 0), (2, 1)), atol=1e-3)
+    np.testing.assert_allclose(second.positions - first.positions, np.tile(f32(0, 120, 0), (2, 1)), atol=1e-3)
 
 
 def test_a_world_has_its_title_and_its_ruler_beside_it() -> None:
@@ -97,7 +100,7 @@ def test_a_world_has_its_title_and_its_ruler_beside_it() -> None:
     assert isinstance(length, Text)
     assert (title.text, length.text) == ("Head, mm", "20 mm")
     ways = line.segments[:, 1] - line.segments[:, 0]
-    np.testing.assert_allclose(np.abs(ways), 20 * 240 / 100 * np.eye(3), atol=1e-3)
+    np.testing.assert_allclose(np.abs(ways), 20 * SCALE * np.eye(3), atol=1e-3)
     assert line.segments[0, 0, 0] > 320
 
 
@@ -105,8 +108,8 @@ def test_a_world_has_its_title_and_its_ruler_beside_it() -> None:
 @pytest.mark.parametrize("side", SIDES)
 def test_a_viewpoint_holds_the_whole_ball(side: Viewpoint, aspect: float) -> None:
     """The world fills the window's shorter side, and no more of it, whatever the window's form."""
-    view = worlds.view(0, HEAD, side, Box(320, 240), aspect)
-    half = np.arcsin(120 / view.distance)
+    view = worlds.view(0, 1, HEAD, side, Box(320, 240), aspect)
+    half = np.arcsin(50 * SCALE / view.distance)
     narrow = np.arctan(np.tan(view.fov_rad / 2) * min(1.0, aspect))
     assert 0.9 < np.tan(half) / np.tan(narrow) <= 1.0
     np.testing.assert_allclose(view.target, [ACROSS, -119.5, 0])
@@ -115,7 +118,8 @@ def test_a_viewpoint_holds_the_whole_ball(side: Viewpoint, aspect: float) -> Non
 def test_viewpoints_are_where_they_say() -> None:
     """Ahead is before the picture, port is to the left, and from the sky one looks down, almost."""
     ways = [
-        (view.position - view.target) / view.distance for view in (worlds.view(0, HEAD, s, Box(9, 9), 1) for s in SIDES)
+        (view.position - view.target) / view.distance
+        for view in (worlds.view(0, 1, HEAD, s, Box(9, 9), 1) for s in SIDES)
     ]
     np.testing.assert_allclose(ways, [[0, 0, 1], [-1, 0, 0], [0, 1, 0]], atol=0.02)
 
@@ -133,7 +137,7 @@ def test_worlds_reach_the_browser(session: Session, peer: Peer) -> None:
     def place() -> float:
         return float(np.frombuffer(node["batched_positions"], np.float32)[0])
 
-    wait_for(lambda: place() == pytest.approx(ACROSS + 20 * 2.4))
+    wait_for(lambda: place() == pytest.approx(ACROSS + 20 * SCALE))
     assert peer.nodes[names[1]] is node
     fewer = WorldDrawing(HEAD, {"bodies": Ellipsoids(f32([1, 2, 3]), SPREAD, np.uint8([BLUE]), 0.5, "estimate")})
     session.show(with_worlds(fewer), 2)
@@ -147,15 +151,11 @@ def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer
     wait_for(lambda: "Position" in peer.camera)
     before = peer.camera["Position"]["position"]
     peer.look(wide=800, high=600, position=tuple(before))
-    peer.move_view("Side")
-    deep = peer.control("History")
-    wait_for(lambda: deep["value"] is True)
     peer.move_view("Port", "Head")
     wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(ACROSS))
-    assert deep["value"] is True, "whoever looks beside the picture has nothing of it switched"
-    assert 320 < peer.camera["Position"]["position"][0] < ACROSS - 120, "the camera stands clear of the picture"
+    assert peer.camera["Position"]["position"][0] < ACROSS - 50 * SCALE
     peer.move_view("Front")
-    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(159.5))
+    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx((319.5 + 156 - 0.5) / 2), what="all is seen")
 
 
 @pytest.mark.parametrize("stance", [FREE, Stance(1.0, 3.0)])

@@ -3,9 +3,9 @@
 An experiment turns a step of a run into a `Drawing`; the library renders drawings to pictures and video
 (`pftrack.vision.rendering`), the server renders the same drawings into a 3-D scene. Coordinates are the picture's: x =
 column, y = row, in px with the origin at the centre of the top left pixel; z is the height above the picture plane, in
-px, towards the viewer. A renderer without depth ignores z. Where a drawing shows the camera itself (`Frustum`), what
-stands at a height stands on the way from its pixel to the camera, so that looked at from aside all has its true
-proportions.
+px, towards the viewer; what lies behind the picture, such as the past, has a negative one. A renderer without depth
+ignores z. Where a drawing shows the camera itself (`Frustum`), what stands at a height stands on the way from its pixel
+to the camera, so that looked at from aside all has its true proportions.
 
 Each primitive names its layer; a viewer lets people switch layers on and off. An experiment lists its layers in the
 order in which they are shown. A viewer or a film needs to know their roles and nothing of the experiment. Colours are
@@ -13,7 +13,7 @@ the palette's.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple, TypeAlias
@@ -108,8 +108,8 @@ class Key:
 class Layer:
     """What can be switched on and off in a drawing.
 
-    A layer "through time" has the frames of the run as its third direction, which is worth seeing from aside only;
-    there it takes the place of layers that are "flat only". A viewer without depth shows the latter.
+    A layer "through time" has the frames of the run, or a density, as its third direction, which is worth seeing from
+    aside only; there it takes the place of layers that are "flat only". A viewer without depth shows the latter.
 
     Attributes:
         name: What primitives call it.
@@ -260,22 +260,43 @@ TITLES_FROM_PX = 520.0
 """Width of a picture, where letters are 12 px high, from which on there is room for names that are written out."""
 
 
+LIFT = 1.0 / 6.0
+"""Height above the picture of the heaviest particle, and of the top of a relief, as a share of the longer side."""
+
+
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """The frame itself, (height, width, 3) uint8 RGB, lying in the plane z = 0."""
+    """The frame itself, lying in the plane z = 0.
+
+    Attributes:
+        image_rgb: (height, width, 3) uint8.
+        layer: That it is on.
+        relief: (rows, columns) 0..1, the first in the middle of the first of equal cells: how high what is mapped over
+            the picture stands there, which only a viewer with depth shows; None without.
+    """
 
     image_rgb: NDArray[np.uint8]
     layer: str = "picture"
+    relief: NDArray[np.float32] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """A cloud of points: positions (n, 3) float32 in px, colours (n, 3) uint8 RGB, one size in px."""
+    """A cloud of points.
+
+    Attributes:
+        positions: (n, 3) float32, px.
+        colours: (n, 3) uint8 RGB.
+        size: Of a point, px.
+        layer: That it is on.
+        stems: Whether each stands on a thin line from the picture, which only a viewer with depth shows.
+    """
 
     positions: NDArray[np.float32]
     colours: NDArray[np.uint8]
     size: float
     layer: str = "particles"
+    stems: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -505,6 +526,12 @@ class Drawing:
     def apex(self) -> NDArray[np.float32] | None:
         """Where the camera stands, (3,) px; None if it is not drawn, and as good as infinitely far away."""
         return next((item.apex for item in self.primitives.values() if isinstance(item, Frustum)), None)
+
+
+def from_front(drawing: Drawing, layers: Iterable[Layer]) -> Drawing:
+    """Return a drawing without what is worth seeing from aside only, on layers as its experiment declares them."""
+    deep = {layer.name for layer in layers if layer.role == "through time"}
+    return replace(drawing, primitives={name: it for name, it in drawing.primitives.items() if it.layer not in deep})
 
 
 # An experiment declares keys of the legend for all that any of its trackers may draw. A Kalman filter draws no

@@ -29,6 +29,7 @@ SHAPES: Mapping[str, tuple[int | None, ...]] = {
     "position": (3,),
     "point": (3,),
     "apex": (3,),
+    "relief": (None, None),
     "corners": (4, 3),
 }
 """Extents of the arrays of all primitives by the field's name; None is any number."""
@@ -36,7 +37,7 @@ SHAPES: Mapping[str, tuple[int | None, ...]] = {
 PICTURE = (None, None, 3)
 NUMBERS = ("size", "width", "length", "opacity", "sigmas")
 TEXTS = ("text", "title", "layer")
-OPTIONAL = ("point",)
+OPTIONAL = ("point", "relief")
 BY_VERTEX = ("colour", "opacity")
 """What a mesh may have an array of, one row a vertex."""
 

@@ -31,8 +31,6 @@ from pftrack.vision.likelihoods import chromaticity
 
 FOLDER = Path(__file__).parent
 
-TRAIL_FRAMES = 60
-
 
 class SimulatedBallParameters(model.ScoringParameters, model.BallTrackerParameters, BallSceneParameters):
     """The simulated scene and its trackers."""
@@ -105,21 +103,21 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a point that is followed, the region of success, and the path so far, true, estimated and smoothed."""
     state, row, target = step.state, step.diagnostics, step.frame.target
-    path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
+    path = past[max(row.frame - sketch.PAST_FRAMES, 0) : row.frame + 1]
+    height, width, _ = step.frame.picture.shape
     primitives = sketch.draw_point(step, other, step.parameters.gamma_px)
     if target is not None:
         primitives["gate"] = sketch.success_region(target, step.parameters)
-    primitives |= sketch.paths(path, np.array([past_row.estimate for past_row in path]))
+    primitives |= sketch.paths(path, np.array([past_row.estimate for past_row in path]), (width, height))
     known = [past_row for past_row in path if past_row.truth]
     if known:
-        ages = sketch.FRAME_HEIGHT_PX * (row.frame - np.array([past_row.frame for past_row in known]))
-        truths = sketch.at_height(np.array([past_row.truth for past_row in known]), 1.0 + ages)
-        primitives["true space-time"] = Polyline(truths, COLOURS["truth"], 3.0, "path through time")
+        depths = sketch.behind(row.frame - np.array([past_row.frame for past_row in known]), max(width, height))
+        truths = sketch.at_height(np.array([past_row.truth for past_row in known]), depths)
+        primitives["true space-time"] = Polyline(truths, COLOURS["truth"], 3.0, sketch.THROUGH_TIME)
     if state.lineage is not None and state.particles is not None:
         lineage, last = state.lineage, len(state.lineage.paths)
         recalled = np.array([smooth(lineage, state.particles, age) for age in range(last)])
         primitives["smoothed"] = Polyline(sketch.at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
-    height, width, _ = step.frame.picture.shape
     return Drawing(width, height, primitives, _caption(step))
 
 

@@ -108,11 +108,11 @@ def draw_truth(target: Target | None) -> dict[str, drawing.Primitive]:
     return {}
 
 
-def draw_path(past: Sequence[Diagnostics], frame: int) -> dict[str, drawing.Primitive]:
+def draw_path(past: Sequence[Diagnostics], frame: int, size: tuple[int, int]) -> dict[str, drawing.Primitive]:
     """Draw where the estimate was in the last three seconds."""
     rows = past[max(frame - TRAIL_FRAMES, 0) : frame + 1]
     places = np.array([row.estimate for row in rows]).reshape(-1, 2)
-    return {"path": drawing.Polyline(sketch.at_height(places, 1.0), drawing.COLOURS["estimate"], 2.0, "path")}
+    return sketch.paths(rows, places, size, "path")
 
 
 def _some(poses: Floats, count: int) -> Floats:
@@ -292,7 +292,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     if second is not None:
         primitives |= fish(np.array(second), body, drawing.COLOURS["second"], "second run", "second")
     primitives |= fish(state.pose, body, drawing.COLOURS["estimate"], "estimate", "estimated")
-    primitives |= draw_path(past, row.frame)
+    primitives |= draw_path(past, row.frame, (width, height))
     worlds = (modes_world(parameters, row.frame), changes_world(state, parameters, past, row.frame))
     return drawing.Drawing(width, height, primitives, _caption(step), worlds)
 

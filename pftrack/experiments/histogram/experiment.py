@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats, Ints
-from pftrack.core.model.drawing import COLOURS, Drawing, Links, Mesh, Picture, Primitive, Text, WorldDrawing
+from pftrack.core.model.drawing import COLOURS, LIFT, Drawing, Links, Mesh, Picture, Primitive, Text, WorldDrawing
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES, held_at_end
 from pftrack.core.model.parameters import Value, revise
@@ -39,6 +39,8 @@ from pftrack.experiments.shared.reports import JudgedByBox
 from pftrack.experiments.shared.sampling import AUXILIARY, CONDENSATION, HARD, NOISE_CONTROL, SOFT
 from pftrack.experiments.shared.sketch import (
     BETTER_BY,
+    DOT,
+    PAST_FRAMES,
     at_height,
     beside,
     box,
@@ -142,7 +144,6 @@ def _colours(space: Space) -> NDArray[np.uint8]:
     return np.asarray(means.astype(np.uint8))
 
 
-TRAIL_FRAMES = 60
 MAP_CELLS = 32
 """Windows along the longer side of the picture whose likeness is mapped."""
 MAP_OPACITY = 0.55
@@ -153,11 +154,11 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     image, state, row = step.frame.picture, step.state, step.diagnostics
     height, width, _ = image.shape
     target = step.frame.target
-    path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
+    path = past[max(row.frame - PAST_FRAMES, 0) : row.frame + 1]
     primitives: dict[str, Primitive] = {"picture": Picture(image), "likeness": _likeness(image, state)}
     if state.particles is not None:
         positions = state.particles.states[:, :2]
-        primitives |= particle_clouds(positions, state.particles, state.observation_count, max(width, height) / 160)
+        primitives |= particle_clouds(positions, state.particles, state.observation_count, DOT * max(width, height))
     if target is not None and target.extent is not None:
         primitives["truth"] = box(target.position, target.extent, COLOURS["truth"], "truth", 1.0)
         primitives["gate"] = success_region(target, step.parameters)
@@ -171,7 +172,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         )
     colour = COLOURS["lost" if step.diagnostics.searching else "estimate"]
     primitives["estimate"] = box(state.estimate, state.box_px, colour, "estimate", 2.0)
-    primitives |= paths(path, np.array([past_row.estimate for past_row in path]))
+    primitives |= paths(path, np.array([past_row.estimate for past_row in path]), (width, height))
     return Drawing(width, height, primitives, _caption(step), (histogram_world(state, image),))
 
 
@@ -182,13 +183,14 @@ def _caption(step: Step) -> str:
 
 
 def _likeness(image_rgb: NDArray[np.uint8], state: HistogramState) -> Mesh:
-    """Draw rho of windows all over the picture, from purple for 0 to yellow for 1."""
+    """Draw rho of windows all over the picture, from purple and flat for 0 to yellow and as high as a relief for 1."""
     height, width, _ = image_rgb.shape
     step = -(-max(height, width) // MAP_CELLS)
     found = rho_map(image_rgb, state.window, state.space, state.model, step, state.background)
     rows, columns = found.shape
     across, down = np.meshgrid(np.linspace(0.0, width - 1.0, columns), np.linspace(0.0, height - 1.0, rows))
-    vertices = at_height(np.column_stack([across.ravel(), down.ravel()]), 0.5)
+    heights = 0.5 + LIFT * max(width, height) * found.ravel()
+    vertices = at_height(np.column_stack([across.ravel(), down.ravel()]), heights)
     return Mesh(vertices, grid_faces(rows, columns), rendering.viridis(found.ravel()), MAP_OPACITY, "likeness")
 
 

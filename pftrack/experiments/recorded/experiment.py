@@ -76,7 +76,6 @@ def boxes_of(state: BeliefState) -> list[Box]:
     return boxes
 
 
-TRAIL_FRAMES = 60
 MOST_OTHERS = 200
 """Other targets that are drawn."""
 MOST_NAMED = 40
@@ -92,7 +91,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     plane = beliefs.plane
     image = step.frame.image_rgb if step.frame.image_rgb is not None else sketch.paper(*plane.size)
     height, width, _ = image.shape
-    dot = max(width, height) / 160
+    dot = sketch.DOT * max(width, height)
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
     if step.frame.image_rgb is None and beliefs.selected.box is None:
         primitives |= _names(state)
@@ -113,9 +112,9 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives["second"] = sketch.circle(there, 1.5 * dot, COLOURS["second"], "second run")
     colour = COLOURS["estimate" if beliefs.present else "hidden"]
     primitives |= _target(beliefs.selected, state, colour, dot, "estimate", named=bool(beliefs.others))
-    path = past[max(row.frame - TRAIL_FRAMES, 0) : row.frame + 1]
+    path = past[max(row.frame - sketch.PAST_FRAMES, 0) : row.frame + 1]
     places = _finite(_on(plane, np.array([each.estimate for each in path])))
-    primitives |= sketch.paths(path, places)
+    primitives |= sketch.paths(path, places, (width, height))
     return Drawing(width, height, primitives, _caption(step))
 
 

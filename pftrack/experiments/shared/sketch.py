@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import (
     COLOURS,
+    LIFT,
     Colour,
     Drawing,
     Ellipse,
@@ -20,6 +21,7 @@ from pftrack.core.model.drawing import (
     Points,
     Polyline,
     Primitive,
+    Text,
 )
 from pftrack.core.model.setup import WELL, Suitability
 from pftrack.core.model.source import FrameSequence, Target
@@ -30,8 +32,8 @@ from pftrack.vision.likelihoods.separation import Separation
 MOST_DRAWN = 5000
 """A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
 
-LIFT_PX = 40.0
-"""Height above the picture of the particle with the greatest weight."""
+DOT = 1.0 / 160.0
+"""Size of a particle, as a share of the picture's longer side."""
 
 BY_SAMPLER = (Key("prediction", "particles from the prediction"), Key("observation", "particles from the observation"))
 """What the colours of `particle_clouds` mean."""
@@ -114,24 +116,64 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int32]:
     return np.stack(corners, axis=1).reshape(-1, 3).astype(np.int32)
 
 
-FRAME_HEIGHT_PX = 3.0
-"""How far one frame of the past is lifted in the space-time view."""
+PAST_FRAMES, PAST = 60, 1.25
+"""Frames of the past that recede behind the picture, and how far, as a share of the picture's longer side."""
+TICKS = (20, 40, 60)
+"""Frames ago of which an outline is drawn."""
+THROUGH_TIME = "path through time"
 
 
-def paths(rows: Sequence[Diagnostics], places: Floats) -> dict[str, Primitive]:
-    """Draw where the estimate was in some frames, (n, 2) px, flat and through time; the last one is now."""
-    ages = FRAME_HEIGHT_PX * (rows[-1].frame - np.array([row.frame for row in rows]))
+def behind(ages: NDArray[Any], longest: float) -> Floats:
+    """Return the heights of what was so many frames ago, (n,) px, behind a picture with a longer side."""
+    depths: Floats = -PAST * longest / PAST_FRAMES * ages
+    return depths
+
+
+def paths(
+    rows: Sequence[Diagnostics], places: Floats, size: tuple[int, int], flat: str = "trail"
+) -> dict[str, Primitive]:
+    """Draw where the estimate was in some frames, in the picture and in frames that recede behind it.
+
+    Args:
+        rows: Of the frames; the last one is now.
+        places: (n, 2) in these frames, px.
+        size: Of the picture, width and height.
+        flat: Layer of what is drawn in the picture.
+    """
+    ages = rows[-1].frame - np.array([row.frame for row in rows])
     colour = COLOURS["estimate"]
     return {
-        "trail": Polyline(at_height(places, 1.0), colour, 2.0, "trail"),
-        "space-time": Polyline(at_height(places, 1.0 + ages), colour, 3.0, "path through time"),
+        flat: Polyline(at_height(places, 1.0), colour, 2.0, flat),
+        "space-time": Polyline(at_height(places, behind(ages, max(size))), colour, 3.0, THROUGH_TIME),
+        **past_frames(size, THROUGH_TIME),
     }
+
+
+def past_frames(size: tuple[int, int], layer: str) -> dict[str, Primitive]:
+    """Draw the outlines of past frames behind a picture of a size, and an axis that says what depth and height are."""
+    width, height = size
+    colour, grey = COLOURS["camera"], COLOURS["hidden"]
+    corners = np.array([[0, 0], [width, 0], [width, height], [0, height]]) - 0.5
+    sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    depths = behind(np.array(TICKS), max(size))
+    outlines = np.concatenate([at_height(sides, depth) for depth in depths])
+    lift = LIFT * max(size)
+    axis = at_height(np.tile(corners[3], (2, 1)), np.array([depths[-1], lift]))
+    drawn: dict[str, Primitive] = {
+        "past frames": Links(outlines, grey, 1.0, layer),
+        "axis": Links(axis[None], colour, 1.5, layer),
+        "axis weight": Text(axis[1], "weight", colour, layer),
+    }
+    for age, depth in zip(TICKS, depths, strict=True):
+        words = f"{age} frames ago" if age == TICKS[-1] else f"{age}"
+        drawn[f"axis {age}"] = Text(at_height(corners[3], depth), words, colour, layer, "end")
+    return drawn
 
 
 def particle_clouds(
     positions: Floats, particles: ParticleSet, observation_count: int, size: float
 ) -> dict[str, Points]:
-    """Draw particles twice: coloured by the sampler they came from, and by weight; lifted by weight both times.
+    """Draw particles twice, coloured by the sampler they came from and by weight, each as high as its weight.
 
     Args:
         positions: (N, 2) where to draw them, px.
@@ -142,14 +184,14 @@ def particle_clouds(
     count = len(particles)
     chosen = np.arange(count) if count <= MOST_DRAWN else np.linspace(0, count - 1, MOST_DRAWN).astype(np.int64)
     relative = np.exp(particles.log_weights[chosen] - particles.log_weights.max())
-    raised = at_height(positions[chosen], 1.0 + LIFT_PX * relative)
+    raised = at_height(positions[chosen], 1.0 + LIFT / DOT * size * relative)
     by_sampler = np.empty((len(chosen), 3), dtype=np.uint8)
     by_sampler[:] = COLOURS["prediction"]
     by_sampler[chosen >= count - observation_count] = COLOURS["observation"]
     by_weight = (LIGHT + relative[:, None] * (DARK - LIGHT)).astype(np.uint8)
     return {
-        "particles": Points(raised, by_sampler, size, "particles by sampler"),
-        "weights": Points(raised, by_weight, size, "particles by weight"),
+        "particles": Points(raised, by_sampler, size, "particles by sampler", stems=True),
+        "weights": Points(raised, by_weight, size, "particles by weight", stems=True),
     }
 
 
@@ -187,7 +229,7 @@ def draw_point(step: Step, other: Diagnostics | None = None, radius_px: float = 
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
     if state.particles is not None:
         positions = state.particles.states[:, :2]
-        primitives |= particle_clouds(positions, state.particles, state.observation_count, max(image.shape) / 160)
+        primitives |= particle_clouds(positions, state.particles, state.observation_count, DOT * max(image.shape))
     if target is not None:
         primitives["truth"] = circle(target.position, radius, COLOURS["truth"], "truth")
     spread = state.posterior.covariance[:2, :2]

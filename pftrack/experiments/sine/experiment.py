@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
+from pftrack.core.model.drawing import COLOURS, LIFT, Drawing, Links, Mesh, Picture, Points, Polyline, Primitive, Text
 from pftrack.core.model.likelihood import Component, Part, Residual
 from pftrack.core.model.model import LinearStep, NoiseScale, State, Values
 from pftrack.core.model.parameters import Parameters, parameter
@@ -28,9 +28,10 @@ from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, filtered
 from pftrack.experiments.shared.reports import particle_count, resampling_threshold
-from pftrack.experiments.shared.sketch import at_height, caption, circle, particle_clouds
+from pftrack.experiments.shared.sketch import at_height, caption, circle, grid_faces, particle_clouds
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics, autoregression
+from pftrack.vision.rendering import viridis
 
 # A signal in noise, the belief in it, and its trackers: Bando 2007, ch. 2 sections 2 and 3.
 #
@@ -208,6 +209,10 @@ WIDTH, HEIGHT, MARGIN = 720, 400, 40
 WINDOW_FRAMES = 360
 SPAN = 1.6
 """The drawing shows values between -SPAN and SPAN."""
+SLICES, ACROSS = 61, np.linspace(-3.0, 3.0, 17)
+"""Slices of the density over the frames that are shown, and the places of each, in standard deviations."""
+LEAST_SD = SPAN / 200.0
+"""A density that is narrower than half a pixel is drawn as if it were as wide."""
 
 
 class SineParameters(SignalTrackerParameters, SignalParameters):
@@ -255,6 +260,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     exact = np.array([reference[0] for reference in references if reference])
     if len(exact) == len(frames):
         primitives["exact"] = Polyline(_curve(frames, exact), COLOURS["second"], 2.0, "exact (Kalman)")
+    primitives |= _density(frames, estimates, sigmas, row.frame)
     primitives["estimate"] = Polyline(_curve(frames, estimates), COLOURS["estimate"], 2.0, "estimate")
     newest = _curve(frames[-1:], estimates[-1:])[0, :2].astype(np.float64)
     primitives["now"] = circle(newest, 5.0, COLOURS["estimate"], "estimate")
@@ -266,6 +272,34 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         positions = _curve(np.full(len(particles), frames[-1]), particles.states[:, 0])[:, :2].astype(np.float64)
         primitives |= particle_clouds(positions, particles, 0, 4.0)
     return Drawing(WIDTH, HEIGHT, primitives, _caption(step))
+
+
+def _density(frames: Floats, estimates: Floats, sigmas: Floats, now: int) -> dict[str, Primitive]:
+    """Draw the density of the posterior as a surface over time and value, and an axis that says what height is.
+
+    The usual density of the frames that are shown, which is that of their median deviation, is half as high as the
+    heaviest particle. A density twice as high, or higher, is as high as that.
+    """
+    at = np.linspace(frames[0], frames[-1], SLICES)
+    means, deviations = (np.interp(at, frames, values) for values in (estimates, sigmas))
+    deviations = np.maximum(deviations, LEAST_SD)
+    levels = np.outer(np.minimum(np.median(deviations) / deviations, 2.0) / 2.0, np.exp(-0.5 * ACROSS**2))
+    values = means[:, None] + deviations[:, None] * ACROSS
+    lift, layer, colour = LIFT * WIDTH, "density", COLOURS["camera"]
+    vertices = _curve(np.repeat(at, len(ACROSS)), values.ravel())
+    vertices[:, 2] += lift * levels.ravel()
+    low, high = _curve(np.zeros(2), np.array([-SPAN, SPAN]))
+    top = low + np.array([0.0, 0.0, lift], np.float32)
+    last = _curve(frames[-1:], np.array([-SPAN]))[0]
+    first = now - round(frames[-1])
+    return {
+        "density": Mesh(vertices, grid_faces(SLICES, len(ACROSS)), viridis(levels.ravel()), 0.8, layer),
+        "axis": Links(np.stack([low, top])[None], colour, 1.5, layer),
+        "axis density": Text(top, "density, weight", colour, layer, "end"),
+        "axis value": Text(high, "value", colour, layer, "end"),
+        "axis first": Text(low, f"frame {first}", colour, layer, "end"),
+        "axis now": Text(last, f"frame {now}", colour, layer),
+    }
 
 
 def _caption(step: Step) -> str:

@@ -13,7 +13,7 @@ smoothed positions, in the unit of the file that they came from. Two worlds show
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -26,7 +26,7 @@ from pftrack.core.model import drawing
 from pftrack.core.model.setup import Export
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments.declared import read_worlds
-from pftrack.experiments.shared.sketch import at_height, circle, colours, dots, grid_faces, lines
+from pftrack.experiments.shared.sketch import at_height, behind, circle, colours, dots, grid_faces, lines
 from pftrack.experiments.trajectories.corners import CornerParameters, Corners
 from pftrack.experiments.trajectories.model import TrajectoriesState, TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.scene import TrajectoriesTarget
@@ -54,9 +54,6 @@ ON_PICTURE, OUTLIERS_ON_PICTURE = 12, 3
 TRUE_FRAMES = 26
 """As many as one wants to see beside the smoothed ones: each is asked of the scene."""
 
-FRAME_HEIGHT_PX = 4.0
-"""How far one frame of the past is lifted in the space-time view."""
-
 MOST_DRAWN = 2500
 DOT_PX, PARTICLE_PX, RING_PX = 4.0, 2.5, 9.0
 FURTHEST = 4.0
@@ -78,7 +75,8 @@ def trails(state: TrajectoriesState, longest: float) -> dict[str, drawing.Primit
     ends = np.stack([smoothed, raw], axis=2)
     wrong = state.outliers[:TRAIL_FRAMES] & np.isfinite(ends).all(axis=(2, 3))
     astray = ends[:few][wrong[:few]]
-    risen = 1.0 + FRAME_HEIGHT_PX * np.nonzero(wrong)[0][:, None].astype(np.float64)
+    depth = float(behind(np.array(1.0), longest))
+    ages = np.nonzero(wrong)[0][:, None].astype(np.float64)
     drawn: dict[str, drawing.Primitive] = {
         "raw": drawing.Links(_join(raw[:flat], 1.0), drawing.COLOURS["observation"], 1.0, "measurements"),
         "raw points": _dots(raw[0], drawing.COLOURS["observation"], DOT_PX, "measurements"),
@@ -87,13 +85,17 @@ def trails(state: TrajectoriesState, longest: float) -> dict[str, drawing.Primit
         "outliers": lines(astray, drawing.COLOURS["lost"], 1.0, "outliers", height=1.6),
         "outlier points": _dots(astray[:, 1], drawing.COLOURS["lost"], DOT_PX + 1.0, "outliers"),
         "space-time": drawing.Links(
-            _join(smoothed, 1.0, FRAME_HEIGHT_PX), drawing.COLOURS["estimate"], 2.0, "paths through time"
+            _join(smoothed, 0.0, depth), drawing.COLOURS["estimate"], 2.0, "paths through time"
         ),
         "outlier space-time": lines(
-            ends[wrong], drawing.COLOURS["lost"], 1.5, "measured paths through time", height=risen
+            ends[wrong],
+            drawing.COLOURS["lost"],
+            1.5,
+            "measured paths through time",
+            height=depth * ages,
         ),
         "raw space-time": drawing.Links(
-            _join(raw, 1.0, FRAME_HEIGHT_PX), drawing.COLOURS["observation"], 1.0, "measured paths through time"
+            _join(raw, 0.0, depth), drawing.COLOURS["observation"], 1.0, "measured paths through time"
         ),
     }
     return drawn
@@ -107,11 +109,12 @@ def true_trails(state: TrajectoriesState, target: object, index: int, longest: f
     flat = TRUE_FRAMES if state.corners is None else ON_PICTURE
     if not rows:
         return {}
+    depth = float(behind(np.array(1.0), longest))
     return {
         "true": drawing.Links(_join(np.array(rows[:flat]), 1.1), drawing.COLOURS["truth"], 1.0, "true paths"),
         "true points": _dots(rows[0], drawing.COLOURS["truth"], 3.0, "truth"),
         "true space-time": drawing.Links(
-            _join(np.array(rows), 1.0, FRAME_HEIGHT_PX), drawing.COLOURS["truth"], 1.0, "paths through time"
+            _join(np.array(rows), 0.0, depth), drawing.COLOURS["truth"], 1.0, "paths through time"
         ),
     }
 
@@ -124,7 +127,9 @@ def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, drawing
         # The heaviest first, so that those stay that stand for many.
         order = np.argsort(-shares, kind="stable")[:MOST_DRAWN]
         inside = _near(states[order], longest)
-        drawn["particles"] = _dots(inside, drawing.COLOURS["prediction"], PARTICLE_PX, "particles", height=2.0)
+        raised = at_height(inside, 2.0 + drawing.LIFT * longest * shares[order] / shares.max())
+        cloud = dots(raised[np.isfinite(raised).all(axis=1)], drawing.COLOURS["prediction"], PARTICLE_PX, "particles")
+        drawn["particles"] = replace(cloud, stems=True)
     estimate = _near(state.estimate[None], longest)[0]
     if np.isfinite(estimate).all():
         drawn["estimate"] = circle(estimate, RING_PX, drawing.COLOURS["estimate"], "selected track", height=2.2)

@@ -27,6 +27,7 @@ from pftrack.experiments.shared.sketch import (
     distance,
     error_words,
     paper,
+    past_frames,
 )
 from pftrack.experiments.trajectories import draw as sketch
 from pftrack.experiments.trajectories.corners import CornerParameters, begin
@@ -115,6 +116,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
     primitives |= sketch.true_trails(state, frame.target, frame.index, longest)
     primitives |= sketch.trails(state, longest)
+    primitives |= past_frames((width, height), "paths through time")
     if other is not None:
         primitives |= sketch.second_estimate(other.estimate, longest)
     primitives |= sketch.draw_selected(state, longest)

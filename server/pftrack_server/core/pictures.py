@@ -83,7 +83,7 @@ class PictureEncoder:
     def for_scene(self, drawing: Drawing) -> SceneDrawing:
         """Return a drawing as it travels to the scene."""
         pictures = self.encode(drawing, fine=False)
-        bare = {name: Picture(NO_PIXELS, item.layer) for name, item in _pictures(drawing)}
+        bare = {name: replace(item, image_rgb=NO_PIXELS) for name, item in _pictures(drawing)}
         return SceneDrawing(replace(drawing, primitives={**drawing.primitives, **bare}), pictures)
 
     def _encode(self, name: str, image_rgb: NDArray[np.uint8], *, fine: bool) -> _Known:

@@ -1,8 +1,9 @@
 """Where each browser looks from: presets that fit the window, kept while nobody has moved the camera.
 
 viser's cameras are in perspective. A field of view of a few degrees from far away is as good as orthographic, so the
-front preset shows the picture as a picture. Presets are found by fitting: the camera backs away along its direction
-until every corner of the box to be seen lies within the window.
+front preset shows the picture as a picture. A browser begins with the oblique one, which shows what has no place in a
+picture. Presets are found by fitting: the camera backs away along its direction until every corner of the box to be
+seen lies within the window.
 """
 
 import itertools
@@ -40,10 +41,13 @@ class Preset:
 
 
 PRESETS: dict[str, Preset] = {
+    "oblique": Preset("Oblique", (-0.62, 0.42, 0.66), float(np.deg2rad(30.0)), deep=True, whole=True),
     "front": Preset("Front", (0.0, 0.0, 1.0), float(np.deg2rad(6.0))),
-    "side": Preset("Side", (0.86, 0.40, 0.52), float(np.deg2rad(20.0)), deep=True, whole=True),
-    "3-d": Preset("3-D", (-0.42, 0.62, 0.86), float(np.deg2rad(30.0)), deep=True, whole=True),
+    "side": Preset("Side", (-0.85, 0.30, 0.43), float(np.deg2rad(20.0)), deep=True, whole=True),
+    "time": Preset("Along time", (0.0, 0.95, 0.32), float(np.deg2rad(20.0)), deep=True),
 }
+FIRST = "oblique"
+"""The one that a browser begins with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +59,16 @@ class Box:
         height: Of the picture.
         depth: How high things rise above it.
         apex: (x, y, z) in the scene of the camera that took it, if that is shown.
+        behind: How far things lie behind it.
+        beside: How far what stands to the right of it reaches.
     """
 
     width: float
     height: float
     depth: float = 0.0
     apex: tuple[float, float, float] | None = None
+    behind: float = 0.0
+    beside: float = 0.0
 
     @property
     def focal(self) -> float:
@@ -95,8 +103,8 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
         aspect: The window's width over its height.
         margin: Factor of free space around the box.
     """
-    rise = box.depth if preset.deep else 0.0
-    sides = (-0.5, box.width - 0.5), (-(box.height - 0.5), 0.5), (0.0, rise)
+    depths = (-box.behind, box.depth) if preset.deep else (0.0, 0.0)
+    sides = (-0.5, box.width - 0.5 + box.beside), (-(box.height - 0.5), 0.5), depths
     corners = np.array([*itertools.product(*sides), *([box.apex] if preset.whole and box.apex else [])])
     target = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
     towards = np.array(preset.direction) / np.linalg.norm(preset.direction)
@@ -114,7 +122,7 @@ class _Watcher:
     client: viser.ClientHandle
     raises: bool  # whether the heights rise when its camera is tilted
     came_from: NDArray[np.float64]  # where the camera stood when the browser came
-    preset: str = "front"
+    preset: str = FIRST
     view: View | None = None
     before: NDArray[np.float64] | None = None  # where the camera stood when it was sent to the view
     aspect: float = 1.0
@@ -156,8 +164,8 @@ class Cameras:
 
     @property
     def relief(self) -> float:
-        """Factor on the heights: 0 while everybody looks from the front, 1 once somebody looks from aside."""
-        tilt = max((watcher.tilt for watcher in self._watchers.values()), default=0.0)
+        """Factor on the heights: 0 while all who raise them look from the front, 1 if one looks from aside, or none."""
+        tilt = max((each.tilt for each in self._watchers.values() if each.raises), default=FULL_RELIEF_RAD)
         ramp = np.clip((tilt - FLAT_RAD) / (FULL_RELIEF_RAD - FLAT_RAD), 0.0, 1.0)
         return float(np.ceil(ramp * RELIEF_STEPS) / RELIEF_STEPS)
 
@@ -165,7 +173,8 @@ class Cameras:
         """Set the extent of the scene; a picture of another size is fitted again."""
         before, self._box = self._fitted, box
         if before is not None and (before.width, before.height) == (box.width, box.height):
-            if not (_alike(before.depth, box.depth) and _alike(before.focal, box.focal)):
+            pairs = (before.depth, box.depth), (before.behind, box.behind), (before.focal, box.focal)
+            if not all(_alike(*pair) for pair in pairs):
                 self._fitted = box
                 # Deep presets are fitted again, where nobody has moved the camera since.
                 for watcher in self._watchers.values():
@@ -174,13 +183,13 @@ class Cameras:
                         self._point(watcher)
             return
         self._fitted = box
-        self._start = start = fit(PRESETS["front"], box, aspect=1.2)
+        self._start = start = fit(PRESETS[FIRST], box, aspect=1.2)
         camera = self._server.initial_camera
         camera.up = (0.0, 1.0, 0.0)
         camera.position, camera.look_at = start.position, start.target
         camera.fov, camera.near, camera.far = start.fov_rad, start.distance / 50.0, start.distance * 20.0
         for watcher in self._watchers.values():
-            watcher.preset = "front"
+            watcher.preset = FIRST
             self._point(watcher)
 
     def join(self, client: viser.ClientHandle, *, looks_only: bool = False) -> None:
@@ -256,7 +265,7 @@ class Cameras:
         towards = position - target
         tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
         # A camera on something else sees nothing of the picture's heights; a browser may send NaN.
-        counts = watcher.raises and watcher.preset in PRESETS and np.isfinite(tilt)
+        counts = watcher.preset in PRESETS and np.isfinite(tilt)
         watcher.tilt = tilt if counts else 0.0
         if self.relief != before:
             self._on_relief()

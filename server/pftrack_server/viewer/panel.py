@@ -22,6 +22,7 @@ from pftrack.core.model.parameters import Declaration, Value
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack_server.core.panel import SPEEDS, PanelDescription, PanelValues
 from pftrack_server.viewer.camera import PRESETS
+from pftrack_server.viewer.scene import is_on
 from pftrack_server.viewer.worlds import preset
 
 Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
@@ -80,7 +81,6 @@ class Panel:
         self._values: dict[str, Value] = {SPEED: _speed_title(1.0), **self._values_of(in_force)}
         self._tracker = in_force.tracker
         self._controls: dict[str, Control] = {}
-        self._layers: dict[str, Handle] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
         self._frame = self._add_frames(frames) if frames > 1 else None
         hint = "The method that follows the target; a change counts from the next frame."
@@ -88,7 +88,9 @@ class Panel:
         hint = "The same seed gives the same scene and the same run, to the bit."
         bounds = {"minimum": 0, "maximum": LARGEST_SEED, "step": 1, "live": False}
         self._add_control(_declare(SEED, "Seed", "integer", hint, default=0, **bounds))
-        self._add_views("View", {view.title: name for name, view in PRESETS.items()})
+        has_time = any(layer.role == "through time" for layer in description.layers)
+        views = {view.title: name for name, view in PRESETS.items() if has_time or name != "time"}
+        self._add_views("View", views)
         for world in description.worlds:
             self._add_views(world.title, {side.title: preset(world, side) for side in world.viewpoints})
         self._said, self._branch_point = "", in_force.branch_point
@@ -137,14 +139,6 @@ class Panel:
         html = legend_html(keys)
         if self._legend.content != html:
             self._legend.content = html
-
-    def set_layer(self, layer: str, *, shown: bool) -> bool:
-        """Switch a layer on or off; return whether that changes anything."""
-        box = self._layers.get(layer)
-        if box is None or box.value == shown:
-            return False
-        box.value = shown
-        return True
 
     def close(self) -> None:
         """Set no control any more."""
@@ -240,13 +234,12 @@ class Panel:
         self._controls[declaration.name] = Control(self._server, declaration, value, self._propose)
 
     def _add_layer(self, layer: Layer) -> None:
-        box: Handle = self._server.gui.add_checkbox(layer.title, layer.shown)
+        box: Handle = self._server.gui.add_checkbox(layer.title, is_on(layer))
 
         async def on_switch(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
             self._on_layer(layer.name, event.target.value)
 
         box.on_update(on_switch)
-        self._layers[layer.name] = box
 
     def _choose_visible(self) -> None:
         used: set[str] = set()

@@ -57,7 +57,12 @@ class Node:
     stance: Stance | None = None
 
 
-def _is_empty(item: model.Primitive) -> bool:
+def is_on(layer: model.Layer) -> bool:
+    """Whether a layer is shown at first: what is through time is, where there is depth."""
+    return layer.shown or layer.role == "through time"
+
+
+def _is_empty(item: model.Primitive | EncodedPicture) -> bool:
     """Whether there is nothing to be seen of a primitive."""
     match item:
         case model.Points() | model.Ellipsoids():
@@ -112,7 +117,7 @@ def _show_lines(server: viser.ViserServer, name: str, node: Node, item: shapes.L
     points = shapes.to_scene(shapes.segments(item), upright)
     look = item.colour, item.width
     colours = np.asarray(item.colour, dtype=np.uint8)
-    thickness = max(1.5, item.width * LINE_SCALE)
+    thickness = max(1.0, item.width * LINE_SCALE)
     if node.handle is None:
         node.handle = server.scene.add_line_segments(
             f"/{name}", points, colours, thickness=thickness, thickness_units="screen"
@@ -236,7 +241,8 @@ class Scene:
 
     def __init__(self, server: viser.ViserServer, layers: Iterable[model.Layer]) -> None:
         self._server = server
-        self._layers = {layer.name: layer.shown for layer in layers}
+        self._layers = {layer.name: is_on(layer) for layer in layers}
+        self._roles = {layer.name: layer.role for layer in layers}
         self._nodes: dict[str, Node] = {}
         server.scene.set_up_direction("+y")
         server.scene.world_axes.visible = False
@@ -246,16 +252,17 @@ class Scene:
         """Show or hide a layer from the next drawing on."""
         self._layers[layer] = shown
 
-    def legend(self, drawing: model.Drawing) -> list[model.Key]:
+    def legend(self, drawing: model.Drawing, relief: float) -> list[model.Key]:
         """Return the keys of a drawing's legend that are about layers that are shown."""
-        return [key for layer, key in drawing.legend if self._layers.get(layer, True)]
+        return [key for layer, key in drawing.legend if self._is_on(layer, relief)]
 
     def box(self, drawing: model.Drawing) -> Box:
-        """Return the visible part of a drawing."""
-        shown = [item for item in drawing.primitives.values() if self._layers.get(item.layer, True)]
+        """Return the visible part of a drawing, seen from aside."""
+        shown = [item for item in drawing.primitives.values() if self._is_on(item.layer, 1.0)]
         cameras = (shapes.to_scene(item.apex, Stance(1.0, 0.0)) for item in shown if isinstance(item, model.Frustum))
         apex = next((tuple(place.tolist()) for place in cameras), None)
-        return Box(drawing.width, drawing.height, shapes.depth(shown), apex)
+        beside = worlds.beside(len(drawing.worlds), drawing.height)
+        return Box(drawing.width, drawing.height, shapes.depth(shown), apex, shapes.behind(shown), beside)
 
     def apply(self, what: SceneDrawing, relief: float) -> None:
         """Make the scene show a drawing; the caller holds the server's atomic block.
@@ -266,25 +273,30 @@ class Scene:
         """
         drawing = what.drawing
         shown: set[str] = set()
-        summit = 0.0
         apex = None if drawing.apex is None else tuple(drawing.apex.tolist())
         for order, (name, item) in enumerate(drawing.primitives.items()):
-            if not self._is_seen(item) or (isinstance(item, model.Frustum) and relief < 1.0):
+            if not self._is_seen(item, relief) or (isinstance(item, model.Frustum) and relief < 1.0):
                 continue
-            shown.add(name)
-            summit = max(summit, shapes.summit(item))
-            lift = order * LAYER_GAP_PX + (summit * relief if shapes.is_flat(item) else 0.0)
-            self._show(name, what.pictures.get(name, item), Stance(relief, lift, apex))
+            stance = Stance(relief, order * LAYER_GAP_PX, apex)
+            more = shapes.raised(item, drawing.width, drawing.height) if relief > 0.0 else None
+            for each, part in ((name, what.pictures.get(name, item)), (f"{name} raised", more)):
+                if part is not None and not _is_empty(part):
+                    shown.add(each)
+                    self._show(each, part, stance)
         for name, item in worlds.place_worlds(drawing):
-            if self._is_seen(item):
+            if self._is_seen(item, relief):
                 shown.add(name)
                 self._show(name, item, shapes.FREE)
         for name in self._nodes.keys() - shown:
             self._nodes[name].handle.visible = False
         self._forget(shown)
 
-    def _is_seen(self, item: model.Primitive) -> bool:
-        return self._layers.get(item.layer, True) and not _is_empty(item)
+    def _is_seen(self, item: model.Primitive, relief: float) -> bool:
+        return self._is_on(item.layer, relief) and not _is_empty(item)
+
+    def _is_on(self, layer: str, relief: float) -> bool:
+        elsewhere = "flat only" if relief > 0.0 else "through time"
+        return self._layers.get(layer, True) and self._roles.get(layer) != elsewhere
 
     def _show(self, name: str, item: model.Primitive | EncodedPicture, stance: Stance) -> None:
         show = _way_to_show(item)

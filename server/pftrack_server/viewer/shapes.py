@@ -6,8 +6,7 @@ That mapping is a mirror, not a rotation, which is why coordinate frames are dra
 would lose its handedness) and why the faces of a mesh are turned over.
 
 `relief` scales the heights. Seen from the front a cloud lifted by its weights would hide the estimate drawn beneath it,
-so the scene is flat there and rises as the camera is tilted; `lift` keeps painting order where heights are equal, and
-puts the marks of the picture plane (estimate, truth, gate) on top of the clouds that they were painted over.
+so the scene is flat there and rises as the camera is tilted; `lift` keeps painting order where heights are equal.
 
 A drawing that shows its camera is in perspective: what is high stands on the way from its pixel to the camera. From the
 front it stands on its pixel, which is what the camera sees; it leans towards the camera as heights rise.
@@ -22,13 +21,17 @@ import viser.transforms
 from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as model
+from pftrack.vision.face import grid_triangles
+from pftrack.vision.rendering import viridis
 
 Floats = NDArray[np.float32]
 Lines: TypeAlias = model.Polyline | model.Ellipse | model.Links | model.Arrows | model.Axes | model.Frustum
 """Primitives that are drawn by lines."""
 
-MARK_PX = 2.0
-"""Height up to which lines are taken for marks in the picture plane."""
+STEM_SHARE = 0.02
+"""A particle that is less high than this share of the highest one stands on the picture itself."""
+RELIEF_OPACITY = 0.8
+GROUND = np.array((1.0, 1.0, 0.0), dtype=np.float32)
 CAMERA_SIZE = 0.12
 """Size of the camera's own body, as a share of its frustum."""
 ARROW_HEAD, ARROW_HEAD_WIDTHS = 0.35, 6.0
@@ -195,15 +198,26 @@ def depth(items: Iterable[model.Primitive]) -> float:
     return max((_highest(_heights(item)) for item in items), default=0.0)
 
 
-def summit(item: model.Primitive) -> float:
-    """Return the height of a cloud, px; other primitives have none."""
-    return _highest(item.positions[:, 2]) if isinstance(item, model.Points) else 0.0
+def behind(items: Iterable[model.Primitive]) -> float:
+    """Return how far primitives lie behind their picture, px."""
+    return max((0.0, *(_highest(-_heights(item)) for item in items)))
 
 
-def is_flat(item: model.Primitive) -> bool:
-    """Whether a primitive is a mark in the picture plane: lines or a label hardly above it."""
-    is_mark = isinstance(item, model.Arrows | model.Ellipse | model.Links | model.Polyline | model.Text)
-    return is_mark and _highest(np.abs(_heights(item))) <= MARK_PX
+def raised(item: model.Primitive, width: float, height: float) -> model.Primitive | None:
+    """Return what a primitive has beside itself where there is depth: a cloud its stems, a picture its relief."""
+    match item:
+        case model.Points(stems=True):
+            high = item.positions[item.positions[:, 2] > STEM_SHARE * _highest(item.positions[:, 2])]
+            return model.Links(np.stack([high * GROUND, high], axis=1), model.COLOURS["hidden"], 0.5, item.layer)
+        case model.Picture(relief=levels) if levels is not None:
+            rows, columns = levels.shape
+            across, down = np.meshgrid(*(np.arange(n) + 0.5 for n in levels.shape[::-1]))
+            lift = model.LIFT * max(width, height) * levels
+            places = np.stack((across * width / columns - 0.5, down * height / rows - 0.5, lift), axis=-1)
+            vertices, faces = places.reshape(-1, 3).astype(np.float32), grid_triangles(columns, rows)
+            return model.Mesh(vertices, faces, viridis(levels.ravel().astype(np.float64)), RELIEF_OPACITY, item.layer)
+        case _:
+            return None
 
 
 def _heights(item: model.Primitive) -> Floats:

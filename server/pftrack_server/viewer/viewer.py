@@ -11,12 +11,11 @@ from typing import Any
 
 import viser
 
-from pftrack.core.model.drawing import LayerRole
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.viewer import viser_server, worlds
-from pftrack_server.viewer.camera import PRESETS, Cameras
+from pftrack_server.viewer.camera import Cameras
 from pftrack_server.viewer.panel import Panel
 from pftrack_server.viewer.scene import Scene
 
@@ -57,7 +56,6 @@ class Viewer:
         self._on_ready = on_ready
         server, self.endpoint = viser_server.start(description.title)
         self._server = server
-        self._layers = tuple(description.layers)
         self._newest: tuple[SceneDrawing, int] | None = None
         self._news = asyncio.Event()
         with server.atomic():
@@ -70,7 +68,7 @@ class Viewer:
             # Nothing is seen of it; where it stands tells the page around which frame this is (`client/state.js`).
             self._frame = server.scene.add_frame("/frame", show_axes=False)
             self._cameras = Cameras(server, self._news.set, worlds.sides(description.worlds))
-            asked = on_command, self._set_layer, self._look
+            asked = on_command, self._set_layer, self._cameras.look
             self._panel = Panel(server, description, in_force, *asked, frames=frames)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
@@ -112,20 +110,6 @@ class Viewer:
         self._scene.set_layer(layer, shown=shown)
         self._news.set()
 
-    def _look(self, client_id: int, preset: str) -> None:
-        # Time as the third direction is worth seeing from aside only; a look beside the picture shows none of it.
-        aside = preset == "side"
-        turned = preset in PRESETS and [
-            self._panel.set_layer(layer, shown=aside) for layer in self._with_role("through time")
-        ]
-        if turned and any(turned):
-            for layer in self._with_role("flat only"):
-                self._panel.set_layer(layer, shown=not aside)
-        self._cameras.look(client_id, preset)
-
-    def _with_role(self, role: LayerRole) -> list[str]:
-        return [layer.name for layer in self._layers if layer.role == role]
-
     async def _keep_up(self) -> None:
         while True:
             await self._news.wait()
@@ -145,10 +129,11 @@ class Viewer:
         shown, frame = self._newest
         drawing = shown.drawing
         self._cameras.set_box(self._scene.box(drawing))
+        relief = self._cameras.relief
         with self._server.atomic():
-            self._scene.apply(shown, self._cameras.relief)
+            self._scene.apply(shown, relief)
             self._frame.position = (float(frame), 0.0, 0.0)
-            self._panel.legend(self._scene.legend(drawing))
+            self._panel.legend(self._scene.legend(drawing, relief))
             self._panel.caption(drawing.caption or f"Frame {frame}")
             self._panel.frame(frame)
         self._server.flush()

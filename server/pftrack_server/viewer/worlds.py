@@ -1,9 +1,8 @@
-"""Worlds in the scene: each stands far to the right of the picture, in a ball as high as that.
+"""Worlds in the scene: they stand one below the other to the right of the picture, and are seen together with it.
 
 A world is placed as if it were a drawing seen from the front (`pftrack.vision.rendering`), and its
 primitives are then shown like those of any drawing, but free in space: nothing of them is pressed into the picture's
-plane. It is so far away that neither hides the other, from any side. So the picture and its
-cameras are as they would be without worlds.
+plane.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,10 +15,12 @@ from pftrack.core.model.drawing import COLOURS, Drawing, Links, Primitive, Text,
 from pftrack.vision.rendering import Projection
 from pftrack_server.viewer.camera import Box, Side, View
 
-GAP = 4.0
-"""Between the picture and the first world, and between two worlds, in heights of the picture."""
-TITLE_ABOVE = 0.04
-"""Of a world's title above its ball, in heights of the picture."""
+GAP = 0.15
+"""Between the picture and its worlds, in heights of the picture."""
+FEWEST = 2
+"""A single world is as large as one of two."""
+FILLED = 0.86
+"""Share of its square that a world's ball fills; the rest is for its title and its ruler."""
 FOV_RAD = float(np.deg2rad(16.0))
 MARGIN = 1.05
 STEEPEST_DEG = 89.0
@@ -29,8 +30,8 @@ STEEPEST_DEG = 89.0
 def place_worlds(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:
     """Yield the primitives of a drawing's worlds, in the drawing's px, each by a name of its own."""
     for order, each in enumerate(drawing.worlds):
-        world, side = each.world, float(drawing.height)
-        projection = _projection(world, order, drawing.width, drawing.height)
+        world, side = each.world, _side(len(drawing.worlds), drawing.height)
+        projection = _projection(world, order, len(drawing.worlds), drawing.width, drawing.height)
         corner = projection.place - np.array((side / 2.0, side / 2.0, 0.0))
         inside = {name: projection.primitive(item) for name, item in each.primitives.items()}
         for name, item in (inside | _beside(world, corner, side, projection.scale)).items():
@@ -49,7 +50,7 @@ def _beside(world: World, corner: NDArray[np.float64], side: float, scale: float
     colour, length = COLOURS["hidden"], world.ruler * scale
     ends = np.array(((length, 0.0, 0.0), (0.0, -length, 0.0), (0.0, 0.0, length)))
     start = corner + np.array((0.0, side, 0.0))
-    title = corner + np.array((side / 2.0, -TITLE_ABOVE * side, 0.0))
+    title = corner + np.array((side / 2.0, 0.0, 0.0))
     segments = np.stack((np.tile(start, (3, 1)), start + ends), axis=1)
     words = f"{world.ruler:g} {world.unit}"
     return {
@@ -67,23 +68,29 @@ def preset(world: World, viewpoint: Viewpoint) -> str:
 def sides(worlds: Sequence[World]) -> dict[str, Side]:
     """Return all ways to look at worlds by the names of their presets."""
     return {
-        preset(world, viewpoint): partial(view, order, world, viewpoint)
+        preset(world, viewpoint): partial(view, order, len(worlds), world, viewpoint)
         for order, world in enumerate(worlds)
         for viewpoint in world.viewpoints
     }
 
 
-def view(order: int, world: World, viewpoint: Viewpoint, box: Box, aspect: float) -> View:
+def beside(count: int, height: float) -> float:
+    """Return how far so many worlds reach to the right of a picture of a height, px."""
+    return GAP * height + _side(count, height) if count else 0.0
+
+
+def view(order: int, count: int, world: World, viewpoint: Viewpoint, box: Box, aspect: float) -> View:
     """Return the camera that sees the whole of a world from a viewpoint.
 
     Args:
-        order: How many worlds stand before it.
+        order: How many worlds stand above it.
+        count: How many worlds there are.
         world: What is looked at.
         viewpoint: From where.
         box: The picture beside it.
         aspect: The window's width over its height.
     """
-    projection = _projection(world, order, box.width, box.height)
+    projection = _projection(world, order, count, box.width, box.height)
     elevation = float(np.clip(viewpoint.elevation_deg, -STEEPEST_DEG, STEEPEST_DEG))
     upright = np.array((1.0, -1.0, 1.0))  # a scene counts y upwards
     towards = upright * (projection.turn @ world.turn(viewpoint.azimuth_deg, elevation)[2])
@@ -93,9 +100,15 @@ def view(order: int, world: World, viewpoint: Viewpoint, box: Box, aspect: float
     return View(target + distance * towards, target, FOV_RAD)
 
 
-def _projection(world: World, order: int, width: float, height: float) -> Projection:
-    """Return how a world is placed: its front towards the viewer, its middle as high as the picture's."""
-    radius = height / 2.0
-    across = width - 0.5 + GAP * height + radius + order * (2.0 * radius + GAP * height)
-    place = np.array((across, (height - 1.0) / 2.0, 0.0))
-    return Projection(world.turn(0.0, 0.0), np.array(world.middle), radius / world.radius, place)
+def _projection(world: World, order: int, count: int, width: float, height: float) -> Projection:
+    """Return how a world is placed: its front towards the viewer, all of them as high in the middle as the picture."""
+    side = _side(count, height)
+    across = width - 0.5 + beside(count, height) - side / 2.0
+    down = (height - 1.0) / 2.0 + side * (order - (count - 1) / 2.0)
+    scale = FILLED * side / 2.0 / world.radius
+    return Projection(world.turn(0.0, 0.0), np.array(world.middle), scale, np.array((across, down, 0.0)))
+
+
+def _side(count: int, height: float) -> float:
+    """Return the sides of the squares in which so many worlds stand beside a picture of a height, px."""
+    return height / max(count, FEWEST)

@@ -21,7 +21,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from pydantic_core import to_json
 
-from pftrack.core.model.drawing import Drawing, Points
+from pftrack.core.model.drawing import Drawing, Points, from_front
 from pftrack.core.model.glossary import GLOSSARY
 from pftrack.core.model.parameters import flat
 from pftrack.core.version import __version__
@@ -123,7 +123,7 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
     pictures: dict[int, EncodedPicture] = {}
     for frame in range(0, frames, every):
         run.seek(frame)
-        drawing, ratio = _thin(view.draw(run, None))
+        drawing, ratio = _thin(from_front(view.draw(run, None), run.experiment.layers))
         thinned = max(thinned, ratio)
         encoded = encoder.encode(drawing, frame)
         pictures |= {picture.key: picture for picture in encoded.pictures}

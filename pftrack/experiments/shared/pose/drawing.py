@@ -62,7 +62,7 @@ UPPER, LOWER = COLOURS["observation"], COLOURS["prediction"]
 
 
 def feature_clouds(state: PoseState, size: float) -> dict[str, Primitive]:
-    """Draw the particles of all features, coloured by which prediction they came from, lifted by weight."""
+    """Draw the particles of all features, as deep as these, coloured by which prediction they came from."""
     positions = state.belief.positions
     features, count, _ = positions.shape
     stride = max(1, -(-features * count // MOST_DRAWN))
@@ -70,7 +70,8 @@ def feature_clouds(state: PoseState, size: float) -> dict[str, Primitive]:
     log_weights = np.broadcast_to(state.belief.log_weights, (features, count))[:, chosen]
     relative = np.exp(log_weights - log_weights.max(axis=1, keepdims=True))
     colours = np.where((chosen < state.belief.upper_counts[:, None])[:, :, None], UPPER, LOWER).astype(np.uint8)
-    raised = at_height(positions[:, chosen].reshape(-1, 2), 1.0 + 10.0 * relative.ravel())
+    depths = place_points(state, state.solid.points_mm)[:, 2:] + 10.0 * relative
+    raised = at_height(positions[:, chosen].reshape(-1, 2), depths.ravel())
     return {"particles": Points(raised, colours.reshape(-1, 3), size, "particles by prediction")}
 
 

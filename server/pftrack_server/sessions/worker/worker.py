@@ -19,7 +19,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, get_args
 
-from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.drawing import Drawing, from_front
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.doctor.compiling import cases, run_case, watch
 from pftrack.doctor.memory import cache_folder
@@ -321,7 +321,9 @@ class Worker:
             # The other form, asked for a little later, is of the same drawing.
             self._drawing = self._drawing or self._tree.drawing()
             # The finer pictures, which do for the scene as well, come first.
-            flat = self._encoder.encode(self._drawing, self._tree.run.position) if "flat" in forms else None
+            if "flat" in forms:
+                seen = from_front(self._drawing, self._tree.run.experiment.layers)
+                flat = self._encoder.encode(seen, self._tree.run.position)
             scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
             self._credits -= forms
             self._undrawn -= forms

@@ -1,8 +1,10 @@
 // What the page around may know of the scene, without knowing how viser keeps it: `pftrackScene.drawn()`, and which frame
 // it shows, which is where a node stands that nobody sees.
 //
-// The free space that the front preset leaves around the picture (`camera.fit`), and how exactly it has to stand there.
-const MARGIN = 1.03;
+// As far as one may go from what is looked at, in distances of the preset (`camera.Cameras`); as long as nobody has said
+// anything of it, viser has a limit of its own. And how exactly the camera has to stand there.
+const FURTHEST = 10;
+const UNTOLD = 1e4;
 const EXACT = 0.02;
 const DRAWN_BY_NOBODY = new Set(["", "/WorldAxes", "/frame"]); // viser's own nodes, and ours without content
 
@@ -24,19 +26,16 @@ const isOpaque = () => {
   return canvas === null || Number(getComputedStyle(canvas).opacity) > 0.99;
 };
 
-/** @returns {null|"there"|"in place"} What there is of the run; "in place" once the camera frames the whole picture. */
+/** @returns {null|"there"|"in place"} What there is of the run; "in place" once the camera stands where the preset has it. */
 const drawn = () => {
-  const { nodeRefFromName: nodes, camera } = window.__viserMutable ?? {};
-  if (!nodes || !camera) return null;
+  const { nodeRefFromName: nodes, cameraControl, configuredMaxOrbitDistance: furthest = UNTOLD } = window.__viserMutable ?? {};
+  if (!nodes || !cameraControl) return null;
   const drawing = Object.entries(nodes).flatMap(([name, node]) => (node && !DRAWN_BY_NOBODY.has(name) ? [node] : []));
   const [plane] = drawing.flatMap(planesOf);
   if (!plane) return drawing.some(hasContent) ? "there" : null;
-  const image = plane.material?.map?.image;
-  if (!image?.width) return null;
-  const distance = plane.getWorldPosition(camera.position.clone()).distanceTo(camera.position);
-  const seen = distance * Math.tan((camera.fov * Math.PI) / 360);
-  const wanted = (MARGIN * Math.max(image.height, image.width / camera.aspect)) / 2;
-  return Math.abs(seen / wanted - 1) < EXACT && isOpaque() ? "in place" : "there";
+  if (!plane.material?.map?.image?.width) return null;
+  const isThere = furthest !== UNTOLD && Math.abs((FURTHEST * cameraControl.distance) / furthest - 1) < EXACT;
+  return isThere && isOpaque() ? "in place" : "there";
 };
 
 window.pftrackScene = Object.freeze({ drawn, frame: () => window.__viserMutable?.nodeRefFromName?.["/frame"]?.position.x ?? null });

@@ -5,7 +5,6 @@ interface ViserVector {
   y: number;
   z: number;
   clone(): ViserVector;
-  distanceTo(other: ViserVector): number;
   project(camera: ViserCamera): ViserVector;
   set(x: number, y: number, z: number): ViserVector;
   unproject(camera: ViserCamera): ViserVector;
@@ -62,22 +61,20 @@ interface ViserNode {
   parent?: ViserNode | null;
   position: ViserVector;
   visible?: boolean;
-  getWorldPosition(target: ViserVector): ViserVector;
   localToWorld(place: ViserVector): ViserVector;
   worldToLocal(place: ViserVector): ViserVector;
   traverse(visit: (node: ViserNode) => void): void;
 }
 
 interface ViserCamera {
-  aspect: number;
-  fov: number;
   position: ViserVector;
 }
 
 interface Window {
   __viserMutable?: {
     camera?: ViserCamera;
-    cameraControl?: { getTarget(into: ViserVector): ViserVector };
+    cameraControl?: { distance: number };
+    configuredMaxOrbitDistance?: number;
     messageQueue: unknown[];
     nodeRefFromName?: Record<string, ViserNode | null | undefined>;
     scene?: ViserNode;
