@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,6 +7,7 @@ from pftrack.core.model.drawing import COLOURS, LIFT, Ellipse, Links, Mesh, Pict
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.shared.pose.drawing import place_points
+from pftrack.experiments.shared.sketch import raised
 from pftrack.output.displays import draw_likelihood
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
@@ -84,6 +87,15 @@ def test_marks_mean_what_they_say() -> None:
     assert isinstance(drawn["picture"], Picture)
 
 
+def test_a_cloud_without_heights_has_no_stems() -> None:
+    """Nor has one that is drawn without."""
+    flat = Points(np.array([[1, 2, 0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, stems=True)
+    stems = raised(flat, 320, 240)
+    assert isinstance(stems, Links)
+    assert not len(stems.segments)
+    assert raised(replace(flat, stems=False), 320, 240) is None
+
+
 def test_past_frames_recede_behind_the_picture() -> None:
     """Each outline is as large as the picture and as deep as the path was then, which the axis says."""
     _, drawn = ball_drawing()
@@ -150,8 +162,13 @@ def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
     run, _ = ball_drawing()
     found = Inspection(run).map((320, 240))
     assert found is not None
-    picture = draw_likelihood(run.experiment.draw(run.current, run.diagnostics), found).primitives["picture"]
+    shown = draw_likelihood(run.experiment.draw(run.current, run.diagnostics), found)
+    picture = shown.primitives["picture"]
     assert isinstance(picture, Picture)
     assert picture.relief is not None
     assert np.array_equal(picture.relief, found.levels.astype(np.float32))
     assert (picture.relief.min(), picture.relief.max()) == (0.0, 1.0)
+    flat = from_front(shown, run.experiment.layers).primitives["picture"]
+    assert isinstance(flat, Picture)
+    assert flat.image_rgb is picture.image_rgb
+    assert flat.relief is None

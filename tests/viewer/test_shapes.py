@@ -1,7 +1,5 @@
 """Geometry between drawings, which count y downwards, and the scene, which counts it upwards."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from pftrack.core.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline
@@ -107,12 +105,3 @@ def test_what_is_behind_is_counted_apart() -> None:
     cloud = Points(f32((0, 0, 3)), np.zeros((1, 3), dtype=np.uint8), 1.0)
     assert (shapes.depth((past, cloud)), shapes.behind((past, cloud))) == (3.0, 60.0)
     assert shapes.behind((cloud,)) == 0.0
-
-
-def test_a_cloud_without_heights_has_no_stems() -> None:
-    """Nor has one that is drawn without."""
-    flat = Points(f32((1, 2, 0)), np.zeros((1, 3), dtype=np.uint8), 1.0, stems=True)
-    stems = shapes.raised(flat, 320, 240)
-    assert isinstance(stems, Links)
-    assert not len(stems.segments)
-    assert shapes.raised(replace(flat, stems=False), 320, 240) is None

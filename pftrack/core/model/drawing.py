@@ -531,7 +531,9 @@ class Drawing:
 def from_front(drawing: Drawing, layers: Iterable[Layer]) -> Drawing:
     """Return a drawing without what is worth seeing from aside only, on layers as its experiment declares them."""
     deep = {layer.name for layer in layers if layer.role == "through time"}
-    return replace(drawing, primitives={name: it for name, it in drawing.primitives.items() if it.layer not in deep})
+    seen = {name: item for name, item in drawing.primitives.items() if item.layer not in deep}
+    flat = {name: replace(it, relief=None) if isinstance(it, Picture) else it for name, it in seen.items()}
+    return replace(drawing, primitives=flat)
 
 
 # An experiment declares keys of the legend for all that any of its trackers may draw. A Kalman filter draws no

@@ -17,6 +17,7 @@ from pftrack.core.model.drawing import (
     Key,
     Layer,
     Links,
+    Mesh,
     Picture,
     Points,
     Polyline,
@@ -28,6 +29,7 @@ from pftrack.core.model.source import FrameSequence, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods.separation import Separation
+from pftrack.vision.rendering import viridis
 
 MOST_DRAWN = 5000
 """A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
@@ -193,6 +195,36 @@ def particle_clouds(
         "particles": Points(raised, by_sampler, size, "particles by sampler", stems=True),
         "weights": Points(raised, by_weight, size, "particles by weight", stems=True),
     }
+
+
+STEM_SHARE = 0.02
+"""A particle that is less high than this share of the highest one stands on the picture itself."""
+GROUND = np.array((1.0, 1.0, 0.0), dtype=np.float32)
+RELIEF_OPACITY = 0.8
+
+
+def raised(item: Primitive, width: float, height: float) -> Links | Mesh | None:
+    """Return what a primitive has beside itself where there is depth: a cloud its stems, a picture its relief.
+
+    Args:
+        item: Of a drawing.
+        width: Of the drawing, px.
+        height: Of the drawing, px.
+    """
+    match item:
+        case Points(stems=True) if len(item.positions):
+            heights = item.positions[:, 2]
+            high = item.positions[heights > STEM_SHARE * heights.max()]
+            return Links(np.stack([high * GROUND, high], axis=1), COLOURS["hidden"], 0.5, item.layer)
+        case Picture(relief=levels) if levels is not None:
+            rows, columns = levels.shape
+            across, down = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
+            places = np.stack([across.ravel() * width / columns, down.ravel() * height / rows], axis=1) - 0.5
+            shares = levels.ravel().astype(np.float64)
+            vertices = at_height(places, LIFT * max(width, height) * shares)
+            return Mesh(vertices, grid_faces(rows, columns), viridis(shares), RELIEF_OPACITY, item.layer)
+        case _:
+            return None
 
 
 def circle(

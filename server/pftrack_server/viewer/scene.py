@@ -16,6 +16,7 @@ import numpy as np
 import viser
 
 from pftrack.core.model import drawing as model
+from pftrack.experiments.shared.sketch import raised
 from pftrack_server.core.pictures import EncodedPicture, SceneDrawing
 from pftrack_server.viewer import shapes, viser_handles, worlds
 from pftrack_server.viewer.camera import Box
@@ -278,7 +279,7 @@ class Scene:
             if not self._is_seen(item, relief) or (isinstance(item, model.Frustum) and relief < 1.0):
                 continue
             stance = Stance(relief, order * LAYER_GAP_PX, apex)
-            more = shapes.raised(item, drawing.width, drawing.height) if relief > 0.0 else None
+            more = raised(item, drawing.width, drawing.height) if relief > 0.0 else None
             for each, part in ((name, what.pictures.get(name, item)), (f"{name} raised", more)):
                 if part is not None and not _is_empty(part):
                     shown.add(each)

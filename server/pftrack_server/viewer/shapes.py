@@ -21,17 +21,11 @@ import viser.transforms
 from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as model
-from pftrack.vision.face import grid_triangles
-from pftrack.vision.rendering import viridis
 
 Floats = NDArray[np.float32]
 Lines: TypeAlias = model.Polyline | model.Ellipse | model.Links | model.Arrows | model.Axes | model.Frustum
 """Primitives that are drawn by lines."""
 
-STEM_SHARE = 0.02
-"""A particle that is less high than this share of the highest one stands on the picture itself."""
-RELIEF_OPACITY = 0.8
-GROUND = np.array((1.0, 1.0, 0.0), dtype=np.float32)
 CAMERA_SIZE = 0.12
 """Size of the camera's own body, as a share of its frustum."""
 ARROW_HEAD, ARROW_HEAD_WIDTHS = 0.35, 6.0
@@ -201,23 +195,6 @@ def depth(items: Iterable[model.Primitive]) -> float:
 def behind(items: Iterable[model.Primitive]) -> float:
     """Return how far primitives lie behind their picture, px."""
     return max((0.0, *(_highest(-_heights(item)) for item in items)))
-
-
-def raised(item: model.Primitive, width: float, height: float) -> model.Primitive | None:
-    """Return what a primitive has beside itself where there is depth: a cloud its stems, a picture its relief."""
-    match item:
-        case model.Points(stems=True):
-            high = item.positions[item.positions[:, 2] > STEM_SHARE * _highest(item.positions[:, 2])]
-            return model.Links(np.stack([high * GROUND, high], axis=1), model.COLOURS["hidden"], 0.5, item.layer)
-        case model.Picture(relief=levels) if levels is not None:
-            rows, columns = levels.shape
-            across, down = np.meshgrid(*(np.arange(n) + 0.5 for n in levels.shape[::-1]))
-            lift = model.LIFT * max(width, height) * levels
-            places = np.stack((across * width / columns - 0.5, down * height / rows - 0.5, lift), axis=-1)
-            vertices, faces = places.reshape(-1, 3).astype(np.float32), grid_triangles(columns, rows)
-            return model.Mesh(vertices, faces, viridis(levels.ravel().astype(np.float64)), RELIEF_OPACITY, item.layer)
-        case _:
-            return None
 
 
 def _heights(item: model.Primitive) -> Floats:

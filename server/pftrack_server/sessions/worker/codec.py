@@ -45,8 +45,6 @@ RECORD = struct.Struct("<II")
 ALIGNMENT = 4
 TYPES = {"f": "f4", "i": "i4", "u": "u1", "b": "u1"}
 """How an array travels, by its NumPy kind."""
-UNSENT = {"image_rgb", "relief"}
-"""Of a picture, which has a file of its own, and shows its relief in colours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,9 +129,8 @@ class DrawingEncoder:
 
 def _describe(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:
     """Return what the head says of a primitive; a picture is still to be named."""
-    fields = [field.name for field in dataclasses.fields(item) if field.name not in UNSENT]
-    values = {field: getattr(item, field) for field in fields}
-    named = {field: arrays.add(value) if isinstance(value, np.ndarray) else value for field, value in values.items()}
+    fields = {each.name: getattr(item, each.name) for each in dataclasses.fields(item) if each.name != "image_rgb"}
+    named = {field: arrays.add(value) if isinstance(value, np.ndarray) else value for field, value in fields.items()}
     return {"name": name, "kind": type(item).__name__.lower(), **named}
 
 
