@@ -22,7 +22,9 @@ def seen(view: View, box: Box, aspect: float, depths: tuple[float, float], *more
     right = np.cross((0.0, 1.0, 0.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
-    corners = [*itertools.product((-0.5, box.width - 0.5 + box.beside), (0.5, 0.5 - box.height), depths), *more]
+    rows, end = (0.5, 0.5 - box.height), box.width - 0.5
+    beside = [(end + box.beside, row, 0.0) for row in rows]
+    corners = [*itertools.product((-0.5, end), rows, depths), *beside, *more]
     slope = np.tan(view.fov_rad / 2.0)
     outermost = 0.0
     for corner in corners:
@@ -58,7 +60,7 @@ def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:
     session.show(with_camera(300.0), 0)
     wait_for(lambda: "Position" in peer.camera)
     peer.move_view("Side")
-    wait_for(lambda: peer.camera["Position"]["position"][0] < -700)
+    wait_for(lambda: peer.camera["Fov"]["fov"] == pytest.approx(PRESETS["side"].fov_rad))
     near = peer.camera["Position"]["position"]
     peer.look(wide=800, high=600, position=tuple(near))
     session.show(with_camera(900.0), 1)

@@ -33,9 +33,9 @@ SIDES = (
 )
 HEAD = World("head", "Head", "mm", 50.0, middle=(1.0, 2.0, 3.0), up=(0, -1, 0), front=(0, 0, -1), viewpoints=SIDES)
 SPREAD = np.diag([9.0, 4.0, 1.0]).astype(np.float32)[None]
-ACROSS = 320 - 0.5 + 0.15 * 240 + 60
-"""Where the middle of a world is: its square is half as high as the picture."""
-SCALE = 0.86 * 60 / 50
+ACROSS = 320 - 0.5 + 0.2 * 240 + 120
+"""Where the middle of a single world is: its square is as high as the picture."""
+SCALE = 0.86 * 120 / 50
 """px per mm."""
 
 
@@ -69,7 +69,7 @@ def session() -> Iterator[Session]:
 
 
 def test_a_world_stands_to_the_right_of_the_picture() -> None:
-    """It is half as high as the picture and clear of it; up is up and its front looks at the viewer."""
+    """Its square is as high as the picture and clear of it; up is up and its front looks at the viewer."""
     placed = dict(worlds.place_worlds(with_worlds(inside())))
     points = placed["world head: points"]
     assert isinstance(points, Points)
@@ -78,7 +78,7 @@ def test_a_world_stands_to_the_right_of_the_picture() -> None:
         points.positions[1] - points.positions[0], [10 * SCALE, 10 * SCALE, 10 * SCALE], atol=1e-3
     )
     assert points.size == pytest.approx(5 * SCALE)
-    assert worlds.beside(1, 240) == ACROSS + 60 - 319.5
+    assert worlds.beside(1, 240) == ACROSS + 120 - 319.5
     assert worlds.beside(0, 240) == 0.0
 
 
@@ -155,7 +155,7 @@ def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer
     wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(ACROSS))
     assert peer.camera["Position"]["position"][0] < ACROSS - 50 * SCALE
     peer.move_view("Front")
-    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx((319.5 + 156 - 0.5) / 2), what="all is seen")
+    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx((319.5 + 288 - 0.5) / 2), what="all is seen")
 
 
 @pytest.mark.parametrize("stance", [FREE, Stance(1.0, 3.0)])

@@ -104,17 +104,24 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
         margin: Factor of free space around the box.
     """
     depths = (-box.behind, box.depth) if preset.deep else (0.0, 0.0)
-    sides = (-0.5, box.width - 0.5 + box.beside), (-(box.height - 0.5), 0.5), depths
-    corners = np.array([*itertools.product(*sides), *([box.apex] if preset.whole and box.apex else [])])
-    target = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+    rows, end = (0.5 - box.height, 0.5), box.width - 0.5
+    corners = np.array(
+        [
+            *itertools.product((-0.5, end), rows, depths),
+            *((end + box.beside, row, 0.0) for row in rows),
+            *([box.apex] if preset.whole and box.apex else []),
+        ]
+    )
     towards = np.array(preset.direction) / np.linalg.norm(preset.direction)
     right = np.cross((0.0, 1.0, 0.0), towards)
     right /= np.linalg.norm(right)
-    up = np.cross(towards, right)
-    relative = corners - target
-    slope = np.tan(preset.fov_rad / 2.0)
-    needed = np.maximum(np.abs(relative @ up), np.abs(relative @ right) / max(aspect, 0.1)) * margin / slope
-    return View(target + towards * float((needed + relative @ towards).max()), target, preset.fov_rad)
+    # What is seen is in the middle, rather than the space that holds it.
+    axes = np.stack((right, np.cross(towards, right), towards))
+    seen = corners @ axes.T
+    target = (seen.min(axis=0) + seen.max(axis=0)) / 2.0 @ axes
+    across, upwards, ahead = (seen - target @ axes.T).T
+    needed = np.maximum(np.abs(upwards), np.abs(across) / max(aspect, 0.1)) * margin / np.tan(preset.fov_rad / 2.0)
+    return View(target + towards * float((needed + ahead).max()), target, preset.fov_rad)
 
 
 @dataclass(slots=True)

@@ -15,10 +15,8 @@ from pftrack.core.model.drawing import COLOURS, Drawing, Links, Primitive, Text,
 from pftrack.vision.rendering import Projection
 from pftrack_server.viewer.camera import Box, Side, View
 
-GAP = 0.15
+GAP = 0.2
 """Between the picture and its worlds, in heights of the picture."""
-FEWEST = 2
-"""A single world is as large as one of two."""
 FILLED = 0.86
 """Share of its square that a world's ball fills; the rest is for its title and its ruler."""
 FOV_RAD = float(np.deg2rad(16.0))
@@ -30,7 +28,7 @@ STEEPEST_DEG = 89.0
 def place_worlds(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:
     """Yield the primitives of a drawing's worlds, in the drawing's px, each by a name of its own."""
     for order, each in enumerate(drawing.worlds):
-        world, side = each.world, _side(len(drawing.worlds), drawing.height)
+        world, side = each.world, drawing.height / len(drawing.worlds)
         projection = _projection(world, order, len(drawing.worlds), drawing.width, drawing.height)
         corner = projection.place - np.array((side / 2.0, side / 2.0, 0.0))
         inside = {name: projection.primitive(item) for name, item in each.primitives.items()}
@@ -76,7 +74,7 @@ def sides(worlds: Sequence[World]) -> dict[str, Side]:
 
 def beside(count: int, height: float) -> float:
     """Return how far so many worlds reach to the right of a picture of a height, px."""
-    return GAP * height + _side(count, height) if count else 0.0
+    return (GAP + 1.0 / count) * height if count else 0.0
 
 
 def view(order: int, count: int, world: World, viewpoint: Viewpoint, box: Box, aspect: float) -> View:
@@ -102,13 +100,8 @@ def view(order: int, count: int, world: World, viewpoint: Viewpoint, box: Box, a
 
 def _projection(world: World, order: int, count: int, width: float, height: float) -> Projection:
     """Return how a world is placed: its front towards the viewer, all of them as high in the middle as the picture."""
-    side = _side(count, height)
+    side = height / count
     across = width - 0.5 + beside(count, height) - side / 2.0
     down = (height - 1.0) / 2.0 + side * (order - (count - 1) / 2.0)
     scale = FILLED * side / 2.0 / world.radius
     return Projection(world.turn(0.0, 0.0), np.array(world.middle), scale, np.array((across, down, 0.0)))
-
-
-def _side(count: int, height: float) -> float:
-    """Return the sides of the squares in which so many worlds stand beside a picture of a height, px."""
-    return height / max(count, FEWEST)
