@@ -3,9 +3,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import COLOURS, LIFT, Ellipse, Links, Mesh, Picture, Points, Polyline, Text, from_front
+from pftrack.core.model.drawing import (
+    COLOURS,
+    LIFT,
+    Ellipse,
+    Frustum,
+    Links,
+    Mesh,
+    Picture,
+    Points,
+    Polyline,
+    Text,
+    from_front,
+)
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
+from pftrack.experiments.hand.shape import joints
+from pftrack.experiments.linkage.draw import chain_of
+from pftrack.experiments.linkage.scene import places
 from pftrack.experiments.shared.pose.drawing import place_points
 from pftrack.experiments.shared.sketch import raised
 from pftrack.output.displays import draw_likelihood
@@ -172,3 +187,46 @@ def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
     assert isinstance(flat, Picture)
     assert flat.image_rgb is picture.image_rgb
     assert flat.relief is None
+
+
+def test_a_body_of_points_stands_before_its_camera() -> None:
+    """On the ray of its pixel each point is as near to the camera, beside the others, as the tracker believes."""
+    structure = find("structure")
+    run = Run(structure, structure.simulate(), seed=1, frames=61)
+    drawn = structure.draw(run.seek(60), run.diagnostics).primitives
+    state, camera = run.current.state, drawn["camera"]
+    assert isinstance(camera, Frustum)
+    assert camera.apex[2] == pytest.approx(state.focal_px)
+    placed = state.placed
+    inside = placed.points @ placed.camera[:, :3].T + placed.camera[:, 3]
+    crosses = drawn["shape crosses"].segments.reshape(-1, 4, 3).mean(axis=1)
+    assert len(crosses) == len(inside)
+    away = camera.apex[2] - crosses[:, 2:]
+    rays = np.column_stack([(crosses[:, :2] - camera.apex[:2]) / camera.apex[2], np.ones(len(crosses))]) * away
+    scale = away[0, 0] / inside[0, 2]
+    assert np.allclose(rays, scale * inside, rtol=1e-3, atol=1e-2)
+
+
+def test_a_chain_stands_out_of_the_picture() -> None:
+    """Its joints are as much nearer or further than the root as they are believed to be, and as they truly are."""
+    linkage = find("linkage")
+    run = Run(linkage, linkage.simulate(), seed=1, frames=4)
+    drawn = linkage.draw(run.seek(3), run.diagnostics).primitives
+    longest = max(run.current.frame.picture.shape)
+    joints, true = (drawn[f"{name} joints"] for name in ("estimate", "true"))
+    chain = chain_of(run.current.state.mean, run.current.state)
+    assert np.allclose(joints.positions[:, 2], 0.3 * longest + chain[0, 2] - chain[:, 2], atol=1e-2)
+    assert np.allclose(true.positions[:, 2], 0.3 * longest - places(run.current.frame.target)[:, 2], atol=1e-2)
+    assert joints.stems
+
+
+def test_a_hand_stands_before_the_picture_where_it_is_seen() -> None:
+    """Around each joint of the hand that is shown there is a part of its body."""
+    hand = find("hand")
+    run = Run(hand, hand.simulate(), seed=1, frames=3)
+    drawn = hand.draw(run.seek(2), run.diagnostics).primitives
+    state = run.current.state
+    found = joints(state.beam.members[0], state.scale, state.shape).reshape(-1, 3) + np.array([0, 0, 1.2 * state.scale])
+    apart = np.linalg.norm(drawn["fingers in space"].vertices[:, None] - found, axis=2).min(axis=0)
+    assert apart.max() < 1.05 * state.scale * state.shape.radii.max()
+    assert "fingers in space" not in from_front(hand.draw(run.current, run.diagnostics), hand.layers).primitives

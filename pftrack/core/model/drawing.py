@@ -108,8 +108,8 @@ class Key:
 class Layer:
     """What can be switched on and off in a drawing.
 
-    A layer "through time" has the frames of the run, or a density, as its third direction, which is worth seeing from
-    aside only; there it takes the place of layers that are "flat only". A viewer without depth shows the latter.
+    A layer "through time" has the frames of the run, a density or space as its third direction, which is worth seeing
+    from aside only; there it takes the place of layers that are "flat only". A viewer without depth shows the latter.
 
     Attributes:
         name: What primitives call it.

@@ -6,6 +6,7 @@ are kept.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,7 @@ from pftrack.experiments.hand.shape import HandShape, joints, palm_axes, parts
 from pftrack.experiments.hand.trackers import TRACKERS, features
 from pftrack.experiments.shared.pose.drawing import draw_with_rim
 from pftrack.experiments.shared.sketch import at_height, caption, dots, lines
+from pftrack.vision.rendering import Projection
 
 FOLDER = Path(__file__).parent
 
@@ -270,6 +272,18 @@ def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
     return WorldDrawing(HAND_WORLD, drawn)
 
 
+IN_SPACE, HAND_AT = "hand in space", 1.2
+"""A layer, and how high above the picture the wrist stands on it, palm axes: its camera sees along parallels."""
+
+
+def in_space(world: WorldDrawing, pose: Floats, scale: float) -> dict[str, Primitive]:
+    """Draw the hand of a world before the picture, where it is seen."""
+    place = np.array([pose[0], pose[1], HAND_AT * scale])
+    before = Projection(_upright(float(pose[2])).T, np.zeros(3), scale, place)
+    hand = {name: before.primitive(world.primitives[name]) for name in ("palm", "fingers")}
+    return {f"{name} in space": replace(item, layer=IN_SPACE) for name, item in hand.items()}
+
+
 def _upright(angle: float) -> Floats:
     """Return the matrix (3, 3) that turns rows up, and a hand that is turned by an angle in the picture upright."""
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -349,7 +363,9 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= truth(step.frame.target)
     if other is not None:
         primitives |= second_run(other.estimate, 0.1 * state.scale)
-    return Drawing(width, height, primitives, _caption(step, shown), (hand_world(state, shown, step.frame.target),))
+    space = hand_world(state, shown, step.frame.target)
+    primitives |= in_space(space, state.beam.members[shown], state.scale)
+    return Drawing(width, height, primitives, _caption(step, shown), (space,))
 
 
 def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:

@@ -5,7 +5,7 @@ neither hides what was seen; in space all is drawn where it is. Gaussians, regio
 places of hypotheses, weights, and how far they extend.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -142,6 +142,8 @@ ABOVE_PX, BELOW_PX, NEXT_PX = -60.0, 56.0, 14.0
 """Rows from the line of a chain in the plane: of the truth, the estimate, and how far the hypothesis is below that."""
 
 DOT_PX, RING_PX, TICK_PX = 5.0, 6.0, 26.0
+ROOT_AT = 0.3
+"""Height of the root above the picture, as a share of the longer side: its camera sees along parallels."""
 FARTHEST = 5.0
 """What is further from the picture's corner than so many of its longer sides is not drawn."""
 
@@ -201,6 +203,7 @@ def truth(target: LinkageTarget, state: LinkageState, longest: float) -> dict[st
     if target.landmarks is None:
         return {}
     points = target.landmarks.points_px + np.array([0.0, 0.0 if state.in_space else ABOVE_PX])
+    points = np.column_stack([points, _to_viewer(places(target))])
     drawn = _chain("true", points, COLOURS["truth"], 1.5, "truth", longest)
     if not state.in_space:
         drawn |= _name("true name", "true", state, ABOVE_PX, COLOURS["truth"], "truth")
@@ -215,15 +218,22 @@ def second_run(estimate: Floats, state: LinkageState, longest: float) -> dict[st
 
 
 def _in_picture(joints: Floats, state: LinkageState, row: float) -> Floats:
-    return np.asarray(joints[:, :2] + state.origin_px + np.array([0.0, 0.0 if state.in_space else row]))
+    places = joints[:, :2] + state.origin_px + np.array([0.0, 0.0 if state.in_space else row])
+    return np.column_stack([places, _to_viewer(joints)])
+
+
+def _to_viewer(joints: Floats) -> Floats:
+    """Return how much nearer to the viewer joints (n, 3) are than the root, (n,) px."""
+    return np.asarray(joints[0, 2] - joints[:, 2])
 
 
 def _chain(name: str, points: Floats, colour: Colour, width: float, layer: str, longest: float) -> dict[str, Primitive]:
     near = np.asarray((np.abs(points) < FARTHEST * longest).all(axis=1))
+    points = points + np.array([0.0, 0.0, ROOT_AT * longest])
     ends = np.stack([points[:-1], points[1:]], axis=1)[near[:-1] & near[1:]]
     return {
         f"{name} links": lines(ends, colour, width, layer),
-        f"{name} joints": dots(points[near], colour, DOT_PX, layer),
+        f"{name} joints": replace(dots(points[near], colour, DOT_PX, layer), stems=True),
     }
 
 

@@ -14,6 +14,7 @@ from pftrack.core.model.drawing import (
     Colour,
     Drawing,
     Ellipse,
+    Frustum,
     Key,
     Layer,
     Links,
@@ -101,8 +102,9 @@ def dots(places: NDArray[Any], colour: Colour, size: float, layer: str, *, heigh
 
 
 def lines(ends: Floats, colour: Colour, width: float, layer: str, *, height: Floats | float = 1.5) -> Links:
-    """Draw segments (n, 2, 2), px."""
-    return Links(at_height(ends, height), colour, width, layer)
+    """Draw segments (n, 2, 2), px, or (n, 2, 3)."""
+    placed = at_height(ends, height) if ends.shape[-1] == 2 else ends.astype(np.float32)
+    return Links(placed, colour, width, layer)
 
 
 def rectangle(corner: Floats, size: Floats, colour: Colour, layer: str, height: float) -> Polyline:
@@ -195,6 +197,34 @@ def particle_clouds(
         "particles": Points(raised, by_sampler, size, "particles by sampler", stems=True),
         "weights": Points(raised, by_weight, size, "particles by weight", stems=True),
     }
+
+
+CLEAR_RADII = 1.5
+"""How far behind a solid's origin its picture is drawn, in radii of its points: a head is larger than its features."""
+
+MOST_RAISED = 0.9
+"""Nothing is drawn nearer to the camera than a tenth of its focal length, nor behind it."""
+
+
+def before_camera(depths: Floats, focal_px: float, middle: float, radius: float) -> Floats:
+    """Return how high above the picture a drawing shows what is before a pinhole camera, (n,) px.
+
+    Args:
+        depths: (n,) in the camera's frame, in any unit.
+        focal_px: Of the camera.
+        middle: Depth of the solid's origin.
+        radius: Of its points.
+    """
+    plane = middle + CLEAR_RADII * radius
+    return np.minimum(focal_px * (1.0 - depths / plane), MOST_RAISED * focal_px)
+
+
+def frustum(principal_px: Floats, focal_px: float, size: tuple[int, int]) -> Frustum:
+    """Draw a pinhole camera, a focal length before its picture of a width and a height, px."""
+    apex = np.append(principal_px, focal_px).astype(np.float32)
+    width, height = size
+    border = np.array([[0, 0], [width, 0], [width, height], [0, height]]) - 0.5
+    return Frustum(apex, at_height(border), COLOURS["camera"], 1.0, "camera")
 
 
 STEM_SHARE = 0.02

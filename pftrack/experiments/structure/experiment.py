@@ -23,7 +23,17 @@ from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Video
 from pftrack.experiments.shared.pose.drawing import dashes
-from pftrack.experiments.shared.sketch import at_height, caption, circle, colours, dots, lines, paper
+from pftrack.experiments.shared.sketch import (
+    at_height,
+    before_camera,
+    caption,
+    circle,
+    colours,
+    dots,
+    frustum,
+    lines,
+    paper,
+)
 from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import BodyTarget, TracksSceneParameters, TracksSource, named_body
 from pftrack.experiments.structure.trackers import MIRROR, TRACKERS, StructureState
@@ -150,7 +160,7 @@ def draw_measurements(state: StructureState, height: float) -> dict[str, drawing
     ways = np.stack([positions[:-1], positions[1:]], axis=2)[sure[1:] & sure[:-1]]
     drawn: dict[str, drawing.Primitive] = {"trails": lines(ways, drawing.COLOURS["hidden"], 1.0, "trails")}
     drawn["points"] = dots(positions[-1][sure[-1]], drawing.COLOURS["observation"], DOT_PX, "points")
-    believed = _estimated_points(state)
+    believed = _estimated_points(state)[:, :2]
     shown = sure[-1] | _near(believed, height)
     for number in np.flatnonzero(shown):
         if sure[-1, number]:
@@ -171,16 +181,23 @@ def _near(positions: Floats, height: float) -> Bools:
 
 
 def _estimated_points(state: StructureState) -> Floats:
-    """Return where the shape has the points (n, 2), px."""
+    """Return where the shape has the points, and how high above the picture, (n, 3) px."""
     return _project(state, state.placed.points)
 
 
 def _project(state: StructureState, points: Floats) -> Floats:
-    """Return where points (n, 3) in the shape's frame are seen (n, 2), px."""
+    """Return where points (n, 3) in the shape's frame are seen, and how high above the picture they are, (n, 3) px."""
     camera = state.placed.camera
-    inside = points @ camera[:, :3].T + camera[:, 3]
-    inside[:, 2] = np.maximum(inside[:, 2], NEAREST)
-    return pinhole(inside, state.focal_px) + state.principal_px
+    return _seen(points @ camera[:, :3].T + camera[:, 3], state.focal_px, state.principal_px)
+
+
+def _seen(inside: Floats, focal_px: float, principal_px: Floats) -> Floats:
+    """Return where points (n, 3) in a camera's frame are seen, and how high above the picture they are, (n, 3) px."""
+    middle = inside.mean(axis=0)
+    radius = float(np.linalg.norm(inside - middle, axis=1).max())
+    inside = np.column_stack([inside[:, :2], np.maximum(inside[:, 2], NEAREST)])
+    heights = before_camera(inside[:, 2], focal_px, max(float(middle[2]), NEAREST), radius)
+    return np.column_stack([pinhole(inside, focal_px) + principal_px, heights])
 
 
 def shape_in_picture(state: StructureState, height: float) -> dict[str, drawing.Primitive]:
@@ -201,8 +218,11 @@ def true_in_picture(target: BodyTarget, height: float) -> dict[str, drawing.Prim
         return {}
     edges = target.shape.edges
     shown = marks.visible[edges].all(axis=1)
-    drawn = _body("true", marks.points_px, edges[shown], drawing.COLOURS["truth"], 1.0, "truth", height)
-    ends = at_height(marks.points_px[edges[~shown]], 1.5)
+    inside = target.position.reshape(-1, 3) @ target.turn.T + target.translation
+    places = _seen(inside, target.focal_px, target.principal_px)
+    places[:, :2] = marks.points_px
+    drawn = _body("true", places, edges[shown], drawing.COLOURS["truth"], 1.0, "truth", height)
+    ends = places[edges[~shown]].astype(np.float32)
     return drawn | {"true hidden edges": dashes(ends, drawing.COLOURS["truth"], 1.0, "truth")}
 
 
@@ -215,9 +235,9 @@ def _body(
     layer: str,
     height: float,
 ) -> dict[str, drawing.Primitive]:
-    near = _near(places, height)
-    arms = 3.0 * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
-    crosses = (places[near][:, None, None] + arms).reshape(-1, 2, 2)
+    near = _near(places[:, :2], height)
+    arms = 3.0 * np.array([[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]])
+    crosses = (places[near][:, None, None] + arms).reshape(-1, 2, 3)
     kept = edges[near[edges].all(axis=1)]
     return {
         f"{name} edges": lines(places[kept], colour, width, layer),
@@ -351,6 +371,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= second_in_picture(state, second, height)
     if state.placed.known:
         primitives |= shape_in_picture(state, height)
+        primitives["camera"] = frustum(state.principal_px, state.focal_px, (width, height))
     return drawing.Drawing(width, height, primitives, _caption(step), (shape_world(state, frame.target, second),))
 
 

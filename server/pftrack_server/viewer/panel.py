@@ -88,7 +88,7 @@ class Panel:
         hint = "The same seed gives the same scene and the same run, to the bit."
         bounds = {"minimum": 0, "maximum": LARGEST_SEED, "step": 1, "live": False}
         self._add_control(_declare(SEED, "Seed", "integer", hint, default=0, **bounds))
-        has_time = any(layer.role == "through time" for layer in description.layers)
+        has_time = any(layer.role == "flat only" for layer in description.layers)  # which is the past, drawn flat
         views = {view.title: name for name, view in PRESETS.items() if has_time or name != "time"}
         self._add_views("View", views)
         for world in description.worlds:

@@ -15,29 +15,21 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry import rotation
-from pftrack.core.model.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
+from pftrack.core.model.drawing import COLOURS, Axes, Colour, Links, Points, Primitive, Text
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Landmarks
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.matrices import NEAREST_MM
 from pftrack.experiments.shared.pose.calibrated import PoseTrackerParameters
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.sketch import at_height, lines, uncertainty
+from pftrack.experiments.shared.sketch import at_height, before_camera, frustum, lines, uncertainty
 from pftrack.vision.face import gaze
-
-CLEAR_RADII = 1.5
-"""How far behind a solid's origin its picture is drawn, in radii of its points: a head is larger than its features."""
-
-MOST_RAISED = 0.9
-"""Nothing is drawn nearer to the camera than a tenth of its focal length, nor behind it."""
 
 
 def heights(state: PoseState, depths_mm: Floats) -> Floats:
     """Return how high above the picture a drawing shows what is at depths (n,) in the camera's frame, (n,) px."""
     radius = float(np.linalg.norm(state.solid.points_mm, axis=1).max())
-    plane_mm = max(float(state.translation_mm[2]), NEAREST_MM) + CLEAR_RADII * radius
-    focal = state.solid.focal_px
-    return np.minimum(focal * (1.0 - depths_mm / plane_mm), MOST_RAISED * focal)
+    return before_camera(depths_mm, state.solid.focal_px, max(float(state.translation_mm[2]), NEAREST_MM), radius)
 
 
 def place_points(state: PoseState, points_mm: Floats, theta: Floats | None = None) -> Floats:
@@ -184,10 +176,7 @@ def pose_axes(state: PoseState, origin_mm: Floats, length_mm: float) -> dict[str
 
 def camera(state: PoseState, size: tuple[int, int]) -> dict[str, Primitive]:
     """Draw the camera that the solid is assumed to be seen by, a focal length before its picture of a size, px."""
-    apex = np.append(state.solid.principal_px, state.solid.focal_px).astype(np.float32)
-    width, height = size
-    border = np.array([[0, 0], [width, 0], [width, height], [0, height]]) - 0.5
-    return {"camera": Frustum(apex, at_height(border), COLOURS["camera"], 1.0, "camera")}
+    return {"camera": frustum(state.solid.principal_px, state.solid.focal_px, size)}
 
 
 def dashes(segments: NDArray[np.float32], colour: Colour, width: float, layer: str, *, length: float = 6.0) -> Links:
