@@ -127,7 +127,7 @@ def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, drawing
         # The heaviest first, so that those stay that stand for many.
         order = np.argsort(-shares, kind="stable")[:MOST_DRAWN]
         inside = _near(states[order], longest)
-        raised = at_height(inside, 2.0 + drawing.LIFT * longest * shares[order] / shares.max())
+        raised = at_height(inside, 2.0 + drawing.LIFT * longest * shares[order] / shares[order[:1]])
         cloud = dots(raised[np.isfinite(raised).all(axis=1)], drawing.COLOURS["prediction"], PARTICLE_PX, "particles")
         drawn["particles"] = replace(cloud, stems=True)
     estimate = _near(state.estimate[None], longest)[0]
