@@ -1,8 +1,13 @@
 """The pictures and films by name: each a function of a server and a browser that leaves a file."""
 
+import io
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from PIL import Image
 
 from tools.pictures.browser import film, open_page
 from tools.pictures.server import Server
@@ -144,6 +149,22 @@ def _phone(server: Server, browser: Any) -> Iterator[bytes]:
         yield page.screenshot()
 
 
+def _views(server: Server, browser: Any, *, experiment: str, frame: int) -> Iterator[bytes]:
+    """Show a frame flat, and in 3-D beside it."""
+    name = server.session(frame, experiment=experiment, seed=0)
+    with open_page(browser, f"{server.url}/session/{name}") as page:
+        _painted(page, frame)
+        scene = page.get_by_role("region", name="Scene")
+        flat = scene.screenshot()
+        page.locator("[data-view=scene]").click()
+        page.frame_locator("iframe").locator("canvas[data-engine]").wait_for(timeout=60_000)
+        page.wait_for_timeout(5000)
+        views = [np.asarray(Image.open(io.BytesIO(it)).convert("RGB")) for it in (flat, scene.screenshot())]
+    beside = io.BytesIO()
+    Image.fromarray(np.hstack(views)).save(beside, "png")
+    yield beside.getvalue()
+
+
 def _texts(value: Any) -> Iterator[str]:
     if isinstance(value, dict):
         value = list(value.values())
@@ -155,6 +176,20 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 Shot = Callable[[Server, Any], Iterator[bytes]]
+VIEWS = {
+    "sine": 60,
+    "ball": 20,
+    "histogram": 20,
+    "trajectories": 12,
+    "fish": 20,
+    "head": 130,
+    "prism": 40,
+    "structure": 60,
+    "linkage": 40,
+    "hand": 12,
+    "recorded": 20,
+}
+"""The experiments, and a frame of each in which there is something to see."""
 PICTURES: dict[str, Shot] = {
     "start": _start,
     "session": _session,
@@ -166,6 +201,7 @@ PICTURES: dict[str, Shot] = {
     "sweep": _sweep,
     "class": _class,
     "phone": _phone,
+    **{f"views-{name}": partial(_views, experiment=name, frame=frame) for name, frame in VIEWS.items()},
 }
 FILMS: dict[str, Shot] = {"lost": _lost, "slider": _slider}
 FRAME_RATE_HZ = 10
