@@ -169,8 +169,9 @@ def past_frames(size: tuple[int, int], layer: str) -> dict[str, Primitive]:
         "axis weight": Text(axis[1], "weight", colour, layer),
     }
     for age, depth in zip(TICKS, depths, strict=True):
-        words = f"{age} frames ago" if age == TICKS[-1] else f"{age}"
-        drawn[f"axis {age}"] = Text(at_height(corners[3], depth), words, colour, layer, "end")
+        drawn[f"axis {age}"] = Text(at_height(corners[3], depth), f"{age}", colour, layer, "end")
+    # Within the outlines, so that a narrow window does not cut it off.
+    drawn[f"axis {TICKS[-1]}"] = Text(axis[0], f"{TICKS[-1]} frames ago", colour, layer)
     return drawn
 
 
