@@ -550,14 +550,6 @@ class _Trials:
 
 
 def _begin(run: Run, loss: int) -> int:
-    """Return the frame from which on things are changed: some before the loss, or before what led to it.
-
-    A loss that a mark tells began in an unknown frame after the last mark that held.
-    """
-    said = Loss.of(run.diagnostics)
-    found = said.approach([row.hidden is True for row in run.diagnostics], loss)
-    begin = min(loss - 1, loss if found is None else found)
-    if said.witnesses[loss] == "truth":
-        held = (at for at in range(loss - 1, -1, -1) if said.witnesses[at] == "truth" and not said.lost[at])
-        begin = min(begin, next(held, 0))
-    return max(0, begin)
+    """Return the frame from which on things are changed: the one from which to watch a loss."""
+    found = Loss.of(run.diagnostics).approach([row.hidden is True for row in run.diagnostics], loss)
+    return loss - 1 if found is None else min(found, loss - 1)

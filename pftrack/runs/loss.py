@@ -31,7 +31,7 @@ LASTING_FRAMES = 5
 """A loss lasts if it has so many frames, or goes to the end."""
 
 GOOD_FRAMES = 3
-"""Fewer frames between two losses show no track that anybody could watch being lost."""
+"""Fewer frames in which the target is held show no track that anybody could watch being lost."""
 
 APPROACH_FRAMES = 10
 """Frames before a loss at which one begins to watch: there another choice can still save the target."""
@@ -119,27 +119,32 @@ class Loss:
         return next((first for first, last in self.spans if first <= frame <= last), frame)
 
     def approach(self, hidden: Sequence[bool], frame: int) -> int | None:
-        """Return the frame from which to watch how the target was lost.
+        """Return the frame from which to watch how the target was lost: a good one shortly before.
 
-        That is some frames before the loss, or before the target went out of sight if that led to it, but after the
-        loss that was before: where a good track is still to be seen. A few good frames between two losses are none.
+        In a good frame the target is held and in sight, and was so in the two frames before it. The last one that is
+        ten frames or more before the loss is meant, or before the target went out of sight if that led to it; for want
+        of such a one the first good frame. A loss that a mark tells began after the last mark that held.
 
         Args:
             hidden: For each frame, whether the target is out of sight.
             frame: The last loss that began at or before this frame is meant; failing that, the first one after it.
 
         Returns:
-            The frame; None if the target was never lost.
+            The frame, the one just before where none is good; None if the target was never lost.
         """
         begun = list(self._separate())
         if not begun:
             return None
         loss = max((start for start in begun if start <= frame), default=begun[0])
-        out_of_sight = spans(hidden)
-        went = max((start for start, _ in out_of_sight if start <= loss), default=None)
+        since = max((index + 1 for index in range(loss) if self.lost[index]), default=0)
+        went = max((start for start, _ in spans(hidden) if start <= loss), default=None)
         led_to_it = went is not None and any(hidden[max(went, loss - MEMORY_FRAMES) : loss + 1])
-        first = approach(went if went is not None and led_to_it else loss)
-        return max((index + 1 for index in range(first, loss) if self.lost[index]), default=first)
+        event = went if went is not None and led_to_it and went > since else loss
+        found = approach(event, [index < since or hidden[index] for index in range(event)])
+        if self.witnesses[loss] == "truth":
+            marks = (at for at in range(loss - 1, -1, -1) if self.witnesses[at] == "truth" and not self.lost[at])
+            found = min(found, next(marks, 0))
+        return found
 
     def _separate(self) -> Iterator[int]:
         """Yield the frames in which losses begin, those left out that follow another one after a few frames."""
@@ -209,9 +214,16 @@ def is_judged_by_box(parameters: Any) -> bool:  # noqa: ANN401 - the experiment'
     return hasattr(type(parameters), "judged_by_box") and bool(parameters.judged_by_box)
 
 
-def approach(loss: int) -> int:
-    """Return the frame from which to watch what happens in another one."""
-    return max(0, loss - APPROACH_FRAMES)
+def approach(loss: int, bad: Sequence[bool] = ()) -> int:
+    """Return the frame from which to watch what happens in another one; see `Loss.approach`.
+
+    Args:
+        loss: The other frame.
+        bad: For each frame before it, whether the target is lost or out of sight; it is in none if not given.
+    """
+    good = [at for at in range(GOOD_FRAMES - 1, loss) if not any(bad[at + 1 - GOOD_FRAMES : at + 1])]
+    early = [at for at in good if at <= loss - APPROACH_FRAMES]
+    return early[-1] if early else good[0] if good else max(0, loss - 1)
 
 
 def loss_start(frame: int, before: int | None, *, lost: bool | None) -> int | None:

@@ -23,30 +23,44 @@ def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:
         ([(60, 70)], [], 99, 50),
         ([(60, 70)], [], 0, 50),
         ([(60, 70), (80, 99)], [], 79, 50),
-        ([(60, 70), (80, 99)], [], 80, 71),
-        ([(4, 9)], [], 50, 0),
+        ([(60, 70), (80, 99)], [], 80, 73),
+        ([(4, 9)], [], 50, 2),
+        ([(8, 9)], [], 50, 2),
+        ([(13, 20)], [], 50, 3),
+        ([(2, 9)], [], 50, 1),
+        ([(0, 9)], [], 50, 0),
         ([(60, 70)], [(40, 55)], 99, 30),
         ([(60, 70)], [(10, 15)], 99, 50),
         ([(60, 70)], [(10, 15), (58, 90)], 99, 48),
         ([(60, 70)], [(61, 65)], 99, 50),
-        ([(60, 70)], [(5, 25)], 99, 0),
-        ([(60, 70), (75, 99)], [], 99, 71),
+        ([(60, 70)], [(5, 25)], 99, 2),
+        ([(60, 70)], [(50, 50), (54, 90)], 99, 44),
+        ([(60, 70)], [(0, 55)], 99, 58),
+        ([(60, 70), (75, 99)], [], 99, 73),
         ([(60, 70), (73, 99)], [], 99, 50),
         ([(60, 62), (64, 66), (68, 99)], [], 99, 50),
-        ([(20, 40), (60, 70)], [(45, 55)], 99, 41),
+        ([(20, 40), (60, 70)], [(45, 55)], 99, 43),
     ],
 )
 def test_the_approach_to_a_loss(
     lost: list[tuple[int, int]], hidden: list[tuple[int, int]], frame: int, expected: int | None
 ) -> None:
-    """It leads to ten frames before the last loss, or before what hid the target shortly before."""
+    """It leads to a frame with the target held for three: ten before the last loss, or before what hid it, or later."""
     assert said(flags(*lost)).approach(flags(*hidden), frame) == expected
 
 
-def test_the_run_begins_somewhere() -> None:
-    """There is nothing before the first frame, also when the target is lost from the beginning."""
-    assert approach(3) == 0
-    assert said([True, True]).approach([False, False], 1) == 0
+def test_a_loss_is_watched_from_before_the_last_mark_that_held() -> None:
+    """A mark tells that the target is lost by then; when that happened after the mark before it, nobody knows."""
+    lost = flags((60, 60), frames=61)
+    marks = Loss(np.array(lost, np.bool_), tuple("truth" if frame % 30 == 0 else "" for frame in range(61)))
+    assert marks.approach(61 * [False], 60) == 30
+    assert said(lost).approach(61 * [False], 60) == 50
+
+
+@pytest.mark.parametrize(("loss", "frame"), [(0, 0), (1, 0), (2, 1), (3, 2), (12, 2), (13, 3), (40, 30)])
+def test_a_frame_is_watched_from_ten_before_it(loss: int, frame: int) -> None:
+    """Early in a run from the third frame, and never from the frame itself, unless it is the first."""
+    assert approach(loss) == frame
 
 
 def test_a_loss_goes_on_until_the_target_is_not_lost() -> None:

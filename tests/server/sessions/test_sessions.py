@@ -67,7 +67,7 @@ class TestStarting:
         error_of(command(client, session["id"], "before_loss"), 409)
         steer(client, session["id"], "seek", frame=89)
         columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
-        expected = Loss(np.array(columns["lost"]), ()).approach(columns["hidden"], 89)
+        expected = Loss(np.array(columns["lost"]), ("truth",) * 90).approach(columns["hidden"], 89)
         assert expected is not None
         assert steer(client, session["id"], "before_loss")["position"] == expected
 
