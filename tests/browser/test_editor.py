@@ -53,6 +53,17 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
     page.keyboard.insert_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 6.0"))
     page.keyboard.press("Control+s")
     shown.until(lambda: "version 2" in state.inner_text(), "the new version is in force")
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text(TEXT.replace("return np.log(0.02", "return np.log(-0.5"))
+    page.keyboard.press("Control+s")
+    shown.until(lambda: "log_likelihood returned NaN" in state.inner_text(), "it is tried while the run stands")
+    page.locator(".cm-lint-marker-error").wait_for()
+    assert not shown.session["playing"]
+
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 6.0") + "\n")
+    page.keyboard.press("Control+s")
+    shown.until(lambda: "version 4" in state.inner_text(), "the mended version is in force")
     page.get_by_role("button", name="Parameters").click()
     noise = page.get_by_role("spinbutton", name="Noise (px)")
     shown.until(lambda: noise.input_value() == "6", "its default is in force")

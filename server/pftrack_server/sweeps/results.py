@@ -425,8 +425,8 @@ def _map(tracker: str, one: CellMap) -> MapPublic:
 def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
     """Return the spec of a session with exactly one run of a sweep, or the same with another method.
 
-    The session stands in a good frame before the first lost one; with another method that lost nothing, where the run of
-    the row would. It is computed to ten frames after it, so that one can ask at once why it was lost.
+    The session stands in a good frame before the first lost one; with another method that lost nothing, where the run
+    of the row would. It is computed to ten frames after it, so that one can ask at once why it was lost.
 
     Raises:
         NotFoundError: The run does not exist.

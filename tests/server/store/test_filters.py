@@ -17,6 +17,8 @@ from tests.waiting import wait_for
 
 TEXT = example_of(find("ball"))
 TOKEN = "a token of the owner"
+FAILING = TEXT.replace("return np.log(0.02", "return np.log(-0.5")
+FAILING_LINE = TEXT[: TEXT.index("def log_likelihood")].count("\n") + 1
 
 
 @pytest.fixture
@@ -98,16 +100,38 @@ def test_a_mistake_is_told_with_its_line_and_the_run_stands(client: httpx.Client
     assert onward["problem"] == told, "it is told as long as the file is as it is"
     steer(client, session, "seek", frame=5)
 
-    file.write_text(TEXT.replace("return np.log(0.02", "return np.log(-0.5"))
+    file.write_text(FAILING)
     wait_for(lambda: shown(client, session)["branch"] == "b1")
     refused = error_of(command(client, session, "seek", frame=9), 422)
     assert "log_likelihood returned NaN" in refused["message"]
     told = shown(client, session)
     assert (told["position"], told["computed"], told["state"]) == (5, 5, "ready")
-    assert told["problem"]["line"] == TEXT[: TEXT.index("def log_likelihood")].count("\n") + 1
+    assert told["problem"]["line"] == FAILING_LINE
 
     file.write_text(TEXT)
     wait_for(lambda: shown(client, session)["branch"] == "b2")
+    assert steer(client, session, "seek", frame=9)["problem"] is None
+
+
+@pytest.mark.parametrize("tracker", ["mine", "condensation"])
+def test_a_saved_file_is_tried_at_once(client: httpx.Client, file: Path, tracker: str) -> None:
+    """While the run is paused, also under another tracker; no frame is computed, and the newest mistake stands."""
+    session = begin(client, tracker=tracker)["id"]
+    steer(client, session, "seek", frame=5)
+    problem = lambda: shown(client, session)["problem"]  # noqa: E731 - one line of reading
+    file.write_text(FAILING)
+    told = wait_for(problem)
+    assert (told["file"], told["line"]) == ("mine.py", FAILING_LINE)
+    assert "log_likelihood returned NaN" in told["text"]
+    assert (shown(client, session)["position"], shown(client, session)["computed"]) == (5, 5)
+
+    file.write_text(TEXT + "def broken(:\n")
+    wait_for(lambda: problem()["line"] == len(TEXT.splitlines()) + 1)
+    command(client, session, "seek", frame=6)
+    assert "syntax" in problem()["text"], "the version before it fails, or not, in the frames to come"
+
+    file.write_text(TEXT)
+    wait_for(lambda: problem() is None)
     assert steer(client, session, "seek", frame=9)["problem"] is None
 
 

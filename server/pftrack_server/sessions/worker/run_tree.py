@@ -366,6 +366,24 @@ class RunTree:
             run.timeline = run.timeline.insert(Change(0, values)) if versions else run.timeline
             self._runs[self.active] = run
 
+    def try_filter(self, name: str) -> None:
+        """Compute the next frame by the newest version of a filter's file, beside the runs, which stay as they are.
+
+        After the last frame it is the one after the first.
+
+        Args:
+            name: Of its tracker, which need not be the one that is chosen.
+
+        Raises:
+            FilterFileError: It cannot compute the frame.
+        """
+        run, frame = self.run, 0 if self.ended else self.run.position
+        if run.frames == 1:
+            return
+        values = _changes_between(run, frame, frame + 1)
+        values |= new_defaults(name, self._recipe.filters[name], flat(run.parameters_at(frame + 1)))
+        run.branch(frame, {**values, "tracker": name}, on_step=self._on_step).advance()
+
     def _adopt(self, filters: Mapping[str, tuple[str, ...]]) -> None:
         """Have the trackers of these filters at hand.
 

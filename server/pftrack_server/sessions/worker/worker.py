@@ -222,7 +222,10 @@ class Worker:
     def _halt(self, error: FilterFileError) -> None:
         """Stand where the run is, since a filter cannot go on, and say why."""
         way, self._way, self._playing = self._way, None, False
-        self._problem, self._news = problem_of(error), True
+        self._news = True
+        # A file that was saved since and is broken says more than the version before it, with which the run goes on.
+        if self._broken is None or self._broken.file != error.file:
+            self._problem = problem_of(error)
         if way is not None:
             self._report(draw=True)
             self._pipe.send(protocol.Reply(way.number, error=error))
@@ -445,16 +448,23 @@ class Worker:
         return protocol.Changed(parameters=run.parameters, tracker=run.tracker, frame=frame, branch=run.branch)
 
     def _revise_filter(self, name: str, text: str) -> None:
-        """Go on with another version of a filter's file; one that cannot be used is told, and nothing else changes."""
+        """Go on with another version of a filter's file, and try it at once, whatever the run does.
+
+        One that cannot be used is told, and nothing else changes; one that fails in the next frame stops the run.
+        """
         self._flush()
         try:
             self._tree.revise_filter(name, text, self._request.branch)
         except FilterFileError as error:
-            self._broken, self._news, self._playing = problem_of(error), True, False
+            self._problem, self._broken, self._news, self._playing = None, problem_of(error), True, False
             return
         self._problem = self._broken = None
         self._report(draw=False)
         self._pipe.send(protocol.Described(self._tree.describe()))
+        try:
+            self._tree.try_filter(name)
+        except FilterFileError as error:
+            self._halt(error)
 
     def _activate(self, run: RunSnapshot) -> None:
         """Show another branch; one that this worker does not hold is computed again."""
