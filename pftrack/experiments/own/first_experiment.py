@@ -20,9 +20,9 @@ from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point
 
 class DotParameters(Parameters, group="Dot"):  # each is a slider, and may be an axis of a sweep
     sample_count: int = particle_count(300)
-    step_px: float = parameter(6.0, "Step", unit="px", within=(0.1, 60, 0.1))
+    step_px: float = parameter(8.0, "Step", unit="px", within=(0.1, 60, 0.1))
     """How far the dot may move in a frame."""
-    hidden_frames: int = parameter(10, "Hidden", unit="frames", within=(0, 60, 1))
+    hidden_frames: int = parameter(2, "Hidden", unit="frames", within=(0, 60, 1))
     """Frames without the dot."""
 
 
