@@ -73,7 +73,7 @@ def list_(json: Json = False) -> None:
         if plugin.problem:
             note(f"pftrack: {plugin.report}")
     found = EXPERIMENTS.values()
-    rows = [(it.id, it.title, it.question, ", ".join(it.trackers)) for it in found]
+    rows = [(it.id, it.title, it.texts.question, ", ".join(it.trackers)) for it in found]
     tell([_about(it) for it in found] if json else None, ("name", "title", "question", "trackers"), rows, json=json)
 
 
@@ -86,12 +86,12 @@ def show(experiment: Named, json: Json = False) -> None:
     declared, values = found.declarations(type(parameters)), flat(parameters)
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
-        layers, worlds = ([asdict(each) for each in several] for several in (found.layers, found.worlds))
-        parts = {"layers": layers, "worlds": worlds, "declarations": entries}
-        emit({**_about(found), "miscalibrated": _miscalibrated(found), **parts})
+        shown = picked(found.display, "layers", "worlds")
+        drawn = {name: [asdict(each) for each in several] for name, several in shown.items()}
+        emit({**_about(found), "miscalibrated": _miscalibrated(found), **drawn, "declarations": entries})
         return
-    sources = "\n     ".join(citation.text for citation in found.references)
-    typer.echo(f"{found.title}\n{found.description}\nFrom {sources}")
+    sources = "\n     ".join(citation.text for citation in found.texts.references)
+    typer.echo(f"{found.title}\n{found.texts.description}\nFrom {sources}")
     for title, columns, rows in _sections(found, declared, values):
         if rows:
             typer.echo("")
@@ -133,7 +133,7 @@ def _show_recordings(found: "Experiment") -> None:
         table("Marks on a recording", ("--mark", "title", "how"), marks)
         missing = "is found automatically if it is not marked" if video.finder else "has to be marked"
         exempt = f", except in {' or '.join(video.unmarked)}" if video.unmarked else ""
-        typer.echo(f"The {found.target} {missing}{exempt}.")
+        typer.echo(f"The {found.texts.target} {missing}{exempt}.")
     if video.truth is not None:
         typer.echo(f"A table of truth has the columns {', '.join(video.truth.form.columns)}.")
 
@@ -150,11 +150,11 @@ def _miscalibrated(experiment: "Experiment") -> dict[str, list[str]]:
 def _about(experiment: "Experiment") -> dict[str, object]:
     from pftrack.output.exports.formats import exports_of
 
-    names = "id", "title", "family", "question", "description", "accepts_video", "default_tracker", "frames"
     preset = "name", "title", "tracker", "parameters", "seed", "watch"
     return {
-        **picked(experiment, *names),
-        "references": [citation.as_dict() for citation in experiment.references],
+        **picked(experiment, "id", "title", "accepts_video", "default_tracker", "frames"),
+        **picked(experiment.texts, "family", "question", "description"),
+        "references": [citation.as_dict() for citation in experiment.texts.references],
         "footage": list(experiment.video.footage),
         "measures": [measure.as_dict() for measure in experiment.run_measures],
         "exports": [picked(it, "name", "title", "suffix") for it in exports_of(experiment)],

@@ -237,10 +237,10 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
         for step in islice(run, frames):
             if film is not None:
                 drawing = without_faults(run.experiment.draw(step, run.diagnostics))
-                film.write(render_beside(drawing, layers=run.experiment.shown_layers))
+                film.write(render_beside(drawing, layers=run.experiment.display.shown))
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
-    said = run.experiment.report(run.diagnostics) if run.experiment.report else {}
+    said = run.experiment.measured.report(run.diagnostics) if run.experiment.measured.report else {}
     kept = reductions(run.experiment.all_series(), run.diagnostics[1:])
     known = {name: value for name, value in kept.items() if value is not None}
     return {**run.summary().as_dict(), **measure_loss_probability(run), **known, **said}

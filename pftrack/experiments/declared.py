@@ -21,14 +21,14 @@ from typing_extensions import TypedDict
 from pftrack.core.arrays import Floats
 from pftrack.core.model import band
 from pftrack.core.model.drawing import Key, Layer, Viewpoint, World
-from pftrack.core.model.glossary import Citation, Term, cite
+from pftrack.core.model.glossary import Term, cite
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.preset import ExampleSweep, Failure, Preset, Tour, read_failures, read_presets
 from pftrack.core.model.series import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading, Series
 from pftrack.core.model.setup import BESIDE
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.texts import CLOSED, read_texts, refusal
-from pftrack.experiments.experiment import STANDARD_QUALITY, Quality
+from pftrack.experiments.experiment import NOTHING_MEASURED, STANDARD_QUALITY, Display, Measured, Quality, Texts
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, Scenes, read_declaration
 from pftrack.experiments.shared.sketch import POINT_LAYERS
 
@@ -63,21 +63,10 @@ STANDARD: Mapping[str, Mapping[str, object]] = {
 
 
 @with_config(CLOSED)
-class _Texts(TypedDict):
+class _Outline(TypedDict):
     title: str
-    family: str
-    question: str
-    references: tuple[Citation, ...]
-    description: str
     unit: str
-    target: str
     frames: int
-    layers: tuple[Layer, ...]
-    plots: NotRequired[tuple[Plot, ...]]
-    readings: NotRequired[tuple[Reading, ...]]
-    terms: NotRequired[tuple[Term, ...]]
-    series: NotRequired[tuple[Series, ...]]
-    worlds: NotRequired[tuple[World, ...]]
     example_sweep: NotRequired[ExampleSweep]
 
 
@@ -88,18 +77,23 @@ class _Title(TypedDict):
 
 
 class _Said(NamedTuple):
-    """What `experiment.yaml` says of the experiment, its measures, its trackers by name, and what these report."""
+    """What `experiment.yaml` says of the experiment, its trackers by name, and what these report."""
 
-    texts: _Texts
+    outline: _Outline
+    texts: Texts
+    display: Display
+    series: tuple[Series, ...]
     measures: tuple[Measure, ...]
     titles: Mapping[str, _Title]
     reported: tuple[Series, ...]
 
 
-class Words(_Texts):
+class Words(_Outline):
     """Fields of an `Experiment` that its folder's files declare."""
 
-    measures: tuple[Measure, ...]
+    texts: Texts
+    display: Display
+    measured: Measured
     trackers: Mapping[str, Tracker]
     presets: tuple[Preset, ...]
     failures: tuple[Failure, ...]
@@ -115,14 +109,14 @@ class _Quality(TypedDict):
 
 T = TypeVar("T")
 
-_TEXTS, _TITLES, _QUALITY = TypeAdapter(_Texts), TypeAdapter(dict[str, _Title]), TypeAdapter(_Quality)
+_OUTLINE, _TITLES, _QUALITY = TypeAdapter(_Outline), TypeAdapter(dict[str, _Title]), TypeAdapter(_Quality)
 
 
 def read_words(
     folder: Path,
     trackers: Mapping[str, Tracker],
     shared: Path | None = None,
-    measures: tuple[Measure, ...] = (),
+    measured: Measured = NOTHING_MEASURED,
     frames: Mapping[str, Callable[[EvaluatedRun], Floats]] | None = None,
 ) -> Words:
     """Return what the files of an experiment's folder say of it.
@@ -132,7 +126,7 @@ def read_words(
             if there are such.
         trackers: By name; they get the titles and descriptions that the first file has of them.
         shared: A file with what several experiments have by its name alone.
-        measures: That stand before those of the first file.
+        measured: What stands before the series and measures of the first file.
         frames: By name of a measure of the file, the values of the frames; of others those are the errors.
 
     Raises:
@@ -147,9 +141,12 @@ def read_words(
     if unknown := list(values)[len(said.measures) :]:
         raise ValueError(f"{folder.name}/experiment.yaml: it lacks the measures {', '.join(unknown)}")
     declared = (replace(each, frames=values[each.name]) for each in said.measures)
+    series = (*measured.series, *said.series)
     return {
-        **said.texts,
-        "measures": (*measures, *declared),
+        **said.outline,
+        "texts": said.texts,
+        "display": said.display,
+        "measured": replace(measured, series=series, measures=(*measured.measures, *declared)),
         "trackers": {name: replace(tracker, **said.titles[name]) for name, tracker in trackers.items()},
         "quality": _read_quality(folder, trackers),
         "presets": read_presets(folder / "presets.yaml"),
@@ -157,9 +154,9 @@ def read_words(
     }
 
 
-def read_worlds(folder: Path) -> tuple[World, ...]:
+def read_worlds(folder: Path, shared: Path | None = None) -> tuple[World, ...]:
     """Return the worlds that `experiment.yaml` in a folder declares; its errors are those of `read_words`."""
-    return _read(folder).texts["worlds"]
+    return _read(folder, shared).display.worlds
 
 
 def read_reported(folder: Path, shared: Path | None = None) -> dict[str, Series]:
@@ -178,9 +175,17 @@ def _read(folder: Path, shared: Path | None = None) -> _Said:
         raise ValueError(f"{places['references']}: {error}") from error
     sections = {name: _section(name, given, path, places, known) for name, given in declared.items()}
     titles = _validate(_TITLES, sections.pop("trackers", {}), path, places, "trackers")
-    measures, reported = (sections.pop(name, ()) for name in ("measures", "reported"))
-    texts = _validate(_TEXTS, {**sections, "references": references}, path, places)
-    return _Said(texts, measures, titles, reported)
+    series, measures, reported = (sections.pop(name, ()) for name in ("series", "measures", "reported"))
+    sections["references"] = references
+    texts, display = _part(Texts, sections, path, places), _part(Display, sections, path, places)
+    outline = _validate(_OUTLINE, sections, path, places)
+    return _Said(outline, texts, display, series, measures, titles, reported)
+
+
+def _part(kind: type[T], sections: dict[str, Any], path: Path, places: Mapping[str, str]) -> T:
+    """Return a part of an experiment of the sections that have the names of its fields, and take these out."""
+    names = [name for name in kind.__dataclass_fields__ if name in sections]  # type: ignore[attr-defined]
+    return _validate(TypeAdapter(kind), {name: sections.pop(name) for name in names}, path, places)
 
 
 def _read_quality(folder: Path, trackers: Mapping[str, Tracker]) -> Quality:

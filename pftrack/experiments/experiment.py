@@ -149,47 +149,118 @@ STANDARD_QUALITY = Quality()
 
 
 @dataclass(frozen=True)
+class Texts:
+    """What people read about an experiment.
+
+    Attributes:
+        question: The question it answers, one sentence.
+        description: What is to be seen, a few sentences.
+        references: What it comes from, the main one first.
+        target: What is tracked, one word.
+        family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
+        terms: Words of its own that its plots, readings and measures use, for the glossary.
+    """
+
+    question: str
+    description: str
+    references: tuple[Citation, ...]
+    target: str = "target"
+    family: str = "Others"
+    terms: tuple[Term, ...] = ()
+
+
+@dataclass(frozen=True)
+class Display:
+    """What is shown of a run, each in the order in which it is listed.
+
+    Attributes:
+        layers: What can be drawn.
+        plots: What is drawn of a run over its frames.
+        readings: What is written of the frame that is shown.
+        worlds: What is shown beside the picture in a space of its own; every drawing has all of them.
+    """
+
+    layers: tuple[Layer, ...]
+    plots: tuple[Plot, ...] = STANDARD_PLOTS
+    readings: tuple[Reading, ...] = STANDARD_READINGS
+    worlds: tuple[World, ...] = ()
+
+    @property
+    def shown(self) -> dict[str, bool]:
+        """Whether each layer is shown at first, by name."""
+        return {layer.name: layer.shown for layer in self.layers}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is measured of runs beside what their trackers report.
+
+    Attributes:
+        series: What is measured of every frame, such as distances from the truth.
+        measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
+        measures: What a whole run beside its truth gives, one number each.
+        report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
+    """
+
+    series: tuple[Series, ...] = ()
+    measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
+    measures: tuple[Measure, ...] = ()
+    report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
+
+
+NOTHING_MEASURED = Measured()
+
+
+@dataclass(frozen=True)
+class Judge:
+    """How estimates are compared with the truth.
+
+    Attributes:
+        error: (estimates (..., d), true positions (..., d)) -> distances (...).
+        lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
+            makes sense.
+        missed: (state, target) -> whether what is believed misses a target of which more is known than a place and a
+            size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
+        scale: What estimates and positions are multiplied by to be in the experiment's unit; 180/pi for angles in rad.
+    """
+
+    error: Callable[[Floats, Floats], Any]
+    lost: Callable[[Any, Any, Any], Any] | None = None
+    missed: Callable[[Any, Target], bool | None] | None = None
+    scale: float = 1.0
+
+    @property
+    def has_loss(self) -> bool:
+        """Whether there is a notion of lost."""
+        return self.lost is not None or self.missed is not None
+
+
+@dataclass(frozen=True)
 class Experiment:
     """A named, documented wiring.
 
     Attributes:
         id: Name in commands, addresses and files.
         title: Name on the screen.
-        question: The question it answers, one sentence.
-        references: What it comes from, the main one first.
-        description: What is to be seen, a few sentences.
+        texts: What people read about it.
         unit: Of estimate and error: "px", "deg", or "" for a pure number.
         trackers: By name, in the order in which they are shown; the first is the one to begin with.
         frames: Length of a simulated run.
         presets: Starting points that show something.
-        layers: What can be drawn, in the order in which it is listed.
+        display: What is shown of a run.
         warm_frames: So many frames of a run call all functions that any further frame calls.
-        worlds: What is shown beside the picture in a space of its own; every drawing has all of them, in this order.
         simulate: Wire the simulated scene.
         draw: Draw a frame.
-        error: (estimates (..., d), true positions (..., d)) -> distances (...).
-        lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
-            makes sense.
-        missed: (state, target) -> whether what is believed misses a target of which more is known than a place and a
-            size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
+        judge: How estimates are compared with the truth.
         video: How recordings are followed, where the experiment takes any.
-        scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
-        series: What it measures of every frame beside what its trackers report, such as distances from the truth.
-        measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
-        measures: What a whole run beside its truth comes to, one number each.
-        report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
-        target: What is tracked, one word.
-        plots: What is drawn of a run over its frames, in the order in which it is shown.
-        readings: What is written of the frame that is shown, in that order.
+        measured: What is measured of its runs beside what its trackers report.
         example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
         exports: Files that it offers of what is believed in a frame.
         guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
-        family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
         boxes: (state) -> the boxes that are believed of all targets of a frame, where there are several; else the one
             around the estimate is, of the role "extent".
         quality: What its trackers say of their own error, and how well that holds.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
-        terms: Words of its own that its plots, readings and measures use, for the glossary.
         model: The belief that a filter from a file is joined with; None where it takes none.
         joined: Trackers that joined it later, each with the one whose parameters it reads.
         filters: Texts of the files whose filters stand among its trackers, all versions, by the names of these.
@@ -199,38 +270,24 @@ class Experiment:
 
     id: str
     title: str
-    question: str
-    references: tuple[Citation, ...]
-    description: str
+    texts: Texts
     unit: str
     trackers: Mapping[str, Tracker]
     frames: int
     presets: tuple[Preset, ...]
-    layers: tuple[Layer, ...]
+    display: Display
     simulate: Callable[[], Setup]
     draw: Draw
-    error: Callable[[Floats, Floats], Any]
-    lost: Callable[[Any, Any, Any], Any] | None = None
-    missed: Callable[[Any, Target], bool | None] | None = None
+    judge: Judge
     video: Video = NO_VIDEO
-    scale: float = 1.0
-    series: tuple[Series, ...] = ()
-    measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
-    measures: tuple[Measure, ...] = ()
-    report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
-    target: str = "target"
-    plots: tuple[Plot, ...] = STANDARD_PLOTS
-    readings: tuple[Reading, ...] = STANDARD_READINGS
+    measured: Measured = NOTHING_MEASURED
     example_sweep: ExampleSweep | None = None
-    worlds: tuple[World, ...] = ()
     exports: tuple[Export, ...] = ()
     boxes: Callable[[Any], Sequence[Box]] | None = None
     guidance: Guidance | None = None
     failures: tuple[Failure, ...] = ()
     quality: Quality = STANDARD_QUALITY
     warm_frames: int = 2
-    family: str = "Others"
-    terms: tuple[Term, ...] = ()
     model: FilterModel | None = None
     joined: Mapping[str, str] = field(default_factory=dict)
     filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -243,7 +300,7 @@ class Experiment:
             ValueError: A plot or reading names an unknown series, or two different series have one name, or two
                 measures, reductions, worlds or failures have.
         """
-        worlds = [world.name for world in self.worlds]
+        worlds = [world.name for world in self.display.worlds]
         if len(set(worlds)) < len(worlds):
             raise ValueError(f"{self.id} has two worlds of one name: {', '.join(worlds)}")
         files = [name for export in self.exports for name in {export.name, export.suffix}]
@@ -254,8 +311,8 @@ class Experiment:
             raise ValueError(f"{self.id} has two failures of one id: {', '.join(named)}")
         known = {series.name for series in self.all_series()}
         self._check_calibration(known)
-        shown = [name for plot in self.plots for name in plot.names]
-        shown += [name for reading in self.readings for name in reading.names]
+        shown = [name for plot in self.display.plots for name in plot.names]
+        shown += [name for reading in self.display.readings for name in reading.names]
         for name in shown:
             if name not in known:
                 raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
@@ -273,7 +330,7 @@ class Experiment:
     @property
     def glossary(self) -> Section:
         """Its own words: those that it declares, and its trackers."""
-        return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())), self.id)
+        return Section(self.title, (*self.texts.terms, *(tracker.term for tracker in self.trackers.values())), self.id)
 
     def check_starts(self) -> None:
         """Refuse presets and failures that name what the experiment does not have; the registry asks when it loads it.
@@ -287,7 +344,7 @@ class Experiment:
             parameters = {item.name for item in declarations(type(self.simulate().parameters))}
         except Exception:  # noqa: BLE001 - a scene that cannot be wired says why where a run begins with it
             return
-        plots = {plot.id for plot in self.plots}
+        plots = {plot.id for plot in self.display.plots}
         for preset in self.presets:
             named = (*preset.parameters, *preset.about, *preset.scene)
             _check_names(preset.origin, preset.name, "parameter", named, parameters)
@@ -322,12 +379,12 @@ class Experiment:
     def all_series(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
         chosen = trackers or tuple(self.trackers)
-        return join(*(self.trackers[name].series for name in chosen), self.series)
+        return join(*(self.trackers[name].series for name in chosen), self.measured.series)
 
     @property
     def run_measures(self) -> tuple[Measure, ...]:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
-        return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
+        return (*((HIT_RATE,) if self.judge.has_loss else ()), *self.measured.measures)
 
     def with_trackers(self, *trackers: Tracker, like: str) -> "Experiment":
         """Return this experiment with more trackers, which read the parameters that one of its own reads.
@@ -342,8 +399,8 @@ class Experiment:
 
     def with_units(self, units: Mapping[str, str]) -> "Experiment":
         """Return this experiment with other units, by the name of a plot, and by "estimate" of the estimate."""
-        plots = tuple(replace(plot, unit=units.get(plot.id, plot.unit)) for plot in self.plots)
-        return replace(self, unit=units.get("estimate", self.unit), plots=plots)
+        plots = tuple(replace(plot, unit=units.get(plot.id, plot.unit)) for plot in self.display.plots)
+        return replace(self, unit=units.get("estimate", self.unit), display=replace(self.display, plots=plots))
 
     def measures_on(self, footage: Footage | None, *, loss_probability: bool = False) -> tuple[Measure, ...]:
         """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone.
@@ -377,11 +434,6 @@ class Experiment:
         faults = self.quality.calibration.faults
         found = {fault.direction for fault in faults if any(fault.holds(*each) for each in in_force)}
         return tuple(direction for direction in DIRECTIONS if direction in found)
-
-    @property
-    def judges_loss(self) -> bool:
-        """Whether there is a notion of lost."""
-        return self.lost is not None or self.missed is not None
 
     def preset_of(
         self, tracker: str, seed: int, values: Mapping[str, Value], defaults: Mapping[str, Value]
@@ -433,10 +485,10 @@ class Experiment:
         Raises:
             ValueError: Nobody declares one of that name.
         """
-        for measure in (HIT_RATE, *self.measures):
+        for measure in (HIT_RATE, *self.measured.measures):
             if measure.name == name:
                 return measure
-        known = ", ".join(measure.name for measure in (HIT_RATE, *self.measures))
+        known = ", ".join(measure.name for measure in (HIT_RATE, *self.measured.measures))
         raise ValueError(f"{self.id} has no measure {name!r}, only {known}")
 
     @property
@@ -475,8 +527,3 @@ class Experiment:
                 check_tracker(trackers, value)
             elif name not in known | NO_PARAMETERS and not (recipe.filters and name.isidentifier()):
                 raise ParameterError(name, value, f"left out: {self.id} has no such parameter")
-
-    @property
-    def shown_layers(self) -> dict[str, bool]:
-        """Whether each layer is shown at first, by name."""
-        return {layer.name: layer.shown for layer in self.layers}

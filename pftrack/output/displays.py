@@ -214,7 +214,7 @@ def run_html(run: Run) -> str:
 def _picture(run: Run, drawing: Drawing) -> str:
     """Return a drawing as a film would show it, as an address that holds its content."""
     scale = max(1.0, 2.0 * WIDE_PX / max(1, drawing.width * (1 + len(drawing.worlds))))
-    image = render_beside(replace(drawing, caption=""), layers=run.experiment.shown_layers, scale=min(2.0, scale))
+    image = render_beside(replace(drawing, caption=""), layers=run.experiment.display.shown, scale=min(2.0, scale))
     file = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), (cv2.IMWRITE_JPEG_QUALITY, QUALITY))[1]
     return f"data:image/jpeg;base64,{base64.b64encode(file.tobytes()).decode()}"
 

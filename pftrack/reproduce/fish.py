@@ -288,7 +288,7 @@ def ten_particles() -> NDArray[np.uint8]:
         run = begin(preset_recipe("fish", name))
         step = run.seek(AT_FRAME)
         picture = render(
-            experiment.draw(step, run.diagnostics), layers=experiment.shown_layers, scale=2.0, caption=False
+            experiment.draw(step, run.diagnostics), layers=experiment.display.shown, scale=2.0, caption=False
         )
         target = step.frame.target
         x, y = np.rint(2.0 * target.position).astype(int) if target is not None else (0, 0)

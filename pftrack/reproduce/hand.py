@@ -59,7 +59,7 @@ class Outcome(NamedTuple):
 def measure(run: Run) -> Outcome:
     """Return what came of a run."""
     rows = rows_of(run)
-    said = run.experiment.report(run.diagnostics) if run.experiment.report else {}
+    said = run.experiment.measured.report(run.diagnostics) if run.experiment.measured.report else {}
 
     def average(name: str) -> float:
         return float(np.mean([row.number(name) for row in rows]))
@@ -123,7 +123,7 @@ def kept_figure() -> NDArray[np.uint8]:
     for width in WIDTHS:
         run = begin(recipe("hand", "beam", {"motion": "wrist", "beam_width": width}, seed=SEED))
         drawing = replace(hand.draw(run.seek(FRAME), run.diagnostics), caption="")
-        pictures.append(render_beside(drawing, layers=hand.shown_layers, scale=SCALE))
+        pictures.append(render_beside(drawing, layers=hand.display.shown, scale=SCALE))
     return np.hstack(pictures)
 
 

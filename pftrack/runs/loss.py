@@ -167,16 +167,16 @@ def judge_state(
     """
     if target is None:
         return None, None
-    error = float(experiment.error(state.estimate, target.position))
+    judge = experiment.judge
+    error = float(judge.error(state.estimate, target.position))
     if math.isnan(error):  # of an estimate that is not finite: NaN would count as an unknown truth
         error = math.inf
     if target.extent is not None and is_judged_by_box(parameters):
         return error, not is_inside(state.estimate, target.position, target.extent)
-    missed = experiment.missed(state, target) if experiment.missed else None
+    missed = judge.missed(state, target) if judge.missed else None
     if missed is not None:
         return error, bool(missed)
-    judged = experiment.lost
-    return error, bool(judged(error, target.size, parameters)) if judged else None
+    return error, bool(judge.lost(error, target.size, parameters)) if judge.lost else None
 
 
 def judge_estimates(
@@ -197,12 +197,12 @@ def judge_estimates(
         Errors (L,), and 1 where the target is lost, else 0 (L,); NaN where the truth is unknown.
     """
     known, extents = np.isfinite(truths.positions).all(axis=1), truths.extents
-    errors = np.asarray(experiment.error(estimates, truths.positions), np.float64)
+    errors = np.asarray(experiment.judge.error(estimates, truths.positions), np.float64)
     errors = np.where(known & np.isnan(errors), np.inf, errors)
     boxed = is_judged_by_box(parameters) & np.isfinite(extents).all(axis=1)
     lost = np.full(len(errors), np.nan)
-    if experiment.lost is not None and (known & ~boxed).any():
-        lost = np.where(known, experiment.lost(errors, truths.sizes, parameters), np.nan)
+    if experiment.judge.lost is not None and (known & ~boxed).any():
+        lost = np.where(known, experiment.judge.lost(errors, truths.sizes, parameters), np.nan)
     if boxed.any():
         lost = np.where(boxed & known, ~is_inside(estimates, truths.positions, extents), lost)
     return errors, lost

@@ -41,7 +41,7 @@ def manifest_of(run: Run) -> dict[str, Any]:
         "computed_on": dict(machine.describe_platform()),
         "columns": [{"name": it.name, "title": it.title, "unit": it.unit} for it in columns_in(run)],
         "citation": citation_of(run),
-        "references": [one.as_dict() for one in run.experiment.references],
+        "references": [one.as_dict() for one in run.experiment.texts.references],
     }
 
 
@@ -70,8 +70,8 @@ def citation_of(run: Run) -> str:
         f"Computed with pftrack {__version__}: {title_of(run)}; {extent_of(run)}.",
         f"SHA-256 of the estimates: {run.estimates_sha256}.",
     ]
-    if run.experiment.references:
-        lines += ["", "The method and the experiment come from:", *_list_citations(run.experiment.references)]
+    if run.experiment.texts.references:
+        lines += ["", "The method and the experiment come from:", *_list_citations(run.experiment.texts.references)]
     return "\n".join(lines) + "\n"
 
 
@@ -81,7 +81,7 @@ def bibtex_of(run: Run) -> str:
         "@software{pftrack,\n  author = {{the pftrack authors}},\n  title = {pftrack},\n"
         f"  version = {{{__version__}}},\n  note = {{{title_of(run)}; {extent_of(run)}}},\n}}\n"
     )
-    return "\n".join((own, *(one.bibtex for one in run.experiment.references)))
+    return "\n".join((own, *(one.bibtex for one in run.experiment.texts.references)))
 
 
 def _list_citations(references: tuple[Citation, ...]) -> list[str]:

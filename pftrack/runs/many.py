@@ -209,12 +209,12 @@ class Trial:
 
     def course(self, truths: Truths) -> EvaluatedRun:
         """Return the run beside its truth, of one that has taken all its frames by `fold`."""
-        scale, lost = self._experiment.scale, self.truly_lost == 1.0
+        scale, lost = self._experiment.judge.scale, self.truly_lost == 1.0
         return EvaluatedRun(
             scale * self.estimates,
             scale * truths.positions,
             self.errors,
-            lost if self._experiment.judges_loss else None,
+            lost if self._experiment.judge.has_loss else None,
             truths.extents,
             self._believed_sizes(truths),
         )
@@ -271,7 +271,7 @@ class Trial:
     def _fold(self, block: FrameBlock, start: int, end: int, begun: Sequence[Floats] = ()) -> bool:
         """Take the frames start..end-1 at once, where that can be done, after those begun; return whether it was."""
         tracker, parameters, experiment = self._tracker(start), self._timeline.parameters_at(start), self._experiment
-        if tracker.fold is None or experiment.missed is not None or block.pictures_rgb is None:
+        if tracker.fold is None or experiment.judge.missed is not None or block.pictures_rgb is None:
             return False
         truths = block.truths.at(slice(start - len(begun) - block.first, end - block.first))
         known = np.isfinite(truths.positions).all()
@@ -463,8 +463,8 @@ def _folds(experiment: Experiment, setup: Setup, tracker: str) -> bool:
     # What an experiment keeps of its own series takes the states of all frames, and a fold has the last one only.
     # What a target is missed by takes states and targets, and a fold has estimates and places.
     # What a tracker says of itself, where there is no truth, takes the rows of all frames.
-    by_truth = experiment.measures_on(setup.footage) == experiment.run_measures and experiment.missed is None
-    kept = any(series.reductions for series in experiment.series)
+    by_truth = experiment.measures_on(setup.footage) == experiment.run_measures and experiment.judge.missed is None
+    kept = any(series.reductions for series in experiment.measured.series)
     return by_truth and not kept and experiment.trackers[tracker].fold is not None
 
 

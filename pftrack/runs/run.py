@@ -451,7 +451,7 @@ class Run:
             state,
             judge_state(experiment, state, frame.target, parameters),
             step_ms,
-            scale=experiment.scale,
+            scale=experiment.judge.scale,
             searching=tracker.searching(state) if tracker.searching else None,
             series=measurements(experiment, self._declared, tracker, frame, state, look),
         )
@@ -470,7 +470,7 @@ class Run:
             state = self._follow(self.source.frame(row.frame, self.timeline.history), previous)
         except Exception:  # noqa: BLE001 - it was made for another version, and may fail in any way
             return False
-        return tuple((self.experiment.scale * state.estimate).tolist()) == row.estimate
+        return tuple((self.experiment.judge.scale * state.estimate).tolist()) == row.estimate
 
 
 def _check_seed(seed: int) -> int:

@@ -70,7 +70,7 @@ def evaluated_run(experiment: Experiment, rows: Sequence[Diagnostics]) -> Evalua
         np.array([row.estimate for row in rows]),
         np.array([row.truth or unknown for row in rows]),
         np.array([np.nan if row.error is None else row.error for row in rows]),
-        np.array([bool(row.lost) for row in rows]) if experiment.judges_loss else None,
+        np.array([bool(row.lost) for row in rows]) if experiment.judge.has_loss else None,
         np.array([row.extent or (np.nan, np.nan) for row in rows]),
         np.array([(extent and row.vector(extent)) or (np.nan, np.nan) for row in rows]),
         np.array([np.nan if row.searching is None else float(row.searching) for row in rows]),
@@ -132,7 +132,7 @@ def measurements(
         beside: How the target separates from its surroundings, where that is measured.
     """
     kept = _usable(f"{experiment.id}, {tracker.id}", declared, lambda: tracker.measure(state), frame)
-    if (measure := experiment.measure) is not None:
+    if (measure := experiment.measured.measure) is not None:
         kept |= _usable(experiment.id, declared, lambda: measure(frame, state), frame)
     if beside is not None:
         kept |= _usable(experiment.id, declared, lambda: {BESIDE.name: beside()}, frame)

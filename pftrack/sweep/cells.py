@@ -338,7 +338,7 @@ class Samples:
 
 def quantities(plan: Plan) -> tuple[Quantity, ...]:
     """Return what the trackers of a sweep can be compared by: success, the error, and the measures as declared."""
-    judged = plan.wiring.judges_loss
+    judged = plan.wiring.judge.has_loss
     error = "Mean error of successful runs" if judged else "Mean error"
     return (
         Quantity(

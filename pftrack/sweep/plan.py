@@ -143,7 +143,7 @@ class Plan:
     @property
     def judged(self) -> bool:
         """Whether its runs may succeed or fail: there is a notion of that, and a truth."""
-        return self.wiring.judges_loss and self.has_truth
+        return self.wiring.judge.has_loss and self.has_truth
 
     @property
     def measures(self) -> tuple[Measure, ...]:

@@ -49,11 +49,11 @@ def _is_registered(experiment: Experiment) -> None:
 
 @whole("it says what it is")
 def _says_what_it_is(experiment: Experiment) -> None:
-    for name in ("title", "family", "description", "target"):
-        demand(getattr(experiment, name), f"the experiment's {name} must say something, got an empty text")
-    demand(experiment.references, "the experiment's references must say where it comes from, got none")
-    _demand_end(experiment.question, "?", "the experiment's question")
-    _demand_end(experiment.description, ".", "the experiment's description")
+    texts = experiment.texts
+    for name, text in (("title", experiment.title), *vars(texts).items()):
+        demand(text or name == "terms", f"the experiment's {name} must say something, got nothing")
+    _demand_end(texts.question, "?", "the experiment's question")
+    _demand_end(texts.description, ".", "the experiment's description")
     demand(experiment.frames > 1, f"a simulated run needs two frames at least, got {experiment.frames}")
     demand(experiment.trackers, "an experiment needs a tracker")
     for name, tracker in experiment.trackers.items():
@@ -186,10 +186,10 @@ def _example_sweep_is_a_plan(experiment: Experiment) -> None:
 
 @whole("its plots and readings are complete")
 def _declares_plots(experiment: Experiment) -> None:
-    _demand_unique((plot.id for plot in experiment.plots), "plots")
-    demand(experiment.readings, "an experiment needs a reading at least: a line of figures for each frame")
+    _demand_unique((plot.id for plot in experiment.display.plots), "plots")
+    demand(experiment.display.readings, "an experiment needs a reading at least: a line of figures for each frame")
     declared = {series.name: series for series in experiment.all_series()}
-    for plot in experiment.plots:
+    for plot in experiment.display.plots:
         demand(plot.title, f"the plot {plot.id} must have a title")
         _demand_end(plot.description, ".", f"the description of the plot {plot.id}")
         shapes = SHAPES.get(plot.kind, ())
@@ -212,7 +212,7 @@ def _declares_plots(experiment: Experiment) -> None:
 
 @whole("its layers are named once, and one explains the estimate")
 def _declares_layers(experiment: Experiment) -> None:
-    layers = experiment.layers
+    layers = experiment.display.layers
     _demand_unique((layer.name for layer in layers), "layers")
     _demand_unique((layer.title for layer in layers), "titles of layers")
     explained = {key.colour for key in legend(layers)}

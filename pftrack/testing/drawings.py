@@ -93,20 +93,20 @@ def _demand_sound(experiment: Experiment, drawing: Drawing, frame: int) -> None:
 
 
 def _demand_layer(experiment: Experiment, name: str, item: Primitive) -> None:
-    demand(item.layer in experiment.shown_layers, f"{name} is drawn on the layer {item.layer!r}, which is not declared")
+    demand(item.layer in experiment.display.shown, f"{name} is drawn on the undeclared layer {item.layer!r}")
 
 
 @each_tracker("what is drawn in a world keeps to it")
 def _worlds_are_sound(experiment: Experiment, tracker: str) -> None:
-    for world in experiment.worlds:
+    for world in experiment.display.worlds:
         stated = world.name and world.title and world.unit
         demand(stated, f"the world {world.name!r} must have a name, a title and a unit")
     for frame, drawing in _draw(experiment, tracker):
         drawn = tuple(each.world for each in drawing.worlds)
         demand(
-            drawn == experiment.worlds,
-            f"the drawing of frame {frame} must have the worlds that are declared, {_named(experiment.worlds)}, got "
-            f"{_named(drawn)}",
+            drawn == experiment.display.worlds,
+            f"the drawing of frame {frame} must have the worlds that are declared, "
+            f"{_named(experiment.display.worlds)}, got {_named(drawn)}",
         )
         for each in drawing.worlds:
             _demand_within(experiment, each, frame)

@@ -86,8 +86,8 @@ def _series_are_declared(experiment: Experiment, tracker: str) -> None:
         frame = step.diagnostics.frame
         # A run leaves out what cannot be used, so they are asked directly.
         reported = dict(experiment.trackers[tracker].measure(step.state))
-        if experiment.measure:
-            reported |= experiment.measure(step.frame, step.state)
+        if experiment.measured.measure:
+            reported |= experiment.measured.measure(step.frame, step.state)
         for name, value in reported.items():
             demand(name in declared, f"frame {frame} has a series {name!r}, which {tracker} does not declare")
             try:

@@ -29,7 +29,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step, Tracker
 from pftrack.core.numerics.random import Generator
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Display, Experiment, Judge, Measured, Texts
 from pftrack.experiments.sine.experiment import SignalParameters, SignalSource
 
 GAIN = 0.4
@@ -130,34 +130,37 @@ EXPERIMENT = Experiment(
     id="bank",
     interface=4,
     title="A bank of possibilities",
-    question="Which of them is it?",
-    references=(Citation(Reference("tests", "phdthesis", ("N. N.",), "The tests", 2026)),),
-    description="A signal and its mirror image.",
+    texts=Texts(
+        "Which of them is it?",
+        "A signal and its mirror image.",
+        (Citation(Reference("tests", "phdthesis", ("N. N.",), "The tests", 2026)),),
+        target="signal",
+    ),
     unit="",
     trackers={tracker.id: tracker for tracker in TRACKERS},
     frames=60,
     presets=(),
-    layers=(Layer("estimate"),),
     simulate=lambda: Setup(SignalSource, BankParameters()),
     draw=draw,
-    error=lambda estimates, truths: np.abs(estimates - truths).mean(axis=-1),
-    target="signal",
-    series=(Series("truth", "truth"),),
-    measure=true_value,
-    plots=(
-        Plot("hypotheses", "possibilities", "hypotheses", "What it may be.", series=("bank",), truth="truth"),
-        Plot("tree", "possibilities and parents", "tree", "Where each comes from.", series=("bank",), shown="shown"),
-        Plot("range", "range", "interval", "Where it should be.", series=("range",), truth="truth"),
-        SIGMA,
-        SAMPLE_SIZE,
-        SAMPLERS,
-    ),
-    readings=(
-        Reading("estimate", "estimate"),
-        Reading("particles", "particles"),
-        Reading("proposal", "samplers"),
-        Reading("most probable", "hypotheses", series="bank"),
-        Reading("range", "interval", series="range"),
-        STEP_TIME,
+    judge=Judge(lambda estimates, truths: np.abs(estimates - truths).mean(axis=-1)),
+    measured=Measured((Series("truth", "truth"),), true_value),
+    display=Display(
+        layers=(Layer("estimate"),),
+        plots=(
+            Plot("hypotheses", "possibilities", "hypotheses", "What it may be.", series=("bank",), truth="truth"),
+            Plot("tree", "possibilities", "tree", "Where each comes from.", series=("bank",), shown="shown"),
+            Plot("range", "range", "interval", "Where it should be.", series=("range",), truth="truth"),
+            SIGMA,
+            SAMPLE_SIZE,
+            SAMPLERS,
+        ),
+        readings=(
+            Reading("estimate", "estimate"),
+            Reading("particles", "particles"),
+            Reading("proposal", "samplers"),
+            Reading("most probable", "hypotheses", series="bank"),
+            Reading("range", "interval", series="range"),
+            STEP_TIME,
+        ),
     ),
 )

@@ -131,7 +131,7 @@ def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> 
     shown = watch(experiment="head", parameters={"image_width_px": 160, "face_model": "mean"}, frames=12)
     shown.until(lambda: shown.trace("alpha nose"), "the plots are drawn")
     drawn = shown.page.locator(".plots .figure-plot")
-    measured = len(HEAD.plots) - len(UNMEASURED)
+    measured = len(HEAD.display.plots) - len(UNMEASURED)
     shown.until(lambda: drawn.count() == measured, "what this method has no series for is hidden")
     places = [on_screen(shown, place) for place in drawn.all()]
     assert len({(place["x"], place["width"]) for place in places}) == 1
@@ -149,7 +149,7 @@ def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
     shown = watch(experiment="head", parameters=values, frames=12)
     server.seek(shown.id, 11)
     shown.stands_at(11)
-    shown.until(lambda: len(shown.plots) == len(HEAD.plots), "all plots are there")
+    shown.until(lambda: len(shown.plots) == len(HEAD.display.plots), "all plots are there")
     titles = shown.page.locator(".plots .figure-panel header").all()
     assert [title.inner_text() for title in titles if title.evaluate(CUT_OFF)] == []
 

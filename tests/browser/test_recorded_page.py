@@ -136,7 +136,7 @@ def test_the_page_says_what_it_is(run: Run, opened: tuple[Any, list[str]]) -> No
     assert run.experiment.title in page.title()
     assert Recipe.model_validate_json(page.text_content("#recipe")) == run.recipe
     assert run.estimates_sha256 in page.text_content(".about")
-    assert run.experiment.references[0].reference.title in page.text_content(".citation")
+    assert run.experiment.texts.references[0].reference.title in page.text_content(".citation")
     assert page.evaluate("JSON.parse(document.getElementById('manifest').textContent).format") == "pftrack-manifest"
 
 

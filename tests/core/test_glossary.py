@@ -38,7 +38,7 @@ def test_every_reading_is_explained(name: str) -> None:
     known = forms(*GLOSSARY, experiment.glossary)
     unknown = [
         reading.title
-        for reading in experiment.readings
+        for reading in experiment.display.readings
         if not any(re.search(rf"(?<![\w-]){re.escape(form)}(?![\w-])", reading.title.lower()) for form in known)
     ]
     assert unknown == []

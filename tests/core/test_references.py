@@ -50,5 +50,5 @@ def test_the_page_has_every_reference_and_every_experiment() -> None:
     for reference in REFERENCES.values():
         assert f"| `{reference.key}` | {reference.text} |" in page
     for name in EXPERIMENTS.own:
-        shown = "; ".join(citation.short for citation in EXPERIMENTS[name].references)
+        shown = "; ".join(citation.short for citation in EXPERIMENTS[name].texts.references)
         assert f"| `{name}` | {shown} |" in page

@@ -25,9 +25,9 @@ def folder(tmp_path: Path) -> Path:
 def test_a_name_alone_is_the_standard_plot_and_reading(folder: Path) -> None:
     """Others have their fields, and all keep the order of the file."""
     words = read_words(folder, FISH.trackers)
-    assert words["plots"] == FISH.plots
-    assert words["plots"][0] is ERROR
-    assert Reading("bend", "value", "°", "bend", "bend_sd") in words["readings"]
+    assert words["display"].plots == FISH.display.plots
+    assert words["display"].plots[0] is ERROR
+    assert Reading("bend", "value", "°", "bend", "bend_sd") in words["display"].readings
 
 
 def test_whole_numbers_of_a_scene_stay_whole(folder: Path) -> None:
@@ -61,8 +61,8 @@ def test_a_mistake_is_named_with_its_line(folder: Path, old: str, new: str, mess
 def test_measures_of_a_file_are_of_the_errors_by_default(tmp_path: Path) -> None:
     """A mistake in one is named with its line, as in other sections."""
     known, own = find("structure"), Path(pftrack.experiments.__file__).parent / "structure"
-    assert read_words(own, known.trackers)["measures"][-1] == known.measures[-1]
-    assert known.measures[-1].frames is ERRORS
+    assert read_words(own, known.trackers)["measured"].measures[-1] == known.measured.measures[-1]
+    assert known.measured.measures[-1].frames is ERRORS
     text = (own / "experiment.yaml").read_text("utf-8").replace("how: until", "hou: until")
     (tmp_path / "experiment.yaml").write_text(text, "utf-8")
     with pytest.raises(ValueError, match=r"line \d+: measures.frames_to_shape has an unknown field 'hou'"):

@@ -38,7 +38,7 @@ def test_a_second_run_is_drawn_in_its_colour(name: str) -> None:
         Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=4).finish() for tracker in (first, last)
     )
     past = [one.diagnostics] * 4
-    assert "second run" in experiment.shown_layers
+    assert "second run" in experiment.display.shown
     assert all(item.layer != "second run" for item in experiment.draw(one, past).primitives.values())
     drawing = experiment.draw(one, past, two.diagnostics)
     shown = [item for item in drawing.primitives.values() if item.layer == "second run"]

@@ -20,7 +20,7 @@ def test_series_have_the_values_that_their_plot_draws(begun: tuple[Experiment, D
     """Features have a number each between 0 and 1, and a frequency counts flags."""
     experiment, row = begun
     declared = {series.name: series for series in experiment.all_series()}
-    for plot in experiment.plots:
+    for plot in experiment.display.plots:
         for name in plot.series:
             if plot.kind == "features":
                 assert declared[name].components
@@ -32,13 +32,13 @@ def test_series_have_the_values_that_their_plot_draws(begun: tuple[Experiment, D
 def test_the_ball_keeps_its_five() -> None:
     """Error, effective sample size, sigma, proposals and innovation are what a tracker of a point shows."""
     kinds = ["error", "sample size", "sigma", "samplers", "innovation"]
-    assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == kinds
-    assert EXPERIMENTS["sine"].plots == STANDARD_PLOTS
+    assert [plot.kind for plot in EXPERIMENTS["ball"].display.plots] == kinds
+    assert EXPERIMENTS["sine"].display.plots == STANDARD_PLOTS
 
 
 def test_short_names_of_features_are_written_out() -> None:
     """Each row of the head's features has words for what people call it."""
     head = find("head")
-    (plot,) = (plot for plot in head.plots if plot.kind == "features")
+    (plot,) = (plot for plot in head.display.plots if plot.kind == "features")
     (series,) = (series for series in head.all_series() if series.name == plot.series[0])
     assert dict(zip(series.components, plot.row_titles, strict=True))["lmc"] == "left eye, inner corner"

@@ -34,7 +34,7 @@ def titles(figure: Figure) -> list[str]:
 
 def test_every_kind_is_drawn_by_some_experiment() -> None:
     """The table has all kinds, so that no declaration of an experiment is without a picture."""
-    declared = {plot.kind for experiment in EXPERIMENTS.values() for plot in experiment.plots}
+    declared = {plot.kind for experiment in EXPERIMENTS.values() for plot in experiment.display.plots}
     assert declared == set(KINDS) == set(get_args(PlotKind))
 
 

@@ -61,5 +61,5 @@ def test_every_experiment_has_one_whose_code_is_python(name: str) -> None:
     listed: dict[str, Any] = {}
     exec(cells[-1].source.split("\n\n")[1], listed)  # noqa: S102 - of the project's own making
     declared = {f"series_{series.name}" for series in experiment.all_series()}
-    assert len(listed["plots"]) == len(experiment.plots)
+    assert len(listed["plots"]) == len(experiment.display.plots)
     assert {column for _, columns in listed["plots"] for column in columns} <= declared | {"error", "sigma"}

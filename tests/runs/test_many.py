@@ -187,7 +187,7 @@ def test_the_share_of_the_observation_sampler_is_that_of_the_counts() -> None:
 
 def test_what_is_missed_by_the_target_is_judged_alike_in_a_batch() -> None:
     """A fold knows places alone: an experiment with its own notion of a miss has its runs made one by one."""
-    ball = replace(BALL, missed=lambda _state, _target: True)
+    ball = replace(BALL, judge=replace(BALL.judge, missed=lambda _state, _target: True))
     trackers = [name for name, tracker in ball.trackers.items() if tracker.fold is not None][:1]
     ((outcome,),) = many.outcomes(ball, ball.simulate(), values={}, trackers=trackers, seeds=[1], frames=4)
     assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (4, 4, 0)

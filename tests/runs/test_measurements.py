@@ -14,7 +14,7 @@ from pftrack.core.model.measures import Measure
 from pftrack.core.model.series import Series
 from pftrack.core.model.tracker import diagnose
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Measured
 from pftrack.runs.run import Run
 from tests.making import whole_run
 
@@ -53,7 +53,7 @@ def test_a_frame_that_cannot_be_measured(
     measure: Callable[..., Any], kept: set[str], warnings: int, caplog: pytest.LogCaptureFixture
 ) -> None:
     """What an experiment reports wrongly is missing from all frames, and the estimates are what they are without it."""
-    run = finished(replace(SINE, series=OWN, measure=measure))
+    run = finished(replace(SINE, measured=Measured(OWN, measure)))
     for row in run.diagnostics:
         assert row.series.keys() & {"own", "sound", "other"} == kept
         json.dumps(row.as_dict(), allow_nan=False)
@@ -66,7 +66,7 @@ def test_a_tracker_that_cannot_be_measured(caplog: pytest.LogCaptureFixture) -> 
     name = SINE.default_tracker
     tracker = replace(SINE.trackers[name], measure=failing)
     run = finished(
-        replace(SINE, trackers={**SINE.trackers, name: tracker}, series=OWN, measure=lambda *_: {"own": 1.0})
+        replace(SINE, trackers={**SINE.trackers, name: tracker}, measured=Measured(OWN, lambda *_: {"own": 1.0}))
     )
     assert all(row.series == {"own": 1.0} for row in run.diagnostics)
     (warning,) = caplog.records
@@ -83,7 +83,7 @@ def test_a_tracker_that_cannot_be_measured(caplog: pytest.LogCaptureFixture) -> 
 def test_a_measure_that_fails_is_absent(frames: Callable[..., Any], caplog: pytest.LogCaptureFixture) -> None:
     """A run has its other measures and its verdict."""
     broken = Measure("broken", "Broken", "Fails.", "median", frames)
-    run = finished(replace(BALL, measures=(broken, *BALL.measures)))
+    run = finished(replace(BALL, measured=Measured(measures=(broken, *BALL.measured.measures))))
     expected = finished(BALL).summary()
     for _ in range(3):
         assert run.measures() == run.summary().measures == expected.measures

@@ -323,10 +323,10 @@ def test_units_are_those_of_the_loop(tmp_path: Path) -> None:
     """They stand at the plots of the chosen components, and at the error where both have the same."""
     path = record(tmp_path / "mine.pft", units=("m", "m", "m/s"))
     run = pftrack.load(path)
-    units = {plot.id: plot.unit for plot in run.experiment.plots}
+    units = {plot.id: plot.unit for plot in run.experiment.display.plots}
     assert (run.experiment.unit, units["across"], units["down"]) == ("m", "m", "m")
     other = pftrack.run("recorded", recording=path, component_down=2)
-    units = {plot.id: plot.unit for plot in other.experiment.plots}
+    units = {plot.id: plot.unit for plot in other.experiment.display.plots}
     assert (other.experiment.unit, units["across"], units["down"]) == ("", "m", "m/s")
     with pftrack.record(tmp_path / "one.pft", units=("m",)) as rec:
         rec(0, particles=np.arange(3.0))

@@ -20,7 +20,7 @@ from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Step
 from pftrack.experiments import find
-from pftrack.experiments.experiment import NO_VIDEO, Experiment, Quality
+from pftrack.experiments.experiment import NO_VIDEO, Experiment, Measured, Quality
 from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel
 from pftrack.experiments.sine.experiment import SignalSource, SineParameters
 
@@ -77,10 +77,14 @@ def layered(layer: Callable[[int], str]) -> Experiment:
     return drawing(alter)
 
 
+def displaying(experiment: Experiment, **other: Any) -> Experiment:
+    return replace(experiment, display=replace(experiment.display, **other))
+
+
 def in_world(*items: Primitive, world: World = SPACE) -> Experiment:
     """Return an experiment that draws in the world `SPACE`, or in another one."""
     drawn = WorldDrawing(world, dict(zip(("it", "other"), items, strict=False)))
-    return replace(drawing(lambda flat, *_: replace(flat, worlds=(drawn,))), worlds=(SPACE,))
+    return displaying(drawing(lambda flat, *_: replace(flat, worlds=(drawn,))), worlds=(SPACE,))
 
 
 def nibbled(**other: Any) -> Experiment:
@@ -161,8 +165,7 @@ def escaping() -> Experiment:
     flag = Series("contained", "truth contained", role="flag")
     return replace(
         SOUND,
-        series=(flag,),
-        measure=lambda frame, _: {"contained": float(frame.index != 7)},
+        measured=Measured((flag,), lambda frame, _: {"contained": float(frame.index != 7)}),
         quality=Quality(Calibration(bands=(FlagBand("region", {ALL: "contained"}),))),
     )
 
@@ -233,8 +236,8 @@ class Loose(Mark):
         return cls.describe(handles=(Handle(name="at", title="Place"),))
 
 
-def plots_of_one_name() -> Experiment:
-    return replace(SOUND, plots=(SOUND.plots[0], SOUND.plots[0]))
+def measuring(**other: Any) -> Experiment:
+    return replace(SOUND, measured=Measured(measures=(replace(PICTURE_MEASURES[0], **other),)))
 
 
 BOOTSTRAP = TRACKERS["condensation"]
@@ -286,7 +289,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: replace(SOUND, id="unlisted"),
         "unlisted must be registered by an entry point",
     ),
-    "it says what it is": (lambda: replace(SOUND, question="Why."), r"the experiment's question .* got 'Why.'"),
+    "it says what it is": (
+        lambda: replace(SOUND, texts=replace(SOUND.texts, question="Why.")),
+        r"the experiment's question .* got 'Why.'",
+    ),
     "its parameters are declared whole": (lambda: declaring(NoUnit), "width_px has a unit in its name"),
     "bad values are refused with their field": (
         lambda: declaring(Forgiving),
@@ -304,13 +310,16 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: replace(SOUND, example_sweep=ExampleSweep({"sample_count": (0,)}, ("kalman",), 1, 5)),
         "the example sweep does not fit the experiment: sample_count",
     ),
-    "its plots and readings are complete": (plots_of_one_name, "plots must have names of their own, got twice error"),
+    "its plots and readings are complete": (
+        lambda: displaying(SOUND, plots=SOUND.display.plots[:1] * 2),
+        "plots must have names of their own, got twice error",
+    ),
     "its layers are named once, and one explains the estimate": (
-        lambda: replace(SOUND, layers=(*SOUND.layers, SOUND.layers[0])),
+        lambda: displaying(SOUND, layers=SOUND.display.layers * 2),
         "layers must have names of their own, got twice",
     ),
     "its measures are declared whole": (
-        lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], description="inside"),)),
+        lambda: measuring(description="inside"),
         "the description of the measure inside_share must be a sentence that ends in '.', got 'inside'",
     ),
     "estimates are finite and as long as positions are": (
@@ -319,11 +328,11 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "its states are values": (changing_states, "kept of the state of frame 0 changed"),
     "measures are a number a frame": (
-        lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], frames=lambda _: np.zeros(3)),)),
+        lambda: measuring(frames=lambda _: np.zeros(3)),
         "the measure inside_share must give numbers .*, one a frame, got float64",
     ),
     "series are as declared": (
-        lambda: replace(SOUND, measure=lambda frame, _: {f"s{frame.index}": 1.0}),
+        lambda: replace(SOUND, measured=Measured(measure=lambda frame, _: {f"s{frame.index}": 1.0})),
         "frame 0 has a series 's0', which",
     ),
     "bands hold the truth as often as they say": (
@@ -365,7 +374,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "drawings keep to the picture and to declared layers": (
         lambda: layered(lambda _: "secret"),
-        "now is drawn on the layer 'secret', which is not declared",
+        "now is drawn on the undeclared layer 'secret'",
     ),
     "what is drawn in a world keeps to it": (
         lambda: in_world(Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")),

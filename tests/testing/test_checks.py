@@ -12,7 +12,6 @@ import pytest
 
 from pftrack.core.model.band import Calibration, Direction, Miscalibration
 from pftrack.core.model.drawing import Ellipsoids
-from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.preset import Preset
 from pftrack.core.model.setup import Suitability
@@ -29,9 +28,11 @@ from tests.testing.broken import (
     SPACE,
     boasting,
     declaring,
+    displaying,
     escaping,
     folding,
     in_world,
+    measuring,
     refusing,
 )
 
@@ -76,22 +77,22 @@ def named(name: str) -> Experiment:
         ),
         (
             "its measures are declared whole",
-            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="sample_count"),)),
+            lambda: measuring(name="sample_count"),
             "columns of a sweep .* must have names of their own, got twice sample_count",
         ),
         (
             "its measures are declared whole",
-            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="seed"),)),
+            lambda: measuring(name="seed"),
             "got twice seed",
         ),
         (
             "its measures are declared whole",
-            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="error"),)),
+            lambda: measuring(name="error"),
             "every sweep has error: a measure must have another name",
         ),
         (
             "its measures are declared whole",
-            lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], name="../curves"),)),
+            lambda: measuring(name="../curves"),
             r"the name of a measure must be .*, got '\.\./curves'",
         ),
     ],
@@ -172,13 +173,13 @@ def bodies(covariance: Any) -> Ellipsoids:
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: replace(in_world(), worlds=()), "must have the worlds that are declared, none, got space"),
+        (lambda: displaying(in_world(), worlds=()), "must have the worlds that are declared, none, got space"),
         (
             lambda: in_world(world=replace(SPACE, radius=6.0)),
             "must have the worlds that are declared, space, got space",
         ),
         (
-            lambda: replace(in_world(), worlds=(replace(SPACE, unit=""),)),
+            lambda: displaying(in_world(), worlds=(replace(SPACE, unit=""),)),
             "the world 'space' must have a name, a title and a unit",
         ),
         (lambda: in_world(bodies(np.diag([1, np.nan, 1]))), "covariances of it in frame 0 must be finite"),

@@ -17,7 +17,7 @@ from pftrack.core.model.series import STANDARD_PLOTS, Interval, Plot, Series, Se
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
-from pftrack.experiments.experiment import Experiment, Quality, Video
+from pftrack.experiments.experiment import Display, Experiment, Judge, Quality, Texts, Video
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, paint
 from pftrack.experiments.shared.reports import particle_count
@@ -120,9 +120,12 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
 EXPERIMENT = Experiment(
     id="turning",
     title="A turn out of sight",
-    question="Which way did it turn while nobody could see it?",
-    references=(cite("bando2007", "chapter 2: particle filters"),),
-    description="A disc turns behind a strip. Particles that may turn find it again, others go straight on.",
+    texts=Texts(
+        "Which way did it turn while nobody could see it?",
+        "A disc turns behind a strip. Particles that may turn find it again, others go straight on.",
+        (cite("bando2007", "chapter 2: particle filters"),),
+        target="disc",
+    ),
     unit="px",
     trackers={
         **filtered(Disc(turns=True), Bootstrap("turning", "Turning", "Each particle has a rate of turn.")),
@@ -130,17 +133,17 @@ EXPERIMENT = Experiment(
     },
     frames=240,
     presets=(Preset("works", "works", "turning"), Preset("straight", "breaks: expects no turn", "straight")),
-    layers=POINT_LAYERS,
+    display=Display(
+        POINT_LAYERS,
+        (*STANDARD_PLOTS, Plot("turn", "turn", "interval", "The probable rates of turn.", "deg", ("turn",))),
+    ),
     simulate=lambda: Setup(Scene, Parameters(occlusion_width_px=40, occlusion_offset_px=75)),
     video=Video(wire, marks=(Box,), wanted="a box around the disc"),
     draw=draw_point_frame,
-    error=distance,
-    lost=lambda errors, sizes, _parameters: errors > sizes,
+    judge=Judge(distance, lambda errors, sizes, _parameters: errors > sizes),
     quality=Quality(
         Calibration(faults=(Miscalibration(("straight",)), Miscalibration(("turning",), direction="underconfident")))
     ),
-    target="disc",
-    plots=(*STANDARD_PLOTS, Plot("turn", "turn", "interval", "The probable rates of turn.", "deg", ("turn",))),
     example_sweep=ExampleSweep({"occlusion_width_px": (0, 20, 40, 60, 80)}, ("turning", "straight"), 4, 120),
     model=Disc(turns=True),
     interface=4,

@@ -21,7 +21,7 @@ from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.ball import model
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, look_beside, suits
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
 from pftrack.experiments.shared import sketch
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
@@ -132,7 +132,7 @@ def _caption(step: Step) -> str:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, model.TRACKERS, measures=PICTURE_MEASURES),
+    **read_words(FOLDER, model.TRACKERS, measured=Measured(measures=PICTURE_MEASURES)),
     id="ball",
     model=model.COLOURED,
     simulate=simulate,
@@ -146,8 +146,7 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "gamma_px", "process_noise_px", "background_level", "colour_model"),
     ),
     draw=draw,
-    error=sketch.distance,
-    lost=lambda errors, sizes, parameters: errors > parameters.lost_radii * sizes / 2,
+    judge=Judge(sketch.distance, lambda errors, sizes, parameters: errors > parameters.lost_radii * sizes / 2),
     exports=(model.GUIDANCE.export,),
     guidance=model.GUIDANCE,
 )

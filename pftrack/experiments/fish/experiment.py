@@ -17,7 +17,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_words, read_worlds
-from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
 from pftrack.experiments.fish import scene
 from pftrack.experiments.fish.model import (
     CAP_PX,
@@ -308,7 +308,7 @@ def _wrap(angle: float) -> float:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS, measures=PICTURE_MEASURES),
+    **read_words(FOLDER, TRACKERS, measured=Measured(measure=measure, measures=PICTURE_MEASURES)),
     id="fish",
     simulate=simulate,
     video=Video(
@@ -321,9 +321,7 @@ EXPERIMENT = Experiment(
         clip_title="Fish by its outline",
     ),
     draw=draw,
-    error=sketch.distance,
-    missed=is_missed,
-    measure=measure,
+    judge=Judge(sketch.distance, missed=is_missed),
     guidance=GUIDANCE,
     exports=(GUIDANCE.export,),
 )

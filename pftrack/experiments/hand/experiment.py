@@ -32,8 +32,8 @@ from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.declared import read_words, read_worlds
+from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
 from pftrack.experiments.hand import recording
 from pftrack.experiments.hand.fingers import HandFeatures
 from pftrack.experiments.hand.model import HandState, HandTrackerParameters
@@ -47,9 +47,7 @@ from pftrack.vision.rendering import Projection
 
 FOLDER = Path(__file__).parent
 
-WORDS = read_words(FOLDER, TRACKERS)
-
-(HAND_WORLD,) = WORDS["worlds"]
+(HAND_WORLD,) = read_worlds(FOLDER)
 
 LOST_PALMS = 0.65
 """Mean distance of the tips in space from which on a hand counts as lost, palm axes."""
@@ -406,12 +404,11 @@ def _too_far(tips: Floats, target: HandTarget) -> bool:
 
 
 EXPERIMENT = Experiment(
-    **WORDS,
+    **read_words(FOLDER, TRACKERS, measured=Measured(measure=measure, report=recording.report)),
     id="hand",
     simulate=simulate,
     draw=draw,
-    error=_distance,
-    missed=is_missed,
+    judge=Judge(_distance, missed=is_missed),
     video=Video(
         wire,
         recorded=lambda _kind: RecordedHandParameters(),
@@ -426,7 +423,5 @@ EXPERIMENT = Experiment(
         suits=suits,
         truth=None,
     ),
-    measure=measure,
-    report=recording.report,
     warm_frames=3,
 )

@@ -36,8 +36,8 @@ from pftrack.core.model.setup import Export, Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.elementary import wrap
-from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.declared import read_words, read_worlds
+from pftrack.experiments.experiment import Experiment, Measured, Video
 from pftrack.experiments.head import recording
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.parameters import HeadTrackerParameters
@@ -57,11 +57,7 @@ FOLDER = Path(__file__).parent
 
 SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driver's face", "mm")
 
-WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {
-    "series": (*drawing.pose_series(FEATURES), SHAPE_ERROR)
-}
-
-(HEAD_WORLD,) = WORDS["worlds"]
+(HEAD_WORLD,) = read_worlds(FOLDER, SHOWN_OF_POSES)
 
 # Pieces of drawings of a head, and what is measured and shown of a face model that grows.
 #
@@ -449,7 +445,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
             primitives |= head.surface(surface_colours(growth, memory.model), MASK_OPACITY, UNCERTAINTY)
         primitives |= head.lines("head", COLOURS["estimate"], 2.0, "head")
     if other is not None:
-        second = PlacedHead(state, np.array(other.estimate) / EXPERIMENT.scale)
+        second = PlacedHead(state, np.array(other.estimate) / drawing.JUDGE.scale)
         primitives |= second.lines("second", COLOURS["second"], 1.5, "second run", few=True)
         primitives["second look"] = second.look(COLOURS["second"], 2.0, "second run")
     if not memory.lost:
@@ -534,14 +530,18 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
 
 
 EXPERIMENT = Experiment(
-    **WORDS,
+    **read_words(
+        FOLDER,
+        TRACKERS,
+        SHOWN_OF_POSES,
+        Measured((*drawing.pose_series(FEATURES), SHAPE_ERROR), head_measure, POSE_MEASURES, report),
+    ),
     id="head",
     exports=(*EXPORTS, SimulatedHeadParameters.guidance.export),
     guidance=SimulatedHeadParameters.guidance,
     simulate=simulate,
     draw=draw,
-    error=drawing.mean_error_deg,
-    lost=drawing.is_lost,
+    judge=drawing.JUDGE,
     video=Video(
         recording.wire,
         recorded=lambda _kind: recording.RecordedHeadParameters(),
@@ -553,7 +553,4 @@ EXPERIMENT = Experiment(
         truth=recording.POSES,
         clip_about=("sample_count", "face_model", "hidden_weight", "template_renewal", "pose_band", "find_again"),
     ),
-    scale=float(np.rad2deg(1.0)),
-    measure=head_measure,
-    report=report,
 )

@@ -29,7 +29,7 @@ from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.declared import read_words, read_worlds
-from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
 from pftrack.experiments.histogram.model import MODEL, REPORTED, SIZE, HistogramState, judge, mark
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters, ScoringParameters
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
@@ -441,7 +441,7 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS, measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU)),
+    **read_words(FOLDER, TRACKERS, measured=Measured(measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU))),
     id="histogram",
     model=MODEL,
     simulate=simulate,
@@ -455,6 +455,5 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "sharpness", "weigh_background", "follow_size", "process_noise_px", "find_again"),
     ),
     draw=draw,
-    error=distance,
-    lost=lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2,
+    judge=Judge(distance, lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2),
 )

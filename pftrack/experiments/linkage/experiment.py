@@ -29,7 +29,7 @@ from pftrack.core.numerics.elementary import direction, wrap
 from pftrack.core.numerics.matrices import product
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import PICTURES, Experiment, Video
+from pftrack.experiments.experiment import PICTURES, Experiment, Judge, Measured, Video
 from pftrack.experiments.linkage import scene
 from pftrack.experiments.linkage.draw import (
     depth_world,
@@ -519,7 +519,12 @@ def _unseen(frame: Frame) -> list[str]:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS, measures=(HELD_AT_END,), frames={"final_direction_error_deg": _last_errors}),
+    **read_words(
+        FOLDER,
+        TRACKERS,
+        measured=Measured(measure=measure, measures=(HELD_AT_END,), report=report),
+        frames={"final_direction_error_deg": _last_errors},
+    ),
     id="linkage",
     warm_frames=3,
     simulate=simulate,
@@ -535,9 +540,5 @@ EXPERIMENT = Experiment(
         clip_title="Chain of links",
     ),
     draw=draw,
-    error=direction_error,
-    lost=lambda errors, _sizes, parameters: errors > parameters.lost_deg,
-    missed=is_missed,
-    measure=measure,
-    report=report,
+    judge=Judge(direction_error, lambda errors, _sizes, parameters: errors > parameters.lost_deg, is_missed),
 )

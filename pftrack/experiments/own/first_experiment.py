@@ -12,7 +12,7 @@ from pftrack.core.model.preset import Preset
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
-from pftrack.experiments.experiment import INTERFACE, Experiment, Quality
+from pftrack.experiments.experiment import INTERFACE, Display, Experiment, Judge, Quality, Texts
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
 from pftrack.experiments.shared.reports import particle_count
 from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point_frame
@@ -64,9 +64,11 @@ class Dot(PointModel):  # what is believed: prior, move, weigh
 EXPERIMENT = Experiment(
     id="NAME",
     title="A dot",
-    question="How long may the dot be hidden?",
-    references=(cite("bando2007", "chapter 2: particle filters"),),
-    description="A dot runs along a path and is hidden from time to time.",
+    texts=Texts(
+        "How long may the dot be hidden?",
+        "A dot runs along a path and is hidden from time to time.",
+        (cite("bando2007", "chapter 2: particle filters"),),
+    ),
     unit="px",
     trackers=filtered(Dot(), Bootstrap("bootstrap", "Particle filter", "Moves at random and weighs by brightness.")),
     frames=240,
@@ -74,11 +76,10 @@ EXPERIMENT = Experiment(
         Preset("works", "works", "bootstrap"),
         Preset("hidden", "hidden for long", "bootstrap", {"hidden_frames": 40}),
     ),
-    layers=POINT_LAYERS,
+    display=Display(POINT_LAYERS),
     simulate=lambda: Setup(DotScene, DotParameters()),
     draw=draw_point_frame,
-    error=distance,
-    lost=lambda errors, sizes, parameters: errors > 2 * sizes,
+    judge=Judge(distance, lambda errors, sizes, parameters: errors > 2 * sizes),
     quality=Quality(Calibration(faults=(Miscalibration(("bootstrap",), direction="underconfident"),))),
     model=Dot(),
     interface=INTERFACE,

@@ -24,7 +24,7 @@ from pftrack.core.model.tracker import Diagnostics, Step, Tracker
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Measured
 from pftrack.experiments.prism import scene
 from pftrack.experiments.shared.filtered import Update
 from pftrack.experiments.shared.pose import SHOWN_OF_POSES, calibrated, drawing
@@ -206,8 +206,6 @@ TRACKERS: dict[str, Tracker] = {method: _tracker(method) for method in METHODS}
 
 FOLDER = Path(__file__).parent
 
-WORDS = read_words(FOLDER, TRACKERS, SHOWN_OF_POSES, POSE_MEASURES) | {"series": drawing.pose_series(scene.NAMES)}
-
 Placed: TypeAlias = tuple[Floats, Bools]
 """Corners (8, 3) px, and which faces (6,) are seen."""
 
@@ -243,7 +241,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     primitives |= drawing.feature_clouds(state, 3.0)
     primitives |= _edges("estimated", _place_solid(state, state.estimate), COLOURS["estimate"], 3.0, "estimate")
     if other is not None:
-        theta = np.array(other.estimate) / EXPERIMENT.scale
+        theta = np.array(other.estimate) / drawing.JUDGE.scale
         primitives |= _edges("second", _place_solid(state, theta), COLOURS["second"], 1.5, "second run")
     target = frame.target
     if isinstance(target, scene.PrismTarget):
@@ -285,14 +283,16 @@ def _edges(name: str, placed: Placed, colour: Colour, width: float, layer: str) 
 
 
 EXPERIMENT = Experiment(
-    **WORDS,
+    **read_words(
+        FOLDER,
+        TRACKERS,
+        SHOWN_OF_POSES,
+        Measured(drawing.pose_series(scene.NAMES), drawing.pose_measure, POSE_MEASURES),
+    ),
     id="prism",
     simulate=simulate,
     draw=draw,
-    error=drawing.mean_error_deg,
-    lost=drawing.is_lost,
-    scale=float(np.rad2deg(1.0)),
-    measure=drawing.pose_measure,
+    judge=drawing.JUDGE,
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
     model=MODEL,

@@ -22,7 +22,7 @@ from pftrack.core.model.source import Belief, Frame, FrameSequence, Plane, Targe
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
 from pftrack.experiments.recorded.scene import (
     TRACKERS,
     UNITS,
@@ -275,7 +275,7 @@ def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 -
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS, measures=(*PICTURE_MEASURES, MEAN_IOU)),
+    **read_words(FOLDER, TRACKERS, measured=Measured(measure=measure_truth, measures=(*PICTURE_MEASURES, MEAN_IOU))),
     id="recorded",
     simulate=simulate,
     video=Video(
@@ -288,7 +288,5 @@ EXPERIMENT = Experiment(
     ),
     boxes=boxes_of,
     draw=draw,
-    error=_distance,
-    lost=_is_lost,
-    measure=measure_truth,
+    judge=Judge(_distance, _is_lost),
 )

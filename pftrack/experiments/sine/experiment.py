@@ -25,7 +25,7 @@ from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, Judge
 from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, filtered
 from pftrack.experiments.shared.reports import particle_count, resampling_threshold
 from pftrack.experiments.shared.sketch import at_height, caption, circle, grid_faces, particle_clouds
@@ -335,5 +335,5 @@ EXPERIMENT = Experiment(
     model=MODEL,
     simulate=simulate,
     draw=draw,
-    error=_mean_distance,
+    judge=Judge(_mean_distance),
 )

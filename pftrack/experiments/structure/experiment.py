@@ -20,8 +20,8 @@ from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.refusal import ParameterError
-from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import Experiment, Video
+from pftrack.experiments.declared import read_words, read_worlds
+from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
 from pftrack.experiments.shared.pose.drawing import dashes
 from pftrack.experiments.shared.sketch import (
     at_height,
@@ -55,9 +55,7 @@ def _within(course: EvaluatedRun) -> Floats:
     return np.where(known, course.errors <= FOUND_PERCENT, np.nan)
 
 
-WORDS = read_words(FOLDER, TRACKERS, frames={WITHIN: _within, "frames_to_shape": _within})
-
-(SHAPE_WORLD,) = WORDS["worlds"]
+(SHAPE_WORLD,) = read_worlds(FOLDER)
 
 MOST_POINTS = 100
 """Whose common covariance is found in a frame's time."""
@@ -393,7 +391,9 @@ def _remarks(state: StructureState, row: Diagnostics) -> list[str]:
 
 
 EXPERIMENT = Experiment(
-    **WORDS,
+    **read_words(
+        FOLDER, TRACKERS, measured=Measured(measure=measure), frames={WITHIN: _within, "frames_to_shape": _within}
+    ),
     id="structure",
     # The window of the online methods is full by then, and has slid on.
     warm_frames=92,
@@ -407,7 +407,5 @@ EXPERIMENT = Experiment(
         truth=None,
     ),
     draw=draw,
-    error=shape_errors,
-    scale=SHARE,
-    measure=measure,
+    judge=Judge(shape_errors, scale=SHARE),
 )

@@ -21,7 +21,7 @@ from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, Source, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.declared import read_words
-from pftrack.experiments.experiment import PICTURES, Experiment, Video
+from pftrack.experiments.experiment import PICTURES, Experiment, Judge, Measured, Video
 from pftrack.experiments.shared.sketch import (
     caption,
     distance,
@@ -213,7 +213,7 @@ def _whole(values: Sequence[float]) -> float | None:
 
 
 EXPERIMENT = Experiment(
-    **read_words(FOLDER, TRACKERS),
+    **read_words(FOLDER, TRACKERS, measured=Measured(measure=measure, report=report)),
     id="trajectories",
     model=MODEL,
     simulate=simulate,
@@ -226,9 +226,6 @@ EXPERIMENT = Experiment(
         truth=None,
     ),
     draw=draw,
-    error=distance,
-    lost=lambda errors, _sizes, parameters: errors > parameters.lost_px,
-    measure=measure,
-    report=report,
+    judge=Judge(distance, lambda errors, _sizes, parameters: errors > parameters.lost_px),
     exports=EXPORTS,
 )

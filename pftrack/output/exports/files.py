@@ -199,7 +199,7 @@ def _picture(run: Run, frame: int, scale: float = 1.0) -> NDArray[np.uint8]:
     from pftrack.vision.rendering import render_beside  # noqa: PLC0415 - only who wants a picture has to wait for it
 
     drawing = without_faults(run.experiment.draw(run.seek(frame), run.diagnostics))
-    return render_beside(drawing, layers=run.experiment.shown_layers, scale=scale)
+    return render_beside(drawing, layers=run.experiment.display.shown, scale=scale)
 
 
 # Jupyter notebooks: cells of words and of code, as the content of a file; and a run as one.
@@ -275,7 +275,7 @@ def run_cells(
         tracker: Title of its tracker; with it they begin with what the run is.
     """
     name = recipe.footage.name if recipe.footage else ""
-    wanted = [plot for plot in experiment.plots if not plots or plot.id in plots]
+    wanted = [plot for plot in experiment.display.plots if not plots or plot.id in plots]
     told = _template("notebook.jinja").render(
         experiment=experiment,
         recipe=recipe,

@@ -265,7 +265,7 @@ def check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> Non
     Raises:
         ConflictError: The kind is not a picture of plots, or the plot does not exist.
     """
-    known = [one.id for one in experiment.plots]
+    known = [one.id for one in experiment.display.plots]
     if plot is not None and kind.group != "plots":
         raise ConflictError(f"a plot can be written as a picture, .png or .svg; got .{kind.suffix}")
     if plot is not None and plot not in known:
@@ -306,7 +306,7 @@ def _still(run: Run) -> bytes:
 
     drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
     scale = max(1, round(SMALLEST_STILL_PX / drawing.width))
-    return png(render_beside(drawing, layers=run.experiment.shown_layers, scale=scale))
+    return png(render_beside(drawing, layers=run.experiment.display.shown, scale=scale))
 
 
 def _of_frame(offered: Export) -> RunExport:

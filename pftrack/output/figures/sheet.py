@@ -309,7 +309,7 @@ SHADED = {"error": ("hidden", "lost"), "band": ("lost",), "interval": ("lost",),
 
 def drawable(run: Run) -> tuple[Plot, ...]:
     """Return the plots for which the frames of a run have something to draw, as the page shows them."""
-    return tuple(plot for plot in run.experiment.plots if _has_numbers(run, plot))
+    return tuple(plot for plot in run.experiment.display.plots if _has_numbers(run, plot))
 
 
 def figure_of(run: Run, plot: str | None = None) -> Figure:
@@ -322,7 +322,7 @@ def figure_of(run: Run, plot: str | None = None) -> Figure:
     Raises:
         ConflictError: The experiment has no such plot, or the run has nothing for it.
     """
-    known = {it.id: it for it in run.experiment.plots}
+    known = {it.id: it for it in run.experiment.display.plots}
     if plot is not None and plot not in known:
         raise ConflictError(f"{run.experiment.id} has no plot {plot!r}, only {', '.join(known)}")
     offered = drawable(run)

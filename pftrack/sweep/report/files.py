@@ -446,7 +446,7 @@ def page(study: Study, tables: Sequence[Table], pictures: Mapping[str, str]) -> 
     ]
     return folder.get_template("page.html").render(
         title=f"{study.result.plan.wiring.title}: a sweep",
-        question=study.result.plan.wiring.question,
+        question=study.result.plan.wiring.texts.question,
         facts=_facts(study),
         tables=[table for table in tables if not table.quantity],
         sections=sections,
@@ -472,7 +472,7 @@ def _facts(study: Study) -> dict[str, str]:
     plan = study.result.plan
     fixed = ", ".join(f"{name} = {format_value(value)}" for name, value in plan.values.items())
     return {
-        "Experiment": f"{plan.experiment} ({'; '.join(citation.short for citation in plan.wiring.references)})",
+        "Experiment": f"{plan.experiment} ({'; '.join(citation.short for citation in plan.wiring.texts.references)})",
         "Runs": f"{sum(int(total.runs[0, 0]) for total in study.totals.values()):,} of {plan.runs:,}",
         "Trackers": ", ".join(plan.trackers),
         **{
@@ -548,7 +548,7 @@ def manifest_of_result(result: Result) -> dict[str, Any]:
         "sha256": {"plan": hashlib.sha256(json.dumps(plan, sort_keys=True).encode()).hexdigest()},
         "quantities": [{"name": it.column, "title": it.title, "unit": it.unit} for it in Study.of(result).quantities],
         "citation": f"Computed with pftrack {__version__}: {title}; {computed:,} of {result.plan.runs:,} runs.",
-        "references": [one.as_dict() for one in experiment.references],
+        "references": [one.as_dict() for one in experiment.texts.references],
     }
 
 

@@ -170,8 +170,8 @@ def _check_names(
 ) -> None:
     known = {
         "unlocked": [*(it.name for it in declarations(model)), *BESIDE],
-        "plots": [plot.id for plot in experiment.plots],
-        "layers": [layer.name for layer in experiment.layers],
+        "plots": [plot.id for plot in experiment.display.plots],
+        "layers": [layer.name for layer in experiment.display.layers],
     }
     for field, names in known.items():
         for number, name in enumerate(getattr(said, field)):

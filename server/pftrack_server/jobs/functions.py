@@ -89,7 +89,7 @@ def draw_experiment(experiment_id: str) -> dict[str, Any]:
     run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
     drawing = experiment.draw(run.current, run.diagnostics)
     scale = THUMBNAIL_WIDTH_PX / drawing.width
-    picture = png(render(drawing, layers=experiment.shown_layers, scale=scale, caption=False))
+    picture = png(render(drawing, layers=experiment.display.shown, scale=scale, caption=False))
     return {"png": base64.b64encode(picture).decode()}
 
 

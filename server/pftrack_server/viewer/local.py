@@ -308,7 +308,7 @@ class Player:
     def _draw(self) -> tuple[SceneDrawing, int]:
         run = self.run
         drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
-        keyed = replace(drawing, legend=drawn_keys(drawing, run.experiment.layers))
+        keyed = replace(drawing, legend=drawn_keys(drawing, run.experiment.display.layers))
         return self._encoder.for_scene(keyed), run.position
 
 
@@ -318,8 +318,8 @@ def _describe(run: Run) -> PanelDescription:
         title=title_of(run),
         declarations=list(experiment.declarations(type(run.setup.parameters))),
         trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
-        layers=list(experiment.layers),
-        worlds=list(experiment.worlds),
+        layers=list(experiment.display.layers),
+        worlds=list(experiment.display.worlds),
         about=list(experiment.subjects(None)),
     )
 

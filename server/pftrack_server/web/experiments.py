@@ -132,9 +132,9 @@ def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: Filt
         for each in filters.served
         if each.experiment == experiment.id
     ]
-    return fields_of(model, video, experiment) | {
+    return fields_of(model, video, experiment.texts, experiment.display, experiment) | {
         "clip_title": video.clip_title or experiment.title,
-        "references": [citation.as_dict() for citation in experiment.references],
+        "references": [citation.as_dict() for citation in experiment.texts.references],
         "trackers": [dict(zip(("id", "title", "description"), each, strict=True)) for each in trackers],
         "marks": [kind.editor() for kind in video.marks],
         "finds": finder.kind.name() if finder else None,

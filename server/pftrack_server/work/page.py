@@ -207,7 +207,7 @@ def document(run: Run, drawings: Drawings) -> str:
         policy=POLICY,
         version=__version__,
         title=title_of(run),
-        question=run.experiment.question,
+        question=run.experiment.texts.question,
         style=_safe("".join((FRONTEND / name).read_text("utf-8") for name in STYLES)),
         scripts=_data({"imports": {name: _script(name) for name in modules_of(SCRIPT)}}),
         start=SCRIPT,

@@ -155,7 +155,7 @@ def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
         names += [
             known.title,
             known.video.clip_title,
-            known.target,
+            known.texts.target,
             *(known.trackers[name].title for name in names if name in known.trackers),
         ]
     return " ".join(names)
@@ -404,7 +404,7 @@ async def explore(session: ASession, body: ExplorationCreate, explorations: TheE
 def list_exports(run: ARun) -> ExportsPublic:
     """List what a saved run can be exported as."""
     experiment = find_experiment(run.experiment)
-    return ExportsPublic(exports=list(exports_of(experiment)), plots=list(experiment.plots))
+    return ExportsPublic(exports=list(exports_of(experiment)), plots=list(experiment.display.plots))
 
 
 @jobs.post("/runs/{run}/exports/{export}", status_code=HTTPStatus.ACCEPTED)

@@ -83,7 +83,7 @@ def weigh_record(path: str, upload: Recording | None, most_frames: int, filters:
             "reproduced": apart is None,
             **({"differs": {**apart.as_dict(), "sentence": apart.sentence}} if apart else {}),
         },
-        "thumbnail": png(render(drawing, layers=run.experiment.shown_layers)),
+        "thumbnail": png(render(drawing, layers=run.experiment.display.shown)),
     }
 
 

@@ -111,19 +111,19 @@ def test_a_fish_of_most_of_the_picture_is_taken(tmp_path: Path) -> None:
 
 def test_a_bend_is_off_by_half_a_turn_at_most() -> None:
     """A bend that is not limited may go round: what counts is how far apart the two tails are."""
-    assert FISH.measure is not None
+    assert FISH.measured.measure is not None
     target = FishTarget.of(np.array([100.0, 100.0, 0.0, 0.5]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
     state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, 0.0, 0.5 - np.deg2rad(233.0)]))
-    measured = FISH.measure(Frame(0, 0.0, target=target), state)
+    measured = FISH.measured.measure(Frame(0, 0.0, target=target), state)
     assert measured["bend_error"] == pytest.approx(127.0)
 
 
 def test_the_true_heading_is_beside_the_estimated_one() -> None:
     """A heading of 179 degrees is 3 from one of -178, in the plot as well, which has both in one band."""
-    assert FISH.measure is not None
+    assert FISH.measured.measure is not None
     target = FishTarget.of(np.array([100.0, 100.0, np.deg2rad(179.0), 0.0]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
     state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, np.deg2rad(-178.0), 0.0]))
-    measured = FISH.measure(Frame(0, 0.0, target=target), state)
+    measured = FISH.measured.measure(Frame(0, 0.0, target=target), state)
     assert measured["heading_error"] == pytest.approx(3.0)
     assert measured["true_heading"] == pytest.approx(-181.0)
 

@@ -55,13 +55,13 @@ def test_a_hand_is_right_if_tips_palm_and_flexions_are() -> None:
 
 def test_a_hand_that_is_turned_the_wrong_way_is_lost() -> None:
     """In the picture it hardly shows; in space the tips are far off."""
-    assert HAND.missed is not None
+    assert HAND.judge.missed is not None
     tilted, mirrored = (HandTarget.of(moved((3, angle)), SCALE, MODEL, MODEL) for angle in (1.0, -1.0))
     assert np.abs(tilted.tips - mirrored.tips).mean() < 0.02 * SCALE
-    assert not HAND.missed(believed(tilted.position), tilted)
-    assert HAND.missed(believed(mirrored.position), tilted)
-    assert HAND.missed(believed(np.full(15, np.nan)), tilted)
-    assert not HAND.missed(believed(mirrored.position), Target(np.zeros(2), 1.0))
+    assert not HAND.judge.missed(believed(tilted.position), tilted)
+    assert HAND.judge.missed(believed(mirrored.position), tilted)
+    assert HAND.judge.missed(believed(np.full(15, np.nan)), tilted)
+    assert not HAND.judge.missed(believed(mirrored.position), Target(np.zeros(2), 1.0))
     assert is_mirrored(mirrored.position, tilted.position, SCALE)
     assert not is_mirrored(tilted.position, tilted.position, SCALE)
     assert not is_mirrored(TARGET.position + 5.0, TARGET.position, SCALE)

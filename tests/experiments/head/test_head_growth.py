@@ -78,7 +78,7 @@ def test_the_legend_says_what_the_colours_mean(run: Run) -> None:
     """Both ends of the ramp and the wire are in it while the model grows, and none of them for a model that stays."""
 
     def meanings(run: Run) -> set[str]:
-        keys = drawn_keys(HEAD.draw(run.current, run.diagnostics), HEAD.layers)
+        keys = drawn_keys(HEAD.draw(run.current, run.diagnostics), HEAD.display.layers)
         return {key.meaning for name, key in keys if name in {UNCERTAINTY, MEAN_FACE}}
 
     assert len(meanings(run)) == 3
@@ -119,8 +119,9 @@ def test_the_points_are_taken_away_with_what_is_known_of_them(run: Run) -> None:
 
 def test_what_the_page_says_of_a_head_is_what_the_program_has() -> None:
     """The rows of features have the titles of the marks, and the legend the ends of the colours."""
-    assert next(plot for plot in HEAD.plots if plot.id == "alpha").row_titles == tuple(map(TITLES.get, FEATURES))
-    sure, unsure = next(layer for layer in HEAD.layers if layer.name == UNCERTAINTY).legend
+    (plot,) = (plot for plot in HEAD.display.plots if plot.id == "alpha")
+    assert plot.row_titles == tuple(map(TITLES.get, FEATURES))
+    sure, unsure = next(layer for layer in HEAD.display.layers if layer.name == UNCERTAINTY).legend
     assert f"{head.SURE_MM:g} mm" in sure.meaning
     assert f"{head.UNSURE_MM:g} mm" in unsure.meaning
-    assert HEAD.plots[1:4] == find("prism").plots[1:4]  # which both have by their names alone
+    assert HEAD.display.plots[1:4] == find("prism").plots[1:4]  # which both have by their names alone

@@ -47,7 +47,7 @@ def true_poses(count: int, every: int) -> PoseTable:
 def test_a_face_is_found_and_its_pose_has_the_right_signs() -> None:
     """Through a turn to either side yaw, pitch and roll follow the truth; all of it comes from the pictures alone."""
     run = on(pictures(110, width=480, every=2), truth=true_poses(110, 2))
-    report = HEAD.report(run.diagnostics)  # type: ignore[misc]
+    report = HEAD.measured.report(run.diagnostics)  # type: ignore[misc]
     assert report["tracked_share"] == 1.0
     assert max(report["mean_abs_error_deg"].values()) < 7.0
     yaw = np.array(report["yaw_deg"])
@@ -68,7 +68,7 @@ def test_a_face_is_found_and_its_pose_has_the_right_signs() -> None:
 def test_any_picture_of_a_face_will_do(change: object) -> None:
     """A tinted, an enlarged and a cropped picture are tracked as well."""
     run = on(pictures(24, change, width=320))  # type: ignore[arg-type]
-    assert HEAD.report(run.diagnostics)["tracked_share"] == 1.0  # type: ignore[misc]
+    assert HEAD.measured.report(run.diagnostics)["tracked_share"] == 1.0  # type: ignore[misc]
     assert max(abs(angle) for angle in run.diagnostics[-1].estimate) < 12
 
 
@@ -113,7 +113,7 @@ def test_who_leaves_and_comes_back_is_found_again() -> None:
     assert sigma[45] > sigma[30]
     assert sigma[79] < 2 * sigma[9]
     assert abs(run.diagnostics[-1].estimate[1]) < 12
-    assert HEAD.report(run.diagnostics)["tracked_share"] == pytest.approx(face.mean())  # type: ignore[misc]
+    assert HEAD.measured.report(run.diagnostics)["tracked_share"] == pytest.approx(face.mean())  # type: ignore[misc]
 
 
 def test_who_is_found_twice_has_the_size_of_the_last_time() -> None:
@@ -244,7 +244,7 @@ def test_the_real_clip_is_followed() -> None:
     run = Run(HEAD, setup, seed=0)
     run.finish()
     sequence.close()
-    report = HEAD.report(run.diagnostics)  # type: ignore[misc]
+    report = HEAD.measured.report(run.diagnostics)  # type: ignore[misc]
     assert report["tracked_share"] == 1.0
     assert max(report["mean_abs_error_deg"].values()) < 3.0
     yaw = np.array(report["yaw_deg"])
@@ -264,7 +264,7 @@ def test_a_face_first_seen_from_the_side_is_followed() -> None:
         run.finish()
     sequence.close()
     assert abs(truth.poses[setup.footage.start][0]) < 10.0  # type: ignore[index]
-    assert np.median([HEAD.report(run.diagnostics)["tracked_share"] for run in runs]) > 0.7  # type: ignore[misc]
+    assert np.median([HEAD.measured.report(run.diagnostics)["tracked_share"] for run in runs]) > 0.7  # type: ignore[misc]
 
 
 def test_truth_of_another_kind_is_refused() -> None:

@@ -109,7 +109,7 @@ def test_series_are_beside_the_truth() -> None:
         apart = positions - (first + TRUE_PATH[frame] - TRUE_PATH[0])
         assert row.number(name) == pytest.approx(np.sqrt(np.square(apart).sum(axis=1).mean()))
     np.testing.assert_allclose(state.history[0][:, 0, 0], REFERENCE_PX, atol=1e-4)
-    report = EXPERIMENT.report(run.diagnostics) if EXPERIMENT.report else {}
+    report = EXPERIMENT.measured.report(run.diagnostics) if EXPERIMENT.report else {}
     assert (report["tracks"], set(report)) == (
         6, {"tracks", "false_motion_px", "raw_rms_px", "filtered_rms_px", "smoothed_rms_px"}
     )  # fmt: skip
@@ -126,8 +126,8 @@ def test_where_nothing_moves_motion_is_false(tmp_path: Path) -> None:
     found = {}
     for tracker in ("lg", "lng"):
         run = of_table("\n".join(lines), tmp_path, tracker, noise_variance_px2=0.25, drive_variance_px2=0.05)
-        assert EXPERIMENT.report is not None
-        found[tracker] = EXPERIMENT.report(run.diagnostics)
+        assert EXPERIMENT.measured.report is not None
+        found[tracker] = EXPERIMENT.measured.report(run.diagnostics)
         assert set(found[tracker]) == {"tracks", "raw_motion_px", "false_motion_px"}
         assert run.diagnostics[12].number("outlier_share") == 1.0
     assert found["lng"]["false_motion_px"] < 1.0 < found["lg"]["false_motion_px"]

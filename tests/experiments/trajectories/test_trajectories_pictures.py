@@ -45,8 +45,8 @@ def search_of(drawing: Drawing) -> WorldDrawing:
 
 def report(run: Run) -> dict[str, Any]:
     run.finish()
-    assert EXPERIMENT.report is not None
-    return dict(EXPERIMENT.report(run.diagnostics))
+    assert EXPERIMENT.measured.report is not None
+    return dict(EXPERIMENT.measured.report(run.diagnostics))
 
 
 @pytest.mark.parametrize("tracker", EXPERIMENT.trackers)

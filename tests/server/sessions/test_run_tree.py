@@ -47,12 +47,12 @@ class TestWorkbench:
         """What is drawn and written is told as the experiment declares it, and is read from a file as it was."""
         experiment = EXPERIMENTS[name]
         described = RunTree(config(experiment=name, frames=2)).describe()
-        assert tuple(described.plots) == experiment.plots
-        assert tuple(described.readings) == experiment.readings
-        assert tuple(described.layers) == experiment.layers
-        assert tuple(described.worlds) == experiment.worlds
+        assert tuple(described.plots) == experiment.display.plots
+        assert tuple(described.readings) == experiment.display.readings
+        assert tuple(described.layers) == experiment.display.layers
+        assert tuple(described.worlds) == experiment.display.worlds
         text = described.model_dump_json()
-        assert json.loads(text)["plots"] == json.loads(json.dumps([asdict(plot) for plot in experiment.plots]))
+        assert json.loads(text)["plots"] == json.loads(json.dumps([asdict(plot) for plot in experiment.display.plots]))
         assert SessionDescription.model_validate_json(text) == described
 
     def test_what_is_declared_of_bands_is_said(self) -> None:

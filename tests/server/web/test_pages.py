@@ -119,9 +119,9 @@ def test_declarations(client: httpx.Client, name: str) -> None:
     known = declarations(type(EXPERIMENTS[name].simulate().parameters))
     assert [item["name"] for item in detail["declarations"]] == [item.name for item in known]
     assert set(detail["schema"]["properties"]) == {item.name for item in known}
-    assert [layer["name"] for layer in detail["layers"]] == [layer.name for layer in EXPERIMENTS[name].layers]
+    assert [layer["name"] for layer in detail["layers"]] == [layer.name for layer in EXPERIMENTS[name].display.layers]
     worlds = [(world["name"], world["unit"]) for world in detail["worlds"]]
-    assert worlds == [(world.name, world.unit) for world in EXPERIMENTS[name].worlds]
+    assert worlds == [(world.name, world.unit) for world in EXPERIMENTS[name].display.worlds]
 
 
 def test_health(client: httpx.Client) -> None:

@@ -144,7 +144,7 @@ def test_a_saved_run_is_exported_from_its_file(client: httpx.Client, tmp_path: P
     address = f"/api/v1/runs/{run['id']}/exports"
     offered = client.get(address).json()
     assert [one["name"] for one in offered["exports"]] == [one.name for one in FORMATS]
-    assert [plot["id"] for plot in offered["plots"]] == [plot.id for plot in find("sine").plots]
+    assert [plot["id"] for plot in offered["plots"]] == [plot.id for plot in find("sine").display.plots]
     table, told = file_of(client, client.post(f"{address}/csv"))
     place = tmp_path / told["name"]
     place.write_bytes(table.content)

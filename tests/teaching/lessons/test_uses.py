@@ -23,5 +23,5 @@ def test_it_can_be_opened(scenario: Scenario) -> None:
     readers = {each.name: each.trackers for each in declarations(type(run.parameters_at(0)))}
     for name in set(scenario.unlocked) - {"tracker", "seed"}:
         assert not readers[name] or run.tracker_at(0) in readers[name] or "tracker" in scenario.unlocked, name
-    assert set(scenario.plots) <= {plot.id for plot in experiment.plots}
-    assert set(scenario.layers) <= {layer.name for layer in experiment.layers}
+    assert set(scenario.plots) <= {plot.id for plot in experiment.display.plots}
+    assert set(scenario.layers) <= {layer.name for layer in experiment.display.layers}

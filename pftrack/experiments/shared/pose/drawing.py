@@ -8,7 +8,6 @@ deviation and, where it is known, the truth.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Landmarks
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.matrices import NEAREST_MM
-from pftrack.experiments.shared.pose.calibrated import PoseTrackerParameters
+from pftrack.experiments.experiment import Judge
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import at_height, before_camera, frustum, lines, uncertainty
 from pftrack.vision.face import gaze
@@ -250,10 +249,10 @@ def mean_error_deg(estimates: Floats, truths: Floats) -> Floats:
     return error
 
 
-def is_lost(errors: Any, sizes: Any, parameters: PoseTrackerParameters) -> Any:  # noqa: ANN401 - one or many
-    """Return whether errors (...), degrees, are so large that the pose counts as lost."""
-    del sizes
-    return errors > parameters.lost_deg
+JUDGE = Judge(
+    mean_error_deg, lambda errors, _sizes, parameters: errors > parameters.lost_deg, scale=float(np.rad2deg(1.0))
+)
+"""How poses are compared with the truth."""
 
 
 def _gaze_sd(state: PoseState) -> Floats:

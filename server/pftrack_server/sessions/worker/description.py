@@ -47,7 +47,7 @@ def describe(run: Run) -> spec.SessionDescription:
     own = [name for tracker, texts in experiment.filters.items() for name in parameters_of(tracker, texts)]
     truth = experiment.video.truth if footage else None
     return spec.SessionDescription(
-        **{name: getattr(experiment, name) for name in ("unit", "target", "plots", "readings", "layers", "worlds")},
+        **vars(experiment.display) | {"unit": experiment.unit, "target": experiment.texts.target},
         title=experiment.title_on(footage),
         subject=footage.title if footage else preset.title if preset else "",
         series=[*experiment.all_series(), *told],
@@ -184,7 +184,7 @@ class FrameView:
         wanted = self._wanted
         if wanted.likelihood or wanted.pulls or wanted.place is not None or self._particle is not None:
             drawing = self._draw_looked_at(run, drawing)
-        drawn = dict.fromkeys(drawn_keys(drawing, run.experiment.layers))
+        drawn = dict.fromkeys(drawn_keys(drawing, run.experiment.display.layers))
         if self._legend[0] != step.tracker:
             self._legend = step.tracker, {}
         # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may

@@ -479,7 +479,7 @@ class Worker:
     def _picture(self) -> bytes:
         """Return the current frame as PNG, drawn larger so that it can be looked at, up to 640 px wide."""
         drawing = self._tree.drawing()
-        layers = self._tree.experiment.shown_layers
+        layers = self._tree.experiment.display.shown
         scale = max(1.0, min(4.0, 640 / max(drawing.width, 1)))
         return png(render(drawing, layers=layers, scale=scale, caption=False))
 
