@@ -128,7 +128,7 @@ def test_past_frames_recede_behind_the_picture() -> None:
 def test_from_the_front_nothing_is_drawn_that_only_depth_shows() -> None:
     """The trail stays, the path through time goes."""
     run, drawn = ball_drawing()
-    flat = from_front(run.experiment.draw(run.current, run.diagnostics), run.experiment.layers).primitives
+    flat = from_front(run.experiment.draw(run.current, run.diagnostics), run.experiment.display.layers).primitives
     assert {"space-time", "true space-time", "past frames", "axis"} <= drawn.keys() - flat.keys()
     assert {"picture", "particles", "trail"} <= flat.keys()
 
@@ -183,7 +183,7 @@ def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
     assert picture.relief is not None
     assert np.array_equal(picture.relief, found.levels.astype(np.float32))
     assert (picture.relief.min(), picture.relief.max()) == (0.0, 1.0)
-    flat = from_front(shown, run.experiment.layers).primitives["picture"]
+    flat = from_front(shown, run.experiment.display.layers).primitives["picture"]
     assert isinstance(flat, Picture)
     assert flat.image_rgb is picture.image_rgb
     assert flat.relief is None

@@ -123,7 +123,7 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
     pictures: dict[int, EncodedPicture] = {}
     for frame in range(0, frames, every):
         run.seek(frame)
-        drawing, ratio = _thin(from_front(view.draw(run, None), run.experiment.layers))
+        drawing, ratio = _thin(from_front(view.draw(run, None), run.experiment.display.layers))
         thinned = max(thinned, ratio)
         encoded = encoder.encode(drawing, frame)
         pictures |= {picture.key: picture for picture in encoded.pictures}

@@ -124,4 +124,4 @@ def test_what_the_page_says_of_a_head_is_what_the_program_has() -> None:
     sure, unsure = next(layer for layer in HEAD.display.layers if layer.name == UNCERTAINTY).legend
     assert f"{head.SURE_MM:g} mm" in sure.meaning
     assert f"{head.UNSURE_MM:g} mm" in unsure.meaning
-    assert HEAD.display.plots[1:4] == find("prism").plots[1:4]  # which both have by their names alone
+    assert HEAD.display.plots[1:4] == find("prism").display.plots[1:4]  # which both have by their names alone

@@ -324,7 +324,7 @@ class Worker:
             # The other form, asked for a little later, is of the same drawing.
             self._drawing = self._drawing or self._tree.drawing()
             # The finer pictures, which do for the scene as well, come first.
-            seen = from_front(self._drawing, self._tree.run.experiment.layers)
+            seen = from_front(self._drawing, self._tree.run.experiment.display.layers)
             flat = self._encoder.encode(seen, self._tree.run.position) if "flat" in forms else None
             scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
             self._credits -= forms
