@@ -6,13 +6,15 @@ A worker of lessons draws and judges; a child task, which may take its time, com
 import json
 import math
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import asdict
 from typing import Any
 
 from pydantic import TypeAdapter
 
 from pftrack.core.model.parameters import flat, nearest, revise
-from pftrack.process import give_way
+from pftrack.doctor.compiling import watch
+from pftrack.process import give_way, report
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import find
 from pftrack.teaching.lessons import lesson as course
@@ -44,7 +46,8 @@ def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | Non
     start = body.parameters if revealed else _question_parameters(lesson)
     parameters = revise(start, nearest(type(start), values) if near else dict(values))
     seed = body.seed if seed is None else seed
-    shown = body.show(parameters, seed)
+    with _telling_what_is_compiled():
+        shown = body.show(parameters, seed)
     figure = shown.figure if revealed else shown.figure.without_answer()
     told = {
         "figure": figure.model_dump(mode="json"),
@@ -63,9 +66,14 @@ def judge_demonstration(wanted: str, source: str, given: course.Given) -> course
     """
     lesson = _lesson(wanted, source)
     course.read_answer(lesson.question, given)
-    return course.judge(
-        lesson.question, lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed), given
-    )
+    with _telling_what_is_compiled():
+        right = lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed)
+    return course.judge(lesson.question, right, given)
+
+
+def _telling_what_is_compiled() -> AbstractContextManager[None]:
+    """Give signs of life: to compile all that a figure calls may take a busy machine minutes, once."""
+    return watch(report, lambda function, _: report(function))
 
 
 def answer(wanted: str, source: str) -> Steps:

@@ -2,14 +2,18 @@
 
 import asyncio
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import httpx
+import numba
 import pytest
 
+from pftrack.doctor import compiling
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Demonstration
+from pftrack_server.teaching import functions
 from pftrack_server.teaching.lessons import Lessons
 from tests.server.host import Server, error_of
 from tests.waiting import wait_for
@@ -183,6 +187,19 @@ def test_a_broken_file_is_told_with_its_line_and_spoils_nothing_else(server: Ser
     assert {problem["origin"] for problem in listed["problems"]} == {"mistaken.md"}
     assert any(problem["line"] == 4 and "sead" in problem["message"] for problem in listed["problems"])
     assert client.get(URL).json()["problems"] == []
+
+
+def test_a_worker_that_compiles_gives_signs_of_life(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is not ended as one that takes too long: it tells of a function before and after it is compiled."""
+    lesson = LESSONS["bayes"]
+    assert isinstance(lesson.body, Demonstration)
+    show, fresh, told = lesson.body.show, numba.njit(lambda x: x + 1.0), []
+    monkeypatch.setattr(compiling, "FUNCTIONS", [fresh])
+    monkeypatch.setattr(functions, "report", told.append)
+    compiles = replace(lesson.body, show=lambda parameters, seed: (fresh(1.0), show(parameters, seed))[1])
+    monkeypatch.setattr(functions, "find", lambda wanted: replace(lesson, body=compiles))
+    functions.draw("bayes", "", {}, None, True, False)
+    assert told == [compiling.name_of(fresh)] * 2
 
 
 def test_a_slow_figure_keeps_nobody_waiting(server: Server, client: httpx.Client) -> None:
