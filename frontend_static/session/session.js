@@ -116,7 +116,12 @@ function offerEditor() {
   return { isOffered, toggle };
 }
 
-/** @param {SessionPublic} session */
+/**
+ * Somebody who comes by the link of a class may not ask for files.
+ *
+ * @param {SessionPublic} session
+ */
 async function offered({ recipe }) {
+  if (isParticipant) return [];
   return (await api.filters()).filter((file) => file.editable && file.experiment === recipe.experiment);
 }

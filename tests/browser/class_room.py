@@ -80,7 +80,7 @@ def newcomers(chromium: Any, server: Server, hear: Callable[[str], None]) -> Ite
             context.add_init_script(script)
         page = context.new_page()
         page.on("pageerror", lambda error: hear(str(error)))
-        page.on("console", lambda line: hear(line.text) if line.type == "error" else None)
+        page.on("console", lambda line: hear(f"{line.text} {line.location['url']}") if line.type == "error" else None)
         return Follower(page)
 
     yield come
