@@ -7,6 +7,7 @@
  */
 
 import { absolute, ApiError, ROOT } from "./api.js";
+import { toast } from "./dom.js";
 
 // Sockets of the server: where they are, and how long to wait before the next try.
 
@@ -44,6 +45,10 @@ const PING_EVERY_MS = 5000;
 const IS_GONE = [401, 403, 404, 410];
 /** The server refuses a socket with an HTTP status plus this. */
 const CODES_FROM = 4000;
+/** The code of a connection that broke, or did not come about. */
+const BROKEN = 1006;
+const NOT_PASSED_ON =
+  "The server answers, but its live updates do not arrive: a proxy must pass on websockets, with the headers Host, Upgrade and Connection.";
 
 /**
  * Who hears what comes over a stream.
@@ -68,6 +73,8 @@ export class Stream {
   #backoff = new Backoff();
   #timer = 0;
   #isGreeted = false;
+  /** Connections in a row that did not come about though the server answers. */
+  #refusals = 0;
   #pings = 0;
   #unanswered = 0;
   #end = new AbortController();
@@ -92,7 +99,7 @@ export class Stream {
   stop() {
     this.#end.abort();
     clearTimeout(this.#timer);
-    this.#leave()?.close();
+    this.#leave();
   }
 
   /**
@@ -106,16 +113,18 @@ export class Stream {
 
   /** Connect again at once, because the address has changed; ignore the old connection. */
   again() {
-    this.#leave()?.close();
+    this.#leave();
     this.#soon(0);
   }
 
-  /** Hear no more of the connection that there is, and return its socket. */
+  /** Hear no more of the connection that there is, and close it. */
   #leave() {
     const socket = this.#socket;
     this.#socket = null;
     clearInterval(this.#pings);
-    return socket;
+    // A browser writes to its console where one is closed that has yet to open.
+    if (socket?.readyState === WebSocket.CONNECTING) socket.addEventListener("open", () => socket.close());
+    else socket?.close();
   }
 
   #connect() {
@@ -142,9 +151,7 @@ export class Stream {
       return;
     }
     // close() alone would wait for the other side's farewell, which is just what does not come.
-    const socket = this.#socket;
     this.#closed(null);
-    socket?.close();
   }
 
   /** @param {string|ArrayBuffer} data */
@@ -172,6 +179,8 @@ export class Stream {
     const told = IS_GONE.includes(status) ? new ApiError(status, { message: event?.reason ?? "" }) : null;
     // A greeted page hears the same code from a server that only stops.
     const error = wasGreeted ? null : (told ?? (await this.#look().then(() => null, (failure) => failure)));
+    this.#refusals = !wasGreeted && error === null && event?.code === BROKEN ? this.#refusals + 1 : 0;
+    if (this.#refusals === 2) toast(NOT_PASSED_ON, { kind: "error" });
     if (error instanceof ApiError && IS_GONE.includes(error.status)) {
       this.stop();
       this.#on.gone(error);

@@ -1,9 +1,10 @@
 """A server behind nginx with TLS, as docs/how-to/server.md sets it up: below the prefix, and as secure as the page."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import urlencode, urlsplit
+from urllib.parse import urlencode, urljoin, urlsplit
 
 import cv2
 import httpx
@@ -134,13 +135,36 @@ def test_a_session_plays_and_a_class_follows(outside: Outside, secure: Any) -> N
     follower.context.close()
 
 
+@pytest.mark.parametrize("missing", ["Upgrade", "Host"])
+def test_the_page_says_what_a_proxy_must_pass_on(
+    chromium: Any, beside_others: Server, tmp_path: Path, missing: str
+) -> None:
+    """Where no websocket comes through, a session says so within five seconds, with the remedy."""
+    port, upstream = free_port(), urlsplit(beside_others.url).port or 0
+    passing = re.sub(rf" *proxy_set_header {missing} .*\n", "", site(port, upstream, ""))
+    session = beside_others.start_session(frames=5)
+    with nginx(tmp_path, {port: passing}):
+        page = chromium.new_page()
+        page.goto(f"https://localhost:{port}/{session['page']}?{urlencode({'token': TOKEN})}", wait_until="commit")
+        told = page.get_by_role("alert").filter(
+            has_text="a proxy must pass on websockets, with the headers Host, Upgrade"
+        )
+        told.wait_for(timeout=5_000)
+        page.close()
+    beside_others.end_sessions()
+
+
 def test_who_is_no_named_proxy_is_not_believed(behind: Behind) -> None:
-    """A server that was not told to trust it serves below its own base path, without what the proxy says."""
+    """A server that was not told to trust it serves below its own base path, and tells who opens a page what to set."""
     with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
         trusted = client.get(behind.taken_off, headers={"authorization": "Bearer nothing"}, follow_redirects=False)
-        assert urlsplit(trusted.headers["location"]).path == f"{TAKEN_OFF}/"
+        assert urlsplit(urljoin(behind.taken_off, trusted.headers["location"])).path == f"{TAKEN_OFF}/"
         page = client.get(f"{behind.distrusted}/").text
         assert f'<base href="{BASE}/">' in page
+        told = client.get(f"{behind.distrusted}/", headers={"accept": "text/html"})
+        assert told.status_code == 400
+        assert f"takes {TAKEN_OFF} off the addresses" in told.json()["error"]["message"]
+        assert "PFTRACK_TRUSTED_PROXIES=127.0.0.1" in told.json()["error"]["message"]
 
 
 def test_a_browser_cannot_name_a_prefix(behind: Behind) -> None:

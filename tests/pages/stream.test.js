@@ -8,6 +8,7 @@ import { Stream } from "../../frontend_static/shared/stream.js";
 
 /** A websocket that does what it is told to. */
 class FakeSocket extends EventTarget {
+  static CONNECTING = 0;
   static OPEN = 1;
   /** @type {FakeSocket[]} */
   static made = [];
@@ -128,6 +129,8 @@ describe("a stream", () => {
     const { end, heard, tick, made } = stage(test);
     end.abort();
     const [last] = FakeSocket.made;
+    assert.ok(!last.isClosed, "a browser would complain of one that is closed before it opens");
+    last.opens();
     assert.ok(last.isClosed);
     last.ends();
     await turn();

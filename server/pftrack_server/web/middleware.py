@@ -4,7 +4,8 @@ What a trusted proxy says takes the place of what the request itself says: `X-Fo
 `X-Forwarded-Host` that of the host, and `X-Forwarded-Prefix` is what the proxy has taken off the path, which comes
 before the server's own base path. From here on the request is as the browser has sent it, so that nothing else knows
 of proxies. From any other address than a named one, or with a Host that is not this server's, these headers count for
-nothing: a page of a stranger, opened on the machine of the proxy, could send them as well.
+nothing: a page of a stranger, opened on the machine of the proxy, could send them as well. Only somebody who opens a
+page is told which setting is missing, since the addresses of the page would lead nowhere.
 
 What lies outside the base does not exist.
 
@@ -19,7 +20,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from pftrack_server.core.base_path import address_of, encode_path, read_base_path
+from pftrack_server.core.base_path import address_of, encode_path, read_base_path, route_path
 from pftrack_server.core.settings import Settings
 from pftrack_server.web.security import Hosts, refuse
 
@@ -44,6 +45,13 @@ class BasePath:
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
+        if prefix := self._untold_prefix(scope):
+            message = (
+                f"A proxy takes {prefix} off the addresses of this server: "
+                f"start the server with PFTRACK_TRUSTED_PROXIES={_client(scope)}, so that its pages have it."
+            )
+            await refuse(scope, receive, send, HTTPStatus.BAD_REQUEST, message)
+            return
         try:
             scope = self._as_sent(scope)
         except ValueError as error:
@@ -52,13 +60,23 @@ class BasePath:
             return
         root, path = scope["root_path"], scope["path"]
         if path.startswith(f"{root}/"):
-            await self._app(scope, receive, send)
+            await self._app(scope, receive, send if root == self._base else _with_relative_redirections(scope, send))
         elif path == root and scope["type"] == "http":
             query = scope["query_string"].decode("latin-1")
             await RedirectResponse(address_of(scope, f"?{query}" if query else ""))(scope, receive, send)
         else:
             message = "This path is outside the server; its addresses begin with another one."
             await refuse(scope, receive, send, HTTPStatus.NOT_FOUND, message)
+
+    def _untold_prefix(self, scope: Scope) -> str:
+        """Return what a proxy that was not named takes off the path of a page, whose addresses would lead nowhere."""
+        headers = Headers(scope=scope)
+        prefix = _last(headers, "x-forwarded-prefix").removesuffix("/")
+        is_page = scope["type"] == "http" and "text/html" in headers.get("accept", "")
+        is_told = self._is_trusted(scope, headers) or prefix == encode_path(self._base)
+        if not is_page or is_told or self._hosts.refusal(headers) or _client(scope) is None:
+            return ""
+        return prefix
 
     def _as_sent(self, scope: Scope) -> Scope:
         """Return a request as the browser has sent it.
@@ -85,15 +103,37 @@ class BasePath:
 
     def _is_trusted(self, scope: Scope, headers: Headers) -> bool:
         """Tell whether a request comes by a proxy that was named."""
-        if not self._proxies or not scope.get("client"):
-            return False
-        try:
-            address = ipaddress.ip_address(scope["client"][0])
-        except ValueError:
-            return False
-        # A server that listens for both kinds sees addresses of the older kind in the form of the newer one.
-        address = getattr(address, "ipv4_mapped", None) or address
-        return any(address in proxy for proxy in self._proxies) and self._hosts.refusal(headers) is None
+        address = _client(scope)
+        return (
+            address is not None
+            and any(address in proxy for proxy in self._proxies)
+            and self._hosts.refusal(headers) is None
+        )
+
+
+def _with_relative_redirections(scope: Scope, send: Send) -> Send:
+    """Send what redirects without the prefix that a proxy has taken off: some put it before every path themselves."""
+    root = address_of(scope)
+    up = "./" + "../" * (route_path(scope).count("/") - 1)
+
+    async def send_relative(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            if (place := headers.get("location", "")).startswith(root):
+                headers["location"] = up + place.removeprefix(root)
+        await send(message)
+
+    return send_relative
+
+
+def _client(scope: Scope) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Return the address from which a request comes, if it has one."""
+    try:
+        address = ipaddress.ip_address((scope.get("client") or [""])[0])
+    except ValueError:
+        return None
+    # A server that listens for both kinds sees addresses of the older kind in the form of the newer one.
+    return getattr(address, "ipv4_mapped", None) or address
 
 
 def _last(headers: Headers, name: str) -> str:

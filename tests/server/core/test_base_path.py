@@ -147,6 +147,14 @@ class TestProxies:
         seen = _seen("/work", headers, **who)
         assert _told(seen) == ("http", headers.get("host", HOST), "", "/work")
 
+    def test_a_page_tells_which_setting_is_missing(self) -> None:
+        """Its addresses would lead nowhere; one whose own path comes through, or of another server, is not refused."""
+        page = {"x-forwarded-prefix": "/user/ann/proxy/8000", "accept": "text/html"}
+        assert _seen("/", page, trusted_proxies="") == (400, "")
+        assert _seen("/", page, client="testclient")["root_path"] == ""
+        assert _seen("/in/", {**page, "x-forwarded-prefix": "/in"}, client=STRANGER, base_path="/in")["path"] == "/in/"
+        assert _seen("/", {**page, "host": "evil.example"}, client=STRANGER)["path"] == "/"
+
     def test_networks(self) -> None:
         """A network is named by its prefix, and stands for all its addresses."""
         assert _seen("/", FORWARDED, trusted_proxies="198.51.100.1,192.0.2.0/24")["scheme"] == "https"
@@ -206,3 +214,14 @@ class TestServer:
             assert f"Path={urlsplit(links[0]).path};" in follower.headers["set-cookie"]
             begun = httpx.get(follow["owner_link"]).headers["location"]
             assert begun == f"{urlsplit(follow['owner_link']).path}/{session['page']}"
+
+    def test_what_redirects_says_no_prefix_that_was_taken_off(self, start_server: Any) -> None:
+        """Some proxies, as jupyter-server-proxy, put it before every path to which an answer leads."""
+        with start_server(base_path="/in", token=TOKEN, trusted_proxies="127.0.0.1") as (server, client):
+            prefix = {"x-forwarded-prefix": "/out%20side"}
+            welcome = client.get(f"{server.url}/work?token={TOKEN}", headers=prefix)
+            assert welcome.headers["location"] == "./work"
+            assert "Path=/out%20side/in/;" in welcome.headers["set-cookie"]
+            client.headers["authorization"] = f"Bearer {TOKEN}"
+            assert client.get(f"{server.url}/learn/9", headers=prefix).headers["location"] == "./../learn/sir"
+            assert client.get(f"{server.url}/learn/9").headers["location"] == "/in/learn/sir"
