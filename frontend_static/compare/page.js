@@ -1,7 +1,6 @@
 /** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
 
-import { followChip } from "../lecturer/chip.js";
-import { ClassControl } from "../lecturer/class_control.js";
+import { ClassControl, followChip } from "../lecturer/class_control.js";
 import { graphics, NO_GRAPHICS } from "../session/scene.js";
 import { api, messageOf } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison.js";

@@ -2,8 +2,7 @@
 
 import { LinkNow } from "../compare/compare.js";
 import { JointView } from "../compare/joint.js";
-import { followChip } from "../lecturer/chip.js";
-import { ClassControl } from "../lecturer/class_control.js";
+import { ClassControl, followChip } from "../lecturer/class_control.js";
 import { api, messageOf } from "../shared/api.js";
 import { linkTo as linkToComparison } from "../shared/comparison.js";
 import { whenCompiled } from "../shared/compiling.js";

@@ -1,8 +1,7 @@
 /** The page of a lesson: its text, what it shows, its question; and the class that may follow it. */
 
 import { END_FORK, endFork } from "../lecturer/api.js";
-import { followChip } from "../lecturer/chip.js";
-import { ClassControl } from "../lecturer/class_control.js";
+import { ClassControl, followChip } from "../lecturer/class_control.js";
 import { here, messageOf, START } from "../shared/api.js";
 import { openKeys } from "../shared/dialog.js";
 import { build, IconLink, lastOfAddress, part } from "../shared/dom.js";

@@ -1,14 +1,16 @@
 /**
  * The class that follows this page, as its lecturer sees it. It belongs to the tab: the next page of the tab leads it, too.
  * What leads to the next page of a lecture takes the class along; elsewhere the lecturer decides whether it shall see that page.
+ * The chip in the header, "Follow me" or how many follow, has it begin. What a class needs more (`leading.js`) is loaded for a tab
+ * that leads one, or that holds a lecture.
  */
 
 import { statusOf } from "../shared/api.js";
-import { attempt, toast } from "../shared/dom.js";
+import { attempt, elementOf, Icon, toast } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { NewestRequest } from "../shared/timing.js";
 import { classOfLink, isParticipant, KeptInTab } from "../shared/visitor.js";
-import { batch, computed, signal } from "../vendor/preact.js";
+import { batch, computed, effect, h, html, signal } from "../vendor/preact.js";
 import { follows } from "./api.js";
 
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
@@ -27,6 +29,9 @@ const NOT_FOUND = 404;
 const GONE = 410;
 /** Which class this tab leads, and which page it sees; null for the next one. */
 const led = /** @type {KeptInTab<{id: string, page: string|null}>} */ (new KeptInTab("pftrack-class"));
+
+/** The walk through a lecture of this tab. */
+export const walkOfTab = /** @type {KeptInTab<import("./walk.js").Walk>} */ (new KeptInTab("pftrack-walk"));
 
 export class ClassControl {
   /** As the server describes it; null while nobody is led from this tab. */
@@ -207,4 +212,47 @@ export function takeClassAlong() {
  */
 export function following(followers) {
   return followers === 1 ? "1 follows" : `${followers} follow`;
+}
+
+/**
+ * The chip, and what a class or a lecture has on the page, once there is one.
+ *
+ * @param {ClassControl} control
+ * @param {AbortSignal} end Takes away what stands on the page besides.
+ * @returns {HTMLButtonElement}
+ */
+export function followChip(control, end) {
+  const holds = !isParticipant && walkOfTab.get()?.ended === null;
+  let isLed = false;
+  const stop = effect(() => {
+    if (isLed || (!holds && control.follow.value === null)) return;
+    isLed = true;
+    import("./leading.js").then(({ lead }) => end.aborted || lead(control, end));
+  });
+  end.addEventListener("abort", stop);
+  return elementOf(h(FollowChip, { control }));
+}
+
+/** @param {{control: ClassControl}} props */
+function FollowChip({ control }) {
+  const [follow, isHere] = [control.follow.value, control.isHere.value];
+  const [words, title] = wordsOf(follow, isHere);
+  const open = async () => (await import("./leading.js")).openClassDialog(control);
+  return html`<button
+    type="button" class="follow-chip" aria-haspopup="dialog" title=${title} disabled=${follow === null && !control.mayBegin.value}
+    data-leads=${follow !== null || null} data-elsewhere=${(follow !== null && !isHere) || null} onClick=${open}
+  >
+    ${h(Icon, { name: "class" })}<span class=${follow === null ? "wide-only" : ""}>${words}</span>
+  </button>`;
+}
+
+/**
+ * @param {FollowOwned|null} follow
+ * @param {boolean} isHere
+ */
+function wordsOf(follow, isHere) {
+  if (follow === null) return ["Follow me", "Show this page to a class, which opens a short link; or add it to a lecture"];
+  const { followers, title } = follow;
+  if (isHere) return [following(followers), "The class sees this page"];
+  return [followers === 1 ? "1 sees another page" : `${followers} see another page`, `The class sees something else: ${title}`];
 }

@@ -3,8 +3,6 @@
  * each page that is opened finds it. A poll has no page: it is asked over what is shown before it, or, where nothing is, after.
  */
 
-import { KeptInTab } from "../shared/visitor.js";
-
 /** @import { LectureItemPublic, LecturePublic } from "../shared/messages.js" */
 
 /**
@@ -31,9 +29,6 @@ import { KeptInTab } from "../shared/visitor.js";
  */
 
 const MINUTE_MS = 60_000;
-
-/** The walk of this tab. */
-export const walkOfTab = /** @type {KeptInTab<Walk>} */ (new KeptInTab("pftrack-walk"));
 
 /**
  * Begin a lecture with its first step. What cannot be shown here is left out.

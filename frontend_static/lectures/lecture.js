@@ -1,10 +1,10 @@
 /** The page on which a lecture is made: its order, what it can be made of, and how it begins. What is changed is saved at once. */
 
 import { lectures, polls } from "../lecturer/api.js";
-import { beginLecture, open } from "../lecturer/chip.js";
-import { ClassControl, following } from "../lecturer/class_control.js";
+import { beginLecture, open } from "../lecturer/leading.js";
+import { ClassControl, following, walkOfTab } from "../lecturer/class_control.js";
 import { Answered } from "../lecturer/poll.js";
-import { clock, clockWords, minutesText, spentOn, time, walkOfTab } from "../lecturer/walk.js";
+import { clock, clockWords, minutesText, spentOn, time } from "../lecturer/walk.js";
 import { messageOf } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
 import { lastOfAddress, part, toast } from "../shared/dom.js";
@@ -15,7 +15,7 @@ import { h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 import { Order } from "./order.js";
 import { Palette } from "./palette.js";
 
-/** @import { Item } from "../lecturer/api.js" */
+/** @import { Item } from "../lecturer/items.js" */
 /** @import { Walk } from "../lecturer/walk.js" */
 /** @import { LectureItemPublic, LecturePublic, LectureUpdate, PollKept } from "../shared/messages.js" */
 /** @import { Entry } from "./order.js" */

@@ -1,7 +1,7 @@
 /** All lectures, and what classes have answered. */
 
 import { lectures, polls } from "../lecturer/api.js";
-import { beginLecture } from "../lecturer/chip.js";
+import { beginLecture } from "../lecturer/leading.js";
 import { Answered } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
 import { confirmLoss } from "../shared/dialog.js";

@@ -1,7 +1,7 @@
 /** What a lecture can be made of: lists of each kind, a form for a poll, and a field for a link. */
 
 import { lessons } from "../learn/progress.js";
-import { itemOfAddress, itemOfSession } from "../lecturer/api.js";
+import { itemOfAddress, itemOfSession } from "../lecturer/items.js";
 import { PollForm } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
 import { sessionTitle } from "../session/steering.js";
@@ -12,7 +12,7 @@ import { Loaded } from "../shared/page.js";
 import { presetRecipe } from "../shared/share_link.js";
 import { h, html, useSignal } from "../vendor/preact.js";
 
-/** @import { Item } from "../lecturer/api.js" */
+/** @import { Item } from "../lecturer/items.js" */
 /** @import { Child } from "../vendor/preact.js" */
 
 /** @typedef {(item: Item, title?: string, minutes?: number) => void} Add `title` is for an item that says none itself; the server knows better. */

@@ -1,7 +1,7 @@
 /** The line above a session: what runs, its presets, and a menu with everything that can be done with the run. */
 
 import { END_FORK, endFork } from "../lecturer/api.js";
-import { followChip } from "../lecturer/chip.js";
+import { followChip } from "../lecturer/class_control.js";
 import { api } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
 import { attempt, Icon, Popover } from "../shared/dom.js";

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { itemOfLink } from "../../frontend_static/lecturer/api.js";
+import { itemOfLink } from "../../frontend_static/lecturer/items.js";
 import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
 import { moved } from "../../frontend_static/lectures/order.js";
 import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison.js";

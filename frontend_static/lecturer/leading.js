@@ -1,7 +1,6 @@
 /**
- * A class on its lecturer's page: the chip in the header, "Follow me" or how many follow; what it opens, which is the link with its
- * QR code, a poll, the limits and the end; and a poll of the class over the page. What the page shows can be added to a lecture
- * here as well.
+ * A class on its lecturer's page: what the chip in the header opens, which is the link with its QR code, a poll, the limits and the
+ * end; and a poll of the class over the page. What the page shows can be added to a lecture here as well.
  */
 
 import { api } from "../shared/api.js";
@@ -12,10 +11,11 @@ import { Doing } from "../shared/page.js";
 import { isPresenting, isTyping, presentNext } from "../shared/presentation.js";
 import { isParticipant } from "../shared/visitor.js";
 import { computed, effect, h, html, render, signal, useEffect, useSignal } from "../vendor/preact.js";
-import { follows, itemOfAddress, lectures, polls } from "./api.js";
-import { following, takeClassAlong } from "./class_control.js";
+import { follows, lectures, polls } from "./api.js";
+import { following, takeClassAlong, walkOfTab } from "./class_control.js";
+import { itemOfAddress } from "./items.js";
 import { Answered, ClassPoll, Poll, PollForm } from "./poll.js";
-import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, opened, pageOf, walkOfTab } from "./walk.js";
+import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, opened, pageOf } from "./walk.js";
 
 /** @import { FollowOwned, LectureSummary, PollCreateRequest, PollKept } from "../shared/messages.js" */
 /** @import { Signal, VNode } from "../vendor/preact.js" */
@@ -64,7 +64,7 @@ export function open(walk) {
  * @param {ClassControl} control
  * @param {AbortSignal} ends Takes it away.
  */
-export function lectureLine(control, ends) {
+function lectureLine(control, ends) {
   const walk = isParticipant ? null : walkOfTab.get();
   if (walk === null || walk.ended !== null) return;
   const held = new Held(walk, control);
@@ -238,37 +238,14 @@ const MOST_BEFORE = 20;
 const NEW = { id: "", title: "a new lecture" };
 
 /**
+ * Show what a class or a lecture has on each page of the tab that leads it.
+ *
  * @param {ClassControl} control
- * @param {AbortSignal} end Takes away what stands on the page besides.
- * @returns {HTMLButtonElement}
+ * @param {AbortSignal} end Takes it away.
  */
-export function followChip(control, end) {
+export function lead(control, end) {
   leadPoll(control, end);
   lectureLine(control, end);
-  return elementOf(h(FollowChip, { control }));
-}
-
-/** @param {{control: ClassControl}} props */
-function FollowChip({ control }) {
-  const [follow, isHere] = [control.follow.value, control.isHere.value];
-  const [words, title] = wordsOf(follow, isHere);
-  return html`<button
-    type="button" class="follow-chip" aria-haspopup="dialog" title=${title} disabled=${follow === null && !control.mayBegin.value}
-    data-leads=${follow !== null || null} data-elsewhere=${(follow !== null && !isHere) || null} onClick=${() => openClassDialog(control)}
-  >
-    ${h(Icon, { name: "class" })}<span class=${follow === null ? "wide-only" : ""}>${words}</span>
-  </button>`;
-}
-
-/**
- * @param {FollowOwned|null} follow
- * @param {boolean} isHere
- */
-function wordsOf(follow, isHere) {
-  if (follow === null) return ["Follow me", "Show this page to a class, which opens a short link; or add it to a lecture"];
-  const { followers, title } = follow;
-  if (isHere) return [following(followers), "The class sees this page"];
-  return [followers === 1 ? "1 sees another page" : `${followers} see another page`, `The class sees something else: ${title}`];
 }
 
 /**
@@ -325,7 +302,7 @@ function isForBrowser({ key, target, ctrlKey, metaKey, altKey }) {
 }
 
 /** @param {ClassControl} control */
-function openClassDialog(control) {
+export function openClassDialog(control) {
   show("A class that follows", (close) => h(Sheet, { control, close }), "wide");
 }
 
