@@ -39,6 +39,8 @@ export class JointView {
   /** @type {SessionStart[]} */
   #starts;
   #readOnly;
+  /** @type {Awaited<ReturnType<typeof plots>>|null} */
+  #plots = null;
 
   /**
    * @param {readonly Member[]} members
@@ -123,7 +125,7 @@ export class JointView {
   /** The plots, all runs in each. */
   plotted() {
     const place = build("div", { class: "plots" });
-    plots(place, this);
+    plots(place, this).then((made) => (this.#plots = made));
     return place;
   }
 
@@ -133,7 +135,7 @@ export class JointView {
    * @param {Partial<Actions>} more What they do besides.
    */
   listen(more) {
-    listen(document.body, { ...moves(this), ...more }, this.signal);
+    listen(document.body, { ...moves(this), zoom: (factor) => this.#plots?.zoom(factor), ...more }, this.signal);
   }
 
   /**

@@ -117,6 +117,10 @@ export function menuOf({ view, experiment, actions, editor }) {
     { words: "Branch from this frame…", tool: "branch", icon: "branch", keys: "N", needsRun: true, run: keys.branch },
     { words: "Look into the frame", tool: "inspect", icon: "inspect", keys: "I", title: "Likelihood, particles, ancestors", needsRun: true, run: keys.inspect },
   ];
+  if (session !== null && session.watch !== "") {
+    const turn = () => (view.hasNote.value = !view.hasNote.peek());
+    run.push({ words: "What to look at", tool: "watch", title: "Show the note below the picture, or put it away", run: turn });
+  }
   if (isFollower) run.push({ words: "End", tool: "close", icon: "close", title: END_FORK, run: endFork });
   if (!isParticipant) {
     const share = async () => (await import("./dialogs.js")).shareDialog(view.store.known);

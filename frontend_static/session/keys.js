@@ -21,6 +21,7 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} compare
  * @property {() => void} difference
  * @property {(direction: number) => void} faster
+ * @property {(factor: number|null) => void} zoom Of the plots: above 1 to see more frames; null for all.
  * @property {() => void} presets
  * @property {() => void} truth
  * @property {() => void} help
@@ -58,7 +59,11 @@ export const HELP = [
   { keys: "[ ]", what: "Slower, faster", acts: { "[": (on) => on.faster?.(-1), "]": (on) => on.faster?.(1) } },
   { keys: "P", what: "List the presets", acts: { p: "presets" } },
   { keys: "T", what: "On a recording: mark where the target truly is", acts: { t: "truth" } },
-  { keys: "+ - 0", what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel" },
+  {
+    keys: "+ - 0",
+    what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel",
+    acts: { "+": (on) => on.zoom?.(1 / 2), "=": (on) => on.zoom?.(1 / 2), "-": (on) => on.zoom?.(2), 0: (on) => on.zoom?.(null) },
+  },
   { keys: "F", what: "Present in large type; escape ends it", acts: { f: "present" } },
   { keys: "pageup pagedown", what: "In a lecture: the item before, the next one" },
   { keys: "F1", what: "What the control does that has the focus" },

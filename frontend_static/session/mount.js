@@ -4,13 +4,12 @@
  */
 
 import { api, messageOf, progressWords, START, statusOf } from "../shared/api.js";
-import { build as made, fill, IconButton, notice, toast } from "../shared/dom.js";
+import { build as made, fill, notice, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { follow, later, until } from "../shared/timing.js";
 import { isParticipant, remember, remembered } from "../shared/visitor.js";
-import { h, html, options as drawing, render, useEffect, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
-import { Inspection, Inspector } from "./inspector.js";
+import { h, html, options as drawing, render, signal as newSignal, useEffect, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
 import { Panel } from "./panel.js";
 import { plots } from "./plots/plots.js";
 import { isMeasured, readingWords, state } from "./readings.js";
@@ -173,23 +172,23 @@ function OnTheWay({ view: { store, commands } }) {
 }
 
 /**
- * What to look at, where the run began as a preset that says so, until it is put away, or the run has gone on for a while. The
- * frames that it names lead there.
+ * What to look at, where the run began as a preset that says so, until the menu puts it away, or the run has gone on for a while.
+ * The frames that it names lead there.
  *
  * @param {{view: Mounted}} props
  */
-function WatchNote({ view: { store, steering } }) {
-  const isAway = useSignal(false);
+function WatchNote({ view: { store, steering, hasNote } }) {
   /** The frame from which it has been played. */
   const from = useRef(/** @type {number|null} */ (null));
   const { session } = store;
   useSignalEffect(() => {
     const { playing = false, position = 0, frame_rate_hz: rate = 0 } = store.session ?? {};
     // A person who steps through the frames still reads it.
-    if (playing) from.current ??= position;
-    if (from.current !== null && position > from.current + STAYS_S * rate) isAway.value = true;
+    if (!hasNote.value) from.current = null;
+    else if (playing) from.current ??= position;
+    if (from.current !== null && position > from.current + STAYS_S * rate) hasNote.value = false;
   });
-  if (session === null || session.watch === "" || isAway.value) return null;
+  if (session === null || session.watch === "" || !hasNote.value) return null;
   const show = async (/** @type {number} */ frame) => {
     await steering.seek(Math.max(0, frame - BEFORE));
     await steering.slowDown();
@@ -203,7 +202,6 @@ function WatchNote({ view: { store, steering } }) {
   });
   return html`<aside class="look-at" aria-label="What to look at">
     <p>${parts}</p>
-    ${h(IconButton, { name: "close", title: "Put away", run: () => (isAway.value = true) })}
   </aside>`;
 }
 
@@ -290,8 +288,10 @@ export class Mounted {
   #clock;
   #steering;
   #keys;
-  /** @type {Inspector|null} */
+  /** @type {import("./inspector.js").Inspector|null} */
   #inspector = null;
+  /** @type {Awaited<ReturnType<typeof plots>>|null} */
+  #plots = null;
   /** @type {Loss|null} */
   #loss = null;
 
@@ -307,6 +307,8 @@ export class Mounted {
     this.scene = start.scene;
     /** Ids of the plots to show; all of them if none is named. */
     this.plots = ids;
+    /** Whether to say what to look at. */
+    this.hasNote = newSignal(true);
     this.store = new Store({ readOnly });
     this.commands = new Commands(this.store);
     this.#steering = new Steering(this.store, this.signal);
@@ -332,9 +334,17 @@ export class Mounted {
   }
 
   /** Look into the frame, or no more; one card at a time takes the place of the plots. */
-  #look() {
+  async #look() {
+    const { inspection: place } = this.#start.places;
+    if (!place || this.store.isReadOnly) return;
     if (this.#loss) this.#loss.tab.value = null;
-    this.#inspector?.toggle();
+    const { Inspection, Inspector } = await import("./inspector.js");
+    if (this.signal.aborted) return;
+    if (this.#inspector === null) {
+      this.#inspector = new Inspector(this);
+      this.#show(place, h(Inspection, { inspector: this.#inspector }));
+    }
+    this.#inspector.toggle();
   }
 
   /** Ask why the target was lost. */
@@ -348,10 +358,10 @@ export class Mounted {
     if (places.transport) transport(places.transport, this, h(Bookmarks, { view: this }));
     if (places.scrubber) new Scrubber(places.scrubber, this);
     if (places.panel) this.#show(places.panel, h(Panel, { view: this }));
-    if (!this.store.isReadOnly) this.#questions(places);
+    if (places.why && !this.store.isReadOnly) this.#questions(places.why);
     this.#fillReadout(places);
     if (places.branches) this.#show(places.branches, h(Branches, { view: this, place: places.branches }));
-    if (places.plots) plots(places.plots, this);
+    if (places.plots) plots(places.plots, this).then((drawn) => (this.#plots = drawn));
     if (this.scene) {
       this.scene.follow(this);
       this.scene.lay(this.#placeOf(h(SceneNotes, { view: this })));
@@ -362,20 +372,14 @@ export class Mounted {
   }
 
   /**
-   * What can be asked about the run: why it was lost, what would have saved it, what is in a frame.
+   * What can be asked about a loss: why, and what would have saved the run.
    *
-   * @param {import("./session_start.js").Places} places
+   * @param {HTMLElement} place
    */
-  #questions({ inspection, why }) {
-    if (why) {
-      const loss = (this.#loss = new Loss(this));
-      this.#show(why, h(Beside, { loss }));
-      this.scene?.lay(this.#placeOf(h(LostCard, { loss })));
-    }
-    if (inspection) {
-      const inspector = (this.#inspector = new Inspector(this));
-      this.#show(inspection, h(Inspection, { inspector }));
-    }
+  #questions(place) {
+    const loss = (this.#loss = new Loss(this));
+    this.#show(place, h(Beside, { loss }));
+    this.scene?.lay(this.#placeOf(h(LostCard, { loss })));
   }
 
   /**
@@ -457,6 +461,7 @@ export class Mounted {
       branch: () => this.#branch(),
       inspect: () => this.#look(),
       why: () => this.#ask(),
+      zoom: (factor) => this.#plots?.zoom(factor),
       truth: async () => {
         if (!isParticipant) (await import("./marking.js")).markTruth(this);
       },

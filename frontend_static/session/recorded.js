@@ -58,8 +58,8 @@ async function begin() {
   transport(places.transport, view, null);
   new Scrubber(places.scrubber, view);
   render(html`${h(Status, { view })}${h(Numbers, { view })}`, places.readout);
-  plots(places.plots, view);
-  listen(document.body, moves(view), signal);
+  const plotted = plots(places.plots, view);
+  listen(document.body, { ...moves(view), zoom: async (factor) => (await plotted).zoom(factor) }, signal);
   store.receive(hello);
   await playback.show(0);
 }

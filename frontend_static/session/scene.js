@@ -316,11 +316,19 @@ function viewSwitch(kind, choose) {
         element.title = NO_GRAPHICS;
         return;
       }
-      for (const each of buttons) each.setAttribute("aria-pressed", String(each === element));
+      mark(is);
       choose(is);
     };
-    const element = build("button", { type: "button", title, "aria-pressed": String(is === kind), data: { view: is }, on: { click: press } }, text);
+    const element = build("button", { type: "button", title, data: { view: is }, on: { click: press } }, text);
     return element;
   }
+  // The pressed one does nothing, so it is no stop of the tab key.
+  const mark = (/** @type {ViewKind} */ is) => {
+    for (const each of buttons) {
+      each.setAttribute("aria-pressed", String(each.dataset.view === is));
+      each.tabIndex = each.dataset.view === is ? -1 : 0;
+    }
+  };
+  mark(kind);
   return build("div", { class: "view-switch", role: "group", "aria-label": "View" }, buttons);
 }

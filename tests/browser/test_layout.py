@@ -149,7 +149,7 @@ UNDER = "document.querySelector('.flat-canvas').getBoundingClientRect().bottom"
 
 
 def it_says_what_to_look_at(shown: SessionPage) -> None:
-    """The sentence stands below the picture, which it leaves free, until it is put away."""
+    """The sentence stands below the picture, which it leaves free, until the menu puts it away."""
     words = shown.page.locator(".look-at")
     words.wait_for()
     assert "when the pillar hides the ball" in words.inner_text()
@@ -158,8 +158,10 @@ def it_says_what_to_look_at(shown: SessionPage) -> None:
         shown.until(lambda: shown.page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
         assert words.is_visible()
         shown.until(lambda: words.bounding_box()["y"] >= shown.page.evaluate(UNDER), "it leaves the picture free")
-    words.get_by_role("button", name="Put away").click()
-    words.wait_for(state="hidden")
+    for state in ("hidden", "visible", "hidden"):
+        shown.page.get_by_role("button", name="Menu").click()
+        shown.page.get_by_role("button", name="What to look at").click()
+        words.wait_for(state=state)
     shown.page.set_viewport_size({"width": 1280, "height": 800})
 
 

@@ -261,7 +261,6 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     shown.until(lambda: page.evaluate("window.clicks") == 1, "only a click that is no drag counts, also after a drag")
     plot.dblclick(position={"x": area["width"] / 2, "y": 20})
     shown.until(lambda: page.evaluate(frames)[0] == [0, 59], "all is seen again")
-    page.get_by_role("group", name="Plots", exact=True).focus()
     page.keyboard.press("+")
     shown.until(lambda: page.evaluate(frames)[0][0] > 20, "the key zooms at the frame that is shown")
     page.keyboard.press("0")

@@ -86,6 +86,11 @@ def it_is_seen_from_its_viewpoints(view: WorldPage) -> None:
         view.stands(*side)
         assert view.page.locator("[data-viewpoint][aria-pressed=true]").all_inner_texts() == [button.inner_text()]
     assert view.canvas.get_attribute("aria-label").startswith("Head model, in mm, seen from -35 degrees")
+    view.canvas.focus()
+    view.changes(lambda: view.press("Enter"))
+    view.stands(0, 0)
+    assert view.page.locator("[data-viewpoint][aria-pressed=true]").get_attribute("data-viewpoint") == "front"
+    view.changes(view.page.locator("[data-viewpoint='3-d']").click)
 
 
 def it_is_turned_by_hand(view: WorldPage, server: Server) -> None:

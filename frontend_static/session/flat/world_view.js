@@ -1,6 +1,7 @@
 /**
- * A world beside the picture, which one turns, enlarges or folds; and how its primitives become those of a square picture, as
- * `pftrack/vision/rendering.py` has them. There is no perspective, so each primitive stays one of its kind.
+ * A world beside the picture, which one turns, enlarges or folds; its canvas is the stop of the tab key for its sides, too. And how
+ * its primitives become those of a square picture, as `pftrack/vision/rendering.py` has them: there is no perspective, so each
+ * primitive stays one of its kind.
  */
 
 import { build, icon } from "../../shared/dom.js";
@@ -230,7 +231,7 @@ function sum(share, one, rest, other) {
 
 const DEGREES_PER_PX = 0.6;
 const DEGREES_PER_KEY = 10;
-const HINT = "Drag to turn; arrow keys, too";
+const HINT = "Drag to turn; arrow keys, too, and Enter for the next side";
 /** @type {Record<string, [azimuth: number, elevation: number]>} */
 const TURNS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
@@ -307,13 +308,20 @@ export class WorldView {
    */
   #button(viewpoint) {
     const { name, title } = viewpoint;
-    return build("button", { type: "button", "aria-pressed": "false", data: { viewpoint: name }, on: { click: () => this.#look(viewpoint) } }, title);
+    const click = () => this.#look(viewpoint);
+    return build("button", { type: "button", tabindex: -1, "aria-pressed": "false", data: { viewpoint: name }, on: { click } }, title);
   }
 
   /** @param {Viewpoint} viewpoint */
   #look({ name, azimuth_deg: azimuth, elevation_deg: elevation }) {
     this.#turn(azimuth, elevation);
     this.#buttons.get(name)?.setAttribute("aria-pressed", "true");
+  }
+
+  #lookOn() {
+    const { viewpoints } = this.world;
+    const at = viewpoints.findIndex(({ name }) => this.#buttons.get(name)?.getAttribute("aria-pressed") === "true");
+    this.#look(viewpoints[(at + 1) % viewpoints.length]);
   }
 
   /**
@@ -345,9 +353,10 @@ export class WorldView {
     for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) canvas.addEventListener(type, () => (held = null));
     canvas.addEventListener("keydown", (event) => {
       const way = TURNS[event.key];
-      if (way === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+      if ((way === undefined && event.key !== "Enter") || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault(); // Without the focus here they move through the run.
-      this.#turn(this.#azimuth + DEGREES_PER_KEY * way[0], this.#elevation + DEGREES_PER_KEY * way[1]);
+      if (way === undefined) this.#lookOn();
+      else this.#turn(this.#azimuth + DEGREES_PER_KEY * way[0], this.#elevation + DEGREES_PER_KEY * way[1]);
     });
   }
 
@@ -373,7 +382,8 @@ export class WorldView {
 
   #say() {
     const from = `${Math.round(this.#azimuth)} degrees to the right, ${Math.round(this.#elevation)} above`;
-    this.#canvas.setAttribute("aria-label", `${this.world.title}, in ${this.world.unit}, seen from ${from}; arrow keys turn it`);
+    const keys = "arrow keys turn it, and Enter shows the next side";
+    this.#canvas.setAttribute("aria-label", `${this.world.title}, in ${this.world.unit}, seen from ${from}; ${keys}`);
     this.#canvas.dataset.azimuth = String(Math.round(this.#azimuth));
     this.#canvas.dataset.elevation = String(Math.round(this.#elevation));
   }

@@ -133,7 +133,7 @@ export function enclose([low, high], smallest) {
 
 // Which frames the plots of a session show: all, or those that somebody looks at more closely. The wheel with Ctrl, or two
 // fingers on a touchpad, zoom at the pointer; dragging moves what is zoomed; a double click shows all again. The keys +, - and
-// 0 do the same at the frame that is shown.
+// 0 of the session do the same at the frame that is shown (`keys.js`).
 
 /** @typedef {[low: number, high: number]} Frames */
 
@@ -148,8 +148,6 @@ export function enclose([low, high], smallest) {
 
 /** So much nearer for so many px of the wheel. */
 const RATE = 1 / 300;
-/** And for a key. */
-const STEP = 2;
 /** So few frames are never widened further. */
 const FEWEST = 4;
 const MOVED_PX = 4;
@@ -163,7 +161,7 @@ export class Zoom {
   #isMoved = false;
 
   /**
-   * @param {HTMLElement} place Has the plots in it, and can have the focus.
+   * @param {HTMLElement} place Has the plots in it.
    * @param {Plotted} plotted
    * @param {AbortSignal} signal
    */
@@ -171,7 +169,6 @@ export class Zoom {
     this.#plotted = plotted;
     place.addEventListener("wheel", (event) => this.#wheel(event), { passive: false, signal });
     place.addEventListener("dblclick", () => this.#set(null), { signal });
-    place.addEventListener("keydown", (event) => this.#key(event), { signal });
     place.addEventListener("pointerdown", (event) => this.#drag(event), { signal });
     place.addEventListener("click", (event) => this.#click(event), { capture: true, signal });
   }
@@ -196,13 +193,9 @@ export class Zoom {
     this.#set(scaled(this.within(this.#last), found.x, Math.exp(event.deltaY * RATE)));
   }
 
-  /** @param {KeyboardEvent} event */
-  #key(event) {
-    const factor = { "+": 1 / STEP, "=": 1 / STEP, "-": STEP }[event.key];
-    if (event.ctrlKey || event.metaKey || event.altKey || (factor === undefined && event.key !== "0")) return;
-    event.preventDefault();
-    event.stopPropagation();
-    this.#set(factor === undefined ? null : scaled(this.within(this.#last), this.#plotted.position(), factor));
+  /** @param {number|null} factor Above 1 to see more frames around the one that is shown; null for all. */
+  by(factor) {
+    this.#set(factor === null ? null : scaled(this.within(this.#last), this.#plotted.position(), factor));
   }
 
   /** @param {MouseEvent} event */
@@ -283,7 +276,7 @@ const [PLOT_PX, BESIDE_PX, ROW_PX] = [66, 52, 15];
 export async function plots(root, view) {
   // It is known then what there is to plot.
   await until(() => view.store.session?.plots.length, view.signal);
-  new Plots(root, view);
+  return new Plots(root, view);
 }
 
 class Plots {
@@ -298,7 +291,7 @@ class Plots {
    *
    * @type {Map<string, string>} */
   #words = new Map();
-  #place = build("div", { class: "plots-figure", tabindex: 0, role: "group", "aria-label": "Plots" });
+  #place = build("div", { class: "plots-figure", role: "group", "aria-label": "Plots" });
   /** Its width decides whether there is room for axes. */
   #outer;
 
@@ -335,6 +328,11 @@ class Plots {
       sizes.disconnect();
       asked.disconnect();
     });
+  }
+
+  /** @param {number|null} factor Above 1 to see more frames around the one that is shown; null for all. */
+  zoom(factor) {
+    this.#zoom.by(factor);
   }
 
   #draw() {
