@@ -7,7 +7,7 @@ import { follows } from "../lecturer/api.js";
 import { OwnSession } from "../session/dialogs.js";
 import { mount } from "../session/mount.js";
 import { Choice, DeclaredControl, NumberBox } from "../session/panel.js";
-import { Proposals, sendValues } from "../session/proposals.js";
+import { Proposals, sendValues } from "../session/steering.js";
 import { messageOf } from "../shared/api.js";
 import { build, IconButton, Notice, toast } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";

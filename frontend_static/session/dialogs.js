@@ -16,7 +16,7 @@ import { SessionStart } from "./session_start.js";
 
 /** @import { Declaration, SessionPublic } from "../shared/messages.js" */
 /** @import { Mounted } from "./mount.js" */
-/** @import { Values } from "./proposals.js" */
+/** @import { Values } from "./steering.js" */
 
 // Links that hold a whole run: experiment, seed, tracker and timeline travel in the fragment, which no server logs. Who
 // opens one gets the same numbers.

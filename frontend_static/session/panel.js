@@ -10,7 +10,7 @@ import { explainControl } from "../shared/terms.js";
 import { later } from "../shared/timing.js";
 import { remember, remembered } from "../shared/visitor.js";
 import { h, html, useComputed, useEffect, useMemo, useSignal, useSignalEffect } from "../vendor/preact.js";
-import { Proposals, sendValues } from "./proposals.js";
+import { Proposals, sendValues } from "./steering.js";
 import { StopAtLoss } from "./transport.js";
 import { Exploration, settingsOf } from "./why/loss.js";
 
@@ -19,7 +19,7 @@ import { Exploration, settingsOf } from "./why/loss.js";
 /** @import { Child } from "../vendor/preact.js" */
 /** @import { Layers } from "./flat/drawing.js" */
 /** @import { Mounted } from "./mount.js" */
-/** @import { Values } from "./proposals.js" */
+/** @import { Values } from "./steering.js" */
 
 // Controls made from the declaration of one parameter: each proposes values and shows what is in force.
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it, mock } from "node:test";
 
-import { Proposals } from "../../frontend_static/session/proposals.js";
+import { Proposals } from "../../frontend_static/session/steering.js";
 
 /** A session that answers when it is told to. */
 function stage() {
