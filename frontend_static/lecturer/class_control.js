@@ -227,7 +227,10 @@ export function followChip(control, end) {
   const stop = effect(() => {
     if (isLed || (!holds && control.follow.value === null)) return;
     isLed = true;
-    import("./leading.js").then(({ lead }) => end.aborted || lead(control, end));
+    attempt(async () => {
+      const { lead } = await import("./leading.js");
+      if (!end.aborted) lead(control, end);
+    });
   });
   end.addEventListener("abort", stop);
   return elementOf(h(FollowChip, { control }));
@@ -237,7 +240,7 @@ export function followChip(control, end) {
 function FollowChip({ control }) {
   const [follow, isHere] = [control.follow.value, control.isHere.value];
   const [words, title] = wordsOf(follow, isHere);
-  const open = async () => (await import("./leading.js")).openClassDialog(control);
+  const open = () => attempt(async () => (await import("./leading.js")).openClassDialog(control));
   return html`<button
     type="button" class="follow-chip" aria-haspopup="dialog" title=${title} disabled=${follow === null && !control.mayBegin.value}
     data-leads=${follow !== null || null} data-elsewhere=${(follow !== null && !isHere) || null} onClick=${open}
