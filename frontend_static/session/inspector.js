@@ -10,8 +10,8 @@ import { useFigure } from "../shared/figure/figure.js";
 import { lineOver } from "../shared/figure/kinds.js";
 import { count, number, quantity } from "../shared/format.js";
 import { gradient, viridis } from "../shared/theme.js";
-import { NewestRequest, throttle } from "../shared/timing.js";
-import { effect, h, html, signal, useEffect, useLayoutEffect, useRef } from "../vendor/preact.js";
+import { follow, NewestRequest, throttle } from "../shared/timing.js";
+import { h, html, signal, useEffect, useLayoutEffect, useRef } from "../vendor/preact.js";
 
 /** @import { Panel } from "../shared/figure/traces.js" */
 /** @import { Amount, Contributions, Course, GenealogyPublic, Histograms, Inspect, InspectionPublic, ParticleFinding } from "../shared/messages.js" */
@@ -311,13 +311,9 @@ export class Inspector {
       end,
     );
     this.#ask = throttle(() => this.isOpen.peek() && view.able && this.#request.ask(this.#wish()), ASK_MS, end);
-    const follow = effect(() => {
-      if (!this.isOpen.value || store.session === null) return;
-      // What the numbers of a frame hang on.
-      const { branch, parameters, position, tracker } = store.session;
-      if ([branch, parameters, position, tracker].length > 0) this.#ask();
-    });
-    end.addEventListener("abort", follow);
+    // What the numbers of a frame hang on.
+    const parts = /** @type {const} */ (["branch", "parameters", "position", "tracker"]);
+    follow(() => this.isOpen.value && parts.map((name) => store.session?.[name]), this.#ask, end);
     const at = (/** @type {(place: Place) => void} */ tell) => (/** @type {Event} */ event) => {
       const place = this.isOpen.peek() && event instanceof MouseEvent ? placeOf(event) : null;
       if (place !== null) tell(place);

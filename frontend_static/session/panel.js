@@ -166,7 +166,7 @@ export function OtherSeeds({ view: { store, signal: end } }) {
   const result = exploration.job.value?.result;
   const bands = result && "holding" in result ? result : null;
   useEffect(() => {
-    store.ensemble = bands;
+    store.ensemble.value = bands;
   }, [bands]);
   // No seed alters a replay.
   if (!store.isAwake || store.known.trackers.some(({ id, replays }) => id === store.known.tracker && replays)) return null;

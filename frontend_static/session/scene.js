@@ -75,8 +75,6 @@ function viewNamed(name) {
  *
  * @typedef {object} Progress
  * @property {() => void} seen There is a picture of the run to see, or will be none before the view itself.
- * @property {() => void} loaded The view's own scripts have run; it may still wait for data and for its shaders.
- * @property {() => void} drawn The view itself is drawn.
  * @property {(layers: Layers) => void} layers What its drawings show.
  */
 
@@ -106,7 +104,6 @@ export class Scene {
   #failure = live(/** @type {{title: string, message: string, action: Action|null}|null} */ (null));
   #onView = () => {};
   #resolveSeen = () => {};
-  #resolveLoaded = () => {};
 
   /**
    * @param {HTMLElement} root
@@ -132,11 +129,6 @@ export class Scene {
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */
   seen = /** @type {Promise<void>} */ (new Promise((resolve) => {
     this.#resolveSeen = resolve;
-  }));
-
-  /** Resolves when the scene has run its scripts, and only waits for data and shaders, or will never come. */
-  loaded = /** @type {Promise<void>} */ (new Promise((resolve) => {
-    this.#resolveLoaded = resolve;
   }));
 
   /** The window of the scene's frame, if it has one. */
@@ -208,7 +200,6 @@ export class Scene {
     this.#remove();
     this.root.querySelector(".view-switch")?.remove();
     this.#resolveSeen();
-    this.#resolveLoaded();
     this.#failure.value = { title, message, action };
   }
 
@@ -248,11 +239,10 @@ export class Scene {
     this.#endView = new AbortController();
     const { signal } = this.#endView;
     const on = {
-      seen: () => this.#seeing(),
-      loaded: () => this.#resolveLoaded(),
-      drawn: () => {
-        this.#seeing();
-        this.#resolveLoaded();
+      // Nothing has to be said about loading any more.
+      seen: () => {
+        this.#shows.value = true;
+        this.#resolveSeen();
       },
       layers: (/** @type {Layers} */ layers) => (this.#layers.value = layers),
     };
@@ -270,12 +260,6 @@ export class Scene {
     this.#view?.element.remove();
     this.#view = null;
     this.#layers.value = null;
-  }
-
-  /** There is something to see now: nothing has to be said about loading any more. */
-  #seeing() {
-    this.#shows.value = true;
-    this.#resolveSeen();
   }
 
   /** @returns {Child} What lies over it. */

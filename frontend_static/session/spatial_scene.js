@@ -149,22 +149,18 @@ export class SpatialScene {
     this.#preview?.element.remove();
     this.#preview = preview;
     this.element.append(preview.element);
-    const first = preview.first.then(() => isNewest() && this.#on.seen());
-    await Promise.race([first, after(PREVIEW_FIRST_MS, this.#signal)]);
+    await Promise.race([preview.first, after(PREVIEW_FIRST_MS, this.#signal)]);
     if (!isNewest()) return;
     this.#on.seen();
     const src = `viz/${encodeURIComponent(this.#id)}/?theme=${theme()}&panel=none`;
     const frame = build("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
-    // What has to wait for the scene's script must not come before the picture either.
     frame.addEventListener("load", () => this.#showPanel());
-    frame.addEventListener("load", () => preview.first.then(() => isNewest() && this.#on.loaded()));
     if (this.#frame) this.#frame.replaceWith(frame);
     else this.element.prepend(frame);
     this.#frame = frame;
     if (await viewerReady(frame, isNewest, this.#signal)) {
       this.#preview.element.remove();
       this.#preview = null;
-      this.#on.drawn();
     }
   }
 }

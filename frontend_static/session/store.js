@@ -265,7 +265,8 @@ function finite(value) {
 export class Store {
   #session = signal(/** @type {SessionPublic|null} */ (null));
   #connection = signal(/** @type {"connecting"|"open"|"lost"|"gone"} */ ("connecting"));
-  #ensemble = signal(/** @type {Bands|null} */ (null));
+  /** What runs of the same settings with other seeds do, where that was asked for. */
+  ensemble = signal(/** @type {Bands|null} */ (null));
   /**
    * By branch.
    *
@@ -300,15 +301,6 @@ export class Store {
 
   set connection(connection) {
     this.#connection.value = connection;
-  }
-
-  /** What runs of the same settings with other seeds do, where that was asked for. */
-  get ensemble() {
-    return this.#ensemble.value;
-  }
-
-  set ensemble(found) {
-    this.#ensemble.value = found;
   }
 
   /** The session, where there must be one. */

@@ -319,7 +319,7 @@ export class FlatScene {
   constructor(session, on, signal, { layers: named, ...options }) {
     const onPainted = () => {
       this.hasPicture = true;
-      on.drawn();
+      on.seen();
     };
     // Without knowing which layers are shown the first picture would flash all of them.
     this.#view = session.then(({ layers: declared }) => {

@@ -53,7 +53,7 @@ function error(plot, { unit }) {
   const [hidden, lost] = [shades("hidden", 0.2, (row) => row.hidden === true, { word: "hidden" }), isLost()];
   return {
     show(store) {
-      const { ensemble, history } = store;
+      const { ensemble: { value: ensemble }, history } = store;
       const traces = [hidden(history), lost(history), ...otherSeeds(ensemble, inkOf(store)), ...lines(plot, unit, store, curve.error)];
       const others = (ensemble?.high ?? []).filter((value) => value !== null);
       return { traces, y: { low: 0, high: reach(Math.max(smallestSpan(unit), most(store, [curve.error]), ...others)) } };

@@ -319,7 +319,7 @@ class Plots {
     this.#figure = new FigureView(this.#place, on, signal, { isCompact: true, letters: LETTERS, inks });
     this.#zoom = new Zoom(this.#place, { at: (event) => this.#figure.valuesAt(event), position: () => store.known.position, changed: draw }, signal);
     this.#place.addEventListener("click", (event) => this.#choose(event));
-    follow(() => [store.connection, store.ensemble, store.lengths, DRAWN.map((name) => store.known[name])], draw, signal);
+    follow(() => [store.connection, store.ensemble.value, store.lengths, DRAWN.map((name) => store.known[name])], draw, signal);
     document.addEventListener("visibilitychange", draw, { signal });
     const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
     sizes.observe(this.#outer);
