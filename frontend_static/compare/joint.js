@@ -6,7 +6,7 @@
 import { Clock } from "../session/clock.js";
 import { OwnSession } from "../session/dialogs.js";
 import { Overlay } from "../session/flat/drawing.js";
-import { mount } from "../session/mount.js";
+import { Mounted } from "../session/mount.js";
 import { OVERLAID } from "../session/plots/kinds.js";
 import { plots } from "../session/plots/plots.js";
 import { Scrubber } from "../session/scrubber/scrubber.js";
@@ -65,9 +65,9 @@ export class JointView {
     const leadFirst = [lead, ...[...members.keys()].filter((place) => place !== lead)];
     const mounted = new Map(leadFirst.map((place) => {
       const start = this.#starts[place];
-      return [place, mount(start.element, { start, clock, first: members[place].first, keys: null, readOnly })];
+      return [place, new Mounted(start, { clock, first: members[place].first, keys: null, readOnly })];
     }));
-    this.views = members.map((_, place) => /** @type {import("../session/mount.js").Mounted} */ (mounted.get(place)));
+    this.views = members.map((_, place) => /** @type {Mounted} */ (mounted.get(place)));
     const runs = members.map(({ name, colour, first }, place) => ({ name, colour, first, store: this.views[place].store }));
     this.store = new JointStore(runs, lead, readOnly);
     this.steering = new JointSteering(this.views[lead].store, this.store, this.signal);

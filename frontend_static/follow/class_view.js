@@ -3,7 +3,7 @@
 import { watch } from "../compare/compare.js";
 import { Numbers } from "../learn/numbers.js";
 import { lessons } from "../learn/progress.js";
-import { mount } from "../session/mount.js";
+import { Mounted } from "../session/mount.js";
 import { SessionStart } from "../session/session_start.js";
 import { sessionTitle } from "../session/steering.js";
 import { build, elementOf, fill } from "../shared/dom.js";
@@ -13,7 +13,6 @@ import { computed, effect, h, html, untracked, useComputed, useEffect, useLayout
 import { InForce, ofLesson, ofSession } from "./in_force.js";
 
 /** @import { Told } from "../compare/compare.js" */
-/** @import { Mounted } from "../session/mount.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
 /** @import { FigurePublic, FigureShown, FollowedPublic, FollowPublic, LessonDetail } from "../shared/messages.js" */
 /** @import { ReadonlySignal, Signal } from "../vendor/preact.js" */
@@ -103,7 +102,7 @@ function compare(place, first, follow) {
 function whole(session, plots, layers) {
   const root = build("div", { class: "follow-one" });
   const start = new SessionStart(root, { session, layers, parts: ["scene", "branches", "plots", "readout"], view: "flat" });
-  const view = mount(root, { start, plots, readOnly: true });
+  const view = new Mounted(start, { plots, readOnly: true });
   const entries = computed(() => (view.store.session === null ? [] : ofSession(view.store.session)));
   start.places.readout?.after(elementOf(h(InForce, { entries })));
   return { element: root, view };
@@ -116,7 +115,7 @@ function whole(session, plots, layers) {
 function beside({ id, title }, layers) {
   const place = build("div", { class: "follow-view" });
   const start = new SessionStart(place, { session: id, layers, parts: ["scene", "readout"], view: "flat" });
-  const view = mount(place, { start, readOnly: true });
+  const view = new Mounted(start, { readOnly: true });
   const name = computed(() => (view.store.session === null ? title : sessionTitle(view.store.session)));
   return { element: build("figure", {}, elementOf(html`<figcaption>${name}</figcaption>`), place), view };
 }

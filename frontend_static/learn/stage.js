@@ -5,7 +5,7 @@
 
 import { follows } from "../lecturer/api.js";
 import { OwnSession } from "../session/dialogs.js";
-import { mount } from "../session/mount.js";
+import { Mounted } from "../session/mount.js";
 import { Choice, DeclaredControl, NumberBox } from "../session/panel.js";
 import { Proposals, sendValues } from "../session/steering.js";
 import { messageOf } from "../shared/api.js";
@@ -17,7 +17,6 @@ import { effect, h, html, signal, useLayoutEffect, useSignal } from "../vendor/p
 import { Numbers } from "./numbers.js";
 import { lessons } from "./progress.js";
 
-/** @import { Mounted } from "../session/mount.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
 /** @import { Value } from "../shared/format.js" */
 /** @import { Declaration, FigurePublic, FigureRequest, LessonDetail, Number as LessonNumber, ScenarioPublic, SessionPublic } from "../shared/messages.js" */
@@ -205,7 +204,7 @@ export class LessonRun extends Shown {
     const { recipe, frame, layers, plots } = this.scenario;
     const place = build("div", { class: "lesson-session", data: { part: "session" } });
     const own = new OwnSession(place, { recipe: { recipe, position: frame }, parts: PARTS, view: "flat", layers });
-    const mounted = (this.#mounted = mount(place, { start: own.start, plots }));
+    const mounted = (this.#mounted = new Mounted(own.start, { plots }));
     const proposals = (this.#proposals = new Proposals((values) => sendValues(mounted.store.known.id, values), gone));
     gone.addEventListener("abort", effect(() => this.#told(mounted, proposals)));
     gone.addEventListener("abort", () => {
@@ -250,7 +249,7 @@ export class LessonRun extends Shown {
       this.id.value = session.id;
     }
     // A control in use keeps its value.
-    this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !proposals.holds(name)));
+    this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !(name in proposals.held)));
     if (this.#goal === null || !session.playing || session.position < this.#goal) return;
     steering.seek(this.#goal);
     this.#goal = null;

@@ -15,7 +15,6 @@ import { plots } from "./plots/plots.js";
 import { isMeasured, readingWords, state } from "./readings.js";
 import { Scrubber } from "./scrubber/scrubber.js";
 import { listen, moves } from "./keys.js";
-import { SessionStart } from "./session_start.js";
 import { Commands, Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { Bookmarks, Branches, Folded, Numbers, Status, transport } from "./transport.js";
@@ -23,7 +22,7 @@ import { Loss } from "./why/loss.js";
 import { Beside, LostCard, WhyButton } from "./why/why.js";
 
 /** @import { SessionMessage } from "../shared/messages.js" */
-/** @import { NewSession } from "../shared/share_link.js" */
+/** @import { SessionStart } from "./session_start.js" */
 /** @import { Listener } from "../shared/stream.js" */
 /** @import { Child } from "../vendor/preact.js" */
 
@@ -252,11 +251,6 @@ function isFirstVisit(experiment) {
 
 /**
  * @typedef {object} Options
- * @property {SessionStart} [start] A beginning that was made before, instead of `session` or `recipe` and `parts`.
- * @property {string} [session]
- * @property {NewSession|Promise<NewSession>} [recipe]
- * @property {readonly import("./session_start.js").Part[]} [parts]
- * @property {import("./scene.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
  * @property {number} [first] With a clock, the frame that belongs to frame 0 of the session that leads.
  * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
@@ -271,18 +265,7 @@ function isFirstVisit(experiment) {
  * @typedef {Pick<Mounted, "store"|"steering"|"able"|"signal"|"scene"|"plots">} View
  */
 
-/**
- * Put a session into an element.
- *
- * @param {HTMLElement} element
- * @param {Options} options
- * @returns {Mounted}
- */
-export function mount(element, options) {
-  return new Mounted(options.start ?? new SessionStart(element, options), options);
-}
-
-/** What the parts of a session need to know of it. */
+/** A session that has been put into an element, and what its parts need to know of it. */
 export class Mounted {
   #start;
   #clock;

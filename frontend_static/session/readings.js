@@ -188,9 +188,9 @@ function isHypotheses(value) {
 
 /**
  * @param {unknown} value
- * @returns {number|null}
+ * @returns {number|null} Null for all that is not a finite number.
  */
-function finite(value) {
+export function finite(value) {
   return typeof value === "number" && Number.isFinite(value) ? value : null;
 }
 

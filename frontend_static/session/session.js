@@ -9,7 +9,7 @@ import { linkTo } from "../shared/share_link.js";
 import { isFollower, isParticipant, remember, remembered } from "../shared/visitor.js";
 import { effect, h, html, render, signal } from "../vendor/preact.js";
 import { Header } from "./header.js";
-import { mount } from "./mount.js";
+import { Mounted } from "./mount.js";
 import { start } from "./page_start.js";
 import { sessionTitle } from "./steering.js";
 
@@ -34,7 +34,7 @@ const actions = {
   },
   palette: async () => (await import("./palette.js")).openPalette(page),
 };
-const view = mount(start.element, { start, actions });
+const view = new Mounted(start, { actions });
 const { store } = view;
 const control = new ClassControl(() => {
   const { session } = store;

@@ -375,15 +375,6 @@ export class Proposals {
   }
 
   /**
-   * Whether a value of this parameter is on its way.
-   *
-   * @param {string} name
-   */
-  holds(name) {
-    return name in this.held;
-  }
-
-  /**
    * @param {string} name
    * @param {Value} value
    */

@@ -8,7 +8,7 @@
 
 import { api } from "../shared/api.js";
 import { batch, signal } from "../vendor/preact.js";
-import { isKnown } from "./readings.js";
+import { finite, isKnown } from "./readings.js";
 
 /** @import { SeriesValue } from "./readings.js" */
 
@@ -246,14 +246,6 @@ export const curve = {
  */
 export function isGone(row) {
   return typeof row?.lost_since === "number";
-}
-
-/**
- * @param {unknown} value
- * @returns {number|null}
- */
-function finite(value) {
-  return typeof value === "number" && Number.isFinite(value) ? value : null;
 }
 
 /**

@@ -66,10 +66,11 @@ PLACES = """() => {
     main.innerHTML = '<div id="a"></div><div id="b"></div>';
 }"""
 MOUNT = """async ([place, options, shared]) => {
-    const { mount } = await import("./static/session/mount.js");
+    const { Mounted } = await import("./static/session/mount.js");
+    const { SessionStart } = await import("./static/session/session_start.js");
     const { Clock } = await import("./static/session/clock.js");
     if (shared) options.clock = window.clock ??= new Clock();
-    (window.mounted ??= {})[place] = mount(document.getElementById(place), options);
+    (window.mounted ??= {})[place] = new Mounted(new SessionStart(document.getElementById(place), options), options);
 }"""
 
 

@@ -42,7 +42,7 @@ export function css(colour) {
  */
 
 const PAPER = "#fff";
-const ELLIPSE_CORNERS = 72;
+const CORNERS = 72;
 /** From here on the pixels of the picture are meant to be seen as such. */
 const ENLARGED_FROM = 3;
 /** As high as the letters of the film. */
@@ -163,13 +163,13 @@ function separate(segments) {
  * @returns {number[][]}
  */
 function outline({ centre: [x, y], half_axes: [ax, ay, bx, by], dashed }) {
-  const corners = Array.from({ length: ELLIPSE_CORNERS + 1 }, (_, corner) => {
-    const angle = (2 * Math.PI * corner) / ELLIPSE_CORNERS;
+  const corners = Array.from({ length: CORNERS + 1 }, (_, corner) => {
+    const angle = (2 * Math.PI * corner) / CORNERS;
     const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
     return [x + cos * ax + sin * bx, y + cos * ay + sin * by, 0];
   });
   if (!dashed) return [corners.flat()];
-  return Array.from({ length: ELLIPSE_CORNERS / 2 }, (_, dash) => [...corners[2 * dash], ...corners[2 * dash + 1]]);
+  return Array.from({ length: CORNERS / 2 }, (_, dash) => [...corners[2 * dash], ...corners[2 * dash + 1]]);
 }
 
 /**
@@ -312,7 +312,6 @@ function offsets(reach) {
   return found;
 }
 
-const CORNERS = 72;
 const OUTLINE_PX = 1;
 /** Length of an arrow's head: in widths of its line, but at most this share of the arrow. */
 const HEAD_WIDTHS = 6;
