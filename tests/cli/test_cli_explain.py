@@ -38,7 +38,7 @@ def test_the_command_says_what_would_have_saved_it(call: Call, tmp_path: Path) -
     assert lines[begin + 1].startswith(
         "Same settings, other seeds: 0 of 2 hold to frame 37, 0 of 2 to the end (0% to 66%)"
     )
-    better = "Occluder width 100 px to 50 px: 2 of 2 hold to frame 37, 1 of 2 to the end (34% to 100%), "
+    better = "Occluder width 100 px to 50 px: 2 of 2 hold to frame 37, 2 of 2 to the end (34% to 100%), "
     assert any(line.startswith(better) and line.endswith("too few seeds to tell.") for line in lines[begin:])
     assert "Occluder width 100 px to 50 px" in explained._repr_html_()
     told = page.read_text(encoding="utf-8")
