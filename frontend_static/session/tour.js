@@ -20,8 +20,8 @@ import { after, until } from "../shared/timing.js";
 
 const TITLE = "callout-title";
 const WORDS = "callout-words";
-/** So long a step waits for what it points at to come into sight. */
-const PATIENCE_MS = 5000;
+/** So long a step waits for what it points at to come into sight: what is said of a loss may take a while. */
+const PATIENCE_MS = 30_000;
 const SOON_MS = 50;
 
 /** The loss is let go on for so many frames, so that it is seen. */
@@ -55,10 +55,10 @@ class Callout {
     this.#target.classList.remove("pointed-at");
     const target = (this.#target = await seen(selector, this.#signal));
     target.classList.add("pointed-at");
+    target.scrollIntoView({ block: "nearest", inline: "nearest" });
     fill(this.#element, build("h2", { id: TITLE }, title), build("div", { id: WORDS, class: "callout-words" }, words), build("footer", {}, actions));
     if (this.#element.nextElementSibling !== target) target.before(this.#element);
     this.#element.showPopover();
-    target.scrollIntoView({ block: "nearest", inline: "nearest" });
     if (takesFocus) this.#element.focus({ preventScroll: true });
   }
 }
@@ -119,7 +119,7 @@ async function lead(view, tour, signal, leave) {
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
   if (!isLost()) {
-    const words = `Watch the ${store.known.target}, and the points. This box says how the tracker does; the run stops when something has happened.`;
+    const words = `Watch the ${store.known.target}, and the points. These words say how the tracker does; the run stops when something has happened.`;
     await callout.show(".verdict", "It runs", [build("p", {}, words)], [step(2), way], { takesFocus: false });
   }
   await come(() => isLost() || steering.isAtEnd);
@@ -131,10 +131,11 @@ async function lead(view, tour, signal, leave) {
     return;
   }
 
-  const target = store.known.target;
-  const button = build("strong", {}, "Before the loss");
-  const words = [`The tracker has lost the ${target} in frame ${since}. Press `, button, " to go back to the moment before it."];
-  await callout.show(".before-loss", "Lost", [build("p", {}, words)], [step(2), way]);
+  const words = [
+    build("p", {}, `The tracker has lost the ${store.known.target} in frame ${since}. This card says why, and what would have saved it.`),
+    build("p", {}, "Press ", build("strong", {}, "Go to frame"), ` in it, to go back to where the tracker still holds the ${store.known.target}.`),
+  ];
+  await callout.show(".lost-card", "Lost", words, [step(2), way]);
   await come(() => store.known.position < since);
 
   const plot = `.plots [data-panel="${CSS.escape(tour.plot)}"]`;
@@ -170,7 +171,7 @@ async function seen(selector, signal) {
   const end = performance.now() + PATIENCE_MS;
   for (;;) {
     const candidates = [...document.querySelectorAll(`.session-view ${selector}`), ...(performance.now() > end ? document.querySelectorAll(".scrubber") : [])];
-    const found = candidates.find((each) => each.getClientRects().length > 0);
+    const found = candidates.find((each) => each.clientHeight > 0 && each.checkVisibility({ visibilityProperty: true }));
     if (found instanceof HTMLElement) return found;
     await after(SOON_MS, signal);
   }

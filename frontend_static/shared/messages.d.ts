@@ -500,6 +500,7 @@ export interface Explanation {
   diagnosis: Diagnosis;
   what_if: Report | null;
   untried: string;
+  before: number | null;
 }
 
 /** What to find out about the active branch of a session. */

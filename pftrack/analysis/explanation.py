@@ -13,6 +13,7 @@ from pftrack.analysis.diagnosis import Diagnosis, diagnose
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.series import as_json
 from pftrack.core.refusal import RefusedError
+from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
 
 
@@ -24,11 +25,13 @@ class Explanation:
         diagnosis: What went wrong, with the numbers that this is said from.
         what_if: What would have saved the run; None where that was not asked, or nothing was lost.
         untried: Why nothing could be tried, a sentence, where it was asked; else empty.
+        before: The frame from which to watch the loss; None where nothing was lost.
     """
 
     diagnosis: Diagnosis
     what_if: Report | None = None
     untried: str = ""
+    before: int | None = None
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -66,13 +69,16 @@ def explain(
     if seeds < 0:
         raise ValueError(f"seeds must be at least 0, got {seeds}")
     diagnosis = diagnose(run, frame)
-    if not seeds or not diagnosis.lost:
+    if diagnosis.frame is None or not diagnosis.lost:
         return Explanation(diagnosis)
+    before = Loss.of(run.diagnostics).approach([row.hidden is True for row in run.diagnostics], diagnosis.frame)
+    if not seeds:
+        return Explanation(diagnosis, before=before)
     rounds = (*(count for count in ROUNDS if count < seeds), seeds)
     found: Report | None = None
     try:
         for found in what_if(run, diagnosis.frame, rounds=rounds):
             on_step(found.done, found.total)
     except RefusedError as reason:
-        return Explanation(diagnosis, untried=f"What would have saved it cannot be tried: {reason}.")
-    return Explanation(diagnosis, found)
+        return Explanation(diagnosis, untried=f"What would have saved it cannot be tried: {reason}.", before=before)
+    return Explanation(diagnosis, found, before=before)

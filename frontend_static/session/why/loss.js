@@ -122,6 +122,8 @@ export class Loss {
   exploration;
   /** Why the target was lost, for the loss that was asked about last. */
   diagnosis = signal(/** @type {Diagnosis|null} */ (null));
+  /** The frame from which to watch that loss. */
+  before = signal(/** @type {number|null} */ (null));
   /** Why the server could not say why. */
   refusal = signal("");
   /** What is shown in the place of the plots. */
@@ -192,10 +194,11 @@ export class Loss {
     this.#asked.abort();
     const { signal: now } = (this.#asked = new AbortController());
     try {
-      const { diagnosis } = await api.explanation(this.view.store.known.id, frame);
+      const { diagnosis, before } = await api.explanation(this.view.store.known.id, frame);
       if (now.aborted) return;
       batch(() => {
         this.diagnosis.value = diagnosis;
+        this.before.value = before;
         this.refusal.value = "";
       });
       if (diagnosis.lost && this.offersChanges) await this.#explore(diagnosis.frame, now);

@@ -17,13 +17,11 @@ import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
 
 /** @param {{loss: Loss}} props */
 export function LostCard({ loss }) {
-  const { diagnosis, isAway, isLost, tab, view } = loss;
+  const { before, diagnosis, isAway, isLost, tab, view } = loss;
   const told = diagnosis.value;
   if (told === null || !told.lost) return null;
   // An open tab shows the same.
   const isOpen = !(isAway.value ?? (!isLost.value || tab.value !== null));
-  // The first sign of the loss, or the loss itself.
-  const goal = Math.min(told.frame ?? 0, ...told.signs.map(({ since }) => since));
   const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
     if (open !== isOpen) isAway.value = !open;
   };
@@ -37,7 +35,7 @@ export function LostCard({ loss }) {
       <footer>
         <button type="button" onClick=${() => loss.open()}>Why</button>
         ${loss.offersChanges && html`<button type="button" onClick=${() => (tab.value = "what-if")}>What if…</button>`}
-        <button type="button" onClick=${() => view.steering.seek(goal)}>Go to frame ${goal}</button>
+        <button type="button" title="Shortly before the loss" onClick=${() => view.steering.seek(before.value ?? 0)}>Go to frame ${before}</button>
       </footer>
     </details>
   </section>`;

@@ -133,7 +133,7 @@ def write_export(
     run.seek(min(config.run.position, last))
     if known is not None:
         found = read_report(known)
-        run.explained = Explanation(diagnose(run, found.loss), found)
+        run.explained = Explanation(diagnose(run, found.loss), found, before=found.begin)
     kind = find_export(exports_of(run.experiment), export)
     for done, of in exporting(run, Path(path), kind, plot):
         yield frames + frames * done // of, 2 * frames

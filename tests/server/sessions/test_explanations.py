@@ -19,9 +19,11 @@ def test_a_session_says_why_its_target_was_lost(client: httpx.Client) -> None:
     told = client.get(f"{place}/explanation").json()
     run = pftrack.run("ball", frames=60, **values)
     assert told == run.explain().as_dict()
+    assert steer(client, session["id"], "before_loss")["position"] == told["before"]
     assert told["diagnosis"]["cause"] == "occlusion-longer-than-memory"
-    calm = client.get(f"{place}/explanation", params={"frame": 4}).json()["diagnosis"]
-    assert (calm["frame"], calm["lost"], calm["signs"]) == (4, False, [])
+    nothing = client.get(f"{place}/explanation", params={"frame": 4}).json()
+    calm = nothing["diagnosis"]
+    assert (calm["frame"], calm["lost"], calm["signs"], nothing["before"]) == (4, False, [], None)
 
 
 def test_a_frame_that_is_not_there_is_refused(client: httpx.Client, session: dict[str, Any]) -> None:
