@@ -86,6 +86,13 @@ class TestTakenIn:
         assert name == "ab.mp4"
         assert "too long" in error_of(send(client, ("x" * 5000 + ".mp4", clip)), 400)["message"]
 
+    def test_namesakes_are_told_apart(self, client: httpx.Client, clip: bytes) -> None:
+        """An upload named like others has a number, which the sessions and runs on it are called by as well."""
+        uploads = [send(client, ("namesake.mp4", clip)).json() for _ in range(3)]
+        assert [upload["name"] for upload in uploads] == ["namesake.mp4", "namesake (2).mp4", "namesake (3).mp4"]
+        session = begin(client, upload=uploads[1]["id"], box=[10, 20, 10, 10])
+        assert session["name"] == "namesake (2)"
+
     def test_a_session_on_an_upload(self, client: httpx.Client, clip: bytes) -> None:
         """A session runs on an upload with the box of its target, and the upload cannot be deleted meanwhile."""
         upload = send(client, ("ball.mp4", clip)).json()
