@@ -22,7 +22,7 @@ from pftrack.experiments.hand.shape import joints
 from pftrack.experiments.linkage.draw import chain_of
 from pftrack.experiments.linkage.scene import places
 from pftrack.experiments.shared.pose.drawing import place_points
-from pftrack.experiments.shared.sketch import raised
+from pftrack.experiments.shared.sketch import raised, with_depth
 from pftrack.output.displays import draw_likelihood
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
@@ -229,4 +229,30 @@ def test_a_hand_stands_before_the_picture_where_it_is_seen() -> None:
     found = joints(state.beam.members[0], state.scale, state.shape).reshape(-1, 3) + np.array([0, 0, 1.2 * state.scale])
     apart = np.linalg.norm(drawn["fingers in space"].vertices[:, None] - found, axis=2).min(axis=0)
     assert apart.max() < 1.05 * state.scale * state.shape.radii.max()
-    assert "fingers in space" not in from_front(hand.draw(run.current, run.diagnostics), hand.layers).primitives
+    assert "fingers in space" not in from_front(hand.draw(run.current, run.diagnostics), hand.display.layers).primitives
+
+
+@pytest.mark.parametrize("name", ["ball", "sine"])
+def test_a_page_without_scene_has_depth_as_a_world(name: str) -> None:
+    """It holds what is before and behind the picture, away from the viewer what is behind; the picture loses it."""
+    experiment = find(name)
+    run = Run(experiment, experiment.simulate(), tracker="condensation", seed=1, frames=21)
+    drawing = experiment.draw(run.seek(20), run.diagnostics)
+    shown = with_depth(drawing, experiment.display.layers)
+    assert shown.primitives.keys() == from_front(drawing, experiment.display.layers).primitives.keys()
+    (drawn,) = shown.worlds
+    assert {"stems", "frame", "axis"} <= drawn.primitives.keys()
+    frame, axis, stems = (drawn.primitives[each] for each in ("frame", "axis", "stems"))
+    assert np.allclose(np.ptp(frame.positions, axis=0), (drawing.width, drawing.height, 0))
+    assert np.allclose(axis.segments[..., 2], -drawing.primitives["axis"].segments[..., 2])
+    assert stems.segments[..., 2].max() == 0.0 > stems.segments[..., 2].min()
+    corners = np.vstack([frame.positions, axis.segments[0]]) - drawn.world.middle
+    assert np.linalg.norm(corners, axis=1).max() < drawn.world.radius
+
+
+def test_a_solid_has_no_such_world() -> None:
+    """It stands on the rays of its camera, and many a one has a world of its own."""
+    prism = find("prism")
+    run = Run(prism, prism.simulate(), seed=1, frames=3)
+    drawing = prism.draw(run.seek(2), run.diagnostics)
+    assert with_depth(drawing, prism.display.layers).worlds == ()

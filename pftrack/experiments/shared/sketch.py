@@ -1,6 +1,7 @@
 """Pieces of drawings that experiments share, and what is said of a target beside its surroundings."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -24,13 +25,17 @@ from pftrack.core.model.drawing import (
     Polyline,
     Primitive,
     Text,
+    Viewpoint,
+    World,
+    WorldDrawing,
+    from_front,
 )
 from pftrack.core.model.setup import WELL, Suitability
 from pftrack.core.model.source import FrameSequence, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods.separation import Separation
-from pftrack.vision.rendering import viridis
+from pftrack.vision.rendering import Projection, viridis
 
 MOST_DRAWN = 5000
 """A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
@@ -256,6 +261,45 @@ def raised(item: Primitive, width: float, height: float) -> Links | Mesh | None:
             return Mesh(vertices, grid_faces(rows, columns), viridis(shares), RELIEF_OPACITY, item.layer)
         case _:
             return None
+
+
+IN_DEPTH = "in depth"
+"""Name of the world of `with_depth`, and the layer of what is drawn there alone."""
+DEPTH_SIDES = (
+    Viewpoint("oblique", "Oblique", -43.0, 25.0),
+    Viewpoint("side", "Side", -63.0, 17.0),
+    Viewpoint("time", "Along time", 0.0, 71.0),
+)
+"""As the scene has them; the picture beside it shows the front."""
+LABELS = 1.15
+"""Factor of room for the labels of its axis."""
+
+
+def with_depth(drawing: Drawing, layers: Sequence[Layer]) -> Drawing:
+    """Return a drawing from the front, with what is before and behind its picture as a world, for a page without scene.
+
+    Args:
+        drawing: What is to be seen.
+        layers: As its experiment declares them; the axis on one through time says how deep the world is.
+    """
+    flat = from_front(drawing, layers)
+    items = {name: item for name, item in drawing.primitives.items() if name not in flat.primitives}
+    axis = items.get("axis")
+    if not isinstance(axis, Links):
+        return flat
+    width, height = drawing.width, drawing.height
+    clouds = [item for item in drawing.primitives.values() if isinstance(item, Points) and item.stems]
+    stems = raised(clouds[0], width, height) if clouds else None
+    if stems is not None:
+        items["stems"] = stems
+    items["frame"] = rectangle(np.zeros(2), np.array([width, height]), COLOURS["camera"], IN_DEPTH, 0.0)
+    low, high = axis.segments[..., 2].min(), axis.segments[..., 2].max()
+    radius = LABELS * float(np.linalg.norm([width, height, high - low])) / 2.0
+    place, up, front = (width / 2.0, height / 2.0, -float(low + high) / 2.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)
+    world = World(IN_DEPTH, "In depth", "px", radius, place, up, front, DEPTH_SIDES)
+    away = Projection(np.diag([1.0, 1.0, -1.0]), np.zeros(3), 1.0, np.zeros(3))
+    shown = {name: replace(away.primitive(item), layer=IN_DEPTH) for name, item in items.items()}
+    return replace(flat, worlds=(*flat.worlds, WorldDrawing(world, shown)))
 
 
 def circle(

@@ -21,10 +21,11 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from pydantic_core import to_json
 
-from pftrack.core.model.drawing import Drawing, Points, from_front
+from pftrack.core.model.drawing import Drawing, Points
 from pftrack.core.model.glossary import GLOSSARY
 from pftrack.core.model.parameters import flat
 from pftrack.core.version import __version__
+from pftrack.experiments.shared.sketch import with_depth
 from pftrack.output.displays import explanation_html, summary_lines
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
@@ -123,9 +124,9 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
     pictures: dict[int, EncodedPicture] = {}
     for frame in range(0, frames, every):
         run.seek(frame)
-        drawing, ratio = _thin(from_front(view.draw(run, None), run.experiment.display.layers))
+        drawing, ratio = _thin(view.draw(run, None))
         thinned = max(thinned, ratio)
-        encoded = encoder.encode(drawing, frame)
+        encoded = encoder.encode(with_depth(drawing, run.experiment.display.layers), frame)
         pictures |= {picture.key: picture for picture in encoded.pictures}
         messages.append(encoded.message(known=pictures))
         named.append([picture.key for picture in encoded.pictures])
@@ -133,8 +134,7 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
     fewer = max(1, -(-_size(messages) // (3 * most_bytes // 4)))
     every, messages, named = fewer * every, messages[::fewer], named[::fewer]
     pictures = {key: pictures[key] for keys in named for key in keys}
-    left = most_bytes - _size(messages)
-    files = shrink([picture.file for picture in pictures.values()], left)
+    files = shrink([picture.file for picture in pictures.values()], most_bytes - _size(messages))
     known = zip(pictures.values(), files, strict=True)
     records = [picture_record(replace(picture, file=file)) for picture, file in known]
     spans = _spans([*messages, *records])
