@@ -17,6 +17,7 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.model.source import Frame
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
+from pftrack.experiments.shared.sketch import with_depth
 from pftrack.output.exports.formats import export_at, exporting
 from pftrack.runs.run import Run
 from pftrack_server.work import page as page_module
@@ -201,9 +202,10 @@ def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
     data = gzip.decompress(drawings.packed)
     for frame, parts in enumerate(drawings.parts):
         told, drawing, _ = decode(b"".join(data[first:end] for first, end in parts))
-        wanted = run.experiment.draw(run.seek(frame), run.diagnostics)
+        wanted = with_depth(run.experiment.draw(run.seek(frame), run.diagnostics), run.experiment.layers)
         assert told == frame
         assert drawing.primitives.keys() == wanted.primitives.keys()
+        assert [each.world.name for each in drawing.worlds] == ["in depth"]
         read, known = (each.primitives["particles"].positions for each in (drawing, wanted))
         np.testing.assert_allclose(read, known, rtol=2.0**-14)
 
