@@ -202,7 +202,7 @@ def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
     data = gzip.decompress(drawings.packed)
     for frame, parts in enumerate(drawings.parts):
         told, drawing, _ = decode(b"".join(data[first:end] for first, end in parts))
-        wanted = with_depth(run.experiment.draw(run.seek(frame), run.diagnostics), run.experiment.layers)
+        wanted = with_depth(run.experiment.draw(run.seek(frame), run.diagnostics), run.experiment.display.layers)
         assert told == frame
         assert drawing.primitives.keys() == wanted.primitives.keys()
         assert [each.world.name for each in drawing.worlds] == ["in depth"]
