@@ -1,7 +1,7 @@
 /**
  * The live plots: what the experiment declares, panels of one figure over one axis of frames. Where their place says
  * `data-shown="first"`, and in a presentation, two are seen: the error and the first other one. The axis can be looked at more
- * closely (`zoom.js`).
+ * closely (`Zoom`).
  */
 
 import { api } from "../../shared/api.js";
