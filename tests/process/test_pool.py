@@ -72,20 +72,16 @@ def test_a_worker_lives_on(server: ForkServer) -> None:
     assert first == second != os.getpid()
 
 
-def test_nobody_waits_for_a_slow_one(server: ForkServer) -> None:
+async def test_nobody_waits_for_a_slow_one(server: ForkServer) -> None:
     """While one call sleeps for minutes, another is answered; the first ends with who waits for it."""
-
-    async def work() -> None:
-        pool = pool_of(server)
-        slow = asyncio.create_task(pool.call(time.sleep, 600))
-        sleeper = await pool.call(os.getpid)
-        assert not slow.done()
-        slow.cancel()
-        await asyncio.gather(slow, return_exceptions=True)
-        assert await pool.call(os.getpid) == sleeper
-        await pool.close()
-
-    run(work())
+    pool = pool_of(server)
+    slow = asyncio.create_task(pool.call(time.sleep, 600))
+    sleeper = await pool.call(os.getpid)
+    assert not slow.done()
+    slow.cancel()
+    await asyncio.gather(slow, return_exceptions=True)
+    assert await pool.call(os.getpid) == sleeper
+    await pool.close()
 
 
 def leave(status: int) -> None:
@@ -106,32 +102,24 @@ def leave(status: int) -> None:
         ((refuse,), KeyError, "of this name"),
     ],
 )
-def test_what_goes_wrong_is_told(
+async def test_what_goes_wrong_is_told(
     server: ForkServer, call: tuple[Callable[..., Any]], error: type[Exception], message: str
 ) -> None:
     """A process that dies, falls silent, asks for too much or fails is one answer; the next call is fine."""
-
-    async def work() -> None:
-        pool = pool_of(server, Budget(silence_s=0.3 if call[0] is time.sleep else 60.0))
-        with pytest.raises(error, match=message):
-            await pool.call(*call)
-        assert await pool.call(len, "four") == 4
-        await pool.close()
-
-    run(work())
+    pool = pool_of(server, Budget(silence_s=0.3 if call[0] is time.sleep else 60.0))
+    with pytest.raises(error, match=message):
+        await pool.call(*call)
+    assert await pool.call(len, "four") == 4
+    await pool.close()
 
 
-def test_one_that_was_killed_in_its_sleep_is_replaced(server: ForkServer) -> None:
+async def test_one_that_was_killed_in_its_sleep_is_replaced(server: ForkServer) -> None:
     """The system may take a worker that waits, to have its memory."""
-
-    async def work() -> None:
-        pool = pool_of(server)
-        psutil.Process(await pool.call(os.getpid)).kill()
-        await pool._free[0]._gone.wait()
-        assert await pool.call(len, "four") == 4
-        await pool.close()
-
-    run(work())
+    pool = pool_of(server)
+    psutil.Process(await pool.call(os.getpid)).kill()
+    await pool._free[0]._gone.wait()
+    assert await pool.call(len, "four") == 4
+    await pool.close()
 
 
 def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:

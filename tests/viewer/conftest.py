@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 
+from pftrack_server.core.pictures import SceneDrawing
+from pftrack_server.viewer.scene import Scene
 from tests.conftest import CHROMIUM
 from tests.viewer.host import Peer, Session, Site
 from tests.waiting import wait_for
@@ -25,6 +27,20 @@ def session() -> Iterator[Session]:
     made = Session()
     yield made
     made.close()
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[str | None]:
+    """Captions of what was drawn."""
+    captions: list[str | None] = []
+    apply = Scene.apply
+
+    def counted(scene: Scene, shown: SceneDrawing, *more: Any) -> None:
+        captions.append(shown.drawing.caption)
+        apply(scene, shown, *more)
+
+    monkeypatch.setattr(Scene, "apply", counted)
+    return captions
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ import pytest
 
 from pftrack.core.model.drawing import Mesh
 from pftrack_server.core.panel import PanelValues
+from tests.browser.views import PARTICLES
 from tests.conftest import FRUGAL
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing
@@ -54,7 +55,7 @@ def session(watched: tuple[Session, Site], opened: tuple[Any, list[str]]) -> Ses
     page.wait_for_timeout(200)
     session.reset()
     session.show(drawing(), 0)
-    until(page.frame(url="**/viz/one/**"), f"{COUNT} === 800")
+    until(page.frame(url="**/viz/one/**"), f"{PARTICLES} === 800")
     # What the reset has sent must not overtake what the test is going to type: the browser answers after taking it up.
     for client in session.viewer._server.get_clients().values():
         with contextlib.suppress(RuntimeError, TimeoutError):
@@ -75,13 +76,6 @@ def scene(page: Any) -> Any:
 
 
 KEYS = "parent.heard.filter(({ key }) => key !== undefined)"
-COUNT = """(() => {
-    let count = 0;
-    window.__viserMutable?.nodeRefFromName['/particles']?.traverse((item) => {
-        if (item.isPoints) count = item.geometry.attributes.position.count;
-    });
-    return count;
-})()"""
 PICTURE = """(() => {
     let size = null;
     window.__viserMutable.nodeRefFromName['/picture']?.traverse((item) => {
@@ -128,9 +122,9 @@ def box(scene: Any, label: str) -> Any:
 
 def test_picture_and_particles_are_in_the_scene(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
     """What was shown arrives, a change of the number of particles as well, and the policy hinders nothing."""
-    until(scene, f"{PICTURE} === '320x240' && {COUNT} === 800")
+    until(scene, f"{PICTURE} === '320x240' && {PARTICLES} === 800")
     session.show(drawing(1, 123), 1)
-    until(scene, f"{COUNT} === 123")
+    until(scene, f"{PARTICLES} === 123")
     assert opened[1] == []
 
 
@@ -293,7 +287,7 @@ def test_a_frame_without_focus_reconnects(session: Session, page: Any, scene: An
     wait_for(lambda: not before & set(session.viewer._server.get_clients()))
     session.show(drawing(5, 55), 5)
     wait_for(lambda: session.viewer.clients == 1, seconds=20)
-    until(scene, f"{COUNT} === 55")
+    until(scene, f"{PARTICLES} === 55")
 
 
 def test_folds_stay_when_the_scene_connects_again(session: Session, page: Any, scene: Any) -> None:
@@ -304,7 +298,7 @@ def test_folds_stay_when_the_scene_connects_again(session: Session, page: Any, s
         session.disconnect()
         _await(page, lambda: session.viewer.clients == 1 and not before & set(session.viewer._server.get_clients()))
         session.show(drawing(6, 66), 6)
-        until(scene, f"{COUNT} === 66")
+        until(scene, f"{PARTICLES} === 66")
 
     width, trail = scene.get_by_text("Occluder width (px)"), scene.get_by_text("Trail", exact=True)
     headings = scene.get_by_text("Scene", exact=True), scene.get_by_text("What to draw", exact=True)

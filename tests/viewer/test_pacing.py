@@ -9,11 +9,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.viewer import viser_server as server
-from pftrack_server.viewer.scene import Scene
 from pftrack_server.viewer.viser_server import ASK_EVERY_S, LATE_S, LOADING_S, Connection
-from tests.apart import run
 from tests.viewer.host import Peer, Session, Site, drawing
 from tests.waiting import wait_for
 
@@ -44,65 +41,54 @@ def ask_always(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "ASK_EVERY_S", 0.0)
 
 
-def test_a_browser_is_held_once_its_answer_is_overdue(ask_always: None, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_browser_is_held_once_its_answer_is_overdue(ask_always: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is sent then waits for the answer; one that is loading has longer than one that has answered."""
     monkeypatch.setattr(server, "LATE_S", 0.05)
 
-    async def scene() -> None:
-        websocket: Any = Websocket()
-        connection = Connection(websocket, None)
-        hearing = asyncio.ensure_future(connection.recv())
-        await connection.send(b"first")
-        assert len(websocket.taken) == 2, "the question follows the message"
-        await asyncio.sleep(0.1)
-        assert not connection.is_held
-        assert connection._overdue == pytest.approx(time.monotonic() - 0.1 + LOADING_S + 0.05, abs=0.09)
-        websocket.answer()
-        await asyncio.sleep(0.01)
-        await connection.send(b"second")
-        assert connection._overdue - time.monotonic() < 0.3, "the best answer is the distance"
-        await asyncio.sleep(0.3)
-        assert connection.is_held
-        waiting = asyncio.ensure_future(connection.send(b"third"))
-        await asyncio.sleep(0.01)
-        assert len(websocket.taken) == 4
-        websocket.answer()
-        await waiting
-        assert websocket.taken[4] == b"third"
-        hearing.cancel()
-
-    run(scene())
+    websocket: Any = Websocket()
+    connection = Connection(websocket, None)
+    hearing = asyncio.ensure_future(connection.recv())
+    await connection.send(b"first")
+    assert len(websocket.taken) == 2, "the question follows the message"
+    await asyncio.sleep(0.1)
+    assert not connection.is_held
+    assert connection._overdue == pytest.approx(time.monotonic() - 0.1 + LOADING_S + 0.05, abs=0.09)
+    websocket.answer()
+    await asyncio.sleep(0.01)
+    await connection.send(b"second")
+    assert connection._overdue - time.monotonic() < 0.3, "the best answer is the distance"
+    await asyncio.sleep(0.3)
+    assert connection.is_held
+    waiting = asyncio.ensure_future(connection.send(b"third"))
+    await asyncio.sleep(0.01)
+    assert len(websocket.taken) == 4
+    websocket.answer()
+    await waiting
+    assert websocket.taken[4] == b"third"
+    hearing.cancel()
 
 
-def test_an_answer_that_comes_while_the_question_leaves_holds_nothing(ask_always: None) -> None:
+async def test_an_answer_that_comes_while_the_question_leaves_holds_nothing(ask_always: None) -> None:
     """A busy server takes no browser for slow."""
-
-    async def scene() -> None:
-        websocket: Any = Websocket()
-        connection = Connection(websocket, None)
-        hearing = asyncio.ensure_future(connection.recv())
-        websocket.delay_s = 0.05
-        sending = asyncio.ensure_future(connection.send(b"frame"))
-        await asyncio.sleep(0.06)
-        websocket.answer()
-        await sending
-        assert connection._overdue == math.inf
-        hearing.cancel()
-
-    run(scene())
+    websocket: Any = Websocket()
+    connection = Connection(websocket, None)
+    hearing = asyncio.ensure_future(connection.recv())
+    websocket.delay_s = 0.05
+    sending = asyncio.ensure_future(connection.send(b"frame"))
+    await asyncio.sleep(0.06)
+    websocket.answer()
+    await sending
+    assert connection._overdue == math.inf
+    hearing.cancel()
 
 
-def test_what_delays_the_question_is_not_counted(ask_always: None) -> None:
+async def test_what_delays_the_question_is_not_counted(ask_always: None) -> None:
     """The browser's time begins when the question has left."""
-
-    async def scene() -> None:
-        websocket: Any = Websocket()
-        websocket.delay_s = 0.2
-        connection = Connection(websocket, None)
-        await connection.send(b"frame")
-        assert time.monotonic() - connection._asked < 0.1
-
-    run(scene())
+    websocket: Any = Websocket()
+    websocket.delay_s = 0.2
+    connection = Connection(websocket, None)
+    await connection.send(b"frame")
+    assert time.monotonic() - connection._asked < 0.1
 
 
 def frame_of(peer: Peer) -> int:
@@ -159,17 +145,11 @@ def test_one_that_does_not_answer_holds_nobody_else(session: Session, site: Site
         wait_for(lambda: frame_of(silent) == newest)
 
 
-def test_nothing_is_drawn_while_all_are_held(session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_drawn_while_all_are_held(
+    session: Session, peer: Peer, drawn: list[str | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Pictures that nobody is sent would take the processor from other sessions; who answers gets the newest."""
     monkeypatch.setattr(server, "LATE_S", LATE_S / 2)
-    drawn: list[str | None] = []
-    apply = Scene.apply
-
-    def counted(scene: Scene, shown: SceneDrawing, *more: Any) -> None:
-        drawn.append(shown.drawing.caption)
-        apply(scene, shown, *more)
-
-    monkeypatch.setattr(Scene, "apply", counted)
     frames = itertools.count()
 
     def show() -> int:

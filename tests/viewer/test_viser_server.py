@@ -5,7 +5,8 @@ import asyncio
 import inspect
 import textwrap
 import threading
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
 from typing import Any
 
 import msgspec
@@ -121,31 +122,23 @@ def test_a_server_has_neither_port_nor_thread(capsys: pytest.CaptureFixture[str]
     assert capsys.readouterr().out == "", "standard output belongs to the command"
 
 
-def test_a_server_that_ends_before_it_has_begun_is_no_error() -> None:
+async def test_a_server_that_ends_before_it_has_begun_is_no_error() -> None:
     """A session may be ended while its scene is made."""
-
-    async def scene() -> None:
-        made, reached = start("Ball")
-        made.stop()
-        await asyncio.wait_for(reached.wait_closed(), 10)
-        assert not reached.is_open
-
-    run(scene())
+    made, reached = start("Ball")
+    made.stop()
+    await asyncio.wait_for(reached.wait_closed(), 10)
+    assert not reached.is_open
 
 
-def test_several_servers_share_a_loop() -> None:
+async def test_several_servers_share_a_loop() -> None:
     """The end of one is no news for the others."""
-
-    async def scene() -> None:
-        started = [start("Ball") for _ in range(3)]
-        started[0][0].stop()
-        await started[0][1].wait_closed()
-        assert [reached.is_open for _, reached in started] == [False, True, True]
-        for made, reached in started[1:]:
-            made.stop()
-            await reached.wait_closed()
-
-    run(scene())
+    started = [start("Ball") for _ in range(3)]
+    started[0][0].stop()
+    await started[0][1].wait_closed()
+    assert [reached.is_open for _, reached in started] == [False, True, True]
+    for made, reached in started[1:]:
+        made.stop()
+        await reached.wait_closed()
 
 
 def test_another_server_of_visers_still_has_a_port_and_a_loop() -> None:
@@ -159,29 +152,25 @@ def test_another_server_of_visers_still_has_a_port_and_a_loop() -> None:
     wait_for(other.get_event_loop().is_closed)
 
 
-def play(scene: Callable[[viser.ViserServer, Endpoint], Coroutine[Any, Any, None]]) -> None:
-    """Run a coroutine beside a server."""
-
-    async def whole() -> None:
-        made, reached = start("Ball")
-        try:
-            async with asyncio.timeout(20):
-                await scene(made, reached)
-        finally:
-            made.stop()
-            await reached.wait_closed()
-
-    run(whole())
+@asynccontextmanager
+async def running() -> AsyncIterator[tuple[viser.ViserServer, Endpoint]]:
+    """Run a server for twenty seconds at most."""
+    made, reached = start("Ball")
+    try:
+        async with asyncio.timeout(20):
+            yield made, reached
+    finally:
+        made.stop()
+        await reached.wait_closed()
 
 
 def join(reached: Endpoint, websocket: Any, subprotocol: str = PROTOCOL) -> asyncio.Task[server.Ending]:
     return asyncio.ensure_future(reached.serve(websocket, subprotocol))
 
 
-def test_the_sender_waits_until_a_message_is_taken() -> None:
+async def test_the_sender_waits_until_a_message_is_taken() -> None:
     """So what is not sent yet can be replaced by what is newer, and no buffer fills with stale frames."""
-
-    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
+    async with running() as (made, reached):
         taken: list[bytes] = []
         begun, free = asyncio.Event(), asyncio.Event()
 
@@ -205,13 +194,11 @@ def test_the_sender_waits_until_a_message_is_taken() -> None:
         websocket.leave()
         assert await joined == (1001, "The browser has left")
 
-    play(scene)
 
-
-def test_who_comes_is_waited_for_no_longer() -> None:
+async def test_who_comes_is_waited_for_no_longer() -> None:
     """What was shown before anybody came is drawn for the first browser, before it has said anything."""
+    async with running() as (_, reached):
 
-    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
         async def take(message: bytes) -> None:
             del message
 
@@ -222,13 +209,10 @@ def test_who_comes_is_waited_for_no_longer() -> None:
         await asyncio.wait_for(waiting, 5)
         joined.cancel()
 
-    play(scene)
 
-
-def test_leaving_ends_a_connection_whose_message_is_never_taken() -> None:
+async def test_leaving_ends_a_connection_whose_message_is_never_taken() -> None:
     """A browser that hangs and is given up must not keep its place in the scene."""
-
-    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
+    async with running() as (made, reached):
         begun = asyncio.Event()
 
         async def take(message: bytes) -> None:
@@ -243,25 +227,21 @@ def test_leaving_ends_a_connection_whose_message_is_never_taken() -> None:
         assert not reached._connections
         assert not made._websock_server._live_connections
 
-    play(scene)
 
-
-def test_a_message_that_cannot_be_taken_ends_the_connection() -> None:
+async def test_a_message_that_cannot_be_taken_ends_the_connection() -> None:
     """The browser has gone, which its websocket says by an error."""
+    async with running() as (_, reached):
 
-    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
         async def take(message: bytes) -> None:
             raise RuntimeError(f"nobody is there for {len(message)} bytes")
 
         await join(reached, Websocket(take))
 
-    play(scene)
 
-
-def test_a_client_of_another_version_is_told_so() -> None:
+async def test_a_client_of_another_version_is_told_so() -> None:
     """Viser's own reason for closing reaches the browser."""
+    async with running() as (_, reached):
 
-    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
         async def take(message: bytes) -> None:
             raise AssertionError(message)
 
@@ -269,13 +249,12 @@ def test_a_client_of_another_version_is_told_so() -> None:
         assert code == 1002
         assert "0.0.1" in reason
 
-    play(scene)
 
-
-def test_a_connection_that_fails_ends_alone(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_connection_that_fails_ends_alone(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What goes wrong is logged and told; the next browser is served."""
-
-    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
+    async with running() as (_, reached):
         begun = asyncio.Event()
 
         async def take(message: bytes) -> None:
@@ -300,13 +279,10 @@ def test_a_connection_that_fails_ends_alone(caplog: pytest.LogCaptureFixture, mo
         await begun.wait()
         again.cancel()
 
-    play(scene)
 
-
-def test_a_server_that_ends_tells_its_connections_and_takes_no_more() -> None:
+async def test_a_server_that_ends_tells_its_connections_and_takes_no_more() -> None:
     """Also a connection that is made while the server ends is told."""
-
-    async def scene(made: viser.ViserServer, reached: Endpoint) -> None:
+    async with running() as (made, reached):
         begun = asyncio.Event()
 
         async def take(message: bytes) -> None:
@@ -320,5 +296,3 @@ def test_a_server_that_ends_tells_its_connections_and_takes_no_more() -> None:
         endings = await asyncio.gather(joined, late)
         endings.append(await join(reached, Websocket(take)))
         assert {code for code, _ in endings} == {1001}
-
-    play(scene)

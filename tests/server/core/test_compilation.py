@@ -116,18 +116,15 @@ def test_a_class_that_waits_holds_nobody_up(
         assert {each.result().status_code for each in waiting} == {200}
 
 
-def test_who_waits_is_told_when_the_server_stops(warming: list[Pretended]) -> None:
+async def test_who_waits_is_told_when_the_server_stops(warming: list[Pretended]) -> None:
     """At once, so that the server need not wait for them until it gives up."""
     stopping = threading.Event()
     compilation = Compilation(("sine",), frozenset(), stopping)
 
-    async def wait_and_stop() -> None:
-        waiting = asyncio.ensure_future(compilation.wait_for("sine"))
-        stopping.set()
-        with pytest.raises(UnavailableError, match="is being stopped"):
-            await waiting
-
-    run(wait_and_stop())
+    waiting = asyncio.ensure_future(compilation.wait_for("sine"))
+    stopping.set()
+    with pytest.raises(UnavailableError, match="is being stopped"):
+        await waiting
 
 
 def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None:

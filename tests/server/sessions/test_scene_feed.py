@@ -1,7 +1,6 @@
 """The session's scene: made when somebody first looks, fed while somebody looks, and a panel whose commands count."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
@@ -15,7 +14,6 @@ from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.spec import SessionDescription
 from pftrack_server.sessions.worker.protocol import ChangeValues, Command
 from pftrack_server.viewer import Endpoint
-from tests.apart import run
 
 DESCRIPTION = SessionDescription(
     title="Ball", trackers=[TrackerPublic(id="apf", title="APF")], width=320, height=240, frame_rate_hz=30.0, frames=100
@@ -79,116 +77,87 @@ class Theatre:
         return puppet
 
 
-Act = Callable[[Callable[[Theatre], Coroutine[Any, Any, None]]], None]
-
-
 @pytest.fixture
-def act(monkeypatch: pytest.MonkeyPatch) -> Act:
-    """Play a scene with puppets."""
+def theatre(monkeypatch: pytest.MonkeyPatch) -> Theatre:
+    """A scene feed whose viewer is a puppet."""
     monkeypatch.setattr(pftrack_server.viewer, "Viewer", Puppet)
-
-    def play(scene: Callable[[Theatre], Coroutine[Any, Any, None]]) -> None:
-        async def whole() -> None:
-            await scene(Theatre())
-
-        run(whole())
-
-    return play
+    return Theatre()
 
 
-def test_no_credit_for_an_empty_room(act: Act) -> None:
+async def test_no_credit_for_an_empty_room(theatre: Theatre) -> None:
     """While nobody looks the worker gets no credit; who comes in brings one, and the viewer asks for each more."""
-
-    async def scene(theatre: Theatre) -> None:
-        puppet = theatre.open()
-        ready = puppet.requests["on_ready"]
-        theatre.scene_feed.offer(NOTHING, 1)
-        ready()
-        assert (puppet.shown, theatre.credits) == ([1], 0)
-        with theatre.scene_feed.watch():
-            assert theatre.credits == 1
-            theatre.scene_feed.offer(NOTHING, 2)
-            assert theatre.credits == 1
-            ready()
-            assert theatre.credits == 2
+    puppet = theatre.open()
+    ready = puppet.requests["on_ready"]
+    theatre.scene_feed.offer(NOTHING, 1)
+    ready()
+    assert (puppet.shown, theatre.credits) == ([1], 0)
+    with theatre.scene_feed.watch():
+        assert theatre.credits == 1
+        theatre.scene_feed.offer(NOTHING, 2)
+        assert theatre.credits == 1
         ready()
         assert theatre.credits == 2
+    ready()
+    assert theatre.credits == 2
 
-    act(scene)
 
-
-def test_one_viewer_for_all(act: Act) -> None:
+async def test_one_viewer_for_all(theatre: Theatre) -> None:
     """However many come, there is one viewer, which shows what is told; closed, it can be opened again."""
-
-    async def scene(theatre: Theatre) -> None:
-        first = theatre.open()
-        assert theatre.open() is first
-        theatre.scene_feed.tell(PanelValues({"n": 2}, "apf", 7))
-        theatre.scene_feed.refuse("too large")
-        assert first.told == [PanelValues({"n": 2}, "apf", 7), "too large"]
-        await theatre.scene_feed.close()
-        assert first.closed
-        await theatre.scene_feed.close()
-        theatre.scene_feed.tell(PanelValues({"n": 3}, "apf", 7))
-        assert theatre.open() is not first
-
-    act(scene)
+    first = theatre.open()
+    assert theatre.open() is first
+    theatre.scene_feed.tell(PanelValues({"n": 2}, "apf", 7))
+    theatre.scene_feed.refuse("too large")
+    assert first.told == [PanelValues({"n": 2}, "apf", 7), "too large"]
+    await theatre.scene_feed.close()
+    assert first.closed
+    await theatre.scene_feed.close()
+    theatre.scene_feed.tell(PanelValues({"n": 3}, "apf", 7))
+    assert theatre.open() is not first
 
 
-def test_a_panel_that_fails_ends_nothing(act: Act, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_panel_that_fails_ends_nothing(theatre: Theatre, monkeypatch: pytest.MonkeyPatch) -> None:
     """What cannot be shown in it ends neither the session nor the panel."""
 
     def fail(*_: object) -> None:
         raise RuntimeError("on purpose")
 
-    async def scene(theatre: Theatre) -> None:
-        puppet = theatre.open()
-        monkeypatch.setattr(puppet, "tell", fail)
-        theatre.scene_feed.tell(PanelValues({"n": 1}, "apf", 7))
-        theatre.scene_feed.refuse("still here")
-        assert puppet.told == ["still here"]
-
-    act(scene)
+    puppet = theatre.open()
+    monkeypatch.setattr(puppet, "tell", fail)
+    theatre.scene_feed.tell(PanelValues({"n": 1}, "apf", 7))
+    theatre.scene_feed.refuse("still here")
+    assert puppet.told == ["still here"]
 
 
-def test_what_waits_goes_together(act: Act) -> None:
+async def test_what_waits_goes_together(theatre: Theatre) -> None:
     """While another command is under way the newest value of each parameter waits."""
-
-    async def scene(theatre: Theatre) -> None:
-        ask = theatre.open().requests["on_command"]
-        async with theatre.door:
-            for number in range(3):
-                ask({"kind": "change", "values": {"n": number}})
-            ask({"kind": "change", "values": {"m": 1}})
-            await asyncio.sleep(0)
-        await asyncio.sleep(0.01)
-        assert theatre.sent == [ChangeValues(values={"n": 2, "m": 1})]
-
-    act(scene)
+    ask = theatre.open().requests["on_command"]
+    async with theatre.door:
+        for number in range(3):
+            ask({"kind": "change", "values": {"n": number}})
+        ask({"kind": "change", "values": {"m": 1}})
+        await asyncio.sleep(0)
+    await asyncio.sleep(0.01)
+    assert theatre.sent == [ChangeValues(values={"n": 2, "m": 1})]
 
 
-def test_a_change_keeps_its_place(act: Act) -> None:
+async def test_a_change_keeps_its_place(theatre: Theatre) -> None:
     """What a page asks for meanwhile comes after it; values that come once it is sent are another change."""
+    ask = theatre.open().requests["on_command"]
 
-    async def scene(theatre: Theatre) -> None:
-        ask = theatre.open().requests["on_command"]
-
-        async def ask_from_page() -> None:
-            async with theatre.door:
-                theatre.sent.append("page")
-                ask({"kind": "change", "values": {"n": 3}})
-
+    async def ask_from_page() -> None:
         async with theatre.door:
-            ask({"kind": "change", "values": {"n": 1}})
-            await asyncio.sleep(0)
-            page = asyncio.create_task(ask_from_page())
-            await asyncio.sleep(0)
-            ask({"kind": "change", "values": {"n": 2}})
-        await page
-        await asyncio.sleep(0.01)
-        assert theatre.sent == [ChangeValues(values={"n": 2}), "page", ChangeValues(values={"n": 3})]
+            theatre.sent.append("page")
+            ask({"kind": "change", "values": {"n": 3}})
 
-    act(scene)
+    async with theatre.door:
+        ask({"kind": "change", "values": {"n": 1}})
+        await asyncio.sleep(0)
+        page = asyncio.create_task(ask_from_page())
+        await asyncio.sleep(0)
+        ask({"kind": "change", "values": {"n": 2}})
+    await page
+    await asyncio.sleep(0.01)
+    assert theatre.sent == [ChangeValues(values={"n": 2}), "page", ChangeValues(values={"n": 3})]
 
 
 @pytest.mark.parametrize(
@@ -201,14 +170,10 @@ def test_a_change_keeps_its_place(act: Act) -> None:
         ({"kind": "fly"}, AssertionError("never carried out"), "kind: "),
     ],
 )
-def test_whatever_goes_wrong_is_told(act: Act, body: dict[str, Any], error: Exception, said: str) -> None:
+async def test_whatever_goes_wrong_is_told(theatre: Theatre, body: dict[str, Any], error: Exception, said: str) -> None:
     """Nobody waits for the answer: without this the control would stay where it was put, and nobody would know why."""
-
-    async def scene(theatre: Theatre) -> None:
-        theatre.error = error
-        theatre.scene_feed.ask({"kind": "restart", **body})
-        await asyncio.sleep(0.01)
-        assert said in theatre.refused[0]["message"]
-        assert "secret" not in theatre.refused[0]["message"]
-
-    act(scene)
+    theatre.error = error
+    theatre.scene_feed.ask({"kind": "restart", **body})
+    await asyncio.sleep(0.01)
+    assert said in theatre.refused[0]["message"]
+    assert "secret" not in theatre.refused[0]["message"]

@@ -7,7 +7,6 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.spec import BranchSpec, Phase, SessionSpec
 from pftrack_server.sessions.worker.protocol import Described, Ready
-from tests.apart import run
 from tests.server.sessions.test_session_state import DESCRIPTION, START, row
 
 
@@ -40,36 +39,28 @@ def session_with(curtain: Curtain) -> Session:
     return made
 
 
-def test_other_trackers_need_another_scene() -> None:
+async def test_other_trackers_need_another_scene() -> None:
     """Its panel is made anew; until the old one has closed the session has not ended either."""
+    curtain = Curtain()
+    session = session_with(curtain)
+    session._event(Described(DESCRIPTION))
+    await asyncio.sleep(0)
+    assert session.scene_feed._viewer is None
+    await session.close("Ended.")
+    assert curtain.ended.is_set()
 
-    async def scene() -> None:
+
+async def test_a_scene_ends_with_its_session_or_its_worker() -> None:
+    """What the panel still asks for is refused, and nothing is left to be done."""
+    for end in (Session.suspend, Session.close):
         curtain = Curtain()
         session = session_with(curtain)
-        session._event(Described(DESCRIPTION))
+        await session._command_lock.acquire()
+        session.scene_feed.ask({"kind": "change", "values": {"n": 3}})
+        ending = asyncio.ensure_future(end(session, "Ended."))
         await asyncio.sleep(0)
-        assert session.scene_feed._viewer is None
-        await session.close("Ended.")
+        session._command_lock.release()
+        await ending
         assert curtain.ended.is_set()
-
-    run(scene())
-
-
-def test_a_scene_ends_with_its_session_or_its_worker() -> None:
-    """What the panel still asks for is refused, and nothing is left to be done."""
-
-    async def scene() -> None:
-        for end in (Session.suspend, Session.close):
-            curtain = Curtain()
-            session = session_with(curtain)
-            await session._command_lock.acquire()
-            session.scene_feed.ask({"kind": "change", "values": {"n": 3}})
-            ending = asyncio.ensure_future(end(session, "Ended."))
-            await asyncio.sleep(0)
-            session._command_lock.release()
-            await ending
-            assert curtain.ended.is_set()
-            assert any("resume it first" in str(told) for told in curtain.told)
-            assert not session.scene_feed._commands
-
-    run(scene())
+        assert any("resume it first" in str(told) for told in curtain.told)
+        assert not session.scene_feed._commands

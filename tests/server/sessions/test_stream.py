@@ -91,160 +91,136 @@ class Looker(Reader):
         self.page, self.came = page, 0
 
 
-def test_nobody_draws_for_an_empty_room() -> None:
+async def test_nobody_draws_for_an_empty_room() -> None:
     """The worker is asked for a drawing when somebody paints, and for one at a time."""
-
-    async def scenario(worker: Worker) -> None:
-        with worker.stream.join():
-            assert worker.asked == 0
-        with worker.stream.join(paints=True), worker.stream.join(paints=True):
-            assert worker.asked == 1
-        worker.draws()
+    worker = Worker()
+    with worker.stream.join():
+        assert worker.asked == 0
+    with worker.stream.join(paints=True), worker.stream.join(paints=True):
         assert worker.asked == 1
+    worker.draws()
+    assert worker.asked == 1
 
-    run(scenario(Worker()))
 
-
-def test_what_is_not_drawn_waits_for_the_next_drawing() -> None:
+async def test_what_is_not_drawn_waits_for_the_next_drawing() -> None:
     """Frames in between come with the next picture; what changes nothing that is seen comes at once."""
-
-    async def scenario(worker: Worker) -> None:
-        with worker.stream.join(paints=True) as page, worker.stream.join() as text:
-            looker, reader = Looker(page), Looker(text)
-            worker.draws()
-            await looker.reads()
-            worker.tells(name="new")
-            await looker.reads()
-            assert looker.heard[-1]["session"] == {"name": "new"}
-            worker.moves()
-            worker.tells(name="newer")
-            await looker.reads()
-            await reader.reads()
-            assert (looker.position, reader.position) == (0, 1)
-            worker.draws()
-            await looker.reads()
-            fields = [each["session"] for each in looker.heard[-3:]]
-            assert fields == [{"position": 1}, {"name": "newer"}, {"position": 2}]
-            assert looker.frames == [0, 2]
-
-    run(scenario(Worker()))
+    worker = Worker()
+    with worker.stream.join(paints=True) as page, worker.stream.join() as text:
+        looker, reader = Looker(page), Looker(text)
+        worker.draws()
+        await looker.reads()
+        worker.tells(name="new")
+        await looker.reads()
+        assert looker.heard[-1]["session"] == {"name": "new"}
+        worker.moves()
+        worker.tells(name="newer")
+        await looker.reads()
+        await reader.reads()
+        assert (looker.position, reader.position) == (0, 1)
+        worker.draws()
+        await looker.reads()
+        fields = [each["session"] for each in looker.heard[-3:]]
+        assert fields == [{"position": 1}, {"name": "newer"}, {"position": 2}]
+        assert looker.frames == [0, 2]
 
 
-def test_a_slow_page_slows_nobody_and_sees_the_newest() -> None:
+async def test_a_slow_page_slows_nobody_and_sees_the_newest() -> None:
     """One that does not paint has two drawings on their way at the most; then it gets the newest alone."""
-
-    async def scenario(worker: Worker) -> None:
-        with worker.stream.join(paints=True) as first, worker.stream.join(paints=True) as second:
-            quick, slow = Looker(first), Looker(second)
-            for _ in range(10):
-                worker.draws()
-                await quick.reads()
-                await slow.reads()
-                quick.paints()
-            assert quick.frames == list(range(10))
-            assert slow.frames == list(range(WINDOW))
-            assert worker.asked == 11
-            slow.paints()
+    worker = Worker()
+    with worker.stream.join(paints=True) as first, worker.stream.join(paints=True) as second:
+        quick, slow = Looker(first), Looker(second)
+        for _ in range(10):
+            worker.draws()
+            await quick.reads()
             await slow.reads()
-            assert slow.frames == [0, 1, 9]
-            assert len(slow.heard) == 10
-
-    run(scenario(Worker()))
+            quick.paints()
+        assert quick.frames == list(range(10))
+        assert slow.frames == list(range(WINDOW))
+        assert worker.asked == 11
+        slow.paints()
+        await slow.reads()
+        assert slow.frames == [0, 1, 9]
+        assert len(slow.heard) == 10
 
 
 @pytest.mark.parametrize("paints", [False, True])
-def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
+async def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
     """A page that falls behind is greeted again, once, when it can be sent something; the others lose nothing."""
-
-    async def scenario(worker: Worker) -> None:
-        with worker.stream.join(paints=paints) as page, worker.stream.join() as other:
-            slow, quick = Looker(page), Looker(other)
-            for _ in range(WINDOW):
-                worker.draws()
-                await slow.reads()
-            for _ in range(3 * LONGEST_QUEUE):
-                worker.moves(draws=paints)
-                await quick.reads()
-            assert worker.greeted == 1
-            if paints:
-                slow.paints()
-            before = len(slow.heard)
+    worker = Worker()
+    with worker.stream.join(paints=paints) as page, worker.stream.join() as other:
+        slow, quick = Looker(page), Looker(other)
+        for _ in range(WINDOW):
+            worker.draws()
             await slow.reads()
-            assert "hello" in slow.heard[before]["session"]
-            assert slow.position == quick.position == worker.frame
-            assert len(quick.heard) == 3 * LONGEST_QUEUE + WINDOW
-            assert worker.greeted == 2
+        for _ in range(3 * LONGEST_QUEUE):
+            worker.moves(draws=paints)
+            await quick.reads()
+        assert worker.greeted == 1
+        if paints:
+            slow.paints()
+        before = len(slow.heard)
+        await slow.reads()
+        assert "hello" in slow.heard[before]["session"]
+        assert slow.position == quick.position == worker.frame
+        assert len(quick.heard) == 3 * LONGEST_QUEUE + WINDOW
+        assert worker.greeted == 2
 
-    run(scenario(Worker()))
 
-
-def test_a_picture_is_sent_to_each_page_once() -> None:
+async def test_a_picture_is_sent_to_each_page_once() -> None:
     """A drawing with the picture of the one before carries no file, except to a page that has just come."""
-
-    async def scenario(worker: Worker) -> None:
-        with worker.stream.join(paints=True) as first:
-            early = Looker(first)
-            worker.draws()
+    worker = Worker()
+    with worker.stream.join(paints=True) as first:
+        early = Looker(first)
+        worker.draws()
+        await early.reads()
+        early.paints()
+        worker.draws()
+        with worker.stream.join(paints=True) as second:
+            late = Looker(second)
             await early.reads()
-            early.paints()
-            worker.draws()
-            with worker.stream.join(paints=True) as second:
-                late = Looker(second)
-                await early.reads()
-                await late.reads()
-                assert (early.frames, late.frames) == ([0, 1], [1])
-                assert late.sizes[0] - early.sizes[1] > early.sizes[0] / 3
-
-    run(scenario(Worker()))
+            await late.reads()
+            assert (early.frames, late.frames) == ([0, 1], [1])
+            assert late.sizes[0] - early.sizes[1] > early.sizes[0] / 3
 
 
-def test_another_worker_is_asked_anew_and_its_pictures_are_sent() -> None:
+async def test_another_worker_is_asked_anew_and_its_pictures_are_sent() -> None:
     """After a crash the request of before counts no more, and keys of before mean nothing."""
-
-    async def scenario(worker: Worker) -> None:
-        with worker.stream.join(paints=True) as page:
-            looker = Looker(page)
-            worker.draws()
-            await looker.reads()
-            worker.stream.change_worker(is_ahead=True)
-            worker.stream.want()
-            assert worker.asked == 3
-            await looker.reads()
-            again = DrawingEncoder().encode(Drawing(16, 12, {"picture": Picture(np.full((12, 16, 3), 9, np.uint8))}), 0)
-            worker.stream.draw(again, is_ahead=False)
-            assert await told(aiter(page)) == again.message()
-
-    run(scenario(Worker()))
+    worker = Worker()
+    with worker.stream.join(paints=True) as page:
+        looker = Looker(page)
+        worker.draws()
+        await looker.reads()
+        worker.stream.change_worker(is_ahead=True)
+        worker.stream.want()
+        assert worker.asked == 3
+        await looker.reads()
+        again = DrawingEncoder().encode(Drawing(16, 12, {"picture": Picture(np.full((12, 16, 3), 9, np.uint8))}), 0)
+        worker.stream.draw(again, is_ahead=False)
+        assert await told(aiter(page)) == again.message()
 
 
-def test_where_nobody_draws_nothing_waits() -> None:
+async def test_where_nobody_draws_nothing_waits() -> None:
     """What is told when the worker has ended comes without a picture; so does all before the first one."""
-
-    async def scenario(worker: Worker) -> None:
-        with worker.stream.join(paints=True) as page:
-            worker.moves()
-            assert "hello" in json.loads(await told(aiter(page)) or "")["session"]
-            worker.draws()
-            assert isinstance(await told(aiter(page)), bytes)
-            worker.moves()
-            assert await told(aiter(page)) is None
-            worker.stream.change_worker(is_ahead=False)
-            worker.tells(state="crashed")
-            heard = [json.loads(await told(aiter(page)) or "")["session"] for _ in range(2)]
-            assert heard == [{"position": 2}, {"state": "crashed"}]
-
-    run(scenario(Worker()))
+    worker = Worker()
+    with worker.stream.join(paints=True) as page:
+        worker.moves()
+        assert "hello" in json.loads(await told(aiter(page)) or "")["session"]
+        worker.draws()
+        assert isinstance(await told(aiter(page)), bytes)
+        worker.moves()
+        assert await told(aiter(page)) is None
+        worker.stream.change_worker(is_ahead=False)
+        worker.tells(state="crashed")
+        heard = [json.loads(await told(aiter(page)) or "")["session"] for _ in range(2)]
+        assert heard == [{"position": 2}, {"state": "crashed"}]
 
 
-def test_a_page_cannot_have_painted_what_it_was_not_sent() -> None:
+async def test_a_page_cannot_have_painted_what_it_was_not_sent() -> None:
     """A count that cannot be is refused with both bounds."""
-
-    async def scenario(worker: Worker) -> None:
-        refused = pytest.raises(ValueError, match="expected between 0 and 0 painted drawings, got 1")
-        with worker.stream.join(paints=True) as page, refused:
-            page.note_painted(1)
-
-    run(scenario(Worker()))
+    worker = Worker()
+    refused = pytest.raises(ValueError, match="expected between 0 and 0 painted drawings, got 1")
+    with worker.stream.join(paints=True) as page, refused:
+        page.note_painted(1)
 
 
 @given(st.lists(st.sampled_from(["moves", "draws", "tells", "reads", "paints", "greets", "comes back"]), max_size=60))

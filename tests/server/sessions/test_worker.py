@@ -74,27 +74,50 @@ async def play_and_change(heard: list[protocol.Event]) -> None:
         await asyncio.wait_for(drawn.wait(), 60)
 
 
-async def play_with_one_credit_each(heard: list[protocol.Progress]) -> None:
-    """Play until twenty frames have been told of, after a credit for either form has been given once."""
-    far = asyncio.Event()
+async def play(
+    heard: list[protocol.Progress],
+    holds: Callable[[dict[str, Any]], bool],
+    before: Callable[[AsyncEnd], object] = lambda _: None,
+    command: Any = None,
+    after: Any = None,
+) -> None:
+    """Play, or carry out another command, until the changes that are told fulfil a condition.
+
+    Args:
+        heard: Takes what is told.
+        holds: The condition.
+        before: Is done when the worker has begun.
+        command: Is carried out in place of playing.
+        after: Is carried out in the end.
+    """
+    there, done = asyncio.Event(), asyncio.Event()
 
     def hear(event: protocol.Event) -> None:
         if isinstance(event, protocol.Progress):
             heard.append(event)
-            if event.changes.get("position", 0) >= 20:
-                far.set()
+            if holds(event.changes):
+                there.set()
+        if isinstance(event, protocol.Reply) and event.number == 2:
+            done.set()
 
     async with working(hear) as web:
-        web.send(protocol.Credit("scene"))
-        web.send(protocol.Credit("flat"))
-        web.send(protocol.Request(1, protocol.Play()))
-        await asyncio.wait_for(far.wait(), 60)
+        before(web)
+        web.send(protocol.Request(1, command or protocol.Play()))
+        await asyncio.wait_for(there.wait(), 60)
+        if after is not None:
+            web.send(protocol.Request(2, after))
+            await asyncio.wait_for(done.wait(), 60)
 
 
 def test_a_credit_is_for_one_drawing() -> None:
     """A page that takes none is sent none; the scene and flat views share what is encoded for both."""
     heard: list[protocol.Progress] = []
-    run(play_with_one_credit_each(heard))
+
+    def credit_each(web: AsyncEnd) -> None:
+        web.send(protocol.Credit("scene"))
+        web.send(protocol.Credit("flat"))
+
+    run(play(heard, lambda changes: changes.get("position", 0) >= 20, credit_each))
     (scene,) = (event.scene for event in heard if event.scene is not None)
     (flat,) = (event.flat for event in heard if event.flat is not None)
     assert scene is not None
@@ -116,25 +139,6 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     assert shown["position"] == heard[answer].result.frame
 
 
-async def play_until_behind(heard: list[protocol.Progress], seconds: float) -> None:
-    """Play until the worker says that it is so far behind, then pause."""
-    behind, paused = asyncio.Event(), asyncio.Event()
-
-    def hear(event: protocol.Event) -> None:
-        if isinstance(event, protocol.Progress):
-            heard.append(event)
-            if event.changes.get("behind_s", 0.0) >= seconds:
-                behind.set()
-        if isinstance(event, protocol.Reply) and event.number == 2:
-            paused.set()
-
-    async with working(hear) as web:
-        web.send(protocol.Request(1, protocol.Play()))
-        await asyncio.wait_for(behind.wait(), 60)
-        web.send(protocol.Request(2, protocol.Pause()))
-        await asyncio.wait_for(paused.wait(), 60)
-
-
 def test_a_run_that_is_too_slow_says_how_far_it_is_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Frames that take longer than their time add up to seconds, which are forgotten with a pause."""
 
@@ -145,25 +149,14 @@ def test_a_run_that_is_too_slow_says_how_far_it_is_behind(monkeypatch: pytest.Mo
     forward = RunTree.forward
     monkeypatch.setattr(RunTree, "forward", slowly)
     heard: list[protocol.Progress] = []
-    run(play_until_behind(heard, 0.5))
+    run(play(heard, lambda changes: changes.get("behind_s", 0.0) >= 0.5, after=protocol.Pause()))
     told = [event.changes["behind_s"] for event in heard if "behind_s" in event.changes]
     assert told[:-1] == sorted(told[:-1])
     assert told[-1] == 0.0
 
 
-async def play_until_compiled(heard: list[protocol.Progress]) -> None:
-    """Play until the worker says that it compiles nothing any more."""
-    over = asyncio.Event()
-
-    def hear(event: protocol.Event) -> None:
-        if isinstance(event, protocol.Progress):
-            heard.append(event)
-            if event.changes.get("compiling", 0) is None:
-                over.set()
-
-    async with working(hear) as web:
-        web.send(protocol.Request(1, protocol.Play()))
-        await asyncio.wait_for(over.wait(), 60)
+def compiles_nothing_more(changes: dict[str, Any]) -> bool:
+    return changes.get("compiling", 0) is None
 
 
 def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,7 +172,7 @@ def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> N
     forward = RunTree.forward
     monkeypatch.setattr(RunTree, "forward", compiling)
     heard: list[protocol.Progress] = []
-    run(play_until_compiled(heard))
+    run(play(heard, compiles_nothing_more))
     told = [event.changes["compiling"] for event in heard if "compiling" in event.changes]
     assert told == [0, 1, None]
 
@@ -198,24 +191,6 @@ def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyP
         return original(tree, *arguments)
 
     heard: list[protocol.Progress] = []
-
-    async def work() -> None:
-        over = asyncio.Event()
-
-        def hear(event: protocol.Event) -> None:
-            if isinstance(event, protocol.Progress):
-                heard.append(event)
-                if event.changes.get("compiling", 0) is None:
-                    over.set()
-
-        async with working(hear) as web:
-            monkeypatch.setattr(RunTree, place, compiling)
-            web.send(
-                protocol.Request(1, protocol.Play())
-                if place == "measures"
-                else protocol.Request(1, protocol.Save("x.pftrack"))
-            )
-            await asyncio.wait_for(over.wait(), 10)
-
-    run(work())
+    save = protocol.Save("x.pftrack") if place == "save" else None
+    run(play(heard, compiles_nothing_more, lambda _: monkeypatch.setattr(RunTree, place, compiling), save))
     assert [event.changes["compiling"] for event in heard if "compiling" in event.changes] == [0, None]
