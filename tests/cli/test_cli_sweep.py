@@ -7,22 +7,22 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from pftrack.cli.app import main
 from pftrack.sweep import read_result
+from tests.cli.commands import Call
 from tests.pooling import fork_server, shared_fork_server
 from tests.server.uploads.test_uploads import video
 from tests.waiting import wait_for
 
 __all__ = ["fork_server", "shared_fork_server"]
-
-Call = Callable[..., tuple[int, str, str]]
 
 SMALL = ("--set", "sample_count=50", "--frames", "20")
 AXES = ("--axis", "occlusion_width_px=0:60:20", "--axis", "distracter_radius_px=1,10")
@@ -30,17 +30,9 @@ PLAN = ("ball", *AXES, "--trackers", "h-spf,s-spf", "--trials", "2", *SMALL)
 
 
 @pytest.fixture
-def call(capfd: pytest.CaptureFixture[str]) -> Call:
-    """Run the command in this process; give status, standard output and standard error."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as ended:
-            main(["sweep", *(str(argument) for argument in arguments)])
-        out, err = capfd.readouterr()
-        assert isinstance(ended.value.code, int)
-        return ended.value.code, out, err
-
-    return run
+def call(call: Call) -> Call:
+    """Run the command in this process."""
+    return partial(call, "sweep")
 
 
 def test_a_sweep_on_a_recording(call: Call, tmp_path: Path) -> None:

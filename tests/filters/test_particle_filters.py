@@ -1,6 +1,7 @@
 """Particle filters against the exact answers of a Kalman filter and of a grid."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,87 +10,28 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import auxiliary, bootstrap, kalman, unscented_particle
 from pftrack.filters.dynamics import LinearDynamics, autoregression, random_walk
-from pftrack.filters.particles import LogLikelihood, ParticleSet, Posterior
+from pftrack.filters.particles import ParticleSet, Posterior
 
 MODEL = random_walk(2, 0.7)
 NOISE = np.eye(2)
 COUNT = 20_000
 
-Step = Callable[[ParticleSet, LinearDynamics, LogLikelihood, np.random.Generator, NDArray[np.float64]], Posterior]
-
-
-def _bootstrap(threshold: float) -> Step:
-    def step(
-        particles: ParticleSet,
-        model: LinearDynamics,
-        likelihood: LogLikelihood,
-        rng: np.random.Generator,
-        seen: NDArray[np.float64],
-    ) -> Posterior:
-        del seen
-        return bootstrap.step(particles, model, likelihood, rng, threshold=threshold)
-
-    return step
-
-
-def _auxiliary(rule: auxiliary.WeightRule, share: float) -> Step:
-    def step(
-        particles: ParticleSet,
-        model: LinearDynamics,
-        likelihood: LogLikelihood,
-        rng: np.random.Generator,
-        seen: NDArray[np.float64],
-    ) -> Posterior:
-        del seen
-        observed = round(share * len(particles))
-        return auxiliary.step(
-            particles,
-            model,
-            likelihood,
-            rng,
-            weights=rule,
-            prediction_count=len(particles) - observed,
-            observation_count=observed,
-        )
-
-    return step
-
-
-def _unscented(*, recursive: bool) -> Step:
-    def step(
-        particles: ParticleSet,
-        model: LinearDynamics,
-        likelihood: LogLikelihood,
-        rng: np.random.Generator,
-        seen: NDArray[np.float64],
-    ) -> Posterior:
-        return unscented_particle.step(
-            particles,
-            model,
-            likelihood,
-            rng,
-            measurement=seen,
-            observe=lambda x: x,
-            noise_covariance=NOISE,
-            recursive=recursive,
-        )
-
-    return step
-
-
-CONSISTENT: dict[str, Step] = {
-    "bootstrap": _bootstrap(1.0),
-    "bootstrap, adaptive": _bootstrap(0.5),
-    "auxiliary, corrected": _auxiliary("corrected", 1.0),
-    "mixed, corrected": _auxiliary("corrected", 0.5),
-    "mixed, balanced": _auxiliary("balanced", 0.5),
-    "unscented": _unscented(recursive=False),
-    "unscented, recursive": _unscented(recursive=True),
+HALF = COUNT // 2
+CONSISTENT: dict[str, Callable[..., Posterior]] = {
+    "bootstrap": partial(bootstrap.step, threshold=1.0),
+    "bootstrap, adaptive": partial(bootstrap.step, threshold=0.5),
+    "auxiliary, corrected": partial(auxiliary.step, weights="corrected", prediction_count=0, observation_count=COUNT),
+    "mixed, corrected": partial(auxiliary.step, weights="corrected", prediction_count=HALF, observation_count=HALF),
+    "mixed, balanced": partial(auxiliary.step, weights="balanced", prediction_count=HALF, observation_count=HALF),
+    "unscented": partial(unscented_particle.step, observe=lambda x: x, noise_covariance=NOISE),
+    "unscented, recursive": partial(
+        unscented_particle.step, observe=lambda x: x, noise_covariance=NOISE, recursive=True
+    ),
 }
 
 
-@pytest.mark.parametrize("step", CONSISTENT.values(), ids=CONSISTENT)
-def test_agrees_with_the_kalman_filter(step: Step) -> None:
+@pytest.mark.parametrize("name", CONSISTENT)
+def test_agrees_with_the_kalman_filter(name: str) -> None:
     """On a linear Gaussian model mean, covariance and log evidence come to the exact ones (tolerance 0.03 and 0.1)."""
     rng = np.random.default_rng(6)
     exact = Gaussian(np.zeros(2), np.eye(2))
@@ -99,8 +41,9 @@ def test_agrees_with_the_kalman_filter(step: Step) -> None:
         seen = np.array([0.8 * t, -0.4 * t])
         exact, log_evidence = kalman.update(kalman.predict(exact, MODEL), seen, np.eye(2), NOISE)
         exact_evidence += log_evidence
-        posterior = step(
-            particles, MODEL, lambda x, seen=seen: log_density(x, seen, NOISE), np.random.default_rng(t), seen
+        measured = {"measurement": seen} if name.startswith("unscented") else {}
+        posterior = CONSISTENT[name](
+            particles, MODEL, lambda x, seen=seen: log_density(x, seen, NOISE), np.random.default_rng(t), **measured
         )
         particles = posterior.particles
         evidence += posterior.log_evidence

@@ -43,46 +43,22 @@ def declare(name: str, title: str, kind: str, default: Value, **more: Any) -> De
     )
 
 
+def number(
+    name: str, title: str, default: float, bounds: tuple[float, float], useful: tuple[float, float] | None, **more: Any
+) -> Declaration:
+    kind = "integer" if isinstance(default, int) else "number"
+    limits = {"minimum": bounds[0], "maximum": bounds[1], "useful": useful, "step": 1}
+    return declare(name, title, kind, default, **limits | more)
+
+
 DECLARATIONS = (
-    declare(
-        "occlusion_width_px",
-        "Occluder width",
-        "number",
-        40.0,
-        unit="px",
-        minimum=0,
-        maximum=200,
-        useful=(0, 200),
-        step=1,
-        group="Scene",
-    ),
+    number("occlusion_width_px", "Occluder width", 40.0, (0, 200), (0, 200), unit="px", group="Scene"),
     declare("layout", "Layout", "choice", "pillar", choices=("pillar", "wall"), group="Scene"),
     declare("colour", "Ball colour", "colour", "#d02020", group="Scene"),
-    declare(
-        "sample_count",
-        "Particles",
-        "integer",
-        800,
-        minimum=1,
-        maximum=100_000,
-        useful=(1, 5000),
-        step=1,
-        group="Tracker",
-    ),
+    number("sample_count", "Particles", 800, (1, 100_000), (1, 5000), group="Tracker"),
     declare("learn", "Learn", "boolean", default=False, group="Tracker", live=False),
-    declare(
-        "gamma_px",
-        "Threshold",
-        "number",
-        12.0,
-        minimum=0,
-        maximum=100,
-        useful=(0, 100),
-        step=0.5,
-        group="Switching",
-        trackers=("h-spf",),
-    ),
-    declare("budget", "Budget", "integer", 10, minimum=0, maximum=10**9, step=1, group="Tracker"),
+    number("gamma_px", "Threshold", 12.0, (0, 100), (0, 100), step=0.5, group="Switching", trackers=("h-spf",)),
+    number("budget", "Budget", 10, (0, 10**9), None, group="Tracker"),
 )
 VALUES: dict[str, Value] = {item.name: item.default for item in DECLARATIONS}
 
