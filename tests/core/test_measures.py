@@ -17,7 +17,6 @@ from pftrack.core.model.measures import (
     is_success,
 )
 from pftrack.experiments import EXPERIMENTS
-from pftrack.runs.many import outcomes
 from pftrack.sources.truth import TruthTable
 from tests.making import whole_run
 
@@ -137,18 +136,6 @@ def test_a_signal_has_none() -> None:
     experiment = EXPERIMENTS["sine"]
     run = whole_run(experiment, frames=5)
     assert run.summary().measures == {}
-
-
-@pytest.mark.parametrize("name", ["ball", "prism"])
-def test_a_batch_comes_to_the_measures_of_a_live_run(name: str) -> None:
-    """Both for trackers that take many frames at once and for those that do not."""
-    experiment = EXPERIMENTS[name]
-    trackers = list(experiment.trackers)[:3]
-    (row,) = outcomes(experiment, experiment.simulate(), values={}, trackers=trackers, seeds=[3], frames=25)
-    for tracker, outcome in zip(trackers, row, strict=True):
-        run = whole_run(experiment, tracker=tracker, seed=3, frames=25)
-        assert outcome.measures == run.summary().measures
-        assert {"hit_rate", "frames_to_failure"} < outcome.measures.keys()
 
 
 def test_a_branch_keeps_the_truth_of_its_past() -> None:

@@ -120,17 +120,6 @@ def test_the_shortest_runs_are_judged_too(frames: int) -> None:
     assert outcome.success is True
 
 
-def test_an_experiment_without_pictures_runs_too() -> None:
-    """The signal is run step by step, and has an error but no notion of lost."""
-    sine = find("sine")
-    [[exact, sampled]] = many.outcomes(
-        sine, sine.simulate(), values={}, trackers=["kalman", "condensation"], seeds=[0], frames=30
-    )
-    assert exact.success is None
-    assert exact.mean_error is not None
-    assert sampled.mean_error != exact.mean_error
-
-
 def test_a_short_recording_ends_earlier_for_every_tracker() -> None:
     """Where a recording has fewer frames than were asked for, a tracker that takes them one by one ends with it too."""
     setup = BALL.video.on_video(Pictures(pictures(5, width=160)), Box.of(40, 30, 30, 40))  # it takes them

@@ -6,30 +6,16 @@ import pytest
 from pftrack.core.geometry import convex_hull, fill, row_sums
 from pftrack.experiments.hand.beams import differences, improve, log_score
 from pftrack.experiments.hand.candidates import HIDDEN
-from pftrack.experiments.hand.likelihood import PictureTables, contour_of, finger_fit, tables_of, x_p
+from pftrack.experiments.hand.likelihood import contour_of, finger_fit, x_p
 from pftrack.experiments.hand.model import HandTrackerParameters, Predictions, Task, settings
-from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
+from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points
+from tests.experiments.hand.seen import SCALE, SIDE, sight
 
-SCALE, SIDE = 52.0, 200
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
 POSE = open_pose((100.0, 137.0))
 POSE[3] = 0.4
 EXPECTED = Predictions(POSE[None], np.zeros(1))
 NO_MOVES, NO_IDEALS = np.empty((0, 4, 2)), np.empty(0)
-
-
-def axis_of(pose: np.ndarray, finger: int, length: int = 40) -> np.ndarray:
-    """Return points 1 px apart along a finger, from its tip on."""
-    places = joints(pose, SCALE, MODEL)[finger, ::-1, :2]
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
-    steps = np.arange(min(length, along[-1]))
-    return np.column_stack([np.interp(steps, along, places[:, i]) for i in range(2)])
-
-
-def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> PictureTables:
-    """Return what is seen of a pose whose protrusions show these fingers."""
-    mask = silhouette(pose, SCALE, MODEL, (SIDE, SIDE))
-    return tables_of(mask, tuple(axis_of(pose, finger) for finger in fingers))
 
 
 def test_x_p_is_the_area_outside_by_the_contour_inside() -> None:
@@ -48,7 +34,7 @@ def test_x_p_is_the_area_outside_by_the_contour_inside() -> None:
 
 def test_a_finger_along_its_protrusion_fits_wholly() -> None:
     """One that ends 3.5 px beside it loses half, and one whose tip is hidden pays for that alone."""
-    seen, places = sight(POSE, (2,)), joints(POSE, SCALE, MODEL)[2]
+    seen, places = sight(POSE, fingers=(2,)), joints(POSE, SCALE, MODEL)[2]
     radii = MODEL.radii[2]
     assert finger_fit(places, NO_MOVES, NO_IDEALS, radii, 0, seen, TASK, -np.inf) == pytest.approx(0.0, abs=1e-3)
     beside = places + np.array([3.5, 0.0, 0.0])

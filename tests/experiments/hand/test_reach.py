@@ -5,23 +5,13 @@ import pytest
 
 from pftrack.core.geometry import convex_hull, distance_to_polygon
 from pftrack.experiments.hand.beams import search
-from pftrack.experiments.hand.likelihood import MARGIN, PictureTables, postures, reaches, tables_of
+from pftrack.experiments.hand.likelihood import MARGIN, postures, reaches
 from pftrack.experiments.hand.model import HandTrackerParameters, Predictions, Task, settings
-from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, finger_slice, joints, open_pose, silhouette
+from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, finger_slice, joints, open_pose
+from tests.experiments.hand.seen import SCALE, sight
 
-SCALE, SIDE = 52.0, 200
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
 POSE = open_pose((100.0, 137.0))
-
-
-def sight(pose: np.ndarray, *more: np.ndarray) -> PictureTables:
-    """Return what is seen of a pose with the last 30 px of its fingers as protrusions, and with some more of these."""
-    axes = []
-    for places in joints(pose, SCALE, MODEL):
-        back = places[::-1, :2]
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(back, axis=0).T))])
-        axes.append(np.column_stack([np.interp(np.arange(30.0), along, back[:, i]) for i in range(2)]))
-    return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), [*axes, *more])
 
 
 @pytest.mark.parametrize("tilt", [-0.8, 0.0, 0.8])
@@ -43,23 +33,23 @@ def test_a_region_holds_a_finger_in_all_that_it_can_do(tilt: float) -> None:
 
 def test_a_palm_is_refused_from_which_no_finger_reaches_what_is_seen() -> None:
     """The own palm reaches all its fingers; one that is turned by a right angle does not."""
-    seen = sight(POSE)
+    seen = sight(POSE, length=30)
     assert reaches(POSE, seen, TASK)
     for turn in (-1.5, 1.5):
         pose = POSE.copy()
         pose[2] = turn
         assert not reaches(pose, seen, TASK)
     below = np.array([120.0, 180.0]) + np.column_stack([np.arange(15.0), np.zeros(15)])
-    assert not reaches(POSE, sight(POSE, below), TASK)
+    assert not reaches(POSE, sight(POSE, below, length=30), TASK)
 
 
 def test_where_every_palm_is_refused_all_are_tried() -> None:
     """Then something that looks like a finger is none: the hand is found all the same, and pays for it."""
     below = np.array([120.0, 180.0]) + np.column_stack([np.arange(15.0), np.zeros(15)])
     one, ideals = Predictions(POSE[None], np.zeros(1)), np.empty((1, 6, 0))
-    hands = search(one, ideals, sight(POSE, below), TASK)
+    hands = search(one, ideals, sight(POSE, below, length=30), TASK)
     best = int(np.argmax(hands.scores))
     assert hands.poses[best, 2:5] == pytest.approx(POSE[2:5])
     assert hands.assignments[best].tolist() == [0, 1, 2, 3, 4]
-    alone = search(one, ideals, sight(POSE), TASK)
+    alone = search(one, ideals, sight(POSE, length=30), TASK)
     assert hands.scores[best] < alone.scores.max() - 1.0

@@ -8,7 +8,6 @@ from pftrack.core.geometry import convex_hull
 from pftrack.experiments.hand.beams import search
 from pftrack.experiments.hand.candidates import HIDDEN, half_steps
 from pftrack.experiments.hand.likelihood import (
-    PictureTables,
     cell_log_fit,
     finger_fit,
     ideals_of,
@@ -18,8 +17,8 @@ from pftrack.experiments.hand.likelihood import (
 )
 from pftrack.experiments.hand.model import PALM_FIT_SD, HandTrackerParameters, Predictions, Task, log_shares, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
+from tests.experiments.hand.seen import SCALE, SIDE, sight
 
-SCALE, SIDE = 52.0, 200
 POINTS = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
 CELLS = Task(SCALE, MODEL, settings(HandTrackerParameters(scoring="cells"), SCALE))
 NO_MOVES = np.empty((0, 4, 2))
@@ -29,16 +28,6 @@ def pose_of(tilt: float) -> NDArray[np.float64]:
     pose = open_pose((100.0, 137.0))
     pose[3] = tilt
     return pose
-
-
-def sight(pose: NDArray[np.float64]) -> PictureTables:
-    """Return what is seen of a pose with the last 30 px of all fingers but the middle one as protrusions."""
-    axes = []
-    for places in joints(pose, SCALE, MODEL)[[0, 1, 3, 4]]:
-        back = places[::-1, :2]
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(back, axis=0).T))])
-        axes.append(np.column_stack([np.interp(np.arange(30.0), along, back[:, i]) for i in range(2)]))
-    return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), axes)
 
 
 def moves_by_half_steps(pose: NDArray[np.float64], finger: int, halves: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -62,7 +51,7 @@ def test_a_score_is_the_sum_of_its_terms(task: Task) -> None:
     pose = pose_of(0.3)
     pose[14:17] = 1.3  # the middle finger is folded
     poses[:, 14:17] = 1.1
-    seen = sight(pose)
+    seen = sight(pose, fingers=(0, 1, 3, 4), length=30)
     ideals = ideals_of(poses, seen, task)
     hands = search(expected, ideals, seen, task)
     assert len(hands.scores) > 5
@@ -113,7 +102,7 @@ def test_palms_on_which_predictions_agree_are_looked_at_first() -> None:
 def test_all_palms_that_are_looked_at_reach_what_is_seen() -> None:
     """Of palms around a prediction some do not, and these are not among them."""
     pose = pose_of(0.0)
-    seen, turned = sight(pose), pose_of(0.0)
+    seen, turned = sight(pose, fingers=(0, 1, 3, 4), length=30), pose_of(0.0)
     turned[2] = 0.35
     one = Predictions(turned[None], np.zeros(1))
     without = POINTS._replace(settings=POINTS.settings._replace(reference=True))

@@ -16,23 +16,13 @@ from pftrack.experiments.hand.beams import (
 from pftrack.experiments.hand.candidates import HIDDEN
 from pftrack.experiments.hand.likelihood import PictureTables, ideals_of, tables_of
 from pftrack.experiments.hand.model import HandTrackerParameters, Predictions, Task, settings
-from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, silhouette
+from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, open_pose
 from pftrack.filters.beam import Beam
+from tests.experiments.hand.seen import SCALE, SIDE, sight
 
-SCALE, SIDE = 52.0, 200
 REFERENCE = Task(SCALE, MODEL, settings(HandTrackerParameters(ranking="reference", scoring="reference"), SCALE))
 POSE = open_pose((100.0, 137.0))
 POSE[3] = 0.3
-
-
-def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> PictureTables:
-    """Return what is seen of a pose: its silhouette, and the last 35 px of these fingers as protrusions."""
-    axes = []
-    for finger in fingers:
-        places = joints(pose, SCALE, MODEL)[finger, ::-1, :2]
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
-        axes.append(np.column_stack([np.interp(np.arange(35.0), along, places[:, i]) for i in range(2)]))
-    return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), axes)
 
 
 def around(predicted: np.ndarray, seen: PictureTables, task: Task = REFERENCE) -> Hands:
@@ -42,7 +32,7 @@ def around(predicted: np.ndarray, seen: PictureTables, task: Task = REFERENCE) -
 
 def test_a_hand_that_is_as_predicted_is_found_with_its_fingers() -> None:
     """The best hand is the prediction, each finger has its protrusion, and no palm is near another."""
-    hands = around(POSE, sight(POSE))
+    hands = around(POSE, sight(POSE, length=35))
     best = int(np.argmax(hands.scores))
     assert hands.poses[best] == pytest.approx(POSE)
     assert hands.assignments[best].tolist() == [0, 1, 2, 3, 4]
@@ -56,7 +46,7 @@ def test_a_finger_that_no_protrusion_shows_is_hidden() -> None:
     """A finger that has folded before the palm is found there, though the prediction has it half as far."""
     pose, predicted = POSE.copy(), POSE.copy()
     pose[14:17], predicted[14:17] = 1.3, 0.7
-    hands = around(predicted, sight(pose, (0, 1, 3, 4)))
+    hands = around(predicted, sight(pose, fingers=(0, 1, 3, 4), length=35))
     best = int(np.argmax(hands.scores))
     assert hands.assignments[best].tolist() == [0, 1, HIDDEN, 2, 3]
     assert hands.poses[best, 14] > 0.9
@@ -64,7 +54,7 @@ def test_a_finger_that_no_protrusion_shows_is_hidden() -> None:
 
 def test_a_score_of_the_search_is_that_of_the_whole_hand_without_its_silhouette() -> None:
     """The parts' scores that are added up are those that moving uphill begins with."""
-    seen = sight(POSE)
+    seen = sight(POSE, length=35)
     task = REFERENCE._replace(settings=REFERENCE.settings._replace(cover_sd=np.inf, cells=False))
     hands = around(POSE, seen, task)
     for n in np.argsort(-hands.scores)[:3]:
@@ -83,7 +73,7 @@ def test_where_no_palm_fits_the_best_prediction_stays_at_a_price() -> None:
 
 def test_hands_of_a_frame_are_ranked_with_their_silhouettes() -> None:
     """What is kept differs, the best differs least, and each says by how much."""
-    seen = sight(POSE)
+    seen = sight(POSE, length=35)
     found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), seen, REFERENCE, 4)
     members = np.array(found.beam.members)
     assert len(members) == 4

@@ -207,19 +207,6 @@ def test_a_picture_without_colour_is_followed_by_brightness(space: str) -> None:
     assert np.hypot(*(state.estimate - [51, 40])) < 2
 
 
-def test_sweeps_know_the_overlap() -> None:
-    """A batch comes to the overlap of live runs, where frames are taken at once and where they are not."""
-    for values in ({}, {"follow_size": True}):
-        (found,) = outcomes(
-            LAWN, LAWN.simulate(), values=values, trackers=["condensation", "greedy"], seeds=[3], frames=15
-        )
-        for outcome, tracker in zip(found, ("condensation", "greedy"), strict=True):
-            run = run_of(tracker, 15, 3, **values)
-            run.finish()
-            assert outcome.measures == run.summary().measures
-            assert 0.5 < outcome.measures["mean_iou"] <= 1.0
-
-
 @pytest.mark.slow
 def test_lambda_and_velocity_decide_as_the_lesson_says() -> None:
     """Scene 0, 30 runs each: success 1.00 at lambda 20, 0 at lambda 200, and greedy search fails."""

@@ -34,6 +34,16 @@ RUNS: dict[str, tuple[PathName, tuple[int, int, int], dict[str, Value]]] = {
 }
 """Path, lengths and parameters that differ from the defaults."""
 
+CAREFUL = {
+    "start_angle_variance_rad2": 1e-4,
+    "start_rate_variance_rad2": 1e-6,
+    "start_length_variance_px2": 1.0,
+    "observation_variance_px2": 1.0,
+    "length_difference_12_px": 100,
+    "length_difference_23_px": 100,
+}
+"""Parameters by which a chain is almost linear."""
+
 
 def told(target: LinkageTarget) -> Array:
     """Its (theta, r) or (omega, t, theta, r), rad and px."""

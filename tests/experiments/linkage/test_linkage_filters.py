@@ -20,19 +20,12 @@ from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters import kalman
 from pftrack.reproduce.linkage import measure, scene
 from pftrack.reproduce.pool import begin, recipe
+from tests.experiments.linkage.chains import CAREFUL
 
 LINKAGE = find("linkage")
 DEFAULTS = LINKAGE.simulate().parameters
 THETA, R = np.array([1.0, 0.8, 0.7]), np.array([70.0, 60.0, 50.0])
 FILTERS = ("ekf", "ekf-truncated", "ekf-mirrors", "ukf")
-CAREFUL = {
-    "start_angle_variance_rad2": 1e-4,
-    "start_rate_variance_rad2": 1e-6,
-    "start_length_variance_px2": 1.0,
-    "observation_variance_px2": 1.0,
-    "length_difference_12_px": 100,
-    "length_difference_23_px": 100,
-}
 
 
 def plane(theta: NDArray[np.float64], r: NDArray[np.float64] = R) -> LinkageTarget:

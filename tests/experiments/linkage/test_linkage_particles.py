@@ -15,19 +15,12 @@ from pftrack.experiments.linkage.particles import Settings, move, resample
 from pftrack.experiments.linkage.scene import LinkageTarget
 from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters.particles import ParticleSet
+from tests.experiments.linkage.chains import CAREFUL
 
 LINKAGE = find("linkage")
 THETA, R = np.array([1.0, 0.8, 0.7]), np.array([70.0, 60.0, 50.0])
 ORIGIN = np.array([240.0, 120.0])
-NARROW = {
-    "start_angle_variance_rad2": 1e-4,
-    "start_rate_variance_rad2": 1e-6,
-    "start_length_variance_px2": 1.0,
-    "observation_variance_px2": 1.0,
-    "length_difference_12_px": 100,
-    "length_difference_23_px": 100,
-    "noise_unknown": False,
-}
+NARROW = CAREFUL | {"noise_unknown": False}
 WIDE = {
     "start_angle_variance_rad2": 0.02,
     "start_rate_variance_rad2": 1e-6,

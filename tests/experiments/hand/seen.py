@@ -1,0 +1,26 @@
+"""What a picture shows of a hand whose pose is known."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiments.hand.likelihood import PictureTables, tables_of
+from pftrack.experiments.hand.shape import MODEL, joints, silhouette
+
+SCALE, SIDE = 52.0, 200
+ALL = (0, 1, 2, 3, 4)
+
+
+def axis_of(pose: NDArray[np.float64], finger: int, length: int = 40) -> NDArray[np.float64]:
+    """Return points 1 px apart along a finger, from its tip on."""
+    places = joints(pose, SCALE, MODEL)[finger, ::-1, :2]
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
+    steps = np.arange(min(length, along[-1]))
+    return np.column_stack([np.interp(steps, along, places[:, i]) for i in range(2)])
+
+
+def sight(
+    pose: NDArray[np.float64], *more: NDArray[np.float64], fingers: tuple[int, ...] = ALL, length: int = 40
+) -> PictureTables:
+    """Return what is seen of a pose: its silhouette, and the ends of these fingers, and some more, as protrusions."""
+    axes = [axis_of(pose, finger, length) for finger in fingers]
+    return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), [*axes, *more])
