@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import av
@@ -13,7 +14,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
-__all__ = ["disc_film", "encoded", "whole_run"]
+__all__ = ["disc_film", "encoded", "truth_file", "whole_run"]
 
 Picture = NDArray[np.uint8]
 
@@ -50,6 +51,13 @@ def disc_film(
         pictures.append(np.full((120, 160, 3), ground, np.uint8))
         pictures[-1][np.hypot(x - 40 - speed_px * index, y - 60) <= 9] = given.get(index, (210, 40, 40))
     return encoded(pictures)
+
+
+def truth_file(folder: Path, text: str) -> Path:
+    """Return a new file with a table of what is true."""
+    path = folder / "truth.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
 
 
 def whole_run(experiment: Experiment, *, values: Mapping[str, Value] | None = None, **options: Any) -> Run:

@@ -34,25 +34,6 @@ def finished(**options: object) -> Run:
     return run
 
 
-@pytest.mark.parametrize("tracker", ["h-spf", "apf"])
-def test_same_seed_same_estimates(tracker: str) -> None:
-    """The same seed and timeline give the same estimates, to the bit; another seed gives others."""
-    first = finished(tracker=tracker, timeline=CHANGES)
-    assert first.estimates_sha256 == finished(tracker=tracker, timeline=CHANGES).estimates_sha256
-    assert first.estimates_sha256 != finished(tracker=tracker, timeline=CHANGES, seed=4).estimates_sha256
-
-
-def test_changes_as_one_goes_equal_a_given_timeline() -> None:
-    """Changing parameters while the run goes on gives what the finished timeline gives."""
-    run = ball()
-    for step in run:
-        for change in CHANGES:
-            if change.frame == step.diagnostics.frame + 1:
-                run.change(change.values)
-    assert run.timeline.changes == finished(timeline=CHANGES).timeline.changes
-    assert run.estimates_sha256 == finished(timeline=CHANGES).estimates_sha256
-
-
 def test_change_before_one_to_come_keeps_the_timeline_in_order() -> None:
     """A change made while others are still to come does not bring them forward, and replays to the same numbers."""
     run = ball(timeline=(Change(20, {"sample_count": 100}),))

@@ -11,19 +11,14 @@ from hypothesis import strategies as st
 from pftrack.core.refusal import RefusedError
 from pftrack.sources import truth
 from pftrack.sources.truth import BOX_FORM, BOXES, read_table, read_truth, write_table
+from tests.making import truth_file
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 
 
-def write(folder: Path, text: str) -> Path:
-    path = folder / "truth.csv"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def test_a_box_becomes_a_target_at_its_centre(tmp_path: Path) -> None:
     """A box of 5 x 3 px from (10, 20) is centred on pixel (12, 21), and its size is the longer side."""
-    target = read_truth(write(tmp_path, "frame,x,y,w,h\n4,10,20,5,3\n")).at(4)
+    target = read_truth(truth_file(tmp_path, "frame,x,y,w,h\n4,10,20,5,3\n")).at(4)
     assert target is not None
     np.testing.assert_array_equal(target.position, [12.0, 21.0])
     assert target.size == 5.0
@@ -32,7 +27,7 @@ def test_a_box_becomes_a_target_at_its_centre(tmp_path: Path) -> None:
 
 def test_a_row_without_x_is_a_frame_without_truth(tmp_path: Path) -> None:
     """An empty x, an empty line and an unlisted frame all mean that the truth is not known."""
-    table = read_truth(write(tmp_path, "frame,x,y,w,h,state\n0,,,,,absent\n\n,,,,,\n2,1,1,2,2,labelled\n"))
+    table = read_truth(truth_file(tmp_path, "frame,x,y,w,h,state\n0,,,,,absent\n\n,,,,,\n2,1,1,2,2,labelled\n"))
     assert table.at(0) is None
     assert table.at(1) is None
     assert table.at(2) is not None
@@ -40,13 +35,15 @@ def test_a_row_without_x_is_a_frame_without_truth(tmp_path: Path) -> None:
 
 def test_columns_are_found_by_name_and_others_ignored(tmp_path: Path) -> None:
     """Columns may come in any order, with other columns, spaces, capitals and a byte order mark."""
-    table = read_truth(write(tmp_path, "\ufeffnote, H,W ,y,x,Frame\nseen,8,4,2,1,7\n"))
+    table = read_truth(truth_file(tmp_path, "\ufeffnote, H,W ,y,x,Frame\nseen,8,4,2,1,7\n"))
     assert table.boxes == {7: (1.0, 2.0, 4.0, 8.0)}
 
 
 def test_of_several_objects_the_first_is_kept_and_it_is_said(tmp_path: Path) -> None:
     """With an `object` column the first box of a frame counts, and a warning says how many were left out."""
-    table = read_truth(write(tmp_path, "frame,object,x,y,w,h\n0,a,1,1,2,2\n0,b,9,9,2,2\n0,c,8,8,2,2\n1,b,5,5,2,2\n"))
+    table = read_truth(
+        truth_file(tmp_path, "frame,object,x,y,w,h\n0,a,1,1,2,2\n0,b,9,9,2,2\n0,c,8,8,2,2\n1,b,5,5,2,2\n")
+    )
     assert table.boxes == {0: (1.0, 1.0, 2.0, 2.0), 1: (5.0, 5.0, 2.0, 2.0)}
     assert table.warnings == ("truth.csv has several objects; further boxes of the same frames were left out (2)",)
 
@@ -77,14 +74,14 @@ FRAME = "frame must be a whole number from 0 to 10,000,000"
 def test_a_wrong_table_is_refused_by_line(tmp_path: Path, text: str, message: str) -> None:
     """The message names the file, the line, what was expected and what was found."""
     with pytest.raises(RefusedError) as caught:
-        read_truth(write(tmp_path, text))
+        read_truth(truth_file(tmp_path, text))
     assert str(caught.value) == message
 
 
 def test_a_polygon_is_the_box_around_its_corners(tmp_path: Path) -> None:
     """In whatever order they come, and also where its sides cross; a line has a box, too."""
     text = "frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,10,20,30,60,30,20,10,60\n1,5,5,5,5,5,5,5,5\n2,,,,,,,,\n"
-    assert dict(read_truth(write(tmp_path, text)).boxes) == {0: (10, 20, 20, 40), 1: (5, 5, 1, 1)}
+    assert dict(read_truth(truth_file(tmp_path, text)).boxes) == {0: (10, 20, 20, 40), 1: (5, 5, 1, 1)}
 
 
 @pytest.mark.parametrize(
@@ -100,7 +97,7 @@ def test_a_polygon_is_the_box_around_its_corners(tmp_path: Path) -> None:
 def test_a_wrong_polygon_is_refused_by_line(tmp_path: Path, values: str, message: str) -> None:
     """As a box is."""
     with pytest.raises(RefusedError) as caught:
-        read_truth(write(tmp_path, f"frame,x1,y1,x2,y2,x3,y3\n{values}\n"))
+        read_truth(truth_file(tmp_path, f"frame,x1,y1,x2,y2,x3,y3\n{values}\n"))
     assert str(caught.value) == f"truth.csv, {message}"
 
 
@@ -109,14 +106,14 @@ def test_more_corners_than_are_read_are_refused(tmp_path: Path, corners: int) ->
     """They would be a box around some of them."""
     header = ",".join(f"x{number},y{number}" for number in range(1, corners + 1))
     with pytest.raises(RefusedError, match=r"line 1: a polygon may have at most 1,000 corners"):
-        read_truth(write(tmp_path, f"frame,{header}\n0{',1,2' * corners}\n"))
+        read_truth(truth_file(tmp_path, f"frame,{header}\n0{',1,2' * corners}\n"))
 
 
 def test_a_thousand_corners_are_read(tmp_path: Path) -> None:
     """All of them count."""
     header = ",".join(f"x{number},y{number}" for number in range(1, 1001))
     values = ",".join(f"{number},{2 * number}" for number in range(1000))
-    assert dict(read_truth(write(tmp_path, f"frame,{header}\n0,{values}\n")).boxes) == {0: (0, 0, 999, 1998)}
+    assert dict(read_truth(truth_file(tmp_path, f"frame,{header}\n0,{values}\n")).boxes) == {0: (0, 0, 999, 1998)}
 
 
 @given(
@@ -131,7 +128,7 @@ def test_a_written_table_is_read_to_the_same_boxes(
     tmp_path_factory: pytest.TempPathFactory, rows: dict[int, tuple[float, float, float, float]]
 ) -> None:
     """Whatever the numbers are, in the order of frames."""
-    path = write(tmp_path_factory.mktemp("written"), write_table(rows, BOX_FORM))
+    path = truth_file(tmp_path_factory.mktemp("written"), write_table(rows, BOX_FORM))
     assert read_truth(path).rows == rows
 
 

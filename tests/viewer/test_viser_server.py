@@ -17,7 +17,6 @@ from viser.infra import _infra
 
 from pftrack_server.viewer import viser_server as server
 from pftrack_server.viewer.viser_server import Endpoint, start
-from tests.apart import run
 from tests.viewer.host import PROTOCOL
 from tests.viewer.test_viser_contracts import SAID
 from tests.waiting import wait_for
@@ -103,22 +102,18 @@ class TestContract:
             assert used == {"join"}, f"{VERSION} waits for its thread by {sorted(used)}"
 
 
-def test_a_server_has_neither_port_nor_thread(capsys: pytest.CaptureFixture[str]) -> None:
+async def test_a_server_has_neither_port_nor_thread(capsys: pytest.CaptureFixture[str]) -> None:
     """Neither a port nor a socket in the file system is opened for a scene, and the loop goes on after its end."""
-
-    async def scene() -> None:
-        before, files = listening(), psutil.Process().net_connections("unix")
-        threads = threading.active_count()
-        made, reached = start("Ball")
-        await asyncio.sleep(0.01)
-        assert (listening(), threading.active_count()) == (before, threads)
-        named = {each.laddr for each in psutil.Process().net_connections("unix")}
-        assert named <= {each.laddr for each in files} | {""}
-        made.stop()
-        await reached.wait_closed()
-        await asyncio.sleep(0.01)
-
-    run(scene())
+    before, files = listening(), psutil.Process().net_connections("unix")
+    threads = threading.active_count()
+    made, reached = start("Ball")
+    await asyncio.sleep(0.01)
+    assert (listening(), threading.active_count()) == (before, threads)
+    named = {each.laddr for each in psutil.Process().net_connections("unix")}
+    assert named <= {each.laddr for each in files} | {""}
+    made.stop()
+    await reached.wait_closed()
+    await asyncio.sleep(0.01)
     assert capsys.readouterr().out == "", "standard output belongs to the command"
 
 

@@ -46,12 +46,6 @@ def test_parents_are_drawn_by_weight_and_their_poses_are_carried() -> None:
     assert (found.states[:, 25:] == POSE).all()
 
 
-def test_numbers_are_those_of_the_seed() -> None:
-    """The same seed gives the same particles, another one others."""
-    assert (cloud(1, 5).states == cloud(1, 5).states).all()
-    assert (cloud(1, 5).states != cloud(2, 5).states).any()
-
-
 def test_what_is_drawn_from_anywhere_counts_as_much_as_the_prior_has_it() -> None:
     """The mean of a function over draws of the mixture, with these weights, is that over the prior."""
     draw = np.random.default_rng(0)

@@ -9,17 +9,12 @@ import pytest
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments.head.recording import read_poses
 from pftrack.vision.face import gaze
-
-
-def write(folder: Path, text: str) -> Path:
-    path = folder / "truth.csv"
-    path.write_text(text, encoding="utf-8")
-    return path
+from tests.making import truth_file
 
 
 def test_poses_are_read_and_taken_relative_to_a_frame(tmp_path: Path) -> None:
     """A table of poses gives the angles of the rotation, less those of the frame that counts as zero."""
-    poses = read_poses(write(tmp_path, "frame,yaw_deg,pitch_deg,roll_deg,x\n3,10,-5,2,\n4,20,-8,1,\n5,,,,\n"))
+    poses = read_poses(truth_file(tmp_path, "frame,yaw_deg,pitch_deg,roll_deg,x\n3,10,-5,2,\n4,20,-8,1,\n5,,,,\n"))
     assert poses.rows == {3: (10.0, -5.0, 2.0), 4: (20.0, -8.0, 1.0)}
     assert poses.at(5) is None
     known = poses.at(4)
@@ -41,4 +36,4 @@ def test_poses_are_read_and_taken_relative_to_a_frame(tmp_path: Path) -> None:
 def test_a_wrong_table_of_poses_is_refused(tmp_path: Path, text: str, message: str) -> None:
     """The message says what was expected of poses."""
     with pytest.raises(RefusedError, match=message):
-        read_poses(write(tmp_path, text))
+        read_poses(truth_file(tmp_path, text))

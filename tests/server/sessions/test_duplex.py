@@ -13,7 +13,6 @@ from websockets.sync.client import ClientConnection, connect
 
 from pftrack.core.model.drawing import Drawing, Picture, Points
 from pftrack_server.sessions import duplex
-from tests.apart import run
 from tests.server.drawings import Reader
 from tests.server.host import Server, begin, change_values, command, steer
 from tests.waiting import wait_for
@@ -215,7 +214,7 @@ def test_a_browser_that_vanishes(server: Server, client: httpx.Client, session: 
     wait_for(lambda: server.manager.get(session["id"]).visitors == 0)
 
 
-def test_a_stream_that_fails_is_closed() -> None:
+async def test_a_stream_that_fails_is_closed() -> None:
     """A page that would hear nothing more is sent away, so that it comes back and is told what is wrong."""
     closed: list[int] = []
 
@@ -238,11 +237,8 @@ def test_a_stream_that_fails_is_closed() -> None:
             assert "no such file" not in reason
             closed.append(code)
 
-    async def act() -> None:
-        page: Any = Page()
-        await asyncio.wait_for(duplex.converse(page, fail(), "farewell"), 10)
-
-    run(act())
+    page: Any = Page()
+    await asyncio.wait_for(duplex.converse(page, fail(), "farewell"), 10)
     assert closed == [1011]
 
 

@@ -39,7 +39,7 @@ def test_an_answer_is_as_the_command_left_the_run() -> None:
     assert run(ask()) == 1
 
 
-def test_what_a_worker_has_started_ends_with_the_fork_server(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_what_a_worker_has_started_ends_with_the_fork_server(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a filter has ended the fork server, and with it its worker, nothing else of its group is left."""
     fork_server, told = ForkServer("pftrack.process"), []
     monkeypatch.setattr(worker_handle, "FORK_SERVER", fork_server)
@@ -47,11 +47,8 @@ def test_what_a_worker_has_started_ends_with_the_fork_server(monkeypatch: pytest
     monkeypatch.setattr(worker_handle, "main", leave_another)
     config: Any = SimpleNamespace(run=SimpleNamespace(recipe=SimpleNamespace(experiment="ball")), session="s")
 
-    async def lose() -> None:
-        handle = WorkerHandle(config, told.append, lambda reason: None)
-        with pytest.raises(WorkerLostError):
-            await handle.start()
-
-    run(lose())
+    handle = WorkerHandle(config, told.append, lambda reason: None)
+    with pytest.raises(WorkerLostError):
+        await handle.start()
     fork_server.close()
     wait_for(lambda: has_ended(told[0]))

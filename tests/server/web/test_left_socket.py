@@ -41,7 +41,7 @@ def test_a_page_that_is_left_is_no_error_of_the_system() -> None:
     assert logged == []
 
 
-def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
+async def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
     """Uvicorn cancels what takes too long when it stops; that is an answer, and no traceback."""
     sent: list[Message] = []
 
@@ -58,14 +58,11 @@ def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
         await send({"type": "http.response.start", "status": 200, "headers": []})
         await wait_for_ever()
 
-    async def act() -> None:
-        for app in (wait_for_ever, begin):
-            request = asyncio.ensure_future(ErrorBoundary(app)({"type": "http"}, receive, send))
-            await asyncio.sleep(0)
-            request.cancel()
-            await asyncio.wait({request})
-
-    run(act())
+    for app in (wait_for_ever, begin):
+        request = asyncio.ensure_future(ErrorBoundary(app)({"type": "http"}, receive, send))
+        await asyncio.sleep(0)
+        request.cancel()
+        await asyncio.wait({request})
     assert [each.get("status") for each in sent] == [503, None, 200], "an answer that has begun is only cut off"
     assert b"being stopped" in sent[1]["body"]
 
