@@ -177,7 +177,7 @@ def ensembling(
         for found in _on_other_scenes(run, group, frames) if other else _on_the_same_scene(run, group, shared, frames):
             grown.append(found)
             errors, lost = (np.concatenate(each, axis=1) for each in zip(*grown, strict=True))
-            yield _join([*parts, (errors, lost)], tuple(seeds), run.experiment.unit)
+            yield _join([*parts, (errors, lost)], tuple(seeds), run.experiment.judge.unit)
         parts.append((errors, lost))
 
 

@@ -243,7 +243,7 @@ def figure(
     with output.compiling():
         failing, cured = ([row.error for row in run_failure(found, cured=it).rows] for it in (False, True))
     title, frame = found.failure.title, found.failure.frame
-    drawn = draw_failure(failing, cured, title=title, unit=found.experiment.unit, frame=frame)
+    drawn = draw_failure(failing, cured, title=title, unit=found.experiment.judge.unit, frame=frame)
     write_whole(out, encode_as(drawn, suffix, f"{title}: the errors of the run that fails and of the cured one"))
     output.note(f"pftrack: written to {out}")
 

@@ -65,7 +65,6 @@ STANDARD: Mapping[str, Mapping[str, object]] = {
 @with_config(CLOSED)
 class _Outline(TypedDict):
     title: str
-    unit: str
     frames: int
     example_sweep: NotRequired[ExampleSweep]
 

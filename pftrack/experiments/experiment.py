@@ -217,14 +217,16 @@ class Judge:
 
     Attributes:
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
+        unit: Of estimate and error: "px", "deg", or "" for a pure number.
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
         missed: (state, target) -> whether what is believed misses a target of which more is known than a place and a
             size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
-        scale: What estimates and positions are multiplied by to be in the experiment's unit; 180/pi for angles in rad.
+        scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
     """
 
     error: Callable[[Floats, Floats], Any]
+    unit: str
     lost: Callable[[Any, Any, Any], Any] | None = None
     missed: Callable[[Any, Target], bool | None] | None = None
     scale: float = 1.0
@@ -243,7 +245,6 @@ class Experiment:
         id: Name in commands, addresses and files.
         title: Name on the screen.
         texts: What people read about it.
-        unit: Of estimate and error: "px", "deg", or "" for a pure number.
         trackers: By name, in the order in which they are shown; the first is the one to begin with.
         frames: Length of a simulated run.
         presets: Starting points that show something.
@@ -271,14 +272,13 @@ class Experiment:
     id: str
     title: str
     texts: Texts
-    unit: str
     trackers: Mapping[str, Tracker]
-    frames: int
     presets: tuple[Preset, ...]
     display: Display
     simulate: Callable[[], Setup]
     draw: Draw
     judge: Judge
+    frames: int = 240
     video: Video = NO_VIDEO
     measured: Measured = NOTHING_MEASURED
     example_sweep: ExampleSweep | None = None
@@ -400,7 +400,8 @@ class Experiment:
     def with_units(self, units: Mapping[str, str]) -> "Experiment":
         """Return this experiment with other units, by the name of a plot, and by "estimate" of the estimate."""
         plots = tuple(replace(plot, unit=units.get(plot.id, plot.unit)) for plot in self.display.plots)
-        return replace(self, unit=units.get("estimate", self.unit), display=replace(self.display, plots=plots))
+        judge = replace(self.judge, unit=units.get("estimate", self.judge.unit))
+        return replace(self, judge=judge, display=replace(self.display, plots=plots))
 
     def measures_on(self, footage: Footage | None, *, loss_probability: bool = False) -> tuple[Measure, ...]:
         """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone.
@@ -409,7 +410,7 @@ class Experiment:
             footage: The recording, if it is on one.
             loss_probability: Whether how probable it is that the target is lost was asked for.
         """
-        known = self.run_measures if footage is None or footage.is_labelled else own_account(self.unit)
+        known = self.run_measures if footage is None or footage.is_labelled else own_account(self.judge.unit)
         return (*known, MEAN_LOSS_PROBABILITY) if loss_probability else known
 
     def parameters_on(self, kind: Kind | None) -> Parameters:

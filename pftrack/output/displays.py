@@ -176,7 +176,7 @@ QUALITY = 85
 
 def summary_lines(run: Run) -> dict[str, str]:
     """Return what came of a run so far, in words by what it is."""
-    made, experiment = run.summary(), run.experiment
+    made, experiment, unit = run.summary(), run.experiment, run.experiment.judge.unit
     lines = {"Frames": extent_of(run)}
     if made.verdict.success is not None:
         lines["Success"] = "yes" if made.verdict.success else "no"
@@ -188,7 +188,7 @@ def summary_lines(run: Run) -> dict[str, str]:
         if run.explained is not None and run.explained.diagnosis.frame == diagnosis.frame:
             lines["What if"] = run.explained.what_if.sentence
     if made.verdict.mean_error is not None:
-        lines["Mean error"] = _with_unit(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
+        lines["Mean error"] = _with_unit(quantity(made.verdict.mean_error, unit), unit)
     for measure in experiment.run_measures:
         value = made.measures.get(measure.name)
         if value is not None:

@@ -246,7 +246,7 @@ def without_truth(run: Run) -> Course:
     """Return the course of a run as it would be on a recording of which nothing is known."""
     rows = [replace(row, truth=None, error=None, lost=None, hidden=None) for row in run.diagnostics]
     declared = [series for series in run.experiment.all_series() if series.role not in OF_TRUTH]
-    return course_of(rows, declared, unit=run.experiment.unit, size=picture_size(run))
+    return course_of(rows, declared, unit=run.experiment.judge.unit, size=picture_size(run))
 
 
 def _finish(recipe: Recipe) -> Run:

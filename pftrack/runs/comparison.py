@@ -68,10 +68,10 @@ def _check_units(runs: Sequence[Run]) -> None:
     first = runs[0].experiment
     for run in runs[1:]:
         other = run.experiment
-        if other.unit != first.unit:
+        if other.judge.unit != first.judge.unit:
             raise RefusedError(
-                f"errors of {first.title} are {_in_words(first.unit)}, those of {other.title} {_in_words(other.unit)}; "
-                "compare runs whose errors have one unit"
+                f"errors of {first.title} are {_in_words(first.judge.unit)}, those of {other.title} "
+                f"{_in_words(other.judge.unit)}; compare runs whose errors have one unit"
             )
 
 
@@ -407,7 +407,7 @@ class Comparison:
     @property
     def unit(self) -> str:
         """Unit of the errors of all runs."""
-        return self.runs[0].experiment.unit
+        return self.runs[0].experiment.judge.unit
 
     @property
     def frames(self) -> int:

@@ -244,7 +244,7 @@ def summarise(
         frames=len(rows),
         parameters=flat(timeline.parameters_at(0)),
         changes=timeline.changes,
-        unit=experiment.unit,
+        unit=experiment.judge.unit,
         verdict=judge(course, Loss.of(rows), decisive, allowed_loss(timeline.parameters_at(last))),
         measures=evaluate(experiment.measures_on(setup.footage), course),
         step_ms_median=median(row.step_ms for row in rows[1:]) if last else None,

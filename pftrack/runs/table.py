@@ -99,7 +99,7 @@ def table_of(run: "Run") -> "pa.Table":
 
 def _origins(experiment: Experiment) -> Iterator[tuple[str, _Origin]]:
     for name, title in OWN.items():
-        unit = experiment.unit if name in IN_UNIT_OF_RUN else UNITS.get(name, "")
+        unit = experiment.judge.unit if name in IN_UNIT_OF_RUN else UNITS.get(name, "")
         yield name, _Origin(title, unit, PARTS.get(name, ()))
     for item in (*experiment.all_series(), LOSS_PROBABILITY):
         name = f"{PREFIX}{item.name}"

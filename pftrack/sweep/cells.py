@@ -348,7 +348,7 @@ def quantities(plan: Plan) -> tuple[Quantity, ...]:
             ERROR,
             error,
             f"Mean over the frames of {'a run that succeeded' if judged else 'a run'}.",
-            plan.wiring.unit,
+            plan.wiring.judge.unit,
             "lower",
             share=False,
             column="mean_error",

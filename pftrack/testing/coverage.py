@@ -176,7 +176,7 @@ def _fails_and_is_cured(shown: Entry) -> None:
 
 def _is_told_by_marks(shown: Entry, failure: FailureRun) -> None:
     """Ask what is said where a person has marked the target in few pictures: no number that is not known."""
-    series, unit = shown.experiment.all_series(), shown.experiment.unit
+    series, unit = shown.experiment.all_series(), shown.experiment.judge.unit
     rows = [row if row.frame % MARKED == 0 else replace(row, **UNKNOWN) for row in failure.rows]
     course = course_of(rows, series, unit=unit)
     for frame in range(0, len(rows), 10):

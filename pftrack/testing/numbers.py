@@ -121,7 +121,7 @@ def _demand_explanations(experiment: Experiment, tracker: str) -> None:
     by_truth = [replace(row, lost=row.frame >= half) for row in run.diagnostics]
     by_account = [replace(row, **UNKNOWN, searching=row.frame >= half) for row in run.diagnostics]
     for rows in (by_truth, by_account):
-        course = course_of(rows, experiment.all_series(tracker), unit=experiment.unit)
+        course = course_of(rows, experiment.all_series(tracker), unit=experiment.judge.unit)
         found = diagnose_course(course)
         demand(found.lost and found.frame == half, f"the loss in frame {half} must be explained, got: {found.sentence}")
         for sign in found.signs:

@@ -43,7 +43,7 @@ def test_whole_numbers_of_a_scene_stay_whole(folder: Path) -> None:
     [
         ("title: Fish", "titel: Fish", r"experiment.yaml, line 1: fish/experiment.yaml has an unknown field 'titel'"),
         ("title: Fish that bends\n", "", r"fish/experiment.yaml: fish/experiment.yaml lacks 'title'"),
-        ("title: bend of the tail", "titel: bend", r"line 43: plots.bend has an unknown field 'titel'"),
+        ("title: bend of the tail", "titel: bend", r"line 42: plots.bend has an unknown field 'titel'"),
         ("mitsugami2009", "mitsugami1809", r"experiment.yaml, line 4: unknown reference 'mitsugami1809'"),
         ("  ordinary:", "  unusual:", r"fish/experiment.yaml: it has titles of the trackers guided, unusual, "),
         ("  body:\n", "  body:\n    length: 4\n", r"reported.body has an unknown field 'length'"),

@@ -324,13 +324,13 @@ def test_units_are_those_of_the_loop(tmp_path: Path) -> None:
     path = record(tmp_path / "mine.pft", units=("m", "m", "m/s"))
     run = pftrack.load(path)
     units = {plot.id: plot.unit for plot in run.experiment.display.plots}
-    assert (run.experiment.unit, units["across"], units["down"]) == ("m", "m", "m")
+    assert (run.experiment.judge.unit, units["across"], units["down"]) == ("m", "m", "m")
     other = pftrack.run("recorded", recording=path, component_down=2)
     units = {plot.id: plot.unit for plot in other.experiment.display.plots}
-    assert (other.experiment.unit, units["across"], units["down"]) == ("", "m", "m/s")
+    assert (other.experiment.judge.unit, units["across"], units["down"]) == ("", "m", "m/s")
     with pftrack.record(tmp_path / "one.pft", units=("m",)) as rec:
         rec(0, particles=np.arange(3.0))
-    assert pftrack.load(tmp_path / "one.pft").experiment.unit == "m"
-    assert pftrack.load(record(tmp_path / "none.pft")).experiment.unit == ""
+    assert pftrack.load(tmp_path / "one.pft").experiment.judge.unit == "m"
+    assert pftrack.load(record(tmp_path / "none.pft")).experiment.judge.unit == ""
     seen = record(tmp_path / "seen.pft", source=write_clip(tmp_path / "clip.mp4"))
-    assert pftrack.load(seen).experiment.unit == "px"
+    assert pftrack.load(seen).experiment.judge.unit == "px"

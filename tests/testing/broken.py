@@ -289,10 +289,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: replace(SOUND, id="unlisted"),
         "unlisted must be registered by an entry point",
     ),
-    "it says what it is": (
-        lambda: replace(SOUND, texts=replace(SOUND.texts, question="Why.")),
-        r"the experiment's question .* got 'Why.'",
-    ),
+    "it says what it is": (lambda: replace(SOUND, texts=replace(SOUND.texts, question="Why.")), "got 'Why.'"),
     "its parameters are declared whole": (lambda: declaring(NoUnit), "width_px has a unit in its name"),
     "bad values are refused with their field": (
         lambda: declaring(Forgiving),
@@ -311,8 +308,8 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "the example sweep does not fit the experiment: sample_count",
     ),
     "its plots and readings are complete": (
-        lambda: displaying(SOUND, plots=SOUND.display.plots[:1] * 2),
-        "plots must have names of their own, got twice error",
+        lambda: displaying(SOUND, plots=2 * SOUND.display.plots),
+        "got twice error",
     ),
     "its layers are named once, and one explains the estimate": (
         lambda: displaying(SOUND, layers=SOUND.display.layers * 2),

@@ -80,11 +80,7 @@ def named(name: str) -> Experiment:
             lambda: measuring(name="sample_count"),
             "columns of a sweep .* must have names of their own, got twice sample_count",
         ),
-        (
-            "its measures are declared whole",
-            lambda: measuring(name="seed"),
-            "got twice seed",
-        ),
+        ("its measures are declared whole", lambda: measuring(name="seed"), "got twice seed"),
         (
             "its measures are declared whole",
             lambda: measuring(name="error"),

@@ -126,21 +126,18 @@ EXPERIMENT = Experiment(
         (cite("bando2007", "chapter 2: particle filters"),),
         target="disc",
     ),
-    unit="px",
     trackers={
         **filtered(Disc(turns=True), Bootstrap("turning", "Turning", "Each particle has a rate of turn.")),
         **filtered(Disc(turns=False), Bootstrap("straight", "Straight on", "Expects no turn.")),
     },
-    frames=240,
     presets=(Preset("works", "works", "turning"), Preset("straight", "breaks: expects no turn", "straight")),
     display=Display(
-        POINT_LAYERS,
-        (*STANDARD_PLOTS, Plot("turn", "turn", "interval", "The probable rates of turn.", "deg", ("turn",))),
+        POINT_LAYERS, (*STANDARD_PLOTS, Plot("turn", "turn", "interval", "Probable rates of turn.", "deg", ("turn",)))
     ),
     simulate=lambda: Setup(Scene, Parameters(occlusion_width_px=40, occlusion_offset_px=75)),
     video=Video(wire, marks=(Box,), wanted="a box around the disc"),
     draw=draw_point_frame,
-    judge=Judge(distance, lambda errors, sizes, _parameters: errors > sizes),
+    judge=Judge(distance, "px", lambda errors, sizes, _parameters: errors > sizes),
     quality=Quality(
         Calibration(faults=(Miscalibration(("straight",)), Miscalibration(("turning",), direction="underconfident")))
     ),

@@ -122,13 +122,13 @@ def diagnose(run: Run, frame: int | None = None) -> Diagnosis:
 def course_of_run(run: Run) -> Course:
     """Return the course of a run, as far as it has been computed."""
     experiment = run.experiment
-    return course_of(run.diagnostics, experiment.all_series(), unit=experiment.unit, size=picture_size(run))
+    return course_of(run.diagnostics, experiment.all_series(), unit=experiment.judge.unit, size=picture_size(run))
 
 
 def picture_size(run: Run) -> tuple[int, int] | None:
     """Return width and height of the picture, px, where estimates are places in it; None elsewhere."""
     image = run.current.frame.image_rgb
-    return (image.shape[1], image.shape[0]) if image is not None and run.experiment.unit == "px" else None
+    return (image.shape[1], image.shape[0]) if image is not None and run.experiment.judge.unit == "px" else None
 
 
 def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Rule] = RULES) -> Diagnosis:

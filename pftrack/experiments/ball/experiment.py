@@ -146,7 +146,7 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "gamma_px", "process_noise_px", "background_level", "colour_model"),
     ),
     draw=draw,
-    judge=Judge(sketch.distance, lambda errors, sizes, parameters: errors > parameters.lost_radii * sizes / 2),
+    judge=Judge(sketch.distance, "px", lambda errors, sizes, parameters: errors > parameters.lost_radii * sizes / 2),
     exports=(model.GUIDANCE.export,),
     guidance=model.GUIDANCE,
 )

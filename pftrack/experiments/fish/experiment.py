@@ -321,7 +321,7 @@ EXPERIMENT = Experiment(
         clip_title="Fish by its outline",
     ),
     draw=draw,
-    judge=Judge(sketch.distance, missed=is_missed),
+    judge=Judge(sketch.distance, "px", missed=is_missed),
     guidance=GUIDANCE,
     exports=(GUIDANCE.export,),
 )

@@ -408,7 +408,7 @@ EXPERIMENT = Experiment(
     id="hand",
     simulate=simulate,
     draw=draw,
-    judge=Judge(_distance, missed=is_missed),
+    judge=Judge(_distance, "px", missed=is_missed),
     video=Video(
         wire,
         recorded=lambda _kind: RecordedHandParameters(),

@@ -455,5 +455,5 @@ EXPERIMENT = Experiment(
         clip_about=("sample_count", "sharpness", "weigh_background", "follow_size", "process_noise_px", "find_again"),
     ),
     draw=draw,
-    judge=Judge(distance, lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2),
+    judge=Judge(distance, "px", lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2),
 )

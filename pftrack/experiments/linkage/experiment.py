@@ -540,5 +540,5 @@ EXPERIMENT = Experiment(
         clip_title="Chain of links",
     ),
     draw=draw,
-    judge=Judge(direction_error, lambda errors, _sizes, parameters: errors > parameters.lost_deg, is_missed),
+    judge=Judge(direction_error, "deg", lambda errors, _sizes, parameters: errors > parameters.lost_deg, is_missed),
 )

@@ -69,9 +69,7 @@ EXPERIMENT = Experiment(
         "A dot runs along a path and is hidden from time to time.",
         (cite("bando2007", "chapter 2: particle filters"),),
     ),
-    unit="px",
     trackers=filtered(Dot(), Bootstrap("bootstrap", "Particle filter", "Moves at random and weighs by brightness.")),
-    frames=240,
     presets=(
         Preset("works", "works", "bootstrap"),
         Preset("hidden", "hidden for long", "bootstrap", {"hidden_frames": 40}),
@@ -79,7 +77,7 @@ EXPERIMENT = Experiment(
     display=Display(POINT_LAYERS),
     simulate=lambda: Setup(DotScene, DotParameters()),
     draw=draw_point_frame,
-    judge=Judge(distance, lambda errors, sizes, parameters: errors > 2 * sizes),
+    judge=Judge(distance, "px", lambda errors, sizes, parameters: errors > 2 * sizes),
     quality=Quality(Calibration(faults=(Miscalibration(("bootstrap",), direction="underconfident"),))),
     model=Dot(),
     interface=INTERFACE,

@@ -288,5 +288,5 @@ EXPERIMENT = Experiment(
     ),
     boxes=boxes_of,
     draw=draw,
-    judge=Judge(_distance, _is_lost),
+    judge=Judge(_distance, "", _is_lost),
 )

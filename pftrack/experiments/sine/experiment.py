@@ -335,5 +335,5 @@ EXPERIMENT = Experiment(
     model=MODEL,
     simulate=simulate,
     draw=draw,
-    judge=Judge(_mean_distance),
+    judge=Judge(_mean_distance, ""),
 )

@@ -407,5 +407,5 @@ EXPERIMENT = Experiment(
         truth=None,
     ),
     draw=draw,
-    judge=Judge(shape_errors, scale=SHARE),
+    judge=Judge(shape_errors, "%", scale=SHARE),
 )

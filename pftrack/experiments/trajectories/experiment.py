@@ -226,6 +226,6 @@ EXPERIMENT = Experiment(
         truth=None,
     ),
     draw=draw,
-    judge=Judge(distance, lambda errors, _sizes, parameters: errors > parameters.lost_px),
+    judge=Judge(distance, "px", lambda errors, _sizes, parameters: errors > parameters.lost_px),
     exports=EXPORTS,
 )

@@ -307,7 +307,7 @@ CELL = re.compile("^%% (markdown|code)$\n", re.MULTILINE)
 
 
 def _title(plot: Plot, experiment: Experiment) -> str:
-    unit = plot.unit_beside(experiment.unit)
+    unit = plot.unit_beside(experiment.judge.unit)
     return f"{plot.title}, {unit}" if unit else plot.title
 
 

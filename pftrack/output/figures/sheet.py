@@ -378,7 +378,7 @@ def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
             handlelength=1.4,
             columnspacing=1.2,
         )
-    unit = "%" if plot.kind == "frequency" else plot.unit_beside(run.experiment.unit)
+    unit = "%" if plot.kind == "frequency" else plot.unit_beside(run.experiment.judge.unit)
     axes.set_title(f"{plot.title}, {unit}" if unit else plot.title, loc="left", fontsize=TITLE_PT, pad=4)
     return axes
 

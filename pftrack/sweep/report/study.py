@@ -216,7 +216,7 @@ def totals(study: Study) -> tuple[Table, ...]:
 
 
 def _by_tracker(study: Study) -> Table:
-    unit = study.result.plan.wiring.unit
+    unit = study.result.plan.wiring.judge.unit
     error = f"mean error, {unit}" if unit else "mean error"
     rows = []
     for name, total in study.totals.items():

@@ -119,7 +119,7 @@ def run_with_and_without_cure(failure_id: str) -> dict[str, Any]:
     shown = entry(EXPERIMENTS, failure_id)
     failing, cured = (run_failure(shown, cured=it) for it in (False, True))
     return FailureResult(
-        unit=shown.experiment.unit,
+        unit=shown.experiment.judge.unit,
         frame=failing.diagnosis.frame,
         measured=measure(failing, cured),
         failing=_side(failing),

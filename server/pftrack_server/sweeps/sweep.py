@@ -229,7 +229,7 @@ class Sweep:
         so_far = {"successes": row.successes if plan.judged else None, "seconds": self._now_seconds()}
         return SweepPublic(
             **kept | so_far,
-            unit=experiment.unit,
+            unit=experiment.judge.unit,
             judged=plan.judged,
             has_truth=plan.has_truth,
             axes=self._axes,

@@ -250,7 +250,7 @@ def mean_error_deg(estimates: Floats, truths: Floats) -> Floats:
 
 
 JUDGE = Judge(
-    mean_error_deg, lambda errors, _sizes, parameters: errors > parameters.lost_deg, scale=float(np.rad2deg(1.0))
+    mean_error_deg, "deg", lambda errors, _sizes, parameters: errors > parameters.lost_deg, scale=float(np.rad2deg(1.0))
 )
 """How poses are compared with the truth."""
 

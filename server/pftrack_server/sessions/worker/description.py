@@ -47,7 +47,7 @@ def describe(run: Run) -> spec.SessionDescription:
     own = [name for tracker, texts in experiment.filters.items() for name in parameters_of(tracker, texts)]
     truth = experiment.video.truth if footage else None
     return spec.SessionDescription(
-        **vars(experiment.display) | {"unit": experiment.unit, "target": experiment.texts.target},
+        **vars(experiment.display) | {"unit": experiment.judge.unit, "target": experiment.texts.target},
         title=experiment.title_on(footage),
         subject=footage.title if footage else preset.title if preset else "",
         series=[*experiment.all_series(), *told],
