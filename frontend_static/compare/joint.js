@@ -44,16 +44,16 @@ export class JointView {
 
   /**
    * @param {readonly Member[]} members
-   * @param {{view?: ViewKind, readOnly?: boolean}} [options] `readOnly` where they can be looked at and not be moved.
+   * @param {{readOnly?: boolean}} [options] `readOnly` where they can be looked at and not be moved.
    */
-  constructor(members, { view = "flat", readOnly = false } = {}) {
+  constructor(members, { readOnly = false } = {}) {
     this.#readOnly = readOnly;
     /** For the pictures of the runs. */
     this.places = members.map(({ place }) => place);
     /** How each flat view is painted where they lie over each other. */
     this.overlays = members.map(({ first }) => new Overlay(first));
     this.#starts = members.map(({ place, recipe, session }, index) => {
-      const look = { parts: PARTS, view, overlay: this.overlays[index], isBare: true };
+      const look = { parts: PARTS, view: /** @type {const} */ ("flat"), overlay: this.overlays[index], isBare: true };
       if (recipe === undefined) return new SessionStart(place, { session, ...look });
       const own = new OwnSession(place, { recipe, ...look });
       this.#own.push(own);

@@ -1,15 +1,14 @@
 /** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
 
-import { ClassControl, followChip } from "../lecturer/class_control.js";
+import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { graphics, NO_GRAPHICS } from "../session/scene.js";
 import { api, messageOf } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison.js";
 import { askName, openKeys } from "../shared/dialog.js";
 import { attempt, Icon, IconButton, Notice, part, Popover, Segments, toast } from "../shared/dom.js";
 import { Exports, openCode } from "../shared/exports.js";
-import { Loaded, Made, navigation } from "../shared/page.js";
-import { present, presentationButton, printButton } from "../shared/presentation.js";
-import { themeButton } from "../shared/theme.js";
+import { Loaded, showPage } from "../shared/page.js";
+import { present, PresentationButton, PrintButton } from "../shared/presentation.js";
 import { computed, effect, h, html, render, signal, untracked } from "../vendor/preact.js";
 import { compare, Comparison } from "./compare.js";
 
@@ -164,11 +163,11 @@ function Tools() {
   return html`
     ${h(Segments, { label: "Arrangement", options: ARRANGEMENTS, value: shown?.arrangement.value ?? "side", choose: arrange })}
     ${h(Segments, { label: "View", options: VIEWS, value: shown?.view.value ?? "flat", choose: view })}
-    ${h(Made, { make: () => followChip(control, whole) })}
+    ${h(FollowChip, { control })}
     ${h(Tool, { name: "save", text: "Save", hint: "Keep this comparison; My work lists it", isOff: isSaved.value, run: saveIt })}
     ${h(Popover, { ...FILES, words: html`<span class="wide-only">Files</span>`, content: shown && h(Files, { shown }), disabled: shown === null })}
     ${h(Tool, { name: "share", text: "Share", hint: "Share a link to this comparison", run: share })}
-    ${[themeButton, printButton, () => presentationButton({ hears: false })].map((make) => h(Made, { make }))}
+    ${h(PrintButton, {})}${h(PresentationButton, { hears: false })}
     <button type="button" class="quiet icon-only" title="Keys (?)" aria-label="Keys" onClick=${help}>?</button>
   `;
 }
@@ -205,7 +204,5 @@ effect(() => {
 // The sessions ended with the page; from the browser's cache it begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());
-navigation(null);
 render(h(Heading, {}), part("heading"));
-render(h(Tools, {}), part("tools"));
-render(h(Page, {}), part("comparison"));
+showPage("comparison", null, Page, h(Tools, {}));

@@ -2,15 +2,15 @@
 
 import { LinkNow } from "../compare/compare.js";
 import { JointView } from "../compare/joint.js";
-import { ClassControl, followChip } from "../lecturer/class_control.js";
+import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { api, messageOf } from "../shared/api.js";
 import { linkTo as linkToComparison } from "../shared/comparison.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { build, Icon, IconLink, lastOfAddress, part } from "../shared/dom.js";
 import { CodeButton } from "../shared/exports.js";
-import { number, quantity } from "../shared/format.js";
+import { parameterValue, quantity } from "../shared/format.js";
 import { Failed, Loaded, Made, showPage } from "../shared/page.js";
-import { presentationButton, printButton } from "../shared/presentation.js";
+import { PresentationButton, PrintButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { tokens } from "../shared/theme.js";
 import { h, html, render, signal } from "../vendor/preact.js";
@@ -35,7 +35,7 @@ export function differenceText({ differences: all }) {
  * @param {FailurePublic} failure
  * @param {"failing"|"cured"} side
  */
-export function settings(failure, side) {
+function settings(failure, side) {
   return failure.differences.map((each) => `${each.title} ${value(each[side], each.unit)}`).join(", ");
 }
 
@@ -43,10 +43,9 @@ export function settings(failure, side) {
  * @param {Value} given
  * @param {string} [unit]
  */
-export function value(given, unit = "") {
+function value(given, unit = "") {
   const switched = given ? "on" : "off";
-  const text = typeof given === "number" ? number(given, 3).replace(/\.?0+$/, "") : given;
-  return [typeof given === "boolean" ? switched : text, unit].filter(Boolean).join(" ");
+  return parameterValue(typeof given === "boolean" ? switched : given, { unit });
 }
 
 /** @typedef {"failing"|"cured"} Side */
@@ -203,4 +202,4 @@ render(h(Ways, {}), part("compare"));
 const bones = html`<div class="failure-wait"><div class="shimmer"></div></div>`;
 const unknown = { title: "Unknown failure", action: GALLERY };
 const content = () => h(Loaded, { load, failed: "The failure could not be shown", bones, unknown });
-showPage("failure", "failures", content, [followChip(control, whole), printButton(), presentationButton()]);
+showPage("failure", "failures", content, [h(FollowChip, { control }), h(PrintButton, {}), h(PresentationButton, {})]);

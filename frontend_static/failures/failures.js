@@ -7,7 +7,7 @@ import { miniature } from "../shared/figure/figure.js";
 import { lineOver } from "../shared/figure/kinds.js";
 import { quantity } from "../shared/format.js";
 import { Loaded, Made, showPage } from "../shared/page.js";
-import { presentationButton } from "../shared/presentation.js";
+import { PresentationButton } from "../shared/presentation.js";
 import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
 import { differenceText } from "./failure.js";
 
@@ -109,4 +109,4 @@ async function load() {
 addEventListener("pagehide", () => end.abort());
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 const bones = html`<div class="failure-cards">${[BONE, BONE, BONE]}</div>`;
-showPage("failures", "failures", () => h(Loaded, { load, failed: "The failures could not be listed", bones }), [presentationButton()]);
+showPage("failures", "failures", () => h(Loaded, { load, failed: "The failures could not be listed", bones }), h(PresentationButton, {}));

@@ -3,8 +3,8 @@
 import { followed } from "../lecturer/api.js";
 import { Poll } from "../lecturer/poll.js";
 import { sessionTitle } from "../session/steering.js";
-import { openDialog } from "../shared/dialog.js";
-import { attempt, elementOf, Notice, part } from "../shared/dom.js";
+import { ask } from "../shared/dialog.js";
+import { attempt, Notice, part } from "../shared/dom.js";
 import { speed } from "../shared/format.js";
 import { Doing } from "../shared/page.js";
 import { isPlain } from "../shared/presentation.js";
@@ -150,14 +150,10 @@ function Try({ sessions, lesson }) {
 }
 
 /** @returns {Promise<string|undefined>} One of the sessions, if one is chosen. */
-function choose() {
+async function choose() {
   const sessions = views.value.flatMap(({ store }) => store.session ?? []);
   const choice = (/** @type {typeof sessions[number]} */ session) => html`<button value=${session.id}>${sessionTitle(session)}</button>`;
-  const form = elementOf(html`<form method="dialog" class="fork-choices">${sessions.map(choice)}</form>`);
-  return new Promise((resolve) => {
-    const dialog = openDialog("Which session?", () => [form]);
-    dialog.addEventListener("close", () => resolve(dialog.returnValue || undefined));
-  });
+  return (await ask("Which session?", html`<div class="fork-choices">${sessions.map(choice)}</div>`)) || undefined;
 }
 
 effect(() => {

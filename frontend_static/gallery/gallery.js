@@ -6,7 +6,6 @@ import { build, CopyButton, toast } from "../shared/dom.js";
 import { Failed, isTourKnown, showPage, Thumbnail, tourLink } from "../shared/page.js";
 import { linkTo, newSweep, presetRecipe } from "../shared/share_link.js";
 import { GLOSSARY, REFERENCES } from "../shared/terms.js";
-import { idle } from "../shared/timing.js";
 import { DropZone } from "../upload/drop_zone.js";
 import { TargetForm } from "../upload/form.js";
 import { h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
@@ -28,7 +27,7 @@ const BONE = html`<div class="late card" aria-hidden="true">
 
 /** The experiments; or why they cannot be listed; or nothing yet. */
 const experiments = signal(/** @type {ExperimentPublic[]|string|null} */ (null));
-/** How far compiling is; null where that is not known. */
+/** How far compiling is; null where it is done, or not known. */
 const compilation = signal(/** @type {CompilationPublic|null} */ (null));
 /** What is wrong with the experiments of other packages. */
 const problems = signal(/** @type {readonly string[]} */ ([]));
@@ -43,7 +42,9 @@ async function load() {
     return;
   }
   await Promise.all([findProblems(), findUpload()]);
-  await ahead();
+  // Safari does not tell when it has nothing better to do.
+  if ("requestIdleCallback" in globalThis) requestIdleCallback(ahead, { timeout: 1000 });
+  else setTimeout(ahead);
 }
 
 async function findProblems() {
@@ -56,7 +57,6 @@ async function findProblems() {
 
 /** What was fetched ahead is used once, for some minutes, without asking the server again. */
 async function ahead() {
-  await idle();
   try {
     const answer = await fetch(SESSION);
     const page = new DOMParser().parseFromString(await answer.text(), "text/html");
@@ -172,7 +172,7 @@ function Families({ listed }) {
 function Card({ experiment }) {
   const { id, title, question, presets, references, thumbnail } = experiment;
   const open = linkTo({ recipe: { experiment: id, tracker: experiment.default_tracker }, play: true });
-  const compiling = compilation.value?.finished === false ? compilation.value : null;
+  const compiling = compilation.value;
   const waits = compiling !== null && !compiling.usable.includes(id);
   const isDrawn = compiling === null || compiling.ready.includes(id);
   return html`<article class=${waits ? "card waits" : "card"} data-experiment=${id}>
@@ -208,14 +208,14 @@ function presetList(experiment, presets) {
 /** How far compiling is; it goes away by itself. */
 function Compiling() {
   const now = compilation.value;
-  const note = now?.finished === false && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${h(CompilationMeter, now)}</p>`;
+  const note = now && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${h(CompilationMeter, now)}</p>`;
   return html`<div role="status" data-part="compiling">${note}</div>`;
 }
 
 if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
 addEventListener("hashchange", findUpload);
-followCompiling((now) => (compilation.value = now)).catch(() => (compilation.value = null));
+followCompiling((now) => (compilation.value = now)).catch(() => {}).then(() => (compilation.value = null));
 // A page that comes back from the browser's cache shows what was; ask again.
 addEventListener("pageshow", (event) => event.persisted && load());
-const links = [build("a", { class: "link", href: GLOSSARY }, "Glossary"), build("a", { class: "link", href: REFERENCES }, "References")];
+const links = html`<a class="link" href=${GLOSSARY}>Glossary</a><a class="link" href=${REFERENCES}>References</a>`;
 showPage("start", "experiments", Start, links);

@@ -2,7 +2,7 @@
 
 import { count } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
-import { presentationButton } from "../shared/presentation.js";
+import { PresentationButton } from "../shared/presentation.js";
 import { h, html } from "../vendor/preact.js";
 import { lessons, Progress, stateOf } from "./progress.js";
 
@@ -79,4 +79,4 @@ async function load() {
 
 // Somebody comes back from a lesson that has been answered.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
-showPage("learn", "learn", () => h(Loaded, { load, failed: "The lessons could not be listed" }), [presentationButton()]);
+showPage("learn", "learn", () => h(Loaded, { load, failed: "The lessons could not be listed" }), h(PresentationButton, {}));

@@ -1,16 +1,15 @@
 /** The page of a lesson: its text, what it shows, its question; and the class that may follow it. */
 
 import { END_FORK, endFork } from "../lecturer/api.js";
-import { ClassControl, followChip } from "../lecturer/class_control.js";
+import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { here, messageOf, START } from "../shared/api.js";
 import { openKeys } from "../shared/dialog.js";
-import { build, IconLink, lastOfAddress, part } from "../shared/dom.js";
-import { Loaded, navigation } from "../shared/page.js";
-import { isPlain, isTyping, presentationButton, printButton } from "../shared/presentation.js";
+import { IconLink, lastOfAddress, part } from "../shared/dom.js";
+import { Loaded, showPage } from "../shared/page.js";
+import { isPlain, isTyping, PresentationButton, PrintButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
-import { themeButton } from "../shared/theme.js";
 import { after } from "../shared/timing.js";
-import { brand, isFollower, isParticipant } from "../shared/visitor.js";
+import { isFollower, isParticipant } from "../shared/visitor.js";
 import { effect, h, html, render, signal, untracked, useEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
 import { Course, Question, written } from "./course.js";
 import { checked, Mark } from "./numbers.js";
@@ -35,6 +34,8 @@ const USE = /^#use-(\d+)$/;
 /** Nothing ends what listens here but the page itself. */
 const { signal: whole } = new AbortController();
 const hash = signal(location.hash);
+/** The class that may follow this lesson, once that is known. */
+const classControl = signal(/** @type {ClassControl|null} */ (null));
 
 /** @param {{course: Course}} props */
 function Lesson({ course }) {
@@ -167,11 +168,6 @@ function Head({ course: { all, progress, lesson: { previous, next } }, lead }) {
   `;
 }
 
-/** @param {{course: Course}} props */
-function Remark({ course: { progress: { remark } } }) {
-  return remark && html`<p class="note lesson-remark" role="status">${remark}</p>`;
-}
-
 /**
  * The class that follows the lesson: its figure, or the run that stands in its place.
  *
@@ -212,9 +208,9 @@ function opened(course) {
   const control = isFollower ? null : classOf(course);
   document.title = `${lesson.title} · pftrack`;
   part("title").textContent = lesson.number ? `${lesson.number} · ${lesson.title}` : lesson.title;
-  if (control !== null) part("tools").prepend(followChip(control, whole));
+  classControl.value = control;
   render(h(Head, { course, lead: () => control?.takeAlong() }), part("beside"));
-  render(h(Remark, { course }), part("remark"));
+  render(h(() => course.progress.remark && html`<p class="note lesson-remark" role="status">${course.progress.remark}</p>`, {}), part("remark"));
   effect(() => {
     part("disconnected").hidden = !stage.isLost.value;
   });
@@ -230,7 +226,16 @@ async function load() {
   return opened(new Course(mine, all));
 }
 
-const help = () => openKeys(KEYS, build("p", { class: "hint" }, ARROWS));
+const help = () => openKeys(KEYS, html`<p class="hint">${ARROWS}</p>`);
+
+function Tools() {
+  return html`
+    ${classControl.value && h(FollowChip, { control: classControl.value })}
+    ${isFollower && html`<button type="button" title=${END_FORK} data-role="end" onClick=${endFork}>End</button>`}
+    ${h(PrintButton, {})}${h(PresentationButton, {})}
+    <button type="button" class="quiet icon-only" title="Keys (?)" aria-label="Keys" onClick=${help}>?</button>
+  `;
+}
 
 /** @param {"next"|"prev"} rel Which neighbour's link to take. */
 function go(rel) {
@@ -247,12 +252,7 @@ addEventListener("hashchange", () => (hash.value = location.hash));
 // What was shown has been ended when the page was left.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 
-part("brand").replaceWith(brand());
-if (!isParticipant) navigation("learn");
-const end = isFollower && build("button", { type: "button", title: END_FORK, data: { role: "end" }, on: { click: endFork } }, "End");
-const keys = build("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
-part("tools").append(...(end ? [end] : []), themeButton(), printButton(), presentationButton(), keys);
 const action = isParticipant ? { label: "Back to the class", href: START } : { label: "All lessons", href: "learn" };
 const bones = html`<article class="lesson-text" data-part="text"><div class="shimmer bone"></div></article>`;
 const unknown = { title: "Unknown lesson", action };
-render(h(Loaded, { load, failed: "This lesson could not be shown", bones, unknown }), part("lesson"));
+showPage("lesson", "learn", () => h(Loaded, { load, failed: "This lesson could not be shown", bones, unknown }), h(Tools, {}));

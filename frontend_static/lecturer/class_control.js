@@ -6,11 +6,11 @@
  */
 
 import { statusOf } from "../shared/api.js";
-import { attempt, elementOf, Icon, toast } from "../shared/dom.js";
+import { attempt, Icon, toast } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { NewestRequest } from "../shared/timing.js";
 import { classOfLink, isParticipant, KeptInTab } from "../shared/visitor.js";
-import { batch, computed, effect, h, html, signal } from "../vendor/preact.js";
+import { batch, computed, h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 import { follows } from "./api.js";
 
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
@@ -214,30 +214,20 @@ export function following(followers) {
   return followers === 1 ? "1 follows" : `${followers} follow`;
 }
 
-/**
- * The chip, and what a class or a lecture has on the page, once there is one.
- *
- * @param {ClassControl} control
- * @param {AbortSignal} end Takes away what stands on the page besides.
- * @returns {HTMLButtonElement}
- */
-export function followChip(control, end) {
-  const holds = !isParticipant && walkOfTab.get()?.ended === null;
-  let isLed = false;
-  const stop = effect(() => {
-    if (isLed || (!holds && control.follow.value === null)) return;
-    isLed = true;
-    attempt(async () => {
+/** @param {{control: ClassControl}} props The chip, and what a class or a lecture has on the page, once there is one. */
+export function FollowChip({ control }) {
+  const isLed = control.follow.value !== null || (!isParticipant && walkOfTab.get()?.ended === null);
+  const hasLed = useRef(false);
+  hasLed.current ||= isLed;
+  useEffect(() => {
+    const end = new AbortController();
+    const begin = async () => {
       const { lead } = await import("./leading.js");
-      if (!end.aborted) lead(control, end);
-    });
-  });
-  end.addEventListener("abort", stop);
-  return elementOf(h(FollowChip, { control }));
-}
-
-/** @param {{control: ClassControl}} props */
-function FollowChip({ control }) {
+      if (!end.signal.aborted) lead(control, end.signal);
+    };
+    if (hasLed.current) attempt(begin);
+    return () => end.abort();
+  }, [hasLed.current]);
   const [follow, isHere] = [control.follow.value, control.isHere.value];
   const [words, title] = wordsOf(follow, isHere);
   const open = () => attempt(async () => (await import("./leading.js")).openClassDialog(control));

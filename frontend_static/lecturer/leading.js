@@ -5,12 +5,12 @@
 
 import { api } from "../shared/api.js";
 import { confirmLoss, dialogIsOpen, openDialog } from "../shared/dialog.js";
-import { attempt, build, CopyButton, elementOf, Icon, toast } from "../shared/dom.js";
+import { attempt, CopyButton, elementOf, Icon, Select, toast } from "../shared/dom.js";
 import { moment } from "../shared/format.js";
 import { Doing } from "../shared/page.js";
 import { isPresenting, isTyping, presentNext } from "../shared/presentation.js";
 import { isParticipant } from "../shared/visitor.js";
-import { computed, effect, h, html, render, signal, useEffect, useSignal } from "../vendor/preact.js";
+import { computed, effect, h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
 import { follows, lectures, polls } from "./api.js";
 import { following, takeClassAlong, walkOfTab } from "./class_control.js";
 import { itemOfAddress } from "./items.js";
@@ -18,7 +18,7 @@ import { Answered, ClassPoll, Poll, PollForm } from "./poll.js";
 import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, opened, pageOf } from "./walk.js";
 
 /** @import { FollowOwned, LectureSummary, PollCreateRequest, PollKept } from "../shared/messages.js" */
-/** @import { Signal, VNode } from "../vendor/preact.js" */
+/** @import { Signal } from "../vendor/preact.js" */
 /** @import { ClassControl } from "./class_control.js" */
 /** @import { Walk } from "./walk.js" */
 
@@ -303,24 +303,7 @@ function isForBrowser({ key, target, ctrlKey, metaKey, altKey }) {
 
 /** @param {ClassControl} control */
 export function openClassDialog(control) {
-  show("A class that follows", (close) => h(Sheet, { control, close }), "wide");
-}
-
-/**
- * Show a component in a dialog until that is closed.
- *
- * @param {string} title
- * @param {(close: () => void) => VNode} content
- * @param {"wide"|"large"} size
- */
-function show(title, content, size) {
-  const place = build("div", { class: "made" });
-  const dialog = openDialog(title, (close) => {
-    render(content(close), place);
-    return [place];
-  });
-  dialog.classList.add(size);
-  dialog.addEventListener("close", () => render(null, place));
+  openDialog("A class that follows", (close) => h(Sheet, { control, close }), "wide");
 }
 
 /** @param {{control: ClassControl, close: () => void}} props */
@@ -403,7 +386,7 @@ function Link({ follow: { id, title, links: [{ address }, ...others], notice } }
   // As it is read and typed: without what all begin with, and broken nowhere but before the name of the class.
   const parts = [host, pathname].map((text) => html`<span>${text}</span>`);
   const code = html`<img src=${follows.qrAddress(id)} alt=${`QR code of ${address}`} width="200" height="200" />`;
-  const large = () => show(title, () => html`<div class="class-large">${code}<p>${parts}</p></div>`, "large");
+  const large = () => openDialog(title, () => html`<div class="class-large">${code}<p>${parts}</p></div>`, "large");
   // What is to be typed stands between backquotes.
   const withCode = notice?.split("`").map((text, place) => (place % 2 === 0 ? text : html`<code>${text}</code>`));
   return html`<section class="class-link" aria-label="The link">
@@ -468,12 +451,10 @@ function AddToLecture() {
     toast(`Item ${items.length} of ${title}`, { action: { label: "Open the lecture", href: page } });
     await list(id);
   });
-  const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => (chosen.value = currentTarget.value);
+  const options = all.value.map(({ id, title }) => ({ value: id, words: title }));
   return html`<section class="class-lecture" aria-label="Add to a lecture">
     <span>Add this page to</span>
-    <select aria-label="Lecture" value=${chosen.value} onChange=${choose}>
-      ${all.value.map(({ id, title }) => html`<option key=${id} value=${id}>${title}</option>`)}
-    </select>
+    ${h(Select, { label: "Lecture", options, value: chosen.value, choose: (id) => (chosen.value = id) })}
     ${h(Doing, { label: "Add", run: add, "data-role": "add-to-lecture" })}
   </section>`;
 }

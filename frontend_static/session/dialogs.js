@@ -2,7 +2,7 @@
 
 import { api, ROOT } from "../shared/api.js";
 import { openDialog, openKeys } from "../shared/dialog.js";
-import { attempt, build, elementOf, toast } from "../shared/dom.js";
+import { attempt, toast } from "../shared/dom.js";
 import { Exports, openCode } from "../shared/exports.js";
 import { tourLink } from "../shared/page.js";
 import { linkTo } from "../shared/share_link.js";
@@ -38,30 +38,27 @@ export function shareDialog({ id, branch, recipe, computed, position, upload }) 
 // Dialogs that explain: the list of keys, and what an experiment is about and comes from.
 
 export function helpDialog() {
-  const tour = build("p", {});
-  if (!isParticipant) offerTour(tour);
-  openKeys(HELP.map(({ keys, what }) => [keys, what]), tour, !isParticipant && build("p", {}, build("a", { href: GLOSSARY }, "Glossary: what the words mean")));
+  openKeys(HELP.map(({ keys, what }) => [keys, what]), !isParticipant && h(FurtherHelp, {}));
 }
 
-/** @param {HTMLElement} place Stays empty where there is no tour. */
-async function offerTour(place) {
-  try {
-    const href = tourLink(await api.experiments());
-    if (href !== null) place.append(build("a", { href, data: { role: "tour" } }, "Take the guided tour"));
-  } catch {
-    // The keys are what was asked for.
-  }
+function FurtherHelp() {
+  const tour = useSignal(/** @type {string|null} */ (null));
+  // Without the tour there are still the keys, which were asked for.
+  useEffect(() => void api.experiments().then((all) => (tour.value = tourLink(all)), () => {}), []);
+  return html`
+    <p>${tour.value && html`<a href=${tour.value} data-role="tour">Take the guided tour</a>`}</p>
+    <p><a href=${GLOSSARY}>Glossary: what the words mean</a></p>
+  `;
 }
 
 /** @param {import("../shared/messages.js").ExperimentPublic} experiment */
 export function aboutDialog({ id, title, question, description, references }) {
-  openDialog(title, () => [
-    build("p", { class: "question" }, question),
-    build("p", {}, description),
-    elementOf(h(Citations, { title, citations: references })),
-    !isParticipant &&
-      build("p", {}, build("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references"), " · ", build("a", { href: GLOSSARY }, "Glossary")),
-  ], { wide: true });
+  openDialog(title, () => html`
+    <p class="question">${question}</p>
+    <p>${description}</p>
+    ${h(Citations, { title, citations: references })}
+    ${!isParticipant && html`<p><a href=${`${REFERENCES}#${encodeURIComponent(id)}`}>All references</a> · <a href=${GLOSSARY}>Glossary</a></p>`}
+  `, "wide");
 }
 
 // The dialog that makes a branch: from which frame to go on, with which tracker and which parameters.
@@ -79,7 +76,7 @@ export function branchDialog({ store, commands, steering }, preferred) {
   if (last < 0) return;
   const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
   const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
-  openDialog("Branch", (close) => [elementOf(h(Branch, { session, commands, last, first: other.id, close }))]);
+  openDialog("Branch", (close) => h(Branch, { session, commands, last, first: other.id, close }));
 }
 
 /** @param {{session: SessionPublic, commands: Mounted["commands"], last: number, first: string, close: () => void}} props `first` is a tracker. */
@@ -187,7 +184,7 @@ const LARGEST = 500_000;
 
 /** @param {Mounted} view */
 export function filesDialog(view) {
-  openDialog("Export and import", (close) => [elementOf(h(Files, { view, close }))], { wide: true });
+  openDialog("Export and import", (close) => h(Files, { view, close }), "wide");
 }
 
 /** @param {{view: Mounted, close: () => void}} props */

@@ -5,7 +5,7 @@
 
 import { api, cancelJob, followJob, messageOf } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
-import { attempt, elementOf } from "../shared/dom.js";
+import { attempt } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
 import { Explained } from "../shared/terms.js";
 import { h, html, useSignal } from "../vendor/preact.js";
@@ -25,8 +25,8 @@ const MOST = 4;
  */
 export function fitDialog(store) {
   const wanted = new AbortController();
-  const body = (/** @type {() => void} */ close) => [elementOf(h(Fitting, { store, end: wanted.signal, close }))];
-  openDialog("Fit noise to data", body, { wide: true }).addEventListener("close", () => wanted.abort());
+  const body = (/** @type {() => void} */ close) => h(Fitting, { store, end: wanted.signal, close });
+  openDialog("Fit noise to data", body, "wide").addEventListener("close", () => wanted.abort());
 }
 
 /** @param {Place} place */

@@ -1,16 +1,16 @@
 /** The line above a session: what runs, its presets, and a menu with everything that can be done with the run. */
 
 import { END_FORK, endFork } from "../lecturer/api.js";
-import { followChip } from "../lecturer/class_control.js";
+import { FollowChip } from "../lecturer/class_control.js";
 import { api } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
 import { attempt, Icon, Popover } from "../shared/dom.js";
-import { Made, PLACES } from "../shared/page.js";
-import { presentationButton } from "../shared/presentation.js";
+import { PLACES } from "../shared/page.js";
+import { PresentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { GLOSSARY } from "../shared/terms.js";
 import { changeTheme, themeWords } from "../shared/theme.js";
-import { brand, isFollower, isParticipant } from "../shared/visitor.js";
+import { Brand, isFollower, isParticipant } from "../shared/visitor.js";
 import { h, html } from "../vendor/preact.js";
 import { headingOf } from "./steering.js";
 
@@ -56,13 +56,13 @@ export function Header({ page }) {
     ${h(Icon, { name: "compare" })}<span class="wide-only">Compare</span>
   </button>`;
   return html`
-    ${h(Made, { make: brand })}
+    ${h(Brand, {})}
     <h1>${session && headingOf(session)}</h1>
     <span class="spring"></span>
     ${!isParticipant && presets.length > 0 && h(Presets, { presets, choose: page.openPreset })}
     ${!isParticipant && compare}
-    ${!isFollower && h(Made, { make: (signal) => followChip(control, signal) })}
-    ${h(Made, { make: () => presentationButton({ hears: false }) })}
+    ${!isFollower && h(FollowChip, { control })}
+    ${h(PresentationButton, { hears: false })}
     ${h(Menu, { page })}
   `;
 }

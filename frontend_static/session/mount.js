@@ -4,7 +4,7 @@
  */
 
 import { api, messageOf, progressWords, START, statusOf } from "../shared/api.js";
-import { build as made, fill, notice, toast } from "../shared/dom.js";
+import { build as made, elementOf, fill, Notice, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { follow, later, until } from "../shared/timing.js";
@@ -433,7 +433,7 @@ export class Mounted {
   #fail(title, message) {
     const way = this.store.isReadOnly ? null : WAY;
     if (this.scene) this.scene.fail(title, message, way);
-    else fill(this.#start.element, notice(title, message, way));
+    else fill(this.#start.element, elementOf(h(Notice, { title, message, action: way, inline: false })));
   }
 
   /** @returns {Partial<import("./keys.js").Actions>} */

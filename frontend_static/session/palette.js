@@ -2,7 +2,7 @@
 
 import { api, request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
-import { attempt, elementOf } from "../shared/dom.js";
+import { attempt } from "../shared/dom.js";
 import { linkTo, presetRecipe } from "../shared/share_link.js";
 import { isParticipant } from "../shared/visitor.js";
 import { h, html, useEffect, useSignal } from "../vendor/preact.js";
@@ -19,7 +19,7 @@ const MOST = 12;
 
 /** @param {Page} page */
 export function openPalette(page) {
-  openDialog("Find anything", (close) => [elementOf(h(Palette, { page, close }))], { wide: true });
+  openDialog("Find anything", (close) => h(Palette, { page, close }), "wide");
 }
 
 /** @param {{page: Page, close: () => void}} props */

@@ -4,8 +4,8 @@
  */
 
 import { api } from "../shared/api.js";
-import { build, copyButton } from "../shared/dom.js";
-import { themeButton } from "../shared/theme.js";
+import { build, CopyButton, elementOf } from "../shared/dom.js";
+import { ThemeButton } from "../shared/theme.js";
 import { h, html, render } from "../vendor/preact.js";
 import { Layers } from "./flat/drawing.js";
 import { FlatView } from "./flat/flat_view.js";
@@ -64,6 +64,6 @@ async function begin() {
   await playback.show(0);
 }
 
-document.querySelector("header")?.append(themeButton());
-document.getElementById("recipe")?.after(copyButton("Copy the recipe", text("recipe"), "the recipe of this run"));
+document.querySelector("header")?.append(elementOf(h(ThemeButton, {})));
+document.getElementById("recipe")?.after(elementOf(h(CopyButton, { label: "Copy the recipe", text: text("recipe"), what: "the recipe of this run" })));
 begin();

@@ -3,7 +3,6 @@
 import { h, html, useSignal } from "../vendor/preact.js";
 import { api } from "./api.js";
 import { openDialog } from "./dialog.js";
-import { elementOf } from "./dom.js";
 import { encode, parse } from "./share_link.js";
 
 /** @import { BranchPublic, ComparedRun, SessionPublic } from "./messages.js" */
@@ -110,7 +109,7 @@ export async function compareDialog(session) {
   const sessions = await api.sessions().catch(() => []);
   const within = [...branchesOf(session), ...methodsOf(session)];
   const others = [...within, ...sessionsBeside(session, sessions, within.length === 0)];
-  openDialog("Compare this run", (close) => [elementOf(h(Choices, { session, others, close }))], { wide: true });
+  openDialog("Compare this run", (close) => h(Choices, { session, others, close }), "wide");
 }
 
 /** @param {{session: SessionPublic, others: readonly Other[], close: () => void}} props */

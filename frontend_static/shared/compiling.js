@@ -16,15 +16,15 @@ const UNAVAILABLE = 503;
 /**
  * Tell how far compiling is, again and again until it is done.
  *
- * @param {(compilation: CompilationPublic) => void} tell Is called at least once.
+ * @param {(compilation: CompilationPublic) => void} tell
+ * @param {(compilation: CompilationPublic) => boolean} [isEnough] Whether so much of it will do.
  * @param {AbortSignal} [signal] Ends it.
  */
-export async function followCompiling(tell, signal) {
+export async function followCompiling(tell, isEnough = () => false, signal) {
   for (;;) {
     const compilation = await api.compilation();
-    if (signal?.aborted) return;
+    if (signal?.aborted || compilation.finished || isEnough(compilation)) return;
     tell(compilation);
-    if (compilation.finished) return;
     await after(EVERY_MS, signal);
   }
 }
@@ -46,27 +46,12 @@ export async function whenCompiled(experiment, act, tell, signal, needed = "read
   } catch (error) {
     if (statusOf(error) !== UNAVAILABLE || signal.aborted) throw error;
     // It may have been ready since; what the server refuses then, it refuses for another reason.
-    await followUntil(experiment, needed, tell, signal);
+    const say = (/** @type {CompilationPublic} */ now) => tell(inSentenceCase(now.sentence), elementOf(h(CompilationMeter, now)));
+    await followCompiling(say, (now) => now[needed].includes(experiment), signal);
     if (signal.aborted) throw error;
+    tell("");
     return act();
   }
-}
-
-/**
- * @param {string} experiment
- * @param {"ready"|"usable"} needed
- * @param {Tell} tell
- * @param {AbortSignal} signal
- */
-async function followUntil(experiment, needed, tell, signal) {
-  for (;;) {
-    const compilation = await api.compilation();
-    if (signal.aborted) return;
-    if (compilation.finished || compilation[needed].includes(experiment)) break;
-    tell(inSentenceCase(compilation.sentence), elementOf(h(CompilationMeter, compilation)));
-    await after(EVERY_MS, signal);
-  }
-  tell("");
 }
 
 /**

@@ -1,8 +1,9 @@
 /** Dialogs, on the browser's own `<dialog>`: it keeps the focus, closes on Escape and gives the focus back. */
 
-import { build, fill, icon } from "./dom.js";
+import { h, html, render } from "../vendor/preact.js";
+import { build, IconButton } from "./dom.js";
 
-/** @import { Child } from "./elements.js" */
+/** @import { Child } from "../vendor/preact.js" */
 
 /** The value of the button that does it. */
 const DONE = "done";
@@ -11,27 +12,20 @@ const DONE = "done";
  * Open a dialog.
  *
  * @param {string} title
- * @param {(close: () => void) => Child[]} body What is in it.
- * @param {{wide?: boolean}} [options]
+ * @param {(close: () => void) => Child} content What is in it, until it is closed.
+ * @param {""|"wide"|"large"} [size]
  * @returns {HTMLDialogElement}
  */
-export function openDialog(title, body, { wide = false } = {}) {
-  const element = build("dialog", { class: wide ? "dialog wide" : "dialog", "aria-label": title });
+export function openDialog(title, content, size = "") {
+  const element = build("dialog", { class: `dialog ${size}`, "aria-label": title });
   const close = () => element.close();
-  fill(
-    element,
-    build(
-      "header",
-      {},
-      build("h2", {}, title),
-      build("button", { class: "quiet icon-only", type: "button", "aria-label": "Close", on: { click: close } }, icon("close")),
-    ),
-    body(close),
-  );
+  const head = html`<header><h2>${title}</h2>${h(IconButton, { name: "close", title: "Close", run: close })}</header>`;
+  render([head, content(close)], element);
   element.addEventListener("close", () => {
     // Its messages stay on the page.
     const said = element.querySelector(".toasts");
     if (said) document.body.append(said);
+    render(null, element);
     element.remove();
   });
   element.addEventListener("pointerdown", (event) => {
@@ -42,6 +36,20 @@ export function openDialog(title, body, { wide = false } = {}) {
   return element;
 }
 
+/**
+ * Ask something.
+ *
+ * @param {string} title
+ * @param {Child} content With buttons that close it.
+ * @returns {Promise<string>} The value of the button that was pressed; empty for none.
+ */
+export function ask(title, content) {
+  return new Promise((resolve) => {
+    const element = openDialog(title, () => html`<form method="dialog">${content}</form>`);
+    element.addEventListener("close", () => resolve(element.returnValue));
+  });
+}
+
 /** @typedef {{title: string, text: string, action: string}} Question What would be lost, and the word for doing it. */
 
 /**
@@ -50,18 +58,9 @@ export function openDialog(title, body, { wide = false } = {}) {
  * @param {Question} question
  * @returns {Promise<boolean>} Whether it shall be done.
  */
-export function confirmLoss({ title, text, action }) {
-  return new Promise((resolve) => {
-    const element = openDialog(title, () => [
-      build("p", {}, text),
-      build(
-        "form",
-        { method: "dialog" },
-        build("footer", {}, build("button", { autofocus: true }, "Keep"), build("button", { value: DONE, class: "danger" }, action)),
-      ),
-    ]);
-    element.addEventListener("close", () => resolve(element.returnValue === DONE));
-  });
+export async function confirmLoss({ title, text, action }) {
+  const buttons = html`<footer><button autofocus>Keep</button><button value=${DONE} class="danger">${action}</button></footer>`;
+  return (await ask(title, html`<p>${text}</p>${buttons}`)) === DONE;
 }
 
 /**
@@ -74,15 +73,16 @@ export function confirmLoss({ title, text, action }) {
  */
 export function askName(title, name, action = "Rename") {
   return new Promise((resolve) => {
-    /** @type {HTMLInputElement} */
-    const field = build("input", { type: "text", id: "new-name", value: name, maxlength: 200, autofocus: true });
-    const element = openDialog(title, (close) => {
-      const cancel = build("button", { type: "button", on: { click: close } }, "Cancel");
-      const buttons = build("footer", {}, cancel, build("button", { type: "submit", value: DONE, class: "primary" }, action));
-      return [build("form", { method: "dialog" }, build("label", { for: "new-name" }, "Name"), field, buttons)];
-    });
-    field.select();
-    element.addEventListener("close", () => resolve((element.returnValue === DONE && field.value.trim()) || null));
+    let given = "";
+    const take = (/** @type {SubmitEvent & {currentTarget: HTMLFormElement}} */ { currentTarget }) =>
+      (given = String(new FormData(currentTarget).get("name")).trim());
+    const element = openDialog(title, (close) => html`<form method="dialog" onSubmit=${take}>
+      <label for="new-name">Name</label>
+      <input type="text" id="new-name" name="name" defaultValue=${name} maxlength="200" autofocus />
+      <footer><button type="button" onClick=${close}>Cancel</button><button type="submit" class="primary">${action}</button></footer>
+    </form>`);
+    element.querySelector("input")?.select();
+    element.addEventListener("close", () => resolve(given || null));
   });
 }
 
@@ -90,11 +90,11 @@ export function askName(title, name, action = "Rename") {
  * Show which keys there are.
  *
  * @param {readonly (readonly [keys: string, what: string])[]} keys
- * @param {...Child} more
+ * @param {Child} [more]
  */
-export function openKeys(keys, ...more) {
-  const lines = keys.map(([each, what]) => [build("dt", {}, each.split(" ").map((key) => build("kbd", {}, key))), build("dd", {}, what)]);
-  openDialog("Keys", () => [build("dl", { class: "keys" }, lines), ...more]);
+export function openKeys(keys, more = null) {
+  const lines = keys.map(([each, what]) => html`<dt>${each.split(" ").map((key) => html`<kbd>${key}</kbd>`)}</dt><dd>${what}</dd>`);
+  openDialog("Keys", () => [html`<dl class="keys">${lines}</dl>`, more]);
 }
 
 /** Whether keys belong to a dialog now. */

@@ -210,10 +210,10 @@ export function Icon({ name }) {
 /**
  * A button with an icon alone.
  *
- * @param {{name: IconName, title: string, run: () => void}} props `title` says what it does.
+ * @param {{name: IconName, title: string, run: () => void, [attribute: string]: unknown}} props `title` says what it does.
  */
-export function IconButton({ name, title, run }) {
-  return html`<button type="button" class="quiet icon-only" title=${title} aria-label=${title} onClick=${run}>${h(Icon, { name })}</button>`;
+export function IconButton({ name, title, run, ...attributes }) {
+  return html`<button type="button" class="quiet icon-only" title=${title} aria-label=${title} ...${attributes} onClick=${run}>${h(Icon, { name })}</button>`;
 }
 
 /** @param {{name: IconName, title: string, href: string, rel: string, go: () => void}} props A link with an icon alone; `go` runs before. */
@@ -297,15 +297,6 @@ export function CopyButton({ label, text, what }) {
   return html`<button type="button" aria-label=${`${label}: ${what}`} onClick=${copy}>${label}</button>`;
 }
 
-/**
- * @param {string} label
- * @param {string} text
- * @param {string} what
- */
-export function copyButton(label, text, what) {
-  return elementOf(h(CopyButton, { label, text, what }));
-}
-
 // Shown in the place of something that cannot be shown: why, and the one way on, if there is one.
 
 /** @typedef {{label: string, href?: string, run?: () => void}} Action */
@@ -318,17 +309,6 @@ export function Notice({ title, message, action, inline }) {
     ${action?.href && html`<a class="button primary" href=${action.href}>${action.label}</a>`}
     ${action?.run && html`<button type="button" class="primary" onClick=${action.run}>${action.label}</button>`}
   </div>`;
-}
-
-/**
- * @param {string} title
- * @param {string} message
- * @param {Action|null} action
- * @param {{inline?: boolean}} [options]
- * @returns {HTMLElement}
- */
-export function notice(title, message, action, { inline = false } = {}) {
-  return elementOf(h(Notice, { title, message, action, inline }));
 }
 
 // Words beside what is pointed at.

@@ -6,7 +6,7 @@
 import { h, html, useEffect, useMemo, useSignal } from "../vendor/preact.js";
 import { absolute, cancelJob, followJob, messageOf, Meter } from "./api.js";
 import { openDialog } from "./dialog.js";
-import { attempt, build, CopyButton, copyButton, elementOf, Icon, Select, toast } from "./dom.js";
+import { attempt, build, CopyButton, Icon, Select, toast } from "./dom.js";
 import { Loaded } from "./page.js";
 
 /** @import { ExportJob, FileKind, SourceCode } from "./messages.js" */
@@ -23,14 +23,13 @@ import { Loaded } from "./page.js";
  */
 export function openCode(title, words, ask, link) {
   const address = link === undefined ? "" : absolute(link);
-  const field = build("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
-  field.addEventListener("focus", () => field.select());
-  openDialog(title, (close) => [
-    words.map((each) => each !== "" && build("p", {}, each)),
-    address && field,
-    elementOf(html`<div class="source-code">${h(Loaded, { load: () => codeLines(ask), failed: "The code could not be written" })}</div>`),
-    build("footer", {}, build("button", { type: "button", on: { click: close } }, "Close"), address && copyButton("Copy link", address, "the link")),
-  ], { wide: true });
+  const select = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => currentTarget.select();
+  openDialog(title, (close) => html`
+    ${words.map((each) => each && html`<p>${each}</p>`)}
+    ${address && html`<input type="text" readonly value=${address} aria-label="Link" data-role="share-link" autofocus onFocus=${select} />`}
+    <div class="source-code">${h(Loaded, { load: () => codeLines(ask), failed: "The code could not be written" })}</div>
+    <footer><button type="button" onClick=${close}>Close</button>${address && h(CopyButton, { label: "Copy link", text: address, what: "the link" })}</footer>
+  `, "wide");
 }
 
 /** @param {{ask: () => Promise<SourceCode>}} props */
@@ -39,9 +38,6 @@ export function CodeButton({ ask }) {
   const title = "Copy as Python or as a command";
   return html`<button type="button" class="tool" title=${title} aria-label=${title} data-role="code" onClick=${open}>${h(Icon, { name: "code" })}</button>`;
 }
-
-/** @param {() => Promise<SourceCode>} ask */
-export const sourceCodeButton = (ask) => elementOf(h(CodeButton, { ask }));
 
 /** @param {() => Promise<SourceCode>} ask */
 async function codeLines(ask) {

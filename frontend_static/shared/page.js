@@ -2,11 +2,11 @@
 
 import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
 import { here, messageOf, START, statusOf } from "./api.js";
-import { build, icon, Notice, part } from "./dom.js";
+import { build, elementOf, Icon, Notice, part } from "./dom.js";
 import "./presentation.js";
 import { linkTo } from "./share_link.js";
-import { themeButton } from "./theme.js";
-import { remember, remembered } from "./visitor.js";
+import { ThemeButton } from "./theme.js";
+import { Brand, isParticipant, remember, remembered } from "./visitor.js";
 
 /** @import { Child, Component } from "../vendor/preact.js" */
 /** @import { Action } from "./dom.js" */
@@ -32,17 +32,29 @@ const LIST = "site-places";
 const CONTENT = "content";
 
 /**
- * Put the links into the header of the page, after the name of the site. Where there is little room they open as a menu.
+ * Fill the header of the page: links after the name of the site, where there is little room as a menu, and the page's tools. A
+ * participant of a class has no other parts of the site.
  *
  * @param {Place|null} current The part that the page belongs to.
+ * @param {Child} [tools] Before the switch of the colours.
  */
-export function navigation(current) {
-  const links = PLACES.map(({ id, title, href }) => build("li", {}, build("a", { href, "aria-current": id === current ? "page" : null }, title)));
-  const name = { "aria-label": "All parts", title: "All parts" };
-  const opener = build("button", { type: "button", class: "quiet icon-only", popovertarget: LIST, ...name }, icon("menu"));
-  const list = build("ul", { id: LIST, popover: "auto" }, links);
-  document.querySelector(".top .brand")?.after(build("nav", { class: "places", "aria-label": "Parts of the site" }, opener, list));
-  skipLink();
+export function navigation(current, tools = null) {
+  const first = document.querySelector(".top .brand");
+  if (isParticipant) first?.replaceWith(elementOf(h(Brand, {})));
+  else {
+    first?.after(elementOf(h(Places, { current })));
+    skipLink();
+  }
+  render([tools, h(ThemeButton, {})], part("tools"));
+}
+
+/** @param {{current: Place|null}} props */
+function Places({ current }) {
+  const links = PLACES.map(({ id, title, href }) => html`<li><a href=${href} aria-current=${id === current ? "page" : null}>${title}</a></li>`);
+  return html`<nav class="places" aria-label="Parts of the site">
+    <button type="button" class="quiet icon-only" popovertarget=${LIST} aria-label="All parts" title="All parts">${h(Icon, { name: "menu" })}</button>
+    <ul id=${LIST} popover="auto">${links}</ul>
+  </nav>`;
 }
 
 /** The first stop of the tab key leads to what the page is about. */
@@ -112,11 +124,10 @@ const NOT_FOUND = 404;
  * @param {string} name
  * @param {Place|null} place The part of the site that it belongs to.
  * @param {Component<{}>} Content
- * @param {Node[]} [tools] Before the switch of the colours.
+ * @param {Child} [tools] Before the switch of the colours.
  */
-export function showPage(name, place, Content, tools = []) {
-  navigation(place);
-  part("tools").append(...tools, themeButton());
+export function showPage(name, place, Content, tools = null) {
+  navigation(place, tools);
   render(h(Content, {}), part(name));
 }
 

@@ -4,9 +4,9 @@
  * too, until it is ended. Pages without its button look as usual meanwhile.
  */
 
-import { effect, h, html, signal } from "../vendor/preact.js";
+import { effect, h, signal, useLayoutEffect } from "../vendor/preact.js";
 import { dialogIsOpen } from "./dialog.js";
-import { build, elementOf, Icon, icon } from "./dom.js";
+import { IconButton } from "./dom.js";
 import { KeptInTab } from "./visitor.js";
 
 // Printing: a page as a handout, by the rules of `print.css`. Pictures that only the server can draw for paper, as that of a
@@ -26,17 +26,14 @@ export function beforePrinting(prepare, end) {
   end.addEventListener("abort", () => preparing.delete(prepare));
 }
 
-/** Print the page; control and P do the same. */
-export function printButton() {
-  document.addEventListener("keydown", (event) => {
+/** Prints the page; control and P do the same. */
+export function PrintButton() {
+  useLayoutEffect(() => document.addEventListener("keydown", (event) => {
     if (event.key.toLowerCase() !== "p" || !(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey) return;
     event.preventDefault();
     printPage();
-  });
-  const title = "Print as a handout";
-  const button = build("button", { type: "button", class: "quiet icon-only", title, "aria-label": title, on: { click: printPage } }, icon("print"));
-  button.dataset.role = "print";
-  return button;
+  }), []);
+  return h(IconButton, { name: "print", title: "Print as a handout", run: printPage, "data-role": "print" });
 }
 
 async function printPage() {
@@ -74,25 +71,18 @@ export function isPresenting() {
 /**
  * The button that begins and ends it, as the key F does; Escape ends it, too.
  *
- * @param {{hears?: boolean}} [options] Whether it listens to the key F itself; a session's page has a table of keys.
- * @returns {HTMLButtonElement}
+ * @param {{hears?: boolean}} props Whether it listens to the key F itself; a session's page has a table of keys.
  */
-export function presentationButton({ hears = true } = {}) {
-  document.addEventListener("keydown", (event) => {
-    if (hears && event.key.toLowerCase() === PRESENTED_KEY && isPlain(event) && !isTyping(event.target)) present();
-  });
-  if (kept.get()) goOn();
-  return elementOf(h(PresentationButton, {}));
-}
-
-function PresentationButton() {
+export function PresentationButton({ hears = true }) {
+  useLayoutEffect(() => {
+    document.addEventListener("keydown", (event) => {
+      if (hears && event.key.toLowerCase() === PRESENTED_KEY && isPlain(event) && !isTyping(event.target)) present();
+    });
+    if (kept.get()) goOn();
+  }, []);
   const isOn = presenting.value;
   const title = isOn ? "Leave the presentation (F or escape)" : "Present in large type (F)";
-  return html`<button
-    type="button" class="quiet icon-only" title=${title} aria-label=${title} aria-pressed=${String(isOn)} data-role="present" onClick=${() => present()}
-  >
-    ${h(Icon, { name: isOn ? "shrink" : "enlarge" })}
-  </button>`;
+  return h(IconButton, { name: isOn ? "shrink" : "enlarge", title, run: () => present(), "aria-pressed": String(isOn), "data-role": "present" });
 }
 
 /**

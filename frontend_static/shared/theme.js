@@ -1,7 +1,7 @@
 /** Light and dark: by the system, unless a person said otherwise. The choice is applied early, by `apply_theme.js`. */
 
-import { signal } from "../vendor/preact.js";
-import { build, fill, icon } from "./dom.js";
+import { h, signal } from "../vendor/preact.js";
+import { build, IconButton } from "./dom.js";
 import { DIVERGING, VERDICTS, VIRIDIS } from "./palette.js";
 import { remember } from "./visitor.js";
 
@@ -65,16 +65,9 @@ export function changeTheme() {
 }
 
 /** The button that does so. */
-export function themeButton() {
-  const button = build("button", { class: "quiet icon-only", type: "button", "data-role": "theme", on: { click: changeTheme } });
-  const show = () => {
-    fill(button, icon(LOOK[chosen()]));
-    button.title = `Colours ${themeWords()}`;
-    button.setAttribute("aria-label", `Colours ${themeWords()}; change`);
-  };
-  document.addEventListener(CHANGED, show);
-  show();
-  return button;
+export function ThemeButton() {
+  const title = `Colours ${themeWords()}`;
+  return h(IconButton, { name: LOOK[chosen()], title, run: changeTheme, "aria-label": `${title}; change`, "data-role": "theme" });
 }
 
 /**

@@ -84,18 +84,6 @@ export function after(milliseconds, signal) {
   });
 }
 
-/**
- * Resolves when the browser has nothing better to do, or after a while.
- *
- * @returns {Promise<void>}
- */
-export function idle() {
-  return new Promise((resolve) => {
-    if ("requestIdleCallback" in globalThis) requestIdleCallback(() => resolve(), { timeout: 1000 });
-    else setTimeout(resolve, 0);
-  });
-}
-
 // One request at a time, and then only the newest wish: a slider that is dragged never queues. A listener that wants to know
 // whether the server is gone has the newest wish tried again until the server answers.
 

@@ -1,7 +1,7 @@
 /** Who opened this page by the link of a class: a follower, or the lecturer on another device. */
 
+import { html } from "../vendor/preact.js";
 import { START } from "./api.js";
-import { build } from "./dom.js";
 
 // What this browser keeps for a person, and a tab beyond one page. Where the browser keeps nothing, it lasts as long as the page.
 
@@ -74,7 +74,7 @@ export const isFollower = role === "follower";
 export const classOfLink = classLink;
 
 /** The first thing in the header: the way to the start page, for followers the way back to the class. */
-export function brand() {
-  if (isFollower) return build("a", { class: "button", href: START, data: { role: "back" } }, "Back to the class");
-  return isParticipant ? build("span", { class: "brand" }, "pftrack") : build("a", { class: "brand", href: START }, "pftrack");
+export function Brand() {
+  if (isFollower) return html`<a class="button" href=${START} data-role="back">Back to the class</a>`;
+  return isParticipant ? html`<span class="brand">pftrack</span>` : html`<a class="brand" href=${START}>pftrack</a>`;
 }

@@ -8,7 +8,7 @@ import { useFigure } from "../shared/figure/figure.js";
 import { count, measureValue, number, parameterValue } from "../shared/format.js";
 import { css, diverging, gradient, onTheme, verdict, viridis } from "../shared/theme.js";
 import { h, html, signal, useEffect, useLayoutEffect } from "../vendor/preact.js";
-import { choose, chosen, comparisonLook, differenceEnd, endOf, methodLook, seen, short, shortTitle } from "./store.js";
+import { choose, chosen, comparisonLook, differenceEnd, endOf, methodLook, seen, short, shortTitle, signed } from "./store.js";
 
 /** @import { Axis, Cell, CellLook } from "../shared/figure/traces.js" */
 /** @import { AxisPublic, ComparisonPublic, MapPublic, SweepPublic } from "../shared/messages.js" */
@@ -266,11 +266,6 @@ function difference(sweep, comparison, index) {
     ${value !== null && `Difference ${signed(value)}, `}${words}${p !== null && ` (p ${p < 0.0001 ? "< 0.0001" : `= ${p.toFixed(4)}`})`}
     ${paired !== null && html`<br />On the same scenes ${signed(paired)}${interval}, ${count(comparison.pairs[index], "pair")}`}
   </p>`;
-}
-
-/** @param {number} value */
-function signed(value) {
-  return `${value > 0 ? "+" : ""}${short(value)}`;
 }
 
 /** @param {{now: Seen}} props */

@@ -254,9 +254,9 @@ export function short(value) {
 
 /**
  * @param {number} value
- * @param {boolean} isShare
+ * @param {boolean} [isShare]
  */
-function signed(value, isShare) {
+export function signed(value, isShare = false) {
   const text = isShare ? share2(Math.abs(value)) : short(Math.abs(value));
   return Number(text) === 0 ? "0" : `${value > 0 ? "+" : "−"}${text}`;
 }

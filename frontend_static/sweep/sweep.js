@@ -4,10 +4,10 @@ import { START } from "../shared/api.js";
 import { linkToReferences } from "../shared/comparison.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { attempt, IconButton, lastOfAddress, Notice, part, Popover, Segments, Select, setText } from "../shared/dom.js";
-import { sourceCodeButton } from "../shared/exports.js";
+import { CodeButton } from "../shared/exports.js";
 import { count, duration, parameterValue } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
-import { presentationButton } from "../shared/presentation.js";
+import { PresentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { Explained } from "../shared/terms.js";
 import { effect, h, html, useSignal } from "../vendor/preact.js";
@@ -314,4 +314,4 @@ effect(() => {
   document.title = `${state === "running" ? `${Math.floor((100 * done) / runs)} % · ` : ""}${title} · pftrack`;
 });
 begin();
-showPage("sweep", null, Page, [sourceCodeButton(() => sweeps.sourceCode(lastOfAddress())), presentationButton()]);
+showPage("sweep", null, Page, [h(CodeButton, { ask: () => sweeps.sourceCode(lastOfAddress()) }), h(PresentationButton, {})]);

@@ -6,10 +6,10 @@
 
 import { messageOf } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
-import { build } from "../shared/dom.js";
+import { Select } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { later } from "../shared/timing.js";
-import { h, html, render, signal, useEffect, useLayoutEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
+import { h, html, signal, useEffect, useLayoutEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
 
 /** @import { Child } from "../vendor/preact.js" */
 
@@ -38,12 +38,8 @@ const seconds = signal(SHORTEST_S);
 
 /** @param {(clip: File) => void} take What is done with the clip. */
 export function recordClip(take) {
-  const place = build("div", { class: "camera" });
-  const dialog = openDialog("Use the camera", () => [place], { wide: true });
-  const close = () => dialog.close();
-  addEventListener("pagehide", close, { once: true });
-  dialog.addEventListener("close", () => render(null, place));
-  render(h(CameraDialog, { take, close }), place);
+  const dialog = openDialog("Use the camera", (close) => html`<div class="camera">${h(CameraDialog, { take, close })}</div>`, "wide");
+  addEventListener("pagehide", () => dialog.close(), { once: true });
 }
 
 /** @param {{take: (clip: File) => void, close: () => void}} props */
@@ -143,11 +139,10 @@ function Live({ close, keep, refuse }) {
 
 /** @param {{cameras: MediaDeviceInfo[], own: string|undefined, choose: (id: string) => void}} props Which camera records, and for how long. */
 function Choices({ cameras, own, choose }) {
-  const change = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => choose(currentTarget.value);
   const last = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (seconds.value = currentTarget.valueAsNumber);
-  const options = cameras.map(({ deviceId, label }, index) => html`<option value=${deviceId}>${label || `Camera ${index + 1}`}</option>`);
+  const options = cameras.map(({ deviceId, label }, index) => ({ value: deviceId, words: label || `Camera ${index + 1}` }));
   return html`
-    ${options.length > 1 && html`<label>Camera <select value=${own} onChange=${change}>${options}</select></label>`}
+    ${options.length > 1 && html`<label>Camera ${h(Select, { label: "Camera", options, value: own ?? "", choose })}</label>`}
     <label for="camera-length">Length <output for="camera-length">${seconds} s</output></label>
     <input type="range" id="camera-length" min=${SHORTEST_S} max=${LONGEST_S} step="1" value=${seconds.value} onInput=${last} />
   `;

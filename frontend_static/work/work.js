@@ -34,17 +34,6 @@ import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.
  * @property {() => Promise<unknown>} remove
  */
 
-/** @typedef {{verb: string, noun: string, loss: string}} Removal How one or more things of a kind end, and what is lost then. */
-
-/** @type {Record<Kind, Removal>} */
-export const REMOVALS = {
-  sessions: { verb: "End", noun: "session", loss: "Anything you have not saved is lost." },
-  runs: { verb: "Delete", noun: "run", loss: "What you have not downloaded is lost for good." },
-  comparisons: { verb: "Delete", noun: "comparison", loss: "The runs themselves stay where they are." },
-  sweeps: { verb: "Delete", noun: "sweep", loss: "Runs and maps that you have not downloaded are lost for good." },
-  uploads: { verb: "Delete", noun: "upload", loss: "The server deletes the recording. Sessions and saved runs of it cannot be computed any more." },
-};
-
 /** @type {Record<SessionPublic["state"], string>} */
 const SESSION_STATES = {
   starting: "starting",
@@ -172,37 +161,15 @@ function uploadItem(upload) {
   };
 }
 
-/**
- * All things of one kind.
- *
- * @param {WorkPublic} work
- * @param {Kind} kind
- * @returns {Item[]}
- */
-export function itemsOf(work, kind) {
-  switch (kind) {
-    case "sessions":
-      return work.sessions.map(sessionItem);
-    case "runs":
-      return work.runs.map(runItem);
-    case "comparisons":
-      return work.comparisons.map(comparisonItem);
-    case "sweeps":
-      return work.sweeps.map(sweepItem);
-    default:
-      return work.uploads.map(uploadItem);
-  }
-}
-
 /** @param {{kind: Kind, item: Item, isChosen: boolean, toggle: () => void, again: () => Promise<void>}} props `again` lists everything anew. */
-export function Row({ kind, item, isChosen, toggle, again }) {
+function Row({ kind, item, isChosen, toggle, again }) {
   const { id, name, anchor, picture, title, facts, ways, rename } = item;
   const renaming = rename && (async () => {
     const answer = await askName(`Rename ${name}`, name);
     if (answer !== null) await attempt(() => rename(answer).then(again));
   });
-  const label = `${REMOVALS[kind].verb} ${name}`;
-  return html`<li class="row" id=${anchor} ...${{ [`data-${REMOVALS[kind].noun}`]: id }}>
+  const label = `${ABOUT[kind].verb} ${name}`;
+  return html`<li class="row" id=${anchor} ...${{ [`data-${ABOUT[kind].noun}`]: id }}>
     <input type="checkbox" checked=${isChosen} aria-label=${`Choose ${name}`} onChange=${toggle} />
     ${picture !== null && html`<div class="row-thumb">${h(Thumbnail, { address: picture })}</div>`}
     <div class="row-words">${title}<span class="hint">${facts.filter(Boolean).join(", ")}</span></div>
@@ -221,8 +188,8 @@ export function Row({ kind, item, isChosen, toggle, again }) {
  * @param {readonly Item[]} items
  * @param {() => Promise<void>} again
  */
-export async function remove(kind, items, again) {
-  const { verb, noun, loss } = REMOVALS[kind];
+async function remove(kind, items, again) {
+  const { verb, noun, loss } = ABOUT[kind];
   const isOne = items.length === 1;
   const names = items.map(({ name }) => name).join(", ");
   const question = {
@@ -258,36 +225,68 @@ const PLACEHOLDER = "Title, experiment, tracker, date or outcome";
 /** Dates are looked for as they are shown. */
 const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
 
-/** @type {Record<Kind, {title: string, empty: string, way: [words: string, href: string]}>} What to say and do where there is nothing. */
-const WORDS = {
+/**
+ * What to say of a kind: how its things end and what is lost then, and what to do where there is nothing.
+ *
+ * @typedef {object} About
+ * @property {string} title
+ * @property {string} noun
+ * @property {string} verb
+ * @property {string} loss
+ * @property {string} empty
+ * @property {[words: string, href: string]} way
+ * @property {(work: WorkPublic) => Item[]} items
+ */
+
+/** @type {Record<Kind, About>} */
+const ABOUT = {
   sessions: {
     title: "Running sessions",
+    noun: "session",
+    verb: "End",
+    loss: "Anything you have not saved is lost.",
     empty: "No session is running. Start one with an experiment, and it is listed here until you end it.",
     way: ["Choose an experiment", START],
+    items: ({ sessions }) => sessions.map(sessionItem),
   },
   runs: {
     title: "Saved runs",
+    noun: "run",
+    verb: "Delete",
+    loss: "What you have not downloaded is lost for good.",
     empty: "No runs are saved yet. Save one on a session's page, and it is listed here.",
     way: ["Choose an experiment", START],
+    items: ({ runs }) => runs.map(runItem),
   },
   comparisons: {
     title: "Comparisons",
+    noun: "comparison",
+    verb: "Delete",
+    loss: "The runs themselves stay where they are.",
     empty: "No comparison is saved yet. Compare runs, and save what you see on that page.",
     way: ["Choose an experiment", START],
+    items: ({ comparisons }) => comparisons.map(comparisonItem),
   },
   sweeps: {
     title: "Sweeps",
+    noun: "sweep",
+    verb: "Delete",
+    loss: "Runs and maps that you have not downloaded are lost for good.",
     empty: "A sweep runs an experiment over many conditions and draws a map of where each tracker succeeds. None has been started yet.",
     way: ["New sweep", "sweep/new"],
+    items: (work) => work.sweeps.map(sweepItem),
   },
   uploads: {
     title: "Uploads",
+    noun: "upload",
+    verb: "Delete",
+    loss: "The server deletes the recording. Sessions and saved runs of it cannot be computed any more.",
     empty: "No recording has been uploaded yet. Drop a video on the start page to track something in it.",
     way: ["Upload a video", START],
+    items: ({ uploads }) => uploads.map(uploadItem),
   },
 };
-
-const KINDS = /** @type {Kind[]} */ (Object.keys(WORDS));
+const KINDS = /** @type {Kind[]} */ (Object.keys(ABOUT));
 
 /** The newest answer; or a sentence on why there is none; or nothing yet. */
 const answered = signal(/** @type {WorkPublic|string|null} */ (null));
@@ -374,7 +373,7 @@ function Work() {
       </label>
       <div class="kinds" role="group" aria-label="Show">
         ${h(Chip, { kind: null, title: "All", amount: found && sum(KINDS, found) })}
-        ${KINDS.map((kind) => h(Chip, { kind, title: WORDS[kind].title, amount: found?.[kind] ?? null }))}
+        ${KINDS.map((kind) => h(Chip, { kind, title: ABOUT[kind].title, amount: found?.[kind] ?? null }))}
       </div>
     </form>
     ${found === null ? h(Without, { why: /** @type {string|null} */ (work) }) : h(Found, { work: /** @type {WorkPublic} */ (work), clear })}
@@ -416,8 +415,8 @@ function Found({ work, clear }) {
 
 /** @param {{kind: Kind, work: WorkPublic}} props */
 function Section({ kind, work }) {
-  const { title, empty, way: [words, href] } = WORDS[kind];
-  const items = itemsOf(work, kind);
+  const { title, empty, way: [words, href] } = ABOUT[kind];
+  const items = ABOUT[kind].items(work);
   const rest = work.found[kind] - items.length;
   const isAlone = wish.value.show === kind;
   const more = () => search(isAlone ? { limit: wish.value.limit + MANY } : { show: kind });
@@ -445,7 +444,7 @@ function Section({ kind, work }) {
 function WithChosen({ kind }) {
   const some = chosen.value.filter((each) => each.kind === kind).map(({ item }) => item);
   if (some.length === 0) return null;
-  const { verb, noun } = REMOVALS[kind];
+  const { verb, noun } = ABOUT[kind];
   const compared = `Compare ${count(some.length, noun)}`;
   const isComparable = kind === "runs" && some.length > 1 && some.length <= MOST_COMPARED;
   return html`
