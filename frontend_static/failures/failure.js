@@ -8,45 +8,15 @@ import { linkTo as linkToComparison } from "../shared/comparison.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { build, Icon, IconLink, lastOfAddress, part } from "../shared/dom.js";
 import { CodeButton } from "../shared/exports.js";
-import { parameterValue, quantity } from "../shared/format.js";
+import { quantity } from "../shared/format.js";
 import { Failed, Loaded, Made, showPage } from "../shared/page.js";
 import { PresentationButton, PrintButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { tokens } from "../shared/theme.js";
 import { h, html, render, signal } from "../vendor/preact.js";
+import { settings, value } from "./words.js";
 
-/** @import { Value } from "../shared/format.js" */
 /** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
-
-// What a cure changes, in words.
-
-/**
- * All that a cure changes: "Sharpness lambda 200 to 20".
- *
- * @param {FailurePublic} failure
- */
-export function differenceText({ differences: all }) {
-  return all.map(({ title, unit, failing, cured }) => `${title} ${value(failing)} to ${value(cured, unit)}`).join(", ");
-}
-
-/**
- * What one of the two runs has of it: "Sharpness lambda 200".
- *
- * @param {FailurePublic} failure
- * @param {"failing"|"cured"} side
- */
-function settings(failure, side) {
-  return failure.differences.map((each) => `${each.title} ${value(each[side], each.unit)}`).join(", ");
-}
-
-/**
- * @param {Value} given
- * @param {string} [unit]
- */
-function value(given, unit = "") {
-  const switched = given ? "on" : "off";
-  return parameterValue(typeof given === "boolean" ? switched : given, { unit });
-}
 
 /** @typedef {"failing"|"cured"} Side */
 

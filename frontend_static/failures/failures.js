@@ -9,7 +9,7 @@ import { quantity } from "../shared/format.js";
 import { Loaded, Made, showPage } from "../shared/page.js";
 import { PresentationButton } from "../shared/presentation.js";
 import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
-import { differenceText } from "./failure.js";
+import { differenceText } from "./words.js";
 
 /** @import { FailurePublic, FailureResult, FailureSide } from "../shared/messages.js" */
 /** @import { Signal } from "../vendor/preact.js" */
