@@ -43,6 +43,14 @@ def test_folders_import_only_what_lies_below() -> None:
     assert climbs(PAGES) == []
 
 
+def test_no_script_imports_that_of_a_page() -> None:
+    """It would run there, and look for parts that the other page does not have."""
+    pages = [path.read_text(encoding="utf-8") for path in PAGES.rglob("*.html")]
+    entries = {entry for page in pages for entry in re.findall(r'type="module" src="static/([^"]+)"', page)}
+    assert len(entries) > 10
+    assert [(one, other) for one, other in imports(PAGES) if other in entries] == []
+
+
 def test_a_climb_is_found(tmp_path: Path) -> None:
     """The search finds imports of each form, and passes over those of the same folder and of a lower floor."""
     for folder in ("session", "shared", "compare"):
