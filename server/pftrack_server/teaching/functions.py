@@ -6,7 +6,6 @@ A worker of lessons draws and judges; a child task, which may take its time, com
 import json
 import math
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from dataclasses import asdict
 from typing import Any
 
@@ -27,6 +26,11 @@ NICENESS = 10
 """Of what may take a minute: figures and sessions, which somebody waits for, go first."""
 
 
+gives_signs_of_life = watch(report, lambda function, _: report(function))
+"""To compile all that a figure calls may take a busy machine minutes, once."""
+
+
+@gives_signs_of_life
 def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | None, revealed: bool, near: bool) -> bytes:
     """Return a demonstration's figure and numbers as JSON, as `FigurePublic` has them.
 
@@ -46,8 +50,7 @@ def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | Non
     start = body.parameters if revealed else _question_parameters(lesson)
     parameters = revise(start, nearest(type(start), values) if near else dict(values))
     seed = body.seed if seed is None else seed
-    with _telling_what_is_compiled():
-        shown = body.show(parameters, seed)
+    shown = body.show(parameters, seed)
     figure = shown.figure if revealed else shown.figure.without_answer()
     told = {
         "figure": figure.model_dump(mode="json"),
@@ -58,6 +61,7 @@ def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | Non
     return json.dumps(told, allow_nan=False).encode()
 
 
+@gives_signs_of_life
 def judge_demonstration(wanted: str, source: str, given: course.Given) -> course.Verdict:
     """Judge the answer to a demonstration's question.
 
@@ -66,14 +70,8 @@ def judge_demonstration(wanted: str, source: str, given: course.Given) -> course
     """
     lesson = _lesson(wanted, source)
     course.read_answer(lesson.question, given)
-    with _telling_what_is_compiled():
-        right = lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed)
+    right = lesson.answer(_question_parameters(lesson), _demonstration(lesson).seed)
     return course.judge(lesson.question, right, given)
-
-
-def _telling_what_is_compiled() -> AbstractContextManager[None]:
-    """Give signs of life: to compile all that a figure calls may take a busy machine minutes, once."""
-    return watch(report, lambda function, _: report(function))
 
 
 def answer(wanted: str, source: str) -> Steps:

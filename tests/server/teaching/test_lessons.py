@@ -11,6 +11,7 @@ import numba
 import pytest
 
 from pftrack.doctor import compiling
+from pftrack.process import calls
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Demonstration
 from pftrack_server.teaching import functions
@@ -195,7 +196,7 @@ def test_a_worker_that_compiles_gives_signs_of_life(monkeypatch: pytest.MonkeyPa
     assert isinstance(lesson.body, Demonstration)
     show, fresh, told = lesson.body.show, numba.njit(lambda x: x + 1.0), []
     monkeypatch.setattr(compiling, "FUNCTIONS", [fresh])
-    monkeypatch.setattr(functions, "report", told.append)
+    monkeypatch.setattr(calls, "_report", told.append)
     compiles = replace(lesson.body, show=lambda parameters, seed: (fresh(1.0), show(parameters, seed))[1])
     monkeypatch.setattr(functions, "find", lambda wanted: replace(lesson, body=compiles))
     functions.draw("bayes", "", {}, None, True, False)
