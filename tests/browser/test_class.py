@@ -44,7 +44,7 @@ def test_a_lecturer_and_three_followers(
     """Three see what the lecturer shows, answer, try it themselves, go along to other pages, and are sent home."""
     lecturer = Lecturer(watch().page, server)
     link = lecturer.lead()
-    complaints.expected = ("/commands", "/nowhere", "410 (Gone)", f"{link}0")
+    complaints.expected = ("/commands", "/nowhere", "410 (Gone)", "response code: 403", f"{link}0")
     lecturer.until(
         lambda: lecturer.page.locator(".class-qr img").evaluate("it => it.naturalWidth") > 0, "the code is drawn"
     )

@@ -43,7 +43,7 @@ PURE = np.array([[BLUE]], np.uint8)
 # Paints a message on a canvas of its own and returns it as PNG.
 PAINT = """async ([message, scale, hidden, side]) => {
     const [{ decode }, { paint }, { Pictures }, { paintWorld }] = await Promise.all(
-        ['decode', 'paint', 'flat_view', 'world_view'].map((name) => import(`./static/session/flat/${name}.js`)));
+        ['drawing', 'paint', 'flat_view', 'world_view'].map((name) => import(`./static/session/flat/${name}.js`)));
     const drawing = decode(Uint8Array.from(atob(message), (letter) => letter.charCodeAt(0)).buffer);
     const bitmaps = await new Pictures().of(drawing, 1);
     const canvas = document.createElement('canvas');

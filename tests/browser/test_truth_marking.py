@@ -111,7 +111,7 @@ def test_a_simulated_scene_knows_its_own_truth(watch: Any) -> None:
     """There is nothing to mark, by no key."""
     shown = watch()
     page = shown.page
-    with page.expect_response("**/truth/marking.js"):
+    with page.expect_response("**/session/marking.js"):
         page.keyboard.press("t")
     page.keyboard.press("ArrowRight")
     shown.stands_at(1)

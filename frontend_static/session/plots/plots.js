@@ -321,7 +321,13 @@ class Plots {
     this.#place.addEventListener("click", (event) => this.#choose(event));
     follow(() => [store.connection, store.ensemble.value, store.lengths, DRAWN.map((name) => store.known[name])], draw, signal);
     document.addEventListener("visibilitychange", draw, { signal });
-    const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
+    // The keyboard scrolls what is a tab stop.
+    const sized = () => {
+      root.tabIndex = root.scrollHeight > root.clientHeight ? 0 : -1;
+      draw();
+    };
+    const [sizes, asked] = [new ResizeObserver(sized), new MutationObserver(draw)];
+    sizes.observe(this.#place);
     sizes.observe(this.#outer);
     asked.observe(root, { attributeFilter: ["data-shown"] });
     signal.addEventListener("abort", () => {

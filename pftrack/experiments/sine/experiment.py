@@ -23,6 +23,7 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.model.tracker import Diagnostics, Step
+from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Judge
@@ -283,7 +284,7 @@ def _density(frames: Floats, estimates: Floats, sigmas: Floats, now: int) -> dic
     at = np.linspace(frames[0], frames[-1], SLICES)
     means, deviations = (np.interp(at, frames, values) for values in (estimates, sigmas))
     deviations = np.maximum(deviations, LEAST_SD)
-    levels = np.outer(np.minimum(np.median(deviations) / deviations, 2.0) / 2.0, np.exp(-0.5 * ACROSS**2))
+    levels = np.outer(np.minimum(np.median(deviations) / deviations, 2.0) / 2.0, exponentials(-0.5 * ACROSS**2))
     values = means[:, None] + deviations[:, None] * ACROSS
     lift, layer, colour = LIFT * WIDTH, "density", COLOURS["camera"]
     vertices = _curve(np.repeat(at, len(ACROSS)), values.ravel())

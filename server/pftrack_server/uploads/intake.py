@@ -181,7 +181,7 @@ async def take_in(
     def keep() -> UploadRow:
         with _keeping:
             check_room(store, settings, received.size_bytes)
-            return _keep(store, _row(found, received, _unlike(title, store)), found, content)
+            return _keep(store, _row(found, received, _unlike(title, found.sha256, store)), found, content)
 
     return await _to_the_end(keep)
 
@@ -244,9 +244,9 @@ def _head(path: Path) -> bytes:
         return file.read(HEAD_BYTES)
 
 
-def _unlike(title: str, store: Store) -> str:
-    """Return a title that no other upload has: a number tells it from its namesakes."""
-    taken = {row.name for row in store.all(UploadRow)}
+def _unlike(title: str, sha256: str, store: Store) -> str:
+    """Return a title that no upload with another content has: a number tells it from its namesakes."""
+    taken = {row.name for row in store.all(UploadRow) if row.sha256 != sha256}
     known = PurePath(title)
     titles = (title, *(f"{known.stem} ({number}){known.suffix}" for number in range(2, len(taken) + 2)))
     return next(each for each in titles if each not in taken)

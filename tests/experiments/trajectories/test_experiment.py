@@ -109,7 +109,7 @@ def test_series_are_beside_the_truth() -> None:
         apart = positions - (first + TRUE_PATH[frame] - TRUE_PATH[0])
         assert row.number(name) == pytest.approx(np.sqrt(np.square(apart).sum(axis=1).mean()))
     np.testing.assert_allclose(state.history[0][:, 0, 0], REFERENCE_PX, atol=1e-4)
-    report = EXPERIMENT.measured.measured.report(run.diagnostics) if EXPERIMENT.measured.report else {}
+    report = EXPERIMENT.measured.report(run.diagnostics) if EXPERIMENT.measured.report else {}
     assert (report["tracks"], set(report)) == (
         6, {"tracks", "false_motion_px", "raw_rms_px", "filtered_rms_px", "smoothed_rms_px"}
     )  # fmt: skip
