@@ -86,7 +86,7 @@ function Step({ words, buttons, body, isWrong = false }) {
   return html`
     <p role="status" class=${isWrong ? "wrong" : null}>${words}</p>
     ${body && html`<div class="camera-body">${body}</div>`}
-    <footer ref=${footer}>${buttons.map(([label, run], place) => html`<button type="button" class=${kind(place)} onClick=${run}>${label}</button>`)}</footer>
+    <footer ref=${footer}>${buttons.map(([label, run], place) => html`<button type="button" autofocus=${place === buttons.length - 1} class=${kind(place)} onClick=${run}>${label}</button>`)}</footer>
   `;
 }
 

@@ -295,6 +295,7 @@ def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch, server: 
     page = shown.page
     page.set_viewport_size({"width": 390, "height": 844})
     shown.until(lambda: page.evaluate(OVERFLOW) <= 0, "nothing is wider")
+    page.locator(".plots.sparklines").wait_for()
     plot = shown.plot("error")
     plot.scroll_into_view_if_needed()
     shown.until(lambda: plot.bounding_box()["height"] > 40, "a plot can be seen")

@@ -321,14 +321,8 @@ class Plots {
     this.#place.addEventListener("click", (event) => this.#choose(event));
     follow(() => [store.connection, store.ensemble.value, store.lengths, DRAWN.map((name) => store.known[name])], draw, signal);
     document.addEventListener("visibilitychange", draw, { signal });
-    // The keyboard scrolls what is a tab stop.
-    const sized = () => {
-      root.tabIndex = root.scrollHeight > root.clientHeight ? 0 : -1;
-      draw();
-    };
-    const [sizes, asked] = [new ResizeObserver(sized), new MutationObserver(draw)];
-    sizes.observe(this.#place);
-    sizes.observe(this.#outer);
+    const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
+    for (const each of [this.#outer, root, this.#place]) sizes.observe(each);
     asked.observe(root, { attributeFilter: ["data-shown"] });
     signal.addEventListener("abort", () => {
       sizes.disconnect();
@@ -354,6 +348,8 @@ class Plots {
       const heading = this.#place.querySelector(`[data-panel="${CSS.escape(plot.id)}"] h3`);
       if (heading instanceof HTMLElement && heading.textContent) explain(heading, { own: plot.description, experiment: store.known.recipe.experiment });
     }
+    // The keyboard scrolls what is a tab stop.
+    this.#root.tabIndex = this.#root.scrollHeight > this.#root.clientHeight ? 0 : -1;
   }
 
   /**
