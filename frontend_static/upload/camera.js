@@ -82,11 +82,14 @@ function CameraDialog({ take, close }) {
 function Step({ words, buttons, body, isWrong = false }) {
   const footer = useRef(/** @type {HTMLElement|null} */ (null));
   useLayoutEffect(() => [...(footer.current?.querySelectorAll("button") ?? [])].at(-1)?.focus(), []);
-  const kind = (/** @type {number} */ place) => (place > 0 && place === buttons.length - 1 ? "primary" : null);
+  const button = (/** @type {Button} */ [label, run], /** @type {number} */ place) => {
+    const isLast = place === buttons.length - 1;
+    return html`<button type="button" autofocus=${isLast} class=${isLast && place > 0 ? "primary" : null} onClick=${run}>${label}</button>`;
+  };
   return html`
     <p role="status" class=${isWrong ? "wrong" : null}>${words}</p>
     ${body && html`<div class="camera-body">${body}</div>`}
-    <footer ref=${footer}>${buttons.map(([label, run], place) => html`<button type="button" autofocus=${place === buttons.length - 1} class=${kind(place)} onClick=${run}>${label}</button>`)}</footer>
+    <footer ref=${footer}>${buttons.map(button)}</footer>
   `;
 }
 
