@@ -107,6 +107,7 @@ def test_cancel_stop_and_restart(start_server: Any, sweeps: Path) -> None:
         sweeping.until_some(client, running["id"])
         assert client.post(f"/api/v1/sweeps/{cancelled['id']}/cancel").json()["state"] == "stopped"
         assert "cancelled" in sweeping.show(client, cancelled["id"])["message"]
+        wait_for(lambda: len(new_drivers(others)) == 1, what="the cancelled one has ended")
         [process] = new_drivers(others)
         partial = client.get(f"/api/v1/sweeps/{cancelled['id']}/download", params={"format": "csv"}).text
         assert len(partial.splitlines()) == sweeping.show(client, cancelled["id"])["done"] + 1

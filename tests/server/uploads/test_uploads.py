@@ -56,10 +56,10 @@ def clip() -> bytes:
 class TestTakenIn:
     def test_a_video(self, client: httpx.Client, clip: bytes) -> None:
         """A video is told with what was found in it, its frames can be seen, and it can be deleted."""
-        answer = send(client, ("ball.mp4", clip))
+        answer = send(client, ("square.mp4", clip))
         assert answer.status_code == 201, answer.text
         upload = answer.json()
-        assert (upload["name"], upload["kind"], upload["frames"]) == ("ball.mp4", "video", 24)
+        assert (upload["name"], upload["kind"], upload["frames"]) == ("square.mp4", "video", 24)
         assert (upload["width"], upload["height"], upload["size_bytes"]) == (*SIZE, len(clip))
         assert upload in client.get("/api/v1/uploads").json()
         frame = client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg")
