@@ -11,7 +11,7 @@ import re
 import threading
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import replace
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any, Final, ParamSpec, TypeVar
 
 import structlog
@@ -181,7 +181,7 @@ async def take_in(
     def keep() -> UploadRow:
         with _keeping:
             check_room(store, settings, received.size_bytes)
-            return _keep(store, _row(found, received, _unlike(title, found.sha256, store)), found, content)
+            return _keep(store, _row(found, received, title), found, content)
 
     return await _to_the_end(keep)
 
@@ -242,14 +242,6 @@ def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str], st
 def _head(path: Path) -> bytes:
     with path.open("rb") as file:
         return file.read(HEAD_BYTES)
-
-
-def _unlike(title: str, sha256: str, store: Store) -> str:
-    """Return a title that no upload with another content has: a number tells it from its namesakes."""
-    taken = {row.name for row in store.all(UploadRow) if row.sha256 != sha256}
-    known = PurePath(title)
-    titles = (title, *(f"{known.stem} ({number}){known.suffix}" for number in range(2, len(taken) + 2)))
-    return next(each for each in titles if each not in taken)
 
 
 def _row(found: FrameIndex, received: Received, title: str) -> UploadRow:

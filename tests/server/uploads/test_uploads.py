@@ -86,15 +86,6 @@ class TestTakenIn:
         assert name == "ab.mp4"
         assert "too long" in error_of(send(client, ("x" * 5000 + ".mp4", clip)), 400)["message"]
 
-    def test_namesakes_are_told_apart(self, client: httpx.Client, clip: bytes) -> None:
-        """An upload named like another clip has a number, which sessions and runs on it are called by as well."""
-        others = [video(count) for count in (4, 5)]
-        uploads = [send(client, ("namesake.mp4", content)).json() for content in (clip, clip, *others)]
-        names = ["namesake.mp4", "namesake.mp4", "namesake (2).mp4", "namesake (3).mp4"]
-        assert [upload["name"] for upload in uploads] == names
-        session = begin(client, upload=uploads[2]["id"], box=[10, 20, 10, 10])
-        assert session["name"] == "namesake (2)"
-
     def test_a_session_on_an_upload(self, client: httpx.Client, clip: bytes) -> None:
         """A session runs on an upload with the box of its target, and the upload cannot be deleted meanwhile."""
         upload = send(client, ("ball.mp4", clip)).json()
