@@ -88,11 +88,11 @@ def the_page_around_it_can_be_used_by_everybody(shown: SessionPage) -> None:
 
 
 def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage, server: Server) -> None:
-    """The 3-D scene's own panel leaves the picture as much, and keeps its folds."""
+    """Beside both panels the picture of the scene has half of the width; its own panel keeps its folds."""
     drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
     for width in (1000, 1280):
         shown.page.set_viewport_size({"width": width, "height": 800})
-        share = f"parent.innerWidth === {width} && {drawn} >= {0.6 * width}"
+        share = f"parent.innerWidth === {width} && {drawn} >= {0.5 * width}"
         shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
     radius = shown.number("Ball radius (px)")
     change_in_the_past(shown, server, 9)
