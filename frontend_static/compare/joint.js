@@ -4,14 +4,13 @@
  */
 
 import { Clock } from "../session/clock.js";
-import { OwnSession } from "../session/dialogs.js";
 import { Overlay } from "../session/flat/drawing.js";
 import { Mounted } from "../session/mount.js";
 import { OVERLAID } from "../session/plots/kinds.js";
 import { plots } from "../session/plots/plots.js";
 import { Scrubber } from "../session/scrubber/scrubber.js";
 import { listen, moves } from "../session/keys.js";
-import { arrange, SessionStart } from "../session/session_start.js";
+import { arrange, OwnSession, SessionStart } from "../session/session_start.js";
 import { transport } from "../session/transport.js";
 import { build } from "../shared/dom.js";
 import { JointSteering, JointStore } from "./joint_store.js";

@@ -1,4 +1,4 @@
-/** How far a person is in the course: kept in this browser, without an account. */
+/** Lessons of the server, and how far a person is in the course: kept in this browser, without an account. */
 
 import { pathOf, request, ROOT } from "../shared/api.js";
 import { signal } from "../vendor/preact.js";

@@ -4,7 +4,7 @@
  */
 
 import { follows } from "../lecturer/api.js";
-import { OwnSession } from "../session/dialogs.js";
+import { OwnSession } from "../session/session_start.js";
 import { Mounted } from "../session/mount.js";
 import { Choice, DeclaredControl, NumberBox } from "../session/panel.js";
 import { Proposals, sendValues } from "../session/steering.js";

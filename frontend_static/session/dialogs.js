@@ -1,6 +1,6 @@
-/** The dialog of files: those that the run, or the frame that is shown, can be taken away as, and those that can be brought in. */
+/** Dialogs of a session: files to take away and to bring in, the link of a run, the keys, what an experiment is about, and branches. */
 
-import { api, ROOT } from "../shared/api.js";
+import { api } from "../shared/api.js";
 import { openDialog, openKeys } from "../shared/dialog.js";
 import { attempt, toast } from "../shared/dom.js";
 import { Exports, openCode } from "../shared/exports.js";
@@ -12,7 +12,6 @@ import { h, html, useEffect, useSignal } from "../vendor/preact.js";
 import { giveTruth, markTruth } from "./marking.js";
 import { DeclaredControl } from "./panel.js";
 import { HELP } from "./keys.js";
-import { SessionStart } from "./session_start.js";
 
 /** @import { Declaration, SessionPublic } from "../shared/messages.js" */
 /** @import { Mounted } from "./mount.js" */
@@ -131,54 +130,6 @@ function Branch({ session, commands, last, first, close }) {
   </form>`;
 }
 
-// A session that belongs to what shows it: it begins with that, and ends with it, on the server as well, also when the page
-// is left. One that is left before it has begun is ended by the server, which sees that nobody waits for it; or, where its
-// answer was under way, by its name, which is chosen here.
-
-export class OwnSession {
-  #left = new AbortController();
-  #hasBegun = false;
-
-  /**
-   * @param {HTMLElement} element What holds the session.
-   * @param {import("./session_start.js").Beginning} beginning
-   */
-  constructor(element, beginning) {
-    const name = newName();
-    this.start = new SessionStart(element, { ...beginning, name });
-    this.start.begun.then(() => (this.#hasBegun = true), () => {});
-    const leave = () => {
-      this.end();
-      if (beginning.recipe && !this.#hasBegun) remove(name);
-    };
-    // Also when the page goes where it could be brought back from: it is begun anew then.
-    globalThis.addEventListener("pagehide", leave, { signal: this.#left.signal });
-  }
-
-  /** End it. */
-  end() {
-    if (this.#left.signal.aborted) return;
-    this.#left.abort();
-    this.start.end();
-    this.start.begun.then(({ session }) => remove(session.id), () => {});
-  }
-}
-
-/** @returns {string} A name that a session may have, and no other has. */
-function newName() {
-  const bytes = globalThis.crypto.getRandomValues(new Uint8Array(8));
-  return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-}
-
-/**
- * Ask for it in a way that outlives the page.
- *
- * @param {string} session
- */
-function remove(session) {
-  fetch(`${ROOT}sessions/${encodeURIComponent(session)}`, { method: "DELETE", keepalive: true }).catch(() => {});
-}
-
 /** Bytes of a file that is not even sent: the server says what is wrong with smaller ones. */
 const LARGEST = 500_000;
 
@@ -219,7 +170,7 @@ function BringIn({ session, declaration: { name, title, description, accept }, i
     const text = await file.text();
     input.value = "";
     if (file.size > LARGEST) toast(`${file.name} is too large for this kind of file`, { kind: "error" });
-    // An empty text as a value would mean that there is no file.
+    // An empty text would take the file away.
     else if (text.trim() === "") toast(`${file.name} is empty`, { kind: "error" });
     else await attempt(() => use(text, `${file.name} is used`));
   };

@@ -41,7 +41,7 @@ function Figure({ label, panels }) {
  *
  * @param {{courses: readonly Course[]}} props
  */
-export function Courses({ courses }) {
+function Courses({ courses }) {
   return html`<section class="inspection-course">
     <h3>${courses.map(({ title }) => title).join(", ")}</h3>
     ${h(Figure, { label: "The number over the last frames, and its limit", panels: courses.map(coursePanel) })}
@@ -53,7 +53,7 @@ export function Courses({ courses }) {
  *
  * @param {{genealogy: GenealogyPublic, frame: number}} props
  */
-export function Genealogy({ genealogy, frame }) {
+function Genealogy({ genealogy, frame }) {
   const label = "The ancestors of the particles of this frame, as lines that lead back and meet";
   return html`<section class="inspection-genealogy">
     <h3>Genealogy</h3>

@@ -126,7 +126,7 @@ const STAYS_S = 5;
 const BEFORE = 2;
 
 /** @param {{view: Mounted}} props */
-export function SceneNotes({ view }) {
+function SceneNotes({ view }) {
   return html`
     <div class="scene-notes">${h(OnTheWay, { view })}</div>
     ${h(WatchNote, { view })}

@@ -153,7 +153,7 @@ const SETTLE_MS = 150;
 const HINT = "Forty runs with other random numbers on the same scene: the 10, 50 and 90 % quantiles of their errors lie behind the curve";
 
 /** @param {{view: Mounted}} props */
-export function OtherSeeds({ view: { store, signal: end } }) {
+function OtherSeeds({ view: { store, signal: end } }) {
   const isOn = useSignal(false);
   const exploration = useMemo(() => new Exploration(store, end), []);
   const settings = useComputed(() => (store.session === null ? "" : settingsOf(store.session)));

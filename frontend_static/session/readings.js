@@ -55,7 +55,7 @@ export function measured(session, role, row) {
  * @param {Row|undefined} row
  * @param {string} name
  */
-export function vectorOf(row, name) {
+function vectorOf(row, name) {
   const value = row?.series?.[name];
   return Array.isArray(value) ? value : [];
 }
@@ -168,7 +168,7 @@ export function frequencies(history, name, last = history.length - 1) {
 }
 
 /**
- * Whether a value says anything: a number, or several of which one is known.
+ * Whether a value says anything: it is a known number, or has one.
  *
  * @param {SeriesValue} value
  * @returns {boolean}

@@ -27,7 +27,7 @@ const KEY = "pftrack-view";
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /** @returns {ViewKind} */
-export function chosenView() {
+function chosenView() {
   return viewNamed(new URLSearchParams(location.search).get(NAME)) ?? viewNamed(remembered(KEY)) ?? (graphics() === "fast" ? "scene" : "flat");
 }
 
@@ -36,7 +36,7 @@ export function chosenView() {
  *
  * @param {ViewKind} kind
  */
-export function rememberView(kind) {
+function rememberView(kind) {
   remember(KEY, kind);
   const address = new URL(location.href);
   if (!address.searchParams.has(NAME)) return;
@@ -306,7 +306,7 @@ function viewSwitch(kind, choose) {
     const element = build("button", { type: "button", title, data: { view: is }, on: { click: press } }, text);
     return element;
   }
-  // The pressed one does nothing, so it is no stop of the tab key.
+  // The tab key skips the pressed one, which does nothing.
   const mark = (/** @type {ViewKind} */ is) => {
     for (const each of buttons) {
       each.setAttribute("aria-pressed", String(each.dataset.view === is));

@@ -1,5 +1,6 @@
 /**
- * Building page elements. Text goes in as text nodes only, so nothing a person typed or named can become markup.
+ * Building page elements, and the elements that all pages share. Text goes in as text nodes only, so nothing a person typed or
+ * named can become markup.
  */
 
 import { h, html, render, useRef } from "../vendor/preact.js";

@@ -1,4 +1,4 @@
-/** Light and dark: by the system, unless a person said otherwise. The choice is applied early, by `apply_theme.js`. */
+/** Colours, and light and dark: by the system, unless a person said otherwise. The choice is applied early, by `apply_theme.js`. */
 
 import { h, signal } from "../vendor/preact.js";
 import { build, IconButton } from "./dom.js";
@@ -93,7 +93,7 @@ export function tokens(...names) {
 
 /** @typedef {import("./palette.js").Colour} Colour */
 
-/** What stands for the outcome of a test where there is no room for words. */
+/** Symbols for the outcomes of a test, where words do not fit. */
 export const SIGNS = /** @type {const} */ ({ first: "1", second: "2", none: "=", untested: "·" });
 
 /** @param {number} share 0..1 */

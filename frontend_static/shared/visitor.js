@@ -1,4 +1,4 @@
-/** Who opened this page by the link of a class: a follower, or the lecturer on another device. */
+/** Who opened this page, a follower or a lecturer by the link of a class, and what this browser remembers of a person. */
 
 import { html } from "../vendor/preact.js";
 import { START } from "./api.js";

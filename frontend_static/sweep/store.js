@@ -61,7 +61,7 @@ export const sweeps = {
  * @param {string} id
  * @param {{x?: string, y?: string}} asked
  */
-export function sweepStream(id, asked) {
+function sweepStream(id, asked) {
   return socketAddress(sweepPath(id, `stream?${query(asked)}`));
 }
 

@@ -3,19 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import (
-    COLOURS,
-    LIFT,
-    Ellipse,
-    Frustum,
-    Links,
-    Mesh,
-    Picture,
-    Points,
-    Polyline,
-    Text,
-    from_front,
-)
+from pftrack.core.model import drawing as shapes
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.hand.shape import joints
@@ -43,7 +31,7 @@ def test_a_second_run_is_drawn_in_its_colour(name: str) -> None:
     drawing = experiment.draw(one, past, two.diagnostics)
     shown = [item for item in drawing.primitives.values() if item.layer == "second run"]
     assert shown
-    assert {item.colour for item in shown} == {COLOURS["second"]}  # type: ignore[union-attr]
+    assert {item.colour for item in shown} == {shapes.COLOURS["second"]}  # type: ignore[union-attr]
     assert render(drawing).shape == (drawing.height, drawing.width, 3)
 
 
@@ -52,7 +40,7 @@ def test_a_second_run_of_a_ball_is_a_cross_at_its_estimate() -> None:
     run, _ = ball_drawing()
     other = run.branch(5, {"tracker": "apf"}).seek(20).diagnostics
     cross = run.experiment.draw(run.current, run.diagnostics, other).primitives["second"]
-    assert isinstance(cross, Links)
+    assert isinstance(cross, shapes.Links)
     assert np.allclose(cross.segments[..., :2].mean(axis=(0, 1)), other.estimate)
 
 
@@ -67,10 +55,10 @@ def test_particles_are_drawn_where_they_are() -> None:
     run, drawn = ball_drawing()
     particles = run.current.state.particles
     points = drawn["particles"]
-    assert isinstance(points, Points)
+    assert isinstance(points, shapes.Points)
     assert np.allclose(points.positions[:, :2], particles.states[:, :2], atol=1e-3)
     relative = np.exp(particles.log_weights - particles.log_weights.max())
-    assert np.allclose(points.positions[:, 2], 1.0 + LIFT * 320 * relative, atol=1e-3)
+    assert np.allclose(points.positions[:, 2], 1.0 + shapes.LIFT * 320 * relative, atol=1e-3)
     assert points.stems
     samples = run.current.diagnostics.vector("samples")
     assert samples is not None
@@ -89,24 +77,24 @@ def test_marks_mean_what_they_say() -> None:
     """Truth and gate surround the truth, the trail ends at the estimate, the path through time recedes evenly."""
     run, drawn = ball_drawing(smoothing_lag_frames=5)
     truth = run.current.frame.target.position
-    assert isinstance(drawn["truth"], Ellipse)
+    assert isinstance(drawn["truth"], shapes.Ellipse)
     assert np.allclose(drawn["truth"].centre[:2], truth)
     assert drawn["truth"].half_axes[0, 0] == 5
     assert drawn["gate"].half_axes[0, 0] == 15
-    assert isinstance(drawn["trail"], Polyline)
+    assert isinstance(drawn["trail"], shapes.Polyline)
     assert np.allclose(drawn["trail"].positions[-1, :2], run.current.state.estimate)
     assert len(drawn["trail"].positions) == 21
     assert np.allclose(drawn["space-time"].positions[:, 2], np.arange(-20, 1) * 1.25 * 320 / 60, atol=1e-3)
     assert np.array_equal(drawn["true space-time"].positions[:, 2], drawn["space-time"].positions[:, 2])
     assert len(drawn["smoothed"].positions) == 6
-    assert isinstance(drawn["picture"], Picture)
+    assert isinstance(drawn["picture"], shapes.Picture)
 
 
 def test_a_cloud_without_heights_has_no_stems() -> None:
     """Nor has one that is drawn without."""
-    flat = Points(np.array([[1, 2, 0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, stems=True)
+    flat = shapes.Points(np.array([[1, 2, 0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, stems=True)
     stems = raised(flat, 320, 240)
-    assert isinstance(stems, Links)
+    assert isinstance(stems, shapes.Links)
     assert not len(stems.segments)
     assert raised(replace(flat, stems=False), 320, 240) is None
 
@@ -115,20 +103,22 @@ def test_past_frames_recede_behind_the_picture() -> None:
     """Each outline is as large as the picture and as deep as the path was then, which the axis says."""
     _, drawn = ball_drawing()
     outlines, axis = drawn["past frames"], drawn["axis"]
-    assert isinstance(outlines, Links)
+    assert isinstance(outlines, shapes.Links)
     corners = outlines.segments[:, 0].reshape(3, 4, 3)
     assert np.allclose(corners[:, :, 2], -np.array([[20], [40], [60]]) * 1.25 * 320 / 60)
     assert np.allclose(np.ptp(corners[:, :, :2], axis=1), (320, 240))
-    assert np.allclose(axis.segments[0, :, 2], (-400, LIFT * 320))
-    words = {item.text: item.position[2] for item in drawn.values() if isinstance(item, Text)}
+    assert np.allclose(axis.segments[0, :, 2], (-400, shapes.LIFT * 320))
+    words = {item.text: item.position[2] for item in drawn.values() if isinstance(item, shapes.Text)}
     assert np.allclose(words["60 frames ago"], -400)
-    assert np.allclose(words["weight"], LIFT * 320)
+    assert np.allclose(words["weight"], shapes.LIFT * 320)
 
 
 def test_from_the_front_nothing_is_drawn_that_only_depth_shows() -> None:
     """The trail stays, the path through time goes."""
     run, drawn = ball_drawing()
-    flat = from_front(run.experiment.draw(run.current, run.diagnostics), run.experiment.display.layers).primitives
+    flat = shapes.from_front(
+        run.experiment.draw(run.current, run.diagnostics), run.experiment.display.layers
+    ).primitives
     assert {"space-time", "true space-time", "past frames", "axis"} <= drawn.keys() - flat.keys()
     assert {"picture", "particles", "trail"} <= flat.keys()
 
@@ -139,13 +129,13 @@ def test_the_posterior_of_a_signal_is_a_surface() -> None:
     run = Run(sine, sine.simulate(), tracker="kalman", seed=1, frames=31)
     density = sine.draw(run.seek(30), run.diagnostics).primitives["density"]
     past = [row.estimate[0] for row in run.diagnostics]
-    assert isinstance(density, Mesh)
+    assert isinstance(density, shapes.Mesh)
     slices = density.vertices.reshape(61, 17, 3)
     assert np.allclose(slices[::2, 8, 1], 200 - 125 * np.array(past), atol=0.01)
     heights = slices[:, :, 2] - 1.0
     assert np.allclose(heights[:, 5] / heights[:, 8], np.exp(-0.5 * 1.125**2), rtol=1e-3)
     deviations = np.array([max(row.sigma[0], 0.008) for row in run.diagnostics])
-    usual = 0.5 * LIFT * 720 * np.minimum(np.median(deviations) / deviations, 2.0)
+    usual = 0.5 * shapes.LIFT * 720 * np.minimum(np.median(deviations) / deviations, 2.0)
     assert np.allclose(heights[::2, 8], usual, rtol=0.05)
 
 
@@ -168,7 +158,7 @@ def test_likeness_of_a_window_is_a_relief() -> None:
     run = Run(window, window.simulate(), seed=1, frames=3)
     likeness = window.draw(run.seek(2), run.diagnostics).primitives["likeness"]
     top = likeness.vertices[likeness.vertices[:, 2].argmax()]
-    assert 0.8 * LIFT * 320 < top[2] <= 0.5 + LIFT * 320
+    assert 0.8 * shapes.LIFT * 320 < top[2] <= 0.5 + shapes.LIFT * 320
     assert np.hypot(*(top[:2] - run.current.state.estimate[:2])) < 20
 
 
@@ -179,12 +169,12 @@ def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
     assert found is not None
     shown = draw_likelihood(run.experiment.draw(run.current, run.diagnostics), found)
     picture = shown.primitives["picture"]
-    assert isinstance(picture, Picture)
+    assert isinstance(picture, shapes.Picture)
     assert picture.relief is not None
     assert np.array_equal(picture.relief, found.levels.astype(np.float32))
     assert (picture.relief.min(), picture.relief.max()) == (0.0, 1.0)
-    flat = from_front(shown, run.experiment.display.layers).primitives["picture"]
-    assert isinstance(flat, Picture)
+    flat = shapes.from_front(shown, run.experiment.display.layers).primitives["picture"]
+    assert isinstance(flat, shapes.Picture)
     assert flat.image_rgb is picture.image_rgb
     assert flat.relief is None
 
@@ -195,7 +185,7 @@ def test_a_body_of_points_stands_before_its_camera() -> None:
     run = Run(structure, structure.simulate(), seed=1, frames=61)
     drawn = structure.draw(run.seek(60), run.diagnostics).primitives
     state, camera = run.current.state, drawn["camera"]
-    assert isinstance(camera, Frustum)
+    assert isinstance(camera, shapes.Frustum)
     assert camera.apex[2] == pytest.approx(state.focal_px)
     placed = state.placed
     inside = placed.points @ placed.camera[:, :3].T + placed.camera[:, 3]
@@ -229,7 +219,10 @@ def test_a_hand_stands_before_the_picture_where_it_is_seen() -> None:
     found = joints(state.beam.members[0], state.scale, state.shape).reshape(-1, 3) + np.array([0, 0, 1.2 * state.scale])
     apart = np.linalg.norm(drawn["fingers in space"].vertices[:, None] - found, axis=2).min(axis=0)
     assert apart.max() < 1.05 * state.scale * state.shape.radii.max()
-    assert "fingers in space" not in from_front(hand.draw(run.current, run.diagnostics), hand.display.layers).primitives
+    assert (
+        "fingers in space"
+        not in shapes.from_front(hand.draw(run.current, run.diagnostics), hand.display.layers).primitives
+    )
 
 
 @pytest.mark.parametrize("name", ["ball", "sine"])
@@ -239,7 +232,7 @@ def test_a_page_without_scene_has_depth_as_a_world(name: str) -> None:
     run = Run(experiment, experiment.simulate(), tracker="condensation", seed=1, frames=21)
     drawing = experiment.draw(run.seek(20), run.diagnostics)
     shown = with_depth(drawing, experiment.display.layers)
-    assert shown.primitives.keys() == from_front(drawing, experiment.display.layers).primitives.keys()
+    assert shown.primitives.keys() == shapes.from_front(drawing, experiment.display.layers).primitives.keys()
     (drawn,) = shown.worlds
     assert {"stems", "frame", "axis"} <= drawn.primitives.keys()
     frame, axis, stems = (drawn.primitives[each] for each in ("frame", "axis", "stems"))

@@ -11,6 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pftrack import filters
+from pftrack.core.arrays import check
 from pftrack.core.model.model import LinearChain
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import (
@@ -575,3 +576,16 @@ def test_compiled_loops_look_at_sizes(data: st.DataObject) -> None:
     wrong = _resized(data.draw, door, name, given_arrays[name])
     with pytest.raises(ValueError, match="expected"):
         door[0](*{**given_arrays, name: np.ascontiguousarray(wrong)}.values())
+
+
+@pytest.mark.parametrize("value", [1e200, np.nan, np.inf, -np.inf])
+def test_numbers_whose_squares_overflow_are_finite(value: float) -> None:
+    """Only NaN and infinity are refused, however an array lies in memory."""
+    array = np.zeros((3, 4))
+    array[1, 2] = value
+    for view in (array, array.T, array[1:, ::2]):
+        if np.isfinite(value):
+            assert check(values=(view, "n m")) == dict(zip("nm", view.shape, strict=True))
+        else:
+            with pytest.raises(ValueError, match="values must be finite"):
+                check(values=(view, "n m"))

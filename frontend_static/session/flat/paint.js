@@ -213,7 +213,7 @@ const OPAQUE = 0xff000000;
  * @param {Surface} surface
  * @param {Points} item
  */
-export function paintPoints(surface, item) {
+function paintPoints(surface, item) {
   const radius = Math.max(0.5 * surface.density, (item.size * surface.scale) / 2);
   if (item.positions.length / 3 >= STAMPED_FROM) stamp(surface, item, radius);
   else discs(surface, item, radius);
@@ -324,7 +324,7 @@ const HALF_ANGLE = (24 * Math.PI) / 180;
  * @param {Surface} surface
  * @param {Arrows} item
  */
-export function paintHeads({ context, scale }, { segments, colour, width }) {
+function paintHeads({ context, scale }, { segments, colour, width }) {
   context.fillStyle = css(colour);
   for (let at = 0; at < segments.length; at += 6) {
     const [x, y] = [segments[at + 3], segments[at + 4]];
@@ -345,7 +345,7 @@ export function paintHeads({ context, scale }, { segments, colour, width }) {
  * @param {Surface} surface
  * @param {Ellipsoids} item
  */
-export function paintEllipsoids({ context, scale, density }, { centres, covariances, colours, opacity, sigmas }) {
+function paintEllipsoids({ context, scale, density }, { centres, covariances, colours, opacity, sigmas }) {
   context.lineWidth = Math.max(density, OUTLINE_PX * scale);
   for (let number = 0; 3 * number < centres.length; number += 1) {
     const [x, y] = [centres[3 * number], centres[3 * number + 1]];
@@ -398,7 +398,7 @@ const OVERLAP_PX = 0.5;
  * @param {Surface} surface
  * @param {Mesh} mesh
  */
-export function paintMesh({ context, width, height, scale }, mesh) {
+function paintMesh({ context, width, height, scale }, mesh) {
   const { vertices, faces } = mesh;
   if (!faces.length || !vertices.every(Number.isFinite)) return;
   const layer = new OffscreenCanvas(width, height);

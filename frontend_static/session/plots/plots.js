@@ -152,7 +152,7 @@ const RATE = 1 / 300;
 const FEWEST = 4;
 const MOVED_PX = 4;
 
-export class Zoom {
+class Zoom {
   #plotted;
   /** @type {Frames|null} */
   #window = null;

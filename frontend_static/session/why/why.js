@@ -75,13 +75,13 @@ function without({ exploration }, isOpen) {
 }
 
 /** @param {{loss: Loss, finding: ToldFinding}} props */
-export function TryOut({ loss, finding }) {
+function TryOut({ loss, finding }) {
   const { title, seed } = finding;
   const words = { title: `Opens a branch with the seed ${seed}`, "aria-label": `Try it: ${title}` };
   return html`<button type="button" ...${words} disabled=${seed === null || !loss.canTry} onClick=${() => loss.tryOut(finding)}>Try it</button>`;
 }
 
-export function Stale() {
+function Stale() {
   return html`<span class="stale" title="The run has changed since">stale</span>`;
 }
 
@@ -90,7 +90,7 @@ export function Stale() {
 const TRIALS = 40;
 
 /** @param {{loss: Loss}} props */
-export function WhatIf({ loss }) {
+function WhatIf({ loss }) {
   const { diagnosis, exploration, report } = loss;
   const [job, found, error] = [exploration.job.value, report.value, exploration.error.value];
   // The findings may be about another loss than *Why?* was asked about last.

@@ -272,7 +272,7 @@ export function useFigure(on, setting) {
 }
 
 /**
- * Lines without axes, where there is no room for a panel. Words say what the axes would.
+ * Lines without axes, where a panel does not fit. Words say what the axes would.
  *
  * @param {{x: Axis, y: Axis, traces: readonly Line[]}} panel
  * @param {string} words For screen readers.

@@ -153,7 +153,7 @@ navigator.keyboard?.getLayoutMap().then((layout) => {
   keys.value = Object.keys(SIZES).map((code) => (layout.get(code) ?? code.slice(-1)).toUpperCase()).join(", ");
 }, () => {});
 
-export class BoxEditor {
+class BoxEditor {
   #box = signal(/** @type {Box|null} */ (null));
   /**
    * What is dragged: a new corner, the opposite one standing where it is, or the box, taken at a place within it.
@@ -195,7 +195,7 @@ export class BoxEditor {
     this.#box.value = mark && [Number(mark.x), Number(mark.y), Number(mark.width), Number(mark.height)];
   }
 
-  /** There is no box until one is drawn. */
+  /** Begin without a box. */
   offer() {
     this.set(null);
   }
