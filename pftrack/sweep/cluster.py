@@ -5,6 +5,7 @@ version and nothing else: no shared disk. A recording travels once to each worke
 worker to another one, and gives up on a task that has ended several of them.
 """
 
+import gc
 import logging
 from collections.abc import Callable
 from contextlib import suppress
@@ -60,10 +61,14 @@ class ClusterWorkers:
         self._running: dict[object, tuple[int, Any]] = {}
         self._threads = 0
         self._checked_at = self._seen_at = monotonic()
+        refused = ""
         try:
             self._client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)  # type: ignore[no-untyped-call]
         except Exception as error:  # noqa: BLE001 - what a wrong address raises depends on what is wrong with it
-            raise SweepError(f"no Dask scheduler answers at {address}: {_first_line(error)}") from None
+            refused = f"no Dask scheduler answers at {address}: {_first_line(error)}"
+        if refused:
+            gc.collect()  # a client that did not connect closes here, and not within the lock of the next one, for ever
+            raise SweepError(refused)
         try:
             self._greet()
         except BaseException:
