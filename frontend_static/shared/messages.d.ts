@@ -1531,6 +1531,7 @@ export interface Report {
   trials: number;
   is_complete: boolean;
   first_lost_frame: number | null;
+  reaches_end: boolean;
   /** The loss that is explained, in a sentence. */
   loss_sentence: string;
   /** Where the p-values come from, a sentence. */

@@ -51,7 +51,7 @@ LEAST_P = 0.001
 WORDS: Mapping[Verdict, str] = {
     "baseline": "",
     "better": "better than no change",
-    "brief": "better for a while, but not at the end",
+    "brief": "better for a while, but not later",
     "worse": "worse than no change",
     "unclear": "not clearly better than no change",
     "few": "too few seeds to tell",
@@ -210,13 +210,14 @@ class Report:
         loss: Frame in which the loss began that is explained, as *Why?* names it.
         begin: Last frame that all runs have in common; the changes are in force from the next one on.
         end: Frame soon after the loss up to which runs are compared.
-        last: Last frame of the run, to which they are followed.
+        last: Frame to which they are followed: the last of the run, where that is not far away.
         judged: In how many last frames a run must not have lost its target, to hold.
         planned: How many changes are tried in all, beside none.
         trials: Seeds that each is tried with in the end.
         findings: Of the unchanged settings first, then in the order in which they were tried.
         is_complete: Whether all that was planned was tried.
         first_lost_frame: The first frame of all in which the run has lost its target.
+        reaches_end: Whether the run ends with the frame to which they are followed.
     """
 
     loss: int
@@ -229,6 +230,7 @@ class Report:
     findings: Annotated[tuple[Finding, ...], Field(exclude=True)]
     is_complete: bool = False
     first_lost_frame: int | None = None
+    reaches_end: bool = True
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -284,9 +286,10 @@ class Report:
     def shares(self, finding: Finding) -> str:
         """Return how many runs hold soon after the loss, and at their end as far as that is known."""
         near = f"{finding.holding} of {finding.runs} hold to"
+        end = "the end" if self.reaches_end else f"frame {self.last}"
         if self.end == self.last:
-            return f"{near} the end"
-        far = f", {sum(finding.at_end.values())} of {len(finding.at_end)} to the end" if finding.at_end else ""
+            return f"{near} {end}"
+        far = f", {sum(finding.at_end.values())} of {len(finding.at_end)} to {end}" if finding.at_end else ""
         return f"{near} frame {self.end}{far}"
 
     @computed_field  # type: ignore[prop-decorator]
@@ -399,15 +402,15 @@ def join(reports: Sequence[Report]) -> Report | None:
     return replace(reports[0], findings=tuple(found), is_complete=all(report.is_complete for report in reports))
 
 
-HORIZON_FRAMES = 30
-"""So many frames after the loss runs are compared, where the run is that long."""
+HORIZON_FRAMES, FAR_FRAMES = 30, 300
+"""So many frames after the loss runs are compared, and so many they are followed, where the run is that long."""
 
 ROUNDS = 1, 4, 12, 20, 40
 """Seeds that each change has been tried with after each round: all are tried a little before one is tried much."""
 
 FEW = 12
-"""Up to so many seeds runs are followed for a while only; then these, the best changes first, and all others to the
-end."""
+"""Up to so many seeds runs are followed for a while only; then these, the best changes first, and all others to far
+ahead."""
 
 
 def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
@@ -467,7 +470,9 @@ def what_if(
     seeds = other_seeds(run.seed, rounds[-1])
     limits = loss, trials.begin, trials.end, trials.last, trials.judged
     first = Loss.of(run.diagnostics).first_lost_frame
-    report = Report(*limits, len(tried) - 1, rounds[-1], (), first_lost_frame=first)
+    report = Report(
+        *limits, len(tried) - 1, rounds[-1], (), first_lost_frame=first, reaches_end=trials.last == run.frames - 1
+    )
     findings = {place: Finding(tried[place], {}, place=place) for place in range(share[0], len(tried), share[1])}
     stages = [(count, trials.end) for count in rounds if count <= FEW]
     stages += [(count, trials.last) for count in rounds if count >= min(FEW, rounds[-1])]
@@ -485,7 +490,8 @@ class _Trials:
     """What all trials begin with."""
 
     def __init__(self, run: Run, begin: int, loss: int) -> None:
-        self.begin, self.end, self.last = begin, min(loss + HORIZON_FRAMES, run.frames - 1), run.frames - 1
+        self.begin, most = begin, run.frames - 1
+        self.end, self.last = min(loss + HORIZON_FRAMES, most), min(loss + FAR_FRAMES, most)
         self.judged = min(END_FRAMES, self.end - begin)
         self._run, self._since = run, loss - begin - 1
         self._state = run.branch(begin).current.state

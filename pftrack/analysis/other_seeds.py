@@ -262,7 +262,7 @@ def _take_side_by_side(trials: Sequence[Trial], block: FrameBlock) -> None:
     last one, is then made once for all runs. Where a tracker takes many frames at a time, one run follows the other.
     """
     folds = any(one.folds(index) for one in trials[:1] for index in range(block.first, block.end))
-    for part in [block] if folds else [FrameBlock((frame,), block.width) for frame in block.frames]:
+    for part in [block] if folds else [FrameBlock((frame,), 1, block.width) for frame in block.frames]:
         for one in trials:
             one.take(part)
 

@@ -94,7 +94,7 @@ def test_a_cure_that_does_not_last_is_not_called_better() -> None:
     told = found.as_dict()["findings"][2]
     assert (told["holding"], told["runs"], told["holding_at_end"], told["runs_to_end"]) == (12, 12, 1, 12)
     assert told["shares"] == "12 of 12 hold to frame 80, 1 of 12 to the end"
-    assert told["words"] == "better for a while, but not at the end (p < 0.001)"
+    assert told["words"] == "better for a while, but not later (p < 0.001)"
 
 
 def test_the_seed_to_look_at_is_one_that_holds() -> None:

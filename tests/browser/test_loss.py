@@ -128,7 +128,7 @@ def the_place_of_the_plots_lists_changes(page: Page) -> None:
     expect(titles).to_have_text([TRIED[place][0].title for place in (0, 2, 3)])
     page.get_by_role("button", name="All 4").click()
     expect(titles).to_have_count(5)
-    expect(lines.nth(2)).to_contain_text("better for a while, but not at the end")
+    expect(lines.nth(2)).to_contain_text("better for a while, but not later")
     check(page)
     fits(page)
     page.set_viewport_size({"width": 1280, "height": 800})
