@@ -155,7 +155,7 @@ def follow(work: tuple[Clip, tuple[Condition, ...], int]) -> list[Outcome]:
     for index in range(FRAMES):
         picture = sources[0].frame(index, history)
         find_edges(picture, parameters)  # no run pays for what all of them look at
-        blocks = [FrameBlock((replace(picture, target=one.target(index, parameters)),), 2) for one in sources]
+        blocks = [FrameBlock((replace(picture, target=one.target(index, parameters)),), 1, 2) for one in sources]
         for (_, number, _), trial in going.items():
             trial.take(blocks[number])
         going = {key: trial for key, trial in going.items() if trial.lost[-1] == 0.0}

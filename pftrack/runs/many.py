@@ -9,10 +9,10 @@ once, a tracker that can takes many frames or many seeds at a time, and only wha
 - a `Trial` is one run without its past, from frame 0 or from a state of another run.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from time import thread_time
 from typing import Any, TypeAlias
 
@@ -27,6 +27,7 @@ from pftrack.core.model.series import reduce
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History, Source
 from pftrack.core.model.tracker import Tracker, TrackState
+from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import Loss, Truths, judge_estimates, judge_state
@@ -53,11 +54,23 @@ class FrameBlock:
     Attributes:
         frames: The frames, by ascending index.
         width: How many numbers a position has.
+        pictures_rgb: The pictures (L, height, width, 3); None of a signal.
     """
 
-    def __init__(self, frames: Sequence[Frame], width: int) -> None:
-        self.frames = tuple(frames)
+    def __init__(self, frames: Iterable[Frame], count: int, width: int) -> None:
+        """Read `count` frames; their pictures lie together, and none of them twice."""
         self.width = width
+        self.pictures_rgb: NDArray[np.uint8] | None = None
+        kept = []
+        for place, frame in enumerate(frames):
+            if frame.image_rgb is None:
+                kept.append(frame)
+                continue
+            if self.pictures_rgb is None:
+                self.pictures_rgb = np.empty((count, *frame.image_rgb.shape), np.uint8)
+            self.pictures_rgb[place] = frame.image_rgb
+            kept.append(replace(frame, image_rgb=read_only(self.pictures_rgb[place])))
+        self.frames = tuple(kept)
 
     @property
     def first(self) -> int:
@@ -73,12 +86,6 @@ class FrameBlock:
     def nbytes(self) -> int:
         """How much memory the pictures take, bytes."""
         return sum(map(_picture_bytes, self.frames))
-
-    @cached_property
-    def pictures_rgb(self) -> NDArray[np.uint8] | None:
-        """The pictures (L, height, width, 3); None of a signal."""
-        pictures = [frame.image_rgb for frame in self.frames if frame.image_rgb is not None]
-        return np.stack(pictures) if len(pictures) == len(self.frames) else None
 
     @cached_property
     def truths(self) -> Truths:
@@ -103,7 +110,8 @@ def read_blocks(
         if frame.image_rgb is not None:
             held = min(max(BLOCK_BYTES // frame.image_rgb.nbytes, 1), held)
         end = min(start + held - 1, last)
-        yield FrameBlock([frame, *(source.frame(index, history) for index in range(start + 1, end + 1))], width)
+        later = (source.frame(index, history) for index in range(start + 1, end + 1))
+        yield FrameBlock(chain([frame], later), end + 1 - start, width)
         start, length = end + 1, max(length, min(2 * length, LONGEST_BLOCK))
 
 
@@ -183,7 +191,8 @@ class Trial:
         self.state: Any = state  # of the kind that the tracker's family has
         self.steps, self.seconds = 0, 0.0
         self._settled = False
-        self._begun = state
+        self._begun: Floats | None = None
+        self._extent = np.full((1, 2), np.nan)
         self._kept: list[tuple[Floats, Floats, Floats, Floats]] = []
         self._columns: dict[str, list[Floats]] = {}
 
@@ -235,12 +244,9 @@ class Trial:
 
     def _believed_sizes(self, truths: Truths) -> Floats:
         """Return the sizes that the tracker believes in, (L, 2) px; NaN for one that does not say."""
-        tracker = self._tracker(0)
-        name = extent_series(tracker.series)
-        begun = tracker.measure(self._begun).get(name) if name else None
-        first = np.array([begun], np.float64) if begun else np.full((1, 2), np.nan)
+        name = extent_series(self._tracker(0).series)
         later = self._columns.get(name, []) if name else []
-        return np.concatenate([first, *later]) if later else np.tile(first, (len(truths.sizes), 1))
+        return np.concatenate([self._extent, *later]) if later else np.tile(self._extent, (len(truths.sizes), 1))
 
     def take(self, block: FrameBlock) -> None:
         """Track through the frames of a block."""
@@ -257,11 +263,15 @@ class Trial:
 
     def begin(self, frame: Frame) -> None:
         """Begin with frame 0, for `fold`."""
-        self.state = self._begun = self._start(frame)
+        tracker, self.state = self._tracker(0), self._start(frame)
+        self._begun = self.state.estimate[None].copy()
+        name = extent_series(tracker.series)
+        if name and (extent := tracker.measure(self.state).get(name)):
+            self._extent = np.array([extent], np.float64)
 
     def fold(self, block: FrameBlock) -> bool:
         """Track through a block of one tracker and its parameters all at once; return False if that cannot be done."""
-        begun = [self._begun.estimate[None]] if block.first == 0 and self._begun is not None else []
+        begun = [self._begun] if block.first == 0 and self._begun is not None else []
         return self._fold(block, block.first + len(begun), block.end, begun)
 
     def folds(self, index: int) -> bool:
