@@ -1,7 +1,7 @@
 """Names of the arrays that are passed around; their shapes stand in the docstrings."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
@@ -26,7 +26,7 @@ def spans(flags: Sequence[bool] | Bools) -> list[tuple[int, int]]:
 # agree. Functions of compiled loops, which cannot format numbers, compare sizes themselves.
 
 
-def check(*, missing: bool = False, **arrays: tuple[Any, str] | tuple[Any, str, Literal["whole"]]) -> dict[str, int]:
+def check(*, missing: bool = False, **arrays: tuple[Any, str] | tuple[Any, str, Literal["whole"]]) -> Mapping[str, int]:
     """Refuse arrays whose sides do not agree, and return the sizes of the sides.
 
     Args:
@@ -38,25 +38,41 @@ def check(*, missing: bool = False, **arrays: tuple[Any, str] | tuple[Any, str, 
         TypeError: One is not an array of real or whole numbers.
         ValueError: One has other sides, is empty, or holds NaN or infinity.
     """
+    found = [
+        (name, type(it[0]), getattr(it[0], "shape", None), getattr(it[0], "dtype", None), it[1:])
+        for name, it in arrays.items()
+    ]
+    sizes = _sizes(tuple(found))
+    for name, (array, *_) in arrays.items():
+        # NaN and infinity remain in a sum of squares, a third of the work; it may overflow, too.
+        checked = missing or array.dtype.kind != "f" or math.isfinite(np.vdot(array, array))
+        if not (checked or np.isfinite(array).all()):
+            raise ValueError(f"{name} must be finite, got NaN or infinity")
+    return sizes
+
+
+@lru_cache(maxsize=4096)
+def _sizes(arrays: tuple[tuple[str, type, Any, Any, tuple[str, ...]], ...]) -> Mapping[str, int]:
+    """Return the sizes of the sides of arrays, each with its name, class, shape, kind of numbers and sides.
+
+    Steps ask for the same in each frame, so that what agrees is remembered.
+    """
     sizes: dict[str, int] = {}
-    for name, (array, sides, *whole) in arrays.items():
-        axes = _axes(sides)
-        if not isinstance(array, np.ndarray) or array.dtype.kind not in ("iu" if whole else "fiu"):
-            got = f"an array of {array.dtype}" if isinstance(array, np.ndarray) else type(array).__name__
-            kind = "whole" if whole else "real"
-            raise TypeError(f"{name} must be an array ({', '.join(axes)}) of {kind} numbers, got {got}")
-        fits = array.ndim == len(axes)
-        for axis, size in zip(axes, array.shape, strict=False):
+    for name, kind, shape, numbers, (sides, *whole) in arrays:
+        axes = sides.split()
+        if not issubclass(kind, np.ndarray) or numbers.kind not in ("iu" if whole else "fiu"):
+            got = f"an array of {numbers}" if issubclass(kind, np.ndarray) else kind.__name__
+            wanted = "whole" if whole else "real"
+            raise TypeError(f"{name} must be an array ({', '.join(axes)}) of {wanted} numbers, got {got}")
+        fits = len(shape) == len(axes)
+        for axis, size in zip(axes, shape, strict=False):
             fits = fits and size == (int(axis) if axis.isdecimal() else sizes.setdefault(axis, size))
         if not fits:
             known = " and ".join(f"{axis} = {sizes[axis]}" for axis in dict.fromkeys(axes) if axis in sizes)
-            where = f" with {known}" if known and array.ndim == len(axes) else ""
-            raise ValueError(f"{name} must be ({', '.join(axes)}){where}, got {array.shape}")
-        if not array.size:
-            raise ValueError(f"{name} must not be empty, got shape {array.shape}")
-        # NaN and infinity remain in a sum of squares, a third of the work; it may overflow, too.
-        if not (missing or array.dtype.kind != "f" or math.isfinite(np.vdot(array, array)) or np.isfinite(array).all()):
-            raise ValueError(f"{name} must be finite, got NaN or infinity")
+            where = f" with {known}" if known and len(shape) == len(axes) else ""
+            raise ValueError(f"{name} must be ({', '.join(axes)}){where}, got {shape}")
+        if 0 in shape:
+            raise ValueError(f"{name} must not be empty, got shape {shape}")
     return sizes
 
 
@@ -84,6 +100,3 @@ def check_count(name: str, count: object, least: int = 1) -> None:
         raise TypeError(f"{name} must be a whole number, got {type(count).__name__}")
     if count < least:
         raise ValueError(f"{name} must be at least {least}, got {count}")
-
-
-_axes = lru_cache(maxsize=256)(str.split)

@@ -48,7 +48,7 @@ class Sampled:
 
     def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
         """Draw next states (n, d), given those of the ancestors (n,)."""
-        return self.propagate(means[ancestors], rng)
+        return self.propagate(means.T.take(ancestors, axis=1).T, rng)  # coordinates lie together, as in `diffuse`
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import TypingError
 
 from pftrack.core.arrays import Floats, check
 from pftrack.core.model.model import LinearTransition
@@ -54,13 +55,14 @@ def predict(posterior: Gaussian, dynamics: LinearTransition) -> Gaussian:
         TypeError: Mean or covariance is not an array of real numbers.
         ValueError: The dynamics are of another dimension, or numbers are not finite.
     """
-    check(
-        transition=(dynamics.transition, "d d"),
-        mean=(posterior.mean, "d"),
-        covariance=(posterior.covariance, "d d"),
-    )
     known = posterior.mean, posterior.covariance, dynamics.transition, dynamics.offset, dynamics.noise
-    return Gaussian(*_predict(*map(contiguous_copy, known)))
+    try:
+        return Gaussian(*_predict(*map(contiguous_copy, known)))
+    except (AttributeError, TypeError, ValueError, TypingError):  # a step has no time to ask beforehand
+        mean, covariance, transition, offset, noise = known
+        check(transition=(transition, "d d"), mean=(mean, "d"), covariance=(covariance, "d d"))
+        check(mean=(mean, "d"), offset=(offset, "d"), noise=(noise, "d k"))
+        raise
 
 
 def update(
@@ -85,7 +87,12 @@ def update(
         ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
-    return condition(prior, measurement, product(observation, prior.mean), observation, noise_covariance)
+    try:
+        predicted = product(observation, prior.mean)
+    except (TypeError, ValueError):
+        _check(prior, measurement, observation, noise_covariance)
+        raise
+    return condition(prior, measurement, predicted, observation, noise_covariance)
 
 
 def innovate(
@@ -96,11 +103,11 @@ def innovate(
 ) -> Innovation:
     """Return the innovation of a measurement; arguments and errors as for `update`."""
     _check(prior, measurement, observation, noise_covariance)
-    values = np.asarray(measurement - product(observation, prior.mean))
+    values = measurement - product(observation, prior.mean)
     cross = product(observation, prior.covariance)
     covariance = product(cross, observation.T) + noise_covariance
-    gain = solve_system(covariance, cross).T
-    squared = float(product(values, solve_system(covariance, values)))
+    solved = solve_system(covariance, np.column_stack([cross, values]))
+    gain, squared = solved[:, :-1].T, float(product(values, solved[:, -1]))
     return Innovation(values, covariance, gain, NormalisedInnovation(squared, len(values)))
 
 
@@ -125,9 +132,15 @@ def condition(
         ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
-    _check(prior, measurement, jacobian, noise_covariance, predicted)
-    known = prior.mean, prior.covariance, np.subtract(measurement, predicted), jacobian, noise_covariance
-    mean, covariance, log_evidence, regular = condition_on_innovation(*map(contiguous_copy, known))
+    try:
+        known = prior.mean, prior.covariance, measurement - predicted, jacobian, noise_covariance
+        mean, covariance, log_evidence, regular = condition_on_innovation(*map(contiguous_copy, known))
+        fits = len(measurement) == len(predicted) and math.isfinite(log_evidence + mean.dot(mean))
+    except (AttributeError, TypeError, ValueError, TypingError):
+        _check(prior, measurement, jacobian, noise_covariance, predicted)
+        raise
+    if not (fits and regular):  # a step has no time to ask beforehand
+        _check(prior, measurement, jacobian, noise_covariance, predicted)
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     return Gaussian(mean, covariance), log_evidence
@@ -174,16 +187,24 @@ def _predict(
     offset: Floats,
     noise: Floats,
 ) -> tuple[Floats, Floats]:
-    """Return A m + d and A P A^T + B B^T."""
+    """Return A m + d and A P A^T + B B^T; the sizes must agree, and the result be finite."""
     size = mean.shape[0]
+    square = covariance.shape == (size, size) and transition.shape == (size, size)
+    if not (square and mean.ndim == 1 and offset.shape[0] == noise.shape[0] == size):
+        raise ValueError("expected a covariance (d, d), A (d, d), d (d,) and B (d, k), got other sizes")
     moved = multiply(transition, mean.reshape(size, 1)).reshape(size)
     spread = multiply(multiply(transition, covariance), transition.T.copy())
     added = multiply(noise, noise.T.copy())
+    finite = True
     for i in range(size):
         moved[i] += offset[i]
+        finite &= math.isfinite(moved[i])
         for j in range(i + 1):
             spread[i, j] = 0.5 * (spread[i, j] + added[i, j] + spread[j, i] + added[j, i])
             spread[j, i] = spread[i, j]
+            finite &= math.isfinite(spread[i, j])
+    if not finite:
+        raise ValueError("expected finite numbers, got NaN or infinity")
     return moved, spread
 
 
@@ -210,7 +231,8 @@ def condition_on_innovation(
         ValueError: The sizes do not agree.
     """
     size, count = mean.shape[0], innovation.shape[0]
-    if covariance.shape != (size, size) or jacobian.shape != (count, size) or noise.shape != (count, count):
+    square = covariance.shape == (size, size) and noise.shape == (count, count)
+    if not (square and mean.ndim == innovation.ndim == 1 and jacobian.shape == (count, size)):
         raise ValueError("expected a covariance (d, d), a slope (m, d) and a noise (m, m), got other sizes")
     cross = multiply(jacobian, covariance)
     spread = multiply(cross, jacobian.T.copy())

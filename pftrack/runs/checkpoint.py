@@ -11,7 +11,8 @@ import enum
 import io
 import pickle
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -52,18 +53,29 @@ def bytes_of(value: object, known: set[int]) -> int:
     total, waiting = 0, [value]
     while waiting:
         part: Any = waiting.pop()
-        if id(part) in known or callable(part) or isinstance(part, str | int | float | None):
+        inside = _inside(type(part))  # type: ignore[arg-type] # mypy doubts that classes can be hashed
+        if inside is None or id(part) in known:
             continue
         known.add(id(part))
         if isinstance(part, np.ndarray):
             total += 0 if isinstance(part.base, np.ndarray) else part.nbytes
-            waiting.append(part.base)
-        elif not isinstance(part, tuple | list | Mapping):
-            slots = (getattr(part, name, None) for name in getattr(part, "__dataclass_fields__", ()))
-            waiting += [*slots, *getattr(part, "__dict__", {}).values()]
-        else:
-            waiting += part.values() if isinstance(part, Mapping) else part
+        waiting += inside(part)
     return total
+
+
+@lru_cache(maxsize=256)
+def _inside(kind: type) -> Callable[[Any], Iterable[Any]] | None:
+    """Return what gives the values within one of a class; None of numbers, names and functions."""
+    if issubclass(kind, str | int | float | None) or any("__call__" in vars(base) for base in kind.__mro__):
+        return None
+    if issubclass(kind, np.ndarray):
+        return lambda part: (part.base,)
+    if issubclass(kind, Mapping):
+        return Mapping.values
+    if issubclass(kind, tuple | list):
+        return iter
+    names = getattr(kind, "__dataclass_fields__", ())
+    return lambda part: [*[getattr(part, name, None) for name in names], *getattr(part, "__dict__", {}).values()]
 
 
 class Keyframes:

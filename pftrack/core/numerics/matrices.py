@@ -153,8 +153,12 @@ def principal(symmetric: Floats) -> Floats:
 
 
 def contiguous_copy(array: ArrayLike) -> Floats:
-    """Return a copy that may be written and lies together: compiled code is compiled again for any other kind."""
-    return np.array(array, dtype=np.float64, order="C")
+    """Return a copy that may be written and lies together: compiled code is compiled again for any other kind.
+
+    Raises:
+        TypeError: It does not hold real numbers.
+    """
+    return np.asarray(array).astype(np.float64, order="C", casting="same_kind")
 
 
 @compiled

@@ -309,7 +309,9 @@ class Coloured(LoopModel):
     def believe(self, known: PointState, update: Update, frame: Frame, parameters: LoopParameters) -> PointState:
         believed = super().believe(known, update, frame, parameters)
         lineage = lineage_of(known, update.particles, parameters)
-        return self.learn(replace(believed, alert=False, lineage=lineage), frame, parameters)
+        if lineage is not None or believed.alert is None:
+            believed = replace(believed, alert=bool(believed.alert), lineage=lineage)
+        return self.learn(believed, frame, parameters)
 
     @override
     def learn(self, state: PointState, frame: Frame, parameters: LoopParameters) -> PointState:
@@ -471,12 +473,10 @@ class Unscented(Filter[PointModel]):
     def step(
         self, model: PointModel, state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream
     ) -> PointState:
-        known: PointState = model.prepare(state, frame, parameters)
-        particles = model.particles(known, parameters, rng)
-        known = replace(known, particles=particles)
+        known = model.with_particles(model.prepare(state, frame, parameters), parameters, rng)
         linear = self.measured.linear(frame, parameters, known)
         posterior = unscented_particle.step(
-            particles,
+            known.particles,
             dynamics_of(known, parameters, size_of(frame.picture)),
             lambda states: model.log_likelihood(states, frame, parameters, known),
             rng,

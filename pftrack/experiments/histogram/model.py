@@ -434,7 +434,10 @@ class ColouredWindow(LoopModel):
             log_evidence=update.log_evidence,
             resampled=update.resampled,
             repeatable=update.repeatable,
-            samplers=(),
+            samplers=update.samplers,
+            observation_count=update.observation_count,
+            switched=update.switched,
+            alert=known.alert if update.alert is None else update.alert,
         )
         return judge(believed, frame.picture, parameters)
 

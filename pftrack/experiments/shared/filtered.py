@@ -30,7 +30,7 @@ from pftrack.filters import bootstrap, kalman
 from pftrack.filters.dynamics import Sampled
 from pftrack.filters.kalman import Innovation, NormalisedInnovation
 from pftrack.filters.particles import ParticleSet
-from pftrack.filters.resampling import RESAMPLERS, Resampler, systematic
+from pftrack.filters.resampling import RESAMPLERS, Resampler
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +43,10 @@ class Update:
         resampled: Whether the particles were resampled.
         repeatable: Whether each repetition of the step, as far as one was tried, gave the same numbers.
         moments: Mean (d,) and covariance (d, d) of the particles, where the filter knows them already.
+        observation_count: How many of the particles, the last ones, came from the observation sampler.
+        samplers: Names of what draws by prediction and by observation, where there is a choice.
+        switched: Whether another sampler, or another process noise, was used than in the frame before.
+        alert: Whether the filter doubts the prediction more than in calm times; None where it never does.
     """
 
     particles: ParticleSet
@@ -50,6 +54,10 @@ class Update:
     resampled: bool
     repeatable: bool = True
     moments: tuple[Floats, Floats] | None = None
+    observation_count: int = 0
+    samplers: tuple[str, ...] = ()
+    switched: bool = False
+    alert: bool | None = None
 
     @property
     def posterior(self) -> Gaussian:
@@ -84,6 +92,11 @@ class PointModel(FilterModel):
         fresh = Stream(rng.seed, rng.frame, Purpose.START)
         return ParticleSet.uniform(state.posterior.sample(fresh, self.count(parameters)))
 
+    def with_particles(self, known: State, parameters: Values, rng: Stream) -> State:
+        """Return the state with its particles; see `particles`."""
+        particles = self.particles(known, parameters, rng)
+        return known if known.particles is particles else replace(known, particles=particles)
+
     def believe(self, known: State, update: Update, frame: Frame, parameters: Values) -> PointState:
         """Return the posterior of the particles, with the exact one beside it where that is known."""
         prior = known.reference or known.posterior
@@ -93,11 +106,15 @@ class PointModel(FilterModel):
             update.posterior,
             known.tracked,
             update.particles,
-            log_evidence=update.log_evidence,
-            resampled=update.resampled,
+            update.observation_count,
+            update.log_evidence,
+            update.resampled,
+            update.switched,
+            update.alert,
             learner=known.learner,
             reference=exact if self.scales else None,
             repeatable=update.repeatable,
+            samplers=update.samplers,
         )
 
     @override
@@ -196,11 +213,9 @@ class Bootstrap(Filter[PointModel]):
 
     @override
     def step(self, model: PointModel, state: PointState, frame: Frame, parameters: Values, rng: Stream) -> PointState:
-        known: PointState = model.prepare(state, frame, parameters)
-        particles = model.particles(known, parameters, rng)
-        known = replace(known, particles=particles)
+        known = model.with_particles(model.prepare(state, frame, parameters), parameters, rng)
         posterior = bootstrap.step(
-            particles,
+            known.particles,
             Sampled(lambda states, generator: model.propagate(states, frame, parameters, generator, known)),
             lambda states: model.log_likelihood(states, frame, parameters, known),
             rng,
@@ -214,12 +229,12 @@ class Bootstrap(Filter[PointModel]):
 
 def resampler(parameters: Values) -> Resampler:
     """Return the resampler that the parameters name; the systematic one if they name none."""
-    return RESAMPLERS[parameters.resampling] if hasattr(parameters, "resampling") else systematic
+    return RESAMPLERS[vars(parameters).get("resampling", "systematic")]
 
 
 def resample_below(parameters: Values) -> float:
     """Return the share of N below which the effective sample size calls for resampling (default 1)."""
-    return float(getattr(parameters, "resampling_threshold", 1.0))
+    return float(vars(parameters).get("resampling_threshold", 1.0))
 
 
 class Kalman(Filter[PointModel]):

@@ -433,7 +433,7 @@ class Sampler(Filter[LoopModel]):
         found = model.search(known, frame, parameters, rng)
         if found is not None:
             return found
-        known = replace(known, particles=model.particles(known, parameters, rng))
+        known = model.with_particles(known, parameters, rng)
         result = model.follow(self.rule, known, frame.picture[None], parameters, rng.seed, rng.frame)
         return _advance(model, known, result, frame, parameters)
 
@@ -474,17 +474,19 @@ class Sampler(Filter[LoopModel]):
 def _advance(model: LoopModel, known: PointState, result: Loop, frame: Frame, parameters: Values) -> PointState:
     """Return the state of the last frame of a loop."""
     particles = ParticleSet(result.coordinates.T, result.log_weights, result.ancestors)
-    moments = result.mean, result.covariance
-    update = Update(particles, float(result.log_evidences[-1]), bool(result.resampled[-1]), moments=moments)
     alert = bool(result.alert[-1])
     earlier = bool(result.alert[-2]) if len(result.alert) > 1 else known.alert
-    return replace(
-        model.believe(known, update, frame, parameters),
+    update = Update(
+        particles,
+        float(result.log_evidences[-1]),
+        bool(result.resampled[-1]),
+        moments=(result.mean, result.covariance),
         observation_count=int(result.observation_counts[-1]),
         samplers=reports.SAMPLERS.components,
         switched=earlier is not None and alert != earlier,
         alert=alert,
     )
+    return model.believe(known, update, frame, parameters)
 
 
 HARD = Sampler("h-spf", rule=Rule.HARD)

@@ -157,7 +157,7 @@ class Signal(PointModel):
     def log_likelihood(self, states: Floats, frame: Frame, parameters: SignalTrackerParameters, known: State) -> Floats:
         """Return log N(signal | newest values, assumed noise), (N,); 0 where the sample is missing."""
         signal, noise_sd = signal_of(frame), parameters.assumed_noise_sd
-        if not np.isfinite(signal).all():
+        if not math.isfinite(signal.sum()):
             return np.zeros(len(states))
         constant = -len(signal) * math.log(noise_sd * math.sqrt(2.0 * math.pi))
         off = ((signal - states[:, : len(signal)]) ** 2).sum(axis=1)
@@ -170,9 +170,8 @@ class Signal(PointModel):
         dimension = len(signal)
         return LinearStep(
             _dynamics(dimension, parameters.process_noise_sd),
-            signal if np.isfinite(signal).all() else None,
-            np.eye(dimension, 2 * dimension),
-            parameters.assumed_noise_sd**2 * np.eye(dimension),
+            signal if math.isfinite(signal.sum()) else None,
+            *_measurement(dimension, parameters.assumed_noise_sd),
         )
 
     @override
@@ -186,6 +185,12 @@ class Signal(PointModel):
 def _dynamics(dimension: int, process_noise_sd: float) -> LinearDynamics:
     one = np.eye(dimension)
     return autoregression(2 * one, -one, np.zeros(dimension), process_noise_sd * one)
+
+
+@lru_cache(maxsize=64)
+def _measurement(dimension: int, assumed_noise_sd: float) -> tuple[Floats, Floats]:
+    """Return C and R: the newest values are measured."""
+    return np.eye(dimension, 2 * dimension), assumed_noise_sd**2 * np.eye(dimension)
 
 
 def signal_of(frame: Frame) -> Floats:
