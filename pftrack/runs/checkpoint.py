@@ -11,8 +11,7 @@ import enum
 import io
 import pickle
 import zlib
-from collections.abc import Callable, Iterable, Mapping
-from functools import lru_cache
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +38,8 @@ BUDGET_BYTES = 32 * 1024 * 1024
 STATE_BYTES = 1024
 """About what a state takes beside its arrays."""
 
+_PLAIN = str, int, float, type(None)
+
 
 def bytes_of(value: object, known: set[int]) -> int:
     """Return how much memory the arrays within a value take, bytes, without what is known; afterwards it is known, too.
@@ -53,29 +54,20 @@ def bytes_of(value: object, known: set[int]) -> int:
     total, waiting = 0, [value]
     while waiting:
         part: Any = waiting.pop()
-        inside = _inside(type(part))  # type: ignore[arg-type] # mypy doubts that classes can be hashed
-        if inside is None or id(part) in known:
+        if isinstance(part, _PLAIN) or id(part) in known or callable(part):
             continue
         known.add(id(part))
         if isinstance(part, np.ndarray):
             total += 0 if isinstance(part.base, np.ndarray) else part.nbytes
-        waiting += inside(part)
+            waiting.append(part.base)
+        elif isinstance(part, tuple | list):
+            waiting += part
+        elif isinstance(part, Mapping):
+            waiting += part.values()
+        else:
+            waiting += [getattr(part, name, None) for name in getattr(part, "__dataclass_fields__", ())]
+            waiting += getattr(part, "__dict__", {}).values()
     return total
-
-
-@lru_cache(maxsize=256)
-def _inside(kind: type) -> Callable[[Any], Iterable[Any]] | None:
-    """Return what gives the values within one of a class; None of numbers, names and functions."""
-    if issubclass(kind, str | int | float | None) or any("__call__" in vars(base) for base in kind.__mro__):
-        return None
-    if issubclass(kind, np.ndarray):
-        return lambda part: (part.base,)
-    if issubclass(kind, Mapping):
-        return Mapping.values
-    if issubclass(kind, tuple | list):
-        return iter
-    names = getattr(kind, "__dataclass_fields__", ())
-    return lambda part: [*[getattr(part, name, None) for name in names], *getattr(part, "__dict__", {}).values()]
 
 
 class Keyframes:
