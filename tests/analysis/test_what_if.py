@@ -116,6 +116,16 @@ def test_the_best_are_followed_to_the_end_first() -> None:
             assert held == (not any(row.lost for row in branch.diagnostics[-10:])), finding.alternative.title
 
 
+def test_a_run_without_an_end_is_followed_for_a_while(lost: Run) -> None:
+    """Trials of a scene that goes on for ten minutes are as long as those of a short one."""
+    changes = lost.timeline.changes
+    run = Run(lost.experiment, lost.setup, tracker=lost.tracker, seed=lost.seed, frames=18_000, timeline=changes)
+    run.seek(40)
+    report = next(what_if(run, 7, rounds=(1,)))
+    assert (report.end, report.last) == (37, 307)
+    assert report.shares(replace(report.baseline, at_end={1: False})).endswith("hold to frame 37, 0 of 1 to frame 307")
+
+
 def held(report: Report) -> dict[str, dict[int, bool]]:
     return {each.alternative.title: dict(each.held) for each in report.findings}
 
