@@ -114,7 +114,7 @@ class ParticleSet:
     @cached_property
     def unique_ancestors(self) -> int:
         """How many different parents the particles have."""
-        return int(_count_unique(self.ancestors))
+        return int(count_unique(self.ancestors))
 
 
 LogLikelihood: TypeAlias = Callable[[Floats], Floats]
@@ -219,7 +219,8 @@ def moments(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
 
 
 @compiled
-def _count_unique(ancestors: Ints) -> int:
+def count_unique(ancestors: Ints) -> int:
+    """Return how many different numbers, 0 or more, there are among (n,)."""
     most = 0
     for ancestor in ancestors:
         most = max(most, ancestor)

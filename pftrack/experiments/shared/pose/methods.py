@@ -27,7 +27,7 @@ from pftrack.filters import adaptive, rao_blackwell
 from pftrack.filters.adaptive import UpperLayer
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.learning import mixture_em
-from pftrack.filters.particles import ParticleSet
+from pftrack.filters.particles import ParticleSet, count_unique
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
 from pftrack.filters.rao_blackwell import RaoBlackwell
 
@@ -337,5 +337,5 @@ def _own_series(kept: Layered[Any] | RaoBlackwell | ParticleSet) -> Mapping[str,
     return {
         "alpha": tuple(kept.mixture.ratios.tolist()),
         "samples": (features.log_weights.size - upper, upper),
-        "unique_ancestors": float(sum(len(np.unique(survivors)) for survivors in features.survivors)),
+        "unique_ancestors": float(sum(map(count_unique, features.survivors))),
     }
