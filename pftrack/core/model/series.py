@@ -180,6 +180,10 @@ def join(*declared: Iterable[Series]) -> tuple[Series, ...]:
     return tuple(known.values())
 
 
+_NUMBER = int, float
+"""Asked of each number of each frame, where a union would be made anew."""
+
+
 def check_value(series: Series, value: SeriesValue) -> None:
     """Refuse a value that is not of the declared shape.
 
@@ -188,7 +192,7 @@ def check_value(series: Series, value: SeriesValue) -> None:
     """
     match series.shape:
         case "number":
-            fits = isinstance(value, int | float)
+            fits = isinstance(value, _NUMBER)
         case "vector":
             fits = _is_vector(value, series.components)
         case "interval":
@@ -285,7 +289,7 @@ def _is_vector(value: object, components: tuple[str, ...]) -> bool:
         isinstance(value, tuple)
         and not isinstance(value, Interval)
         and len(value) == (len(components) or len(value))
-        and all(isinstance(number, int | float) for number in value)
+        and all(isinstance(number, _NUMBER) for number in value)
     )
 
 
