@@ -42,7 +42,7 @@ __all__ = ["Alternative", "Finding", "Report", "alternatives", "find_loss", "joi
 # A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
 
 Verdict: TypeAlias = Literal["baseline", "better", "brief", "worse", "unclear", "few"]
-"""What may be said of a change: "brief" if it helps soon after the loss and not at the end, "unclear" if chance alone
+"""What may be said of a change: "brief" if it helps soon after the loss and not later, "unclear" if chance alone
 would do as much, "few" before it was tried with enough seeds."""
 
 LEAST_P = 0.001
@@ -78,7 +78,7 @@ class Finding:
         steps: Steps that were taken.
         seconds: That they took.
         place: Number of the change in the order in which they are tried; 0 is none.
-        at_end: Whether the run held its target at its end, by seed; of those that were followed so far.
+        at_end: Whether the run held its target in the last frame of its trial, by seed; of those tried so far.
     """
 
     alternative: Alternative
@@ -135,7 +135,7 @@ class Comparison:
         won: Seeds with which the run held with the change only.
         lost: Seeds with which it held without it only.
         pairs: Seeds that both were tried with.
-        lasts: Whether at the end more runs hold with the change than without, as far as that is known.
+        lasts: Whether more runs hold in the last frame with the change than without, as far as that is known.
         p_value: Of McNemar's test.
         corrected: The same after Holm's correction for all changes that are tried.
     """
@@ -173,8 +173,8 @@ class ToldFinding:
         share: Of the runs that held.
         low: Lower end of its 95 % interval (Wilson).
         high: Upper end.
-        holding_at_end: How many runs held at their end.
-        runs_to_end: How many were followed to their end.
+        holding_at_end: How many runs held in the last frame to which they were followed.
+        runs_to_end: How many were followed to that frame.
         shares: How many runs hold, in words.
         step_ms: Mean time of a step, ms.
         corrected: p-value of McNemar's test against no change on the same seeds, after Holm's correction.
@@ -210,14 +210,14 @@ class Report:
         loss: Frame in which the loss began that is explained, as *Why?* names it.
         begin: Last frame that all runs have in common; the changes are in force from the next one on.
         end: Frame soon after the loss up to which runs are compared.
-        last: Frame to which they are followed: the last of the run, where that is not far away.
+        last: Last frame to which they are followed: 300 frames after the loss, or the end of the run.
         judged: In how many last frames a run must not have lost its target, to hold.
         planned: How many changes are tried in all, beside none.
         trials: Seeds that each is tried with in the end.
         findings: Of the unchanged settings first, then in the order in which they were tried.
         is_complete: Whether all that was planned was tried.
         first_lost_frame: The first frame of all in which the run has lost its target.
-        reaches_end: Whether the run ends with the frame to which they are followed.
+        reaches_end: Whether `last` is the end of the run.
     """
 
     loss: int
@@ -284,7 +284,7 @@ class Report:
         return f"{WORDS[verdict]} ({told})"
 
     def shares(self, finding: Finding) -> str:
-        """Return how many runs hold soon after the loss, and at their end as far as that is known."""
+        """Return how many runs hold soon after the loss, and in the last frame, as far as that is known."""
         near = f"{finding.holding} of {finding.runs} hold to"
         end = "the end" if self.reaches_end else f"frame {self.last}"
         if self.end == self.last:
@@ -403,14 +403,14 @@ def join(reports: Sequence[Report]) -> Report | None:
 
 
 HORIZON_FRAMES, FAR_FRAMES = 30, 300
-"""So many frames after the loss runs are compared, and so many they are followed, where the run is that long."""
+"""Frames after the loss: runs are compared after the first number, and followed to the second or to their end."""
 
 ROUNDS = 1, 4, 12, 20, 40
 """Seeds that each change has been tried with after each round: all are tried a little before one is tried much."""
 
 FEW = 12
-"""Up to so many seeds runs are followed for a while only; then these, the best changes first, and all others to far
-ahead."""
+"""With up to so many seeds, runs are followed to the horizon; then these and all others to the last frame, the best
+changes first."""
 
 
 def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:

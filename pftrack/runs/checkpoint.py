@@ -60,10 +60,8 @@ def bytes_of(value: object, known: set[int]) -> int:
         if isinstance(part, np.ndarray):
             total += 0 if isinstance(part.base, np.ndarray) else part.nbytes
             waiting.append(part.base)
-        elif isinstance(part, tuple | list):
-            waiting += part
-        elif isinstance(part, Mapping):
-            waiting += part.values()
+        elif isinstance(part, tuple | list | Mapping):
+            waiting += part.values() if isinstance(part, Mapping) else part
         else:
             waiting += [getattr(part, name, None) for name in getattr(part, "__dataclass_fields__", ())]
             waiting += getattr(part, "__dict__", {}).values()

@@ -58,17 +58,19 @@ class FrameBlock:
     """
 
     def __init__(self, frames: Iterable[Frame], count: int, width: int) -> None:
-        """Read `count` frames; their pictures lie together, and none of them twice."""
+        """Read `count` frames and keep their pictures once; a single picture stays the very array that it is."""
         self.width = width
         self.pictures_rgb: NDArray[np.uint8] | None = None
         kept = []
         for place, frame in enumerate(frames):
-            if frame.image_rgb is None:
+            picture = frame.image_rgb
+            if picture is None or count == 1:
+                self.pictures_rgb = None if picture is None else picture[None]
                 kept.append(frame)
                 continue
             if self.pictures_rgb is None:
-                self.pictures_rgb = np.empty((count, *frame.image_rgb.shape), np.uint8)
-            self.pictures_rgb[place] = frame.image_rgb
+                self.pictures_rgb = np.empty((count, *picture.shape), np.uint8)
+            self.pictures_rgb[place] = picture
             kept.append(replace(frame, image_rgb=read_only(self.pictures_rgb[place])))
         self.frames = tuple(kept)
 

@@ -309,9 +309,7 @@ class Coloured(LoopModel):
     def believe(self, known: PointState, update: Update, frame: Frame, parameters: LoopParameters) -> PointState:
         believed = super().believe(known, update, frame, parameters)
         lineage = lineage_of(known, update.particles, parameters)
-        if lineage is not None or believed.alert is None:
-            believed = replace(believed, alert=bool(believed.alert), lineage=lineage)
-        return self.learn(believed, frame, parameters)
+        return self.learn(replace(believed, lineage=lineage) if lineage else believed, frame, parameters)
 
     @override
     def learn(self, state: PointState, frame: Frame, parameters: LoopParameters) -> PointState:

@@ -229,12 +229,12 @@ class Bootstrap(Filter[PointModel]):
 
 def resampler(parameters: Values) -> Resampler:
     """Return the resampler that the parameters name; the systematic one if they name none."""
-    return RESAMPLERS[vars(parameters).get("resampling", "systematic")]
+    return RESAMPLERS[getattr(parameters, "resampling", "systematic")]
 
 
 def resample_below(parameters: Values) -> float:
     """Return the share of N below which the effective sample size calls for resampling (default 1)."""
-    return float(vars(parameters).get("resampling_threshold", 1.0))
+    return float(getattr(parameters, "resampling_threshold", 1.0))
 
 
 class Kalman(Filter[PointModel]):
