@@ -48,11 +48,11 @@ WATCH = """() => {
     const newest = %s;
     let last = null, width = null, began = null, seen = true;
     window.__latencies = [];
-    const start = (event) => { began ??= event.timeStamp; };
+    const start = (event) => { began ??= event.timeStamp + parent.performance.timeOrigin - performance.timeOrigin; };
     window.__arm = () => { began = null; seen = false; };
     window.__seen = () => seen;
-    addEventListener('keydown', start, true);
-    addEventListener('pointermove', (event) => { if (event.buttons) start(event); }, true);
+    parent.addEventListener('keydown', start, true);
+    parent.addEventListener('pointermove', (event) => { if (event.buttons) start(event); }, true);
     setInterval(() => {
         const shown = newest();
         if (!shown || shown.is === last) return;
@@ -103,44 +103,27 @@ FRAMES = """() => new Promise((resolve) => {
 })"""
 
 
-def in_scene(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
-    """Latencies in ms of the occluder's slider in viser's panel while the run plays, by keyboard and by dragging."""
+def in_page(server: Server, browser: Any, repeats: int, view: str) -> dict[str, list[float]]:
+    """Latencies in ms of the slider beside a view while the run plays, by keyboard and by dragging."""
     session = server.start(play=True, distracter_radius_px=0)
     page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.goto(f"{server.url}/session/{session}?view=scene")
-    scene = scene_of(page)
-    until(scene, SEEN)
-    page.get_by_role("button", name="Scene panel").click()
-    page.wait_for_timeout(3_000)
-    scene.evaluate(WATCH % SCENE_PICTURE)
-    row = scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-matches('{LABEL}')")).first
-    below = row.locator("xpath=following::*[contains(@class, 'mantine-Slider-root')][1]")  # the box has the label
-    found = time_moves(page, scene, below.locator("[role=slider]"), below.locator(".mantine-Slider-track"), repeats)
-    page.close()
-    server.end(session)
-    return found
-
-
-def in_flat_view(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
-    """The same in the flat view, by the slider of its own panel."""
-    session = server.start(play=True, distracter_radius_px=0)
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.goto(f"{server.url}/session/{session}?view=flat")
+    page.goto(f"{server.url}/session/{session}?view={view}")
     slider = page.locator(f"input[type=range][aria-label^='{LABEL}']")
     slider.wait_for()
-    until(page, "() => document.querySelector('.flat-canvas').dataset.frame > 0")
+    frame = scene_of(page) if view == "scene" else page
+    until(frame, SEEN if view == "scene" else "() => document.querySelector('.flat-canvas').dataset.frame > 0")
     page.wait_for_timeout(3_000)
-    page.evaluate(WATCH % FLAT_PICTURE)
-    found = time_moves(page, page, slider, slider, repeats)
+    frame.evaluate(WATCH % (SCENE_PICTURE if view == "scene" else FLAT_PICTURE))
+    found = time_moves(page, frame, slider, repeats)
     page.close()
     server.end(session)
     return found
 
 
-def time_moves(page: Any, frame: Any, handle: Any, track: Any, repeats: int) -> dict[str, list[float]]:
+def time_moves(page: Any, frame: Any, slider: Any, repeats: int) -> dict[str, list[float]]:
     """Move a slider by keyboard and by dragging, and return the latencies that were seen, ms."""
-    handle.scroll_into_view_if_needed()
-    handle.focus()
+    slider.scroll_into_view_if_needed()
+    slider.focus()
     found: dict[str, list[float]] = {}
     for index in range(repeats):
         frame.evaluate("() => window.__arm()")
@@ -148,7 +131,7 @@ def time_moves(page: Any, frame: Any, handle: Any, track: Any, repeats: int) -> 
         wait_for_change(frame)
         page.wait_for_timeout(7 * (index % 13))
     found["keyboard"] = frame.evaluate("() => window.__latencies.splice(0)")
-    place = track.bounding_box()
+    place = slider.bounding_box()
     middle = place["y"] + place["height"] / 2
     page.mouse.move(place["x"] + 2, middle)
     page.mouse.down()
@@ -231,9 +214,9 @@ def measure(server: Server, repeats: int) -> Iterator[dict[str, object]]:
     ways = {"by websocket": by_websocket(server, repeats)}
     with chromium() as browser:
         if browser is not None:
-            for where, look in (("in the flat view", in_flat_view), ("in the scene", in_scene)):
+            for where, view in (("in the flat view", "flat"), ("in the scene", "scene")):
                 progress(where)
-                ways |= {f"{where}, {way}": found for way, found in look(server, browser, repeats).items()}
+                ways |= {f"{where}, {way}": found for way, found in in_page(server, browser, repeats, view).items()}
     for way, latencies in ways.items():
         if latencies:
             goal = None if "between" in way else GOAL_MS

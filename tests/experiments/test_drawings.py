@@ -90,6 +90,14 @@ def test_marks_mean_what_they_say() -> None:
     assert isinstance(drawn["picture"], shapes.Picture)
 
 
+def test_of_stems_that_stand_side_by_side_the_highest_is_drawn() -> None:
+    """A thousand particles in one place are one stem, as far as can be seen, and cost a display no more."""
+    places = np.array([[10.2, 20, 3], [10.9, 20, 9], [12.3, 20, 5], [np.nan, 20, 4]], np.float32)
+    stems = raised(shapes.Points(places, np.zeros((4, 3), np.uint8), 2.0, stems=True), 320, 240)
+    assert isinstance(stems, shapes.Links)
+    np.testing.assert_allclose(stems.segments[:, 1], places[1:])
+
+
 def test_a_cloud_without_heights_has_no_stems() -> None:
     """Nor has one that is drawn without."""
     flat = shapes.Points(np.array([[1, 2, 0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, stems=True)

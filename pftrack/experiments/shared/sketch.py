@@ -233,6 +233,8 @@ def frustum(principal_px: Floats, focal_px: float, size: tuple[int, int]) -> Fru
     return Frustum(apex, at_height(border), COLOURS["camera"], 1.0, "camera")
 
 
+FURTHEST = 1e6
+"""So many sizes from the picture's corner points are no longer told apart."""
 STEM_SHARE = 0.02
 """A particle that is less high than this share of the highest one stands on the picture itself."""
 GROUND = np.array((1.0, 1.0, 0.0), dtype=np.float32)
@@ -249,8 +251,7 @@ def raised(item: Primitive, width: float, height: float) -> Links | Mesh | None:
     """
     match item:
         case Points(stems=True) if len(item.positions):
-            heights = item.positions[:, 2]
-            high = item.positions[heights > STEM_SHARE * heights.max()]
+            high = _unhidden(item.positions[item.positions[:, 2] > STEM_SHARE * item.positions[:, 2].max()], item.size)
             return Links(np.stack([high * GROUND, high], axis=1), COLOURS["hidden"], 0.5, item.layer)
         case Picture(relief=levels) if levels is not None:
             rows, columns = levels.shape
@@ -261,6 +262,14 @@ def raised(item: Primitive, width: float, height: float) -> Links | Mesh | None:
             return Mesh(vertices, grid_faces(rows, columns), viridis(shares), RELIEF_OPACITY, item.layer)
         case _:
             return None
+
+
+def _unhidden(positions: NDArray[np.float32], size: float) -> NDArray[np.float32]:
+    """Return the highest of points (n, 3) in each square of a size: beside its stem that of a lower one is not seen."""
+    falling = np.argsort(-positions[:, 2], kind="stable")
+    cells = np.floor(np.nan_to_num(positions[falling, :2] / size).clip(-FURTHEST, FURTHEST)).astype(np.int64)
+    _, highest = np.unique(cells[:, 0] + (cells[:, 1] << 32), return_index=True)
+    return positions[np.sort(falling[highest])]
 
 
 IN_DEPTH = "in depth"
