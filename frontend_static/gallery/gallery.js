@@ -3,7 +3,7 @@
 import { api, messageOf } from "../shared/api.js";
 import { CompilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { build, CopyButton, toast } from "../shared/dom.js";
-import { Failed, isTourKnown, showPage, Thumbnail, tourLink } from "../shared/page.js";
+import { Failed, isTourKnown, showPage, tourLink } from "../shared/page.js";
 import { linkTo, newSweep, presetRecipe } from "../shared/share_link.js";
 import { GLOSSARY, REFERENCES } from "../shared/terms.js";
 import { DropZone } from "../upload/drop_zone.js";
@@ -174,9 +174,8 @@ function Card({ experiment }) {
   const open = linkTo({ recipe: { experiment: id, tracker: experiment.default_tracker }, play: true });
   const compiling = compilation.value;
   const waits = compiling !== null && !compiling.usable.includes(id);
-  const isDrawn = compiling === null || compiling.ready.includes(id);
   return html`<article class=${waits ? "card waits" : "card"} data-experiment=${id}>
-    <a href=${open} class="thumb" tabindex="-1" aria-hidden="true">${h(Thumbnail, { key: `${isDrawn}`, address: thumbnail })}</a>
+    ${thumbnail && html`<a href=${open} class="thumb" tabindex="-1" aria-hidden="true"><img src=${thumbnail} alt="" /></a>`}
     ${waits && html`<p class="hint waiting">Compiling; a session waits until it is done.</p>`}
     <h4><a href=${open}>${title}</a></h4>
     <p class="question">${question}</p>

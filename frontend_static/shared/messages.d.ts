@@ -257,13 +257,13 @@ export interface ComparisonResult {
 /** How far compiling is, which is needed once after an installation or an update. */
 export interface CompilationPublic {
   finished: boolean;
-  /** In words: "compiling, 14 of 41 functions, about 40 s, only once" */
+  /** In words: "compiling, 14 of 41 functions, about 40 s on an idle machine, only once" */
   sentence: string;
   /** Functions that are compiled */
   done: number;
   /** Functions that there are; 0 while that is not known */
   total: number;
-  /** Time left, roughly; null while unknown */
+  /** Time left on an idle machine, roughly; null while unknown */
   seconds_left: number | null;
   /** Experiments ready to start */
   usable: string[];
@@ -448,7 +448,8 @@ export interface ExperimentDetail {
   frames: number;
   trackers: Record<string, string>[];
   presets: Preset[];
-  thumbnail: string;
+  /** Where a small picture of it is; null if it brings none */
+  thumbnail: string | null;
   declarations: Declaration[];
   layers: Layer[];
   worlds: World[];
@@ -492,7 +493,8 @@ export interface ExperimentPublic {
   frames: number;
   trackers: Record<string, string>[];
   presets: Preset[];
-  thumbnail: string;
+  /** Where a small picture of it is; null if it brings none */
+  thumbnail: string | null;
 }
 
 /** What can be said of a loss. */

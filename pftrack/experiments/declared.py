@@ -5,6 +5,8 @@
 - `presets.yaml` and `failures.yaml`, where there is one: where to begin, and what goes wrong;
 - `quality.yaml`: how far bands of error are to be believed, and on which scenes the probability of a loss was fitted.
 
+`thumbnail.webp` beside them is a run in small for the start page; `python -m tools.thumbnails` draws it.
+
 Plots, readings and layers that many experiments have are there by their names alone.
 """
 
@@ -144,7 +146,7 @@ def read_words(
     return {
         **said.outline,
         "texts": said.texts,
-        "display": said.display,
+        "display": replace(said.display, thumbnail=folder / "thumbnail.webp"),
         "measured": replace(measured, series=series, measures=(*measured.measures, *declared)),
         "trackers": {name: replace(tracker, **said.titles[name]) for name, tracker in trackers.items()},
         "quality": _read_quality(folder, trackers),

@@ -5,6 +5,7 @@ It is declared with presets, setups of sources, and a drawing of each step.
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from pftrack.core.arrays import Floats
@@ -178,12 +179,14 @@ class Display:
         plots: What is drawn of a run over its frames.
         readings: What is written of the frame that is shown.
         worlds: What is shown beside the picture in a space of its own; every drawing has all of them.
+        thumbnail: A small WebP picture of a run for the start page, a file; None if there is none.
     """
 
     layers: tuple[Layer, ...]
     plots: tuple[Plot, ...] = STANDARD_PLOTS
     readings: tuple[Reading, ...] = STANDARD_READINGS
     worlds: tuple[World, ...] = ()
+    thumbnail: Path | None = None
 
     @property
     def shown(self) -> dict[str, bool]:

@@ -1,6 +1,5 @@
 """A real server in a process of its own, as `pftrack serve` starts it, and what a test may do to it."""
 
-import base64
 import os
 import subprocess
 import sys
@@ -10,21 +9,15 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-import cv2
 import httpx
-import numpy as np
 import psutil
 
-from pftrack.experiments import EXPERIMENTS
-from pftrack_server.jobs.functions import draw_experiment
-from pftrack_server.jobs.results import DiskCache, digest
 from tests.installing import environment
 from tests.server.follow_jobs import taken
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 START_S = 60.0
-PICTURE = base64.b64encode(cv2.imencode(".png", np.full((360, 480, 3), 200, np.uint8))[1].tobytes()).decode()
 
 
 class Server:
@@ -75,7 +68,6 @@ class Server:
         self._port = link.port or 0
         self.base = link.path.rstrip("/")
         until(lambda: self._http.get(f"{self.url}/healthz").is_success, "the server answers", START_S)
-        draw_nothing(self.data)
 
     def command(self) -> list[str]:
         """Return what is started."""
@@ -183,16 +175,6 @@ class Server:
 def newest(pids: Iterable[int]) -> psutil.Process:
     """Return the process that was started last; numbers begin anew when the system has used them up."""
     return max((psutil.Process(pid) for pid in pids), key=lambda process: (process.create_time(), process.pid))
-
-
-def draw_nothing(data: Path) -> None:
-    """Give a server that has started a picture of each experiment, by its folder of data.
-
-    Else whoever opens the start page first has a run of each computed; tests/server/web/test_pages.py does so.
-    """
-    kept = DiskCache(data / "experiments-computed")
-    for name in EXPERIMENTS.own:
-        kept.write(digest(f"{draw_experiment.__name__} {name}"), {"png": PICTURE})
 
 
 def descendants(pid: int) -> list[int]:

@@ -46,7 +46,7 @@ EDIT = """async ([description, [width, height]]) => {
     window.changes = 0;
     window.editor = markEditor(description, "target", () => (window.changes += 1));
     document.querySelector("main").append(editor.element);
-    editor.show("api/v1/experiments/ball/thumbnail.png", width, height);
+    editor.show("api/v1/experiments/ball/thumbnail.webp", width, height);
     editor.offer();
 }"""
 

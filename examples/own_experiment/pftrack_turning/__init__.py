@@ -1,6 +1,8 @@
 """A disc turns up or down behind a strip. Particles with a rate of turn wait for it on both sides."""
 # ruff: noqa: ARG002 - all models have the same arguments
 
+from pathlib import Path
+
 import numpy as np
 from scipy.ndimage import map_coordinates
 
@@ -132,7 +134,9 @@ EXPERIMENT = Experiment(
     },
     presets=(Preset("works", "works", "turning"), Preset("straight", "breaks: expects no turn", "straight")),
     display=Display(
-        POINT_LAYERS, (*STANDARD_PLOTS, Plot("turn", "turn", "interval", "Probable rates of turn.", "deg", ("turn",)))
+        POINT_LAYERS,
+        (*STANDARD_PLOTS, Plot("turn", "turn", "interval", "Probable rates of turn.", "deg", ("turn",))),
+        thumbnail=Path(__file__).with_name("thumbnail.webp"),
     ),
     simulate=lambda: Setup(Scene, Parameters(occlusion_width_px=40, occlusion_offset_px=75)),
     video=Video(wire, marks=(Box,), wanted="a box around the disc"),

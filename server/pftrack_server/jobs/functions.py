@@ -19,23 +19,20 @@ from pydantic import BaseModel, Field
 
 from pftrack.analysis.failures import FailureRun, Measured, entry, measure, run_failure
 from pftrack.core.model.marks import read_mark
-from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Known
 from pftrack.core.model.setup import Sighting
 from pftrack.core.model.source import FrameSequence
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.runs.run import Run
 from pftrack.sources.limits import Limits
 from pftrack.sources.results.table import rename
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack.sources.sequence import Recording, open_sequence
-from pftrack.vision.rendering import over, png, render
+from pftrack.vision.rendering import over
 
 # How long one answer looks through a recording; a client that still wants to know asks again.
 SEARCH_S = 1.5
-THUMBNAIL_FRAMES = 90
-THUMBNAIL_WIDTH_PX = 480
+SUITABILITY_WIDTH_PX = 480
 MEBIBYTE = 1024**2
 
 Steps: TypeAlias = Generator[tuple[int, int], None, dict[str, Any]]
@@ -74,23 +71,6 @@ def _name_columns(path: Path, columns: Mapping[str, int]) -> None:
     if not 0 < len(content) <= LARGEST_FILE_BYTES:
         raise RefusedError(f"columns can be named in a table of at most {LARGEST_FILE_BYTES // MEBIBYTE} MiB")
     path.write_bytes(content)
-
-
-def draw_experiment(experiment_id: str) -> dict[str, Any]:
-    """Return the PNG, in base 64, of a frame amid an experiment's own simulated run, by its first preset if any."""
-    experiment = find(experiment_id)
-    setup = experiment.simulate()
-    if experiment.presets:
-        preset = experiment.presets[0]
-        timeline = (Change(0, preset.parameters),)
-        run = Run(experiment, setup, tracker=preset.tracker, seed=preset.seed, timeline=timeline)
-    else:
-        run = Run(experiment, setup)
-    run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
-    drawing = experiment.draw(run.current, run.diagnostics)
-    scale = THUMBNAIL_WIDTH_PX / drawing.width
-    picture = png(render(drawing, layers=experiment.display.shown, scale=scale, caption=False))
-    return {"png": base64.b64encode(picture).decode()}
 
 
 class FailureSide(BaseModel):
@@ -222,7 +202,7 @@ def weigh_target(recording: Recording, experiment_id: str, frame: int, raw: Mapp
     remark, *advice = found.sentences
     picture = None
     if found.likelihood is not None:
-        shown = _jpeg(over(sequence.picture(frame), found.likelihood, width=THUMBNAIL_WIDTH_PX))
+        shown = _jpeg(over(sequence.picture(frame), found.likelihood, width=SUITABILITY_WIDTH_PX))
         picture = f"data:image/jpeg;base64,{base64.b64encode(shown).decode()}"
     return {
         "value": found.value,

@@ -178,7 +178,7 @@ async def thumbnail(request: Request, session: ASession) -> Response:
     png = await session.thumbnail()
     if png is None:
         experiment = session.spec.recipe.experiment
-        return RedirectResponse(address_of(request.scope, f"api/v1/experiments/{experiment}/thumbnail.png"))
+        return RedirectResponse(address_of(request.scope, f"api/v1/experiments/{experiment}/thumbnail.webp"))
     return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
 
 

@@ -1,14 +1,12 @@
 """What there is to choose from: experiments with their pictures, other packages, the words of all, own filters."""
 
 import asyncio
-import base64
-import hashlib
-from http import HTTPStatus
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import Response
+from starlette.staticfiles import StaticFiles
 
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import GLOSSARY, Section
@@ -19,9 +17,8 @@ from pftrack.core.model.source import Kind
 from pftrack.experiments import EXPERIMENTS, Plugin
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.core.bodies import RequestBody, fields_of
+from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.requests import AName, AnExperiment
-from pftrack_server.jobs.functions import draw_experiment
-from pftrack_server.jobs.results import TheResults
 from pftrack_server.store.filters import FilterFiles, FilterPublic, TheFilters
 
 
@@ -58,7 +55,7 @@ class ExperimentPublic(BaseModel):
     frames: int
     trackers: list[dict[str, str]]
     presets: tuple[Preset, ...]
-    thumbnail: str
+    thumbnail: str | None = Field(description="Where a small picture of it is; null if it brings none")
 
 
 class ExperimentDetail(ExperimentPublic):
@@ -107,20 +104,16 @@ def show_experiment(
 
 
 @router.get(
-    "/experiments/{experiment}/thumbnail.png",
+    "/experiments/{experiment}/thumbnail.webp",
     response_class=Response,
-    responses={200: {"content": {"image/png": {}}}, 304: {"description": "It is the one that the client has"}},
+    responses={200: {"content": {"image/webp": {}}}, 304: {"description": "It is the one that the client has"}},
 )
-async def draw_thumbnail(request: Request, experiment: AnExperiment, results: TheResults) -> Response:
-    """Return a picture of an experiment: a real frame of a real run."""
-    drawn = await results.get(experiment.id, draw_experiment, experiment.id)
-    picture = base64.b64decode(drawn["png"])
-    # A package's experiment may be another one at the server's next start, and a browser has to see that at once.
-    tag = f'"{hashlib.sha256(picture).hexdigest()[:32]}"'
-    headers = {"Cache-Control": "no-cache", "ETag": tag}
-    if tag in request.headers.get("If-None-Match", ""):
-        return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
-    return Response(picture, media_type="image/png", headers=headers)
+def show_thumbnail(request: Request, experiment: AnExperiment) -> Response:
+    """Return a small picture of an experiment, which it brings along."""
+    path = experiment.display.thumbnail
+    if path is None or not path.is_file():
+        raise NotFoundError(f"The experiment {experiment.id} brings no picture.")
+    return StaticFiles().file_response(path, path.stat(), request.scope)
 
 
 def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: FilterFiles) -> dict[str, Any]:
@@ -141,7 +134,7 @@ def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: Filt
         "hints": [kind.name() for kind in finder.hints] if finder else [],
         "suits": video.suits is not None,
         "truth_columns": video.truth.form.columns if video.truth else [],
-        "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.png",
+        "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.webp" if experiment.display.thumbnail else None,
     }
 
 

@@ -20,13 +20,16 @@ from tests.server.host import running
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
+COURSE = "api/v1/failures/sample-impoverishment/course"
+"""It is computed with an experiment that is not compiled yet."""
+
 
 class Pretended:
     """Compiling that goes on when the test says so."""
 
     def __init__(self, names: list[str], told: object) -> None:
         self.names, self.told = names, told
-        self.progress = Progress(14, 41, seconds={f"f{k}": 1.0 for k in range(14)}, elapsed_s=21.0)
+        self.progress = Progress(14, 41, left_s=40.5)
         self.stopped = threading.Event()
         self.preferred: list[str] = []
 
@@ -70,7 +73,7 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     """It is alive, not ready, and says what is done and left; what is compiled starts, what is not says how long."""
     assert client.get("/healthz").status_code == 200
     answer = client.get("/readyz")
-    sentence = "compiling, 14 of 41 functions, about 40 s, only once"
+    sentence = "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"
     assert answer.status_code == 503
     assert answer.json()["error"]["message"] == f"The server is not ready: {sentence}."
     told = client.get("/api/v1/compilation").json()
@@ -84,15 +87,15 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     refused = start(client, "sine")
     assert refused.status_code == 503
     assert sentence in refused.json()["error"]["message"]
-    assert client.get("/api/v1/experiments/sine/thumbnail.png").status_code == 503
+    assert client.get("/api/v1/experiments/sine/thumbnail.webp").status_code == 200  # it came with the program
+    assert client.get(COURSE).status_code == 503
     assert start(client, "ball").status_code == 201
     assert warming[0].names[:2] == ["histogram", "fish"]  # in the order of the start page
-    assert warming[0].preferred == ["sine"]  # opened, where of others a picture was shown
+    assert warming[0].preferred == ["sine"]  # opened, where of others a picture was shown; the tour's is compiled
     warming[0].goes_on(Progress(40, 41, usable=frozenset({"sine"})))
     told = client.get("/api/v1/compilation").json()
     assert (told["usable"], told["ready"]) == (["ball", "sine"], ["ball"])
     assert start(client, "sine").status_code == 201  # what it is by default is compiled
-    assert client.get("/api/v1/experiments/sine/thumbnail.png").status_code == 503  # its picture needs more
     warming[0].goes_on(Progress(41, 41, ready=frozenset(warming[0].names), finished=True))
     assert client.get("/readyz").status_code == 200
     assert client.get("/api/v1/compilation").json()["finished"]
@@ -103,13 +106,11 @@ def test_a_class_that_waits_holds_nobody_up(
 ) -> None:
     """While many wait for one experiment, what is ready is shown and started, and then they get theirs."""
     monkeypatch.setattr(pftrack_server.core.compilation, "PATIENCE_S", 60.0)
-    address = "api/v1/experiments/{}/thumbnail.png"
     with ThreadPoolExecutor(50) as pool:
         # Without certificates, which nothing here needs: to read them takes 20 ms each time.
-        ask = partial(httpx.get, f"{client.base_url}{address.format('sine')}", timeout=60, verify=False)
+        ask = partial(httpx.get, f"{client.base_url}{COURSE}", timeout=60, verify=False)
         waiting = [pool.submit(ask) for _ in range(50)]
         wait_for(lambda: all(each.running() for each in waiting))
-        assert client.get(address.format("ball")).status_code == 200
         assert start(client, "ball").status_code == 201
         assert not any(each.done() for each in waiting)
         warming[0].goes_on(Progress(41, 41, ready=frozenset(warming[0].names), finished=True))
@@ -120,6 +121,7 @@ async def test_who_waits_is_told_when_the_server_stops(warming: list[Pretended])
     """At once, so that the server need not wait for them until it gives up."""
     stopping = threading.Event()
     compilation = Compilation(("sine",), frozenset(), stopping)
+    assert warming[0].preferred == ["sine"]  # all of the first, whose tour is offered, comes before the others
 
     waiting = asyncio.ensure_future(compilation.wait_for("sine"))
     stopping.set()

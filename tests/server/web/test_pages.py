@@ -97,15 +97,15 @@ def test_experiments(client: httpx.Client) -> None:
         assert item["question"].endswith("?")
         assert item["references"][0]["bibtex"].startswith("@")
         assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]
-        assert item["thumbnail"] == f"api/v1/experiments/{item['id']}/thumbnail.png"
+        assert item["thumbnail"] == f"api/v1/experiments/{item['id']}/thumbnail.webp"
 
 
 def test_a_picture_is_the_newest(client: httpx.Client) -> None:
     """A browser asks each time, and is sent an experiment's picture only when it is not the one that it has."""
-    address = "/api/v1/experiments/sine/thumbnail.png"
+    address = "/api/v1/experiments/sine/thumbnail.webp"
     first = client.get(address)
-    assert first.content.startswith(b"\x89PNG")
-    assert first.headers["Cache-Control"] == "no-cache"
+    assert first.content == EXPERIMENTS["sine"].display.thumbnail.read_bytes()
+    assert first.headers["Cache-Control"] == "private, no-cache"
     known = {"If-None-Match": first.headers["ETag"]}
     again = client.get(address, headers=known)
     assert (again.status_code, again.content, again.headers["ETag"]) == (304, b"", first.headers["ETag"])

@@ -263,7 +263,7 @@ class TestPaths:
             "/api/v1/runs/..%2f..%2fpftrack.sqlite/download",
             "/api/v1/runs/%2e%2e/download",
             "/api/v1/uploads/..%2f../frames/0.jpg",
-            "/api/v1/experiments/..%2f../thumbnail.png",
+            "/api/v1/experiments/..%2f../thumbnail.webp",
             "/api/v1/sessions/..%2f..",
             "/api/v1/runs/%00/download",
             "/session.html%00",
