@@ -55,14 +55,14 @@ class _Watch(event.Listener):
 
     def on_start(self, event: Any) -> None:  # noqa: ANN401 - numba's
         """Begin to measure."""
-        self._open.append([time.perf_counter(), 0.0])
+        self._open.append([time.process_time(), 0.0])
         if (name := _ours(event)) is not None:
             self._begun(name)
 
     def on_end(self, event: Any) -> None:  # noqa: ANN401 - numba's
-        """Tell how long it took, less what it called."""
+        """Tell how much processor time it took, less what it called."""
         begun, inside = self._open.pop()
-        whole = time.perf_counter() - begun
+        whole = time.process_time() - begun
         if self._open:
             self._open[-1][1] += whole
         if (name := _ours(event)) is not None:
@@ -75,7 +75,7 @@ def watch(begun: Callable[[str], None], ended: Callable[[str, float], None]) -> 
 
     Args:
         begun: Is called with its name.
-        ended: Is called with its name and how long it took without the functions that it calls, s.
+        ended: Is called with its name and the processor time that it took without the functions that it calls, s.
     """
     with event.install_listener("numba:compile", _Watch(begun, ended)):
         yield

@@ -43,8 +43,9 @@ class Progress:
         usable: Experiments that run as they are by default; what else they can is compiled where it is used first.
         ready: Experiments of which everything is compiled.
         failed: Why experiments could not be run, by name.
-        seconds: What was compiled now, by function, and how long each took without what it calls.
+        seconds: What was compiled now, by function, and the processor time of each without what it calls.
         elapsed_s: Since the beginning.
+        left_s: About how long it goes on where nothing else runs, s; None while nothing can be said. It never rises.
         finished: Whether all experiments are ready or have failed.
     """
 
@@ -55,28 +56,19 @@ class Progress:
     failed: Mapping[str, str] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     elapsed_s: float = 0.0
+    left_s: float | None = None
     finished: bool = False
 
     @property
-    def left_s(self) -> float | None:
-        """About how long it will go on, s; None while nothing can be said of that."""
-        if self.finished:
-            return 0.0
-        if len(self.seconds) < LEAST or not self.total:
-            return None
-        begun = len(self.seconds) / self.elapsed_s
-        return max(self.total - self.done, 1) / begun
-
-    @property
     def sentence(self) -> str:
-        """What to tell a person: "compiling, 14 of 41 functions, about 40 s, only once"."""
+        """What to tell a person: "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"."""
         if self.finished:
             return "compiled"
         parts = ["compiling"]
         if self.total:
             parts.append(f"{min(self.done, self.total)} of {self.total} functions")
         if self.left_s is not None:
-            parts.append(f"about {max(5 * round(self.left_s / 5), 5)} s")
+            parts.append(f"about {max(5 * round(self.left_s / 5), 5)} s on an idle machine")
         return ", ".join([*parts, "only once"])
 
 
@@ -179,6 +171,7 @@ class Warming:
         self._failed: dict[str, str] = {}
         self._seconds: dict[str, float] = {}
         self._total = 0
+        self._left_s: float | None = None
         self._begun = time.monotonic()
         self._ended: float | None = None
         self._running = 0
@@ -202,6 +195,7 @@ class Warming:
                 dict(self._failed),
                 dict(self._seconds),
                 (self._ended or time.monotonic()) - self._begun,
+                self._left_s,
                 self._ready | self._failed.keys() >= self._all,
             )
 
@@ -266,7 +260,15 @@ class Warming:
             else:
                 self._seconds[news["function"]] = self._seconds.get(news["function"], 0.0) + news["seconds"]
                 self._done.add(news["function"])
+                self._estimate()
             self._tell()
+
+    def _estimate(self) -> None:
+        """Say how long it goes on, by processor time, which other work does not stretch; an estimate never rises."""
+        if len(self._seconds) >= LEAST and self._total:
+            each_s = sum(self._seconds.values()) / len(self._seconds)
+            left_s = each_s * max(self._total - len(self._done), 1) / self._pool.processes
+            self._left_s = left_s if self._left_s is None else min(left_s, self._left_s)
 
     def _fail(self, name: str, reason: str) -> None:
         self._failed.setdefault(name, reason)

@@ -127,6 +127,24 @@ def test_what_is_told_after_the_end_brings_nothing_back() -> None:
     assert schedule.take("one") is None
 
 
+def slow_down(name: str, number: int) -> list[str]:
+    """Tell of functions each of which takes twice as long as the one before."""
+    report({"begun": name, "cases": 1, "total": 20})
+    for k in range(12):
+        report({"function": f"f{k}", "seconds": 2.0**k})
+    return [f"f{k}" for k in range(12)]
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_the_time_left_never_rises() -> None:
+    """It is the processor time of a function so far, for those that are left, and stays where that would rise."""
+    told: list[Progress] = []
+    Warming(["one"], processes=1, told=told.append, compile_case=slow_down).wait()
+    left = [progress.left_s for progress in told if progress.left_s is not None]
+    assert left[0] == pytest.approx((2**5 - 1) / 5 * 15)  # of five functions, for fifteen
+    assert left == sorted(left, reverse=True)
+
+
 @pytest.mark.usefixtures("own_cache")
 def test_it_ends_when_asked() -> None:
     """Stopping ends a process, however long it would take, replaces it by no other, and leaves nobody waiting."""
@@ -142,10 +160,7 @@ def test_it_ends_when_asked() -> None:
     [
         (Progress(), "compiling, only once"),
         (Progress(14, 41, elapsed_s=1.0), "compiling, 14 of 41 functions, only once"),
-        (
-            Progress(14, 41, seconds={f"f{k}": 1.0 for k in range(14)}, elapsed_s=21.0),
-            "compiling, 14 of 41 functions, about 40 s, only once",
-        ),
+        (Progress(14, 41, left_s=40.5), "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"),
         (Progress(finished=True), "compiled"),
     ],
 )

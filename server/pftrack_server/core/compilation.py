@@ -1,9 +1,10 @@
 """Compiling while the server runs already: what is ready, how far the rest is, and who has to wait.
 
 On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
-while pages are served: first for the tour, then in the order of the start page, but for what somebody opens, which
-comes next. A session needs what its experiment is by default, and until that is compiled it is refused with a sentence
-that says how long it will take; the rest it compiles itself when it needs it, if that has not been done by then.
+while pages are served: first all that the tour's experiment has, then the others in the order of the start page, but
+for what somebody opens, which comes next. A session needs what its experiment is by default, and until that is compiled
+it is refused with a sentence that says how long it will take; the rest it compiles itself when it needs it, if that has
+not been done by then.
 """
 
 import asyncio
@@ -35,7 +36,7 @@ class Compilation:
         """Begin to compile what is missing.
 
         Args:
-            names: All experiments, in the order in which they are compiled.
+            names: All experiments, in the order in which they are compiled; all of the first comes before the others.
             known: Those that are compiled.
             stopping: Is set when nobody is to wait any more.
         """
@@ -45,6 +46,8 @@ class Compilation:
         missing = [name for name in names if name not in known]
         self._progress = Progress(finished=not missing)
         self._warming = Warming(missing, told=self._take) if missing else None
+        if self._warming is not None and names[0] in missing:
+            self._warming.prefer(names[0])
 
     @classmethod
     def open(cls, stopping: threading.Event) -> Self:

@@ -133,10 +133,10 @@ class CompilationPublic(BaseModel):
     """How far compiling is, which is needed once after an installation or an update."""
 
     finished: bool
-    sentence: str = Field(description='In words: "compiling, 14 of 41 functions, about 40 s, only once"')
+    sentence: str = Field(description='In words: "compiling, 14 of 41 functions, about 40 s on an idle machine"')
     done: int = Field(description="Functions that are compiled")
     total: int = Field(description="Functions that there are; 0 while that is not known")
-    seconds_left: float | None = Field(validation_alias="left_s", description="Time left, roughly; null while unknown")
+    seconds_left: float | None = Field(validation_alias="left_s", description="On an idle machine; null while unknown")
     usable: Names = Field(description="Experiments ready to start")
     ready: Names = Field(description="Experiments compiled whole")
 
