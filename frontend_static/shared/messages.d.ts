@@ -257,13 +257,13 @@ export interface ComparisonResult {
 /** How far compiling is, which is needed once after an installation or an update. */
 export interface CompilationPublic {
   finished: boolean;
-  /** In words: "compiling, 14 of 41 functions, about 40 s on an idle machine, only once" */
+  /** In words: "compiling, 14 of 41 functions, about 40 s on an idle machine" */
   sentence: string;
   /** Functions that are compiled */
   done: number;
   /** Functions that there are; 0 while that is not known */
   total: number;
-  /** Time left on an idle machine, roughly; null while unknown */
+  /** On an idle machine; null while unknown */
   seconds_left: number | null;
   /** Experiments ready to start */
   usable: string[];

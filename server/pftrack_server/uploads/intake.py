@@ -9,8 +9,9 @@ import asyncio
 import contextlib
 import re
 import threading
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Container, Coroutine, Mapping
 from dataclasses import replace
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, Final, ParamSpec, TypeVar
 
@@ -31,7 +32,7 @@ from pftrack_server.jobs.functions import index_frames
 from pftrack_server.store.database import UploadRow
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.store import Store
-from pftrack_server.uploads.multipart import Received
+from pftrack_server.uploads.multipart import LONGEST_NAME, Received
 
 BUDGET = Budget(cpu_seconds=120, silence_s=240, file_bytes=0, answer_bytes=8 * MEBIBYTE)
 
@@ -201,6 +202,7 @@ _keeping = threading.Lock()
 
 
 def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> UploadRow:
+    row.name = _free_name(row.name, {each.name for each in store.all(UploadRow)})
     target = store.files.upload(row.id)
     target.parent.mkdir(mode=0o700)
     try:
@@ -211,6 +213,12 @@ def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> Upl
         store.files.remove("uploads", row.id)
         raise
     return row
+
+
+def _free_name(name: str, taken: Container[str]) -> str:
+    """Return a name as it is, or with the first number that tells it from those that are taken: "walk.mp4 (2)"."""
+    numbered = (f"{name[: LONGEST_NAME - 10]} ({number})" for number in count(2))
+    return next(each for each in chain([name[:LONGEST_NAME]], numbered) if each not in taken)
 
 
 def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str], str]:

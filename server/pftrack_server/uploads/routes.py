@@ -5,7 +5,6 @@ import re
 import shutil
 import threading
 from http import HTTPStatus
-from pathlib import PurePath
 from typing import Annotated, Any, TypeVar
 
 from fastapi import APIRouter, Depends, Path, Query, Request
@@ -254,7 +253,8 @@ def fetch_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> R
     table = table_of(store, upload.id, experiment)
     if table is None:
         raise NotFoundError("No truth was given for this upload, or it is of another kind.")
-    name = re.sub(r"[^A-Za-z0-9_.]+", "-", PurePath(upload.name).stem).strip("-.")
+    stem = re.sub(r"\.\w+(?=( \(\d+\))?$)", "", upload.name)
+    name = re.sub(r"[^A-Za-z0-9_.]+", "-", stem).strip("-.")
     given = f'attachment; filename="{name or upload.id}-truth.csv"'
     return Response(table, media_type="text/csv", headers={"Content-Disposition": given, "Cache-Control": "no-store"})
 

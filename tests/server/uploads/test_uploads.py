@@ -86,6 +86,20 @@ class TestTakenIn:
         assert name == "ab.mp4"
         assert "too long" in error_of(send(client, ("x" * 5000 + ".mp4", clip)), 400)["message"]
 
+    def test_two_of_one_name_are_told_apart(self, client: httpx.Client, clip: bytes) -> None:
+        """The second gets a number, wherever it is named; a name that was deleted is free again."""
+        first, second, third = (send(client, ("twice.mp4", clip)).json() for _ in range(3))
+        assert [it["name"] for it in (first, second, third)] == ["twice.mp4", "twice.mp4 (2)", "twice.mp4 (3)"]
+        assert client.delete(f"/api/v1/uploads/{first['id']}").status_code == 204
+        assert send(client, ("twice.mp4", clip)).json()["name"] == "twice.mp4"
+        longest = [send(client, ("x" * 300, clip)).json()["name"] for _ in range(2)]
+        assert longest == ["x" * 200, "x" * 190 + " (2)"]
+        truth = {"file": ("truth.csv", b"frame,x,y,w,h\n0,10,20,10,10\n")}
+        address = f"/api/v1/uploads/{second['id']}/truth"
+        assert client.put(f"{address}?experiment=ball", files=truth).is_success
+        told = client.get(f"{address}.csv?experiment=ball").headers["content-disposition"]
+        assert told.endswith('"twice-2-truth.csv"')
+
     def test_a_session_on_an_upload(self, client: httpx.Client, clip: bytes) -> None:
         """A session runs on an upload with the box of its target, and the upload cannot be deleted meanwhile."""
         upload = send(client, ("ball.mp4", clip)).json()
