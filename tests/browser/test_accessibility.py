@@ -22,12 +22,20 @@ def test_the_start_page(gallery: Gallery) -> None:
     check(gallery.page)
 
 
-@pytest.mark.parametrize("path", ["references", "sweep/new", "sweep/0123456789abcdef", "session/0123456789abcdef"])
+NOTHING = "0123456789abcdef"
+PLAIN_PAGES = [
+    *("work", "references", "glossary", "failures", "failures/look-alike-capture", "compare", "sweep/new", "lectures"),
+    *(f"sweep/{NOTHING}", f"sweep/{NOTHING}/run/0", f"session/{NOTHING}", f"lectures/{NOTHING}"),
+]
+"""The pages that show something without a session; start, session and lessons have tests of their own."""
+
+
+@pytest.mark.parametrize("path", PLAIN_PAGES)
 def test_a_page_that_needs_nothing(page: Any, path: str, complaints: Any) -> None:
-    """References, the form of a sweep, and what is said where there is nothing."""
+    """Each page as it is at first, and what is said where there is nothing."""
     complaints.expected = ("404",)
     page.goto(path)
-    page.locator("main :is(section, form, .notice)").first.wait_for()
+    page.locator("main :is(section, form, .notice, h1)").first.wait_for()
     check(page)
     fits(page)
 
