@@ -14,7 +14,7 @@ from hashlib import blake2b
 from math import prod
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, ConfigDict, TypeAdapter, ValidationError, ValidationInfo
+from pydantic import BeforeValidator, ConfigDict, SkipValidation, TypeAdapter, ValidationError, ValidationInfo
 from pydantic.dataclasses import dataclass
 
 from pftrack.core.model.measures import Measure
@@ -91,7 +91,7 @@ class Plan:
     trials: Annotated[int, BeforeValidator(partial(_whole, 1, MOST_RUNS))] = 1
     seed: Annotated[int, BeforeValidator(partial(_whole, 0, LARGEST_SEED))] = 0
     frames: Annotated[int, BeforeValidator(partial(_whole, 0, LONGEST_RUN))] = 0
-    values: Mapping[str, Value] = field(default_factory=dict)
+    values: Mapping[str, Annotated[Value, SkipValidation]] = field(default_factory=dict)
     footage: Footage | None = None
     kind: Kind | None = None
     filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

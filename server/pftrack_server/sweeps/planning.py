@@ -121,7 +121,7 @@ def _own_filters(filters: FilterFiles, body: SweepCreate) -> dict[str, tuple[str
     """Return the texts of the trackers that files of the server's owner make, by name."""
     varied = (value for axis in body.axes if axis.name == TRACKER for value in axis.values or ())
     try:
-        return filters.texts_of(body.experiment, {*body.trackers, *varied})
+        return filters.texts_of(body.experiment, {*body.trackers, *(name for name in varied if isinstance(name, str))})
     except (ValueError, OSError) as error:
         raise RefusedError(f"The file {error}.", field="trackers") from None
 
