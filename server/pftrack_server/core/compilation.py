@@ -19,7 +19,7 @@ import structlog
 from pftrack.doctor.memory import cache_folder, ready
 from pftrack.doctor.warming import Progress, Warming
 from pftrack.experiments import EXPERIMENTS
-from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.errors import unavailable
 
 log = structlog.get_logger(__name__)
 
@@ -72,7 +72,7 @@ class Compilation:
         """Wait a moment for an experiment that somebody opens to be usable; it is compiled next.
 
         Raises:
-            UnavailableError: It takes longer.
+            ApiError: It takes longer (503).
         """
         if self._warming is not None and name not in self.progress.ready:
             self._warming.prefer(name)
@@ -82,7 +82,7 @@ class Compilation:
         """Wait a moment for an experiment to be ready.
 
         Raises:
-            UnavailableError: It takes longer.
+            ApiError: It takes longer (503).
         """
         await self._wait_until(lambda: name in self.progress.ready)
 
@@ -91,10 +91,10 @@ class Compilation:
         until = time.monotonic() + PATIENCE_S
         while not condition():
             if self._stopping.is_set():
-                raise UnavailableError("The server is being stopped. Try again when it is back.")
+                raise unavailable("The server is being stopped. Try again when it is back.")
             if time.monotonic() > until:
                 told = self.progress.sentence
-                raise UnavailableError(f"This experiment is not ready yet: {told}. Try again when it is.")
+                raise unavailable(f"This experiment is not ready yet: {told}. Try again when it is.")
             await asyncio.sleep(LOOK_EVERY_S)
 
     def _take(self, progress: Progress) -> None:

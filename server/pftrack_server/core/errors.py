@@ -6,11 +6,13 @@ what is allowed, and never a path or a stack.
 
 import json
 import math
+from functools import partial
 from http import HTTPStatus
 from typing import Any
 
 from pydantic import BaseModel
 from starlette.responses import Response
+from starlette.websockets import WebSocket, WebSocketState
 
 from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 
@@ -35,61 +37,50 @@ class ErrorBody(BaseModel):
 class ApiError(RefusedError):
     """A refusal of the server, with its own HTTP status."""
 
-    status: int = HTTPStatus.BAD_REQUEST
+    def __init__(self, message: str, status: int = HTTPStatus.BAD_REQUEST) -> None:
+        super().__init__(message)
+        self.status = status
 
 
-class GoneError(ApiError):
-    """The resource existed and has ended, or its record cannot be read and can only be deleted."""
+unauthorized = partial(ApiError, status=HTTPStatus.UNAUTHORIZED)
+"""Nobody knows who the client is."""
+forbidden = partial(ApiError, status=HTTPStatus.FORBIDDEN)
+"""The client has no right to do this."""
+not_found = partial(ApiError, status=HTTPStatus.NOT_FOUND)
+"""The resource does not exist, or no longer."""
+gone = partial(ApiError, status=HTTPStatus.GONE)
+"""The resource existed and has ended, or its record cannot be read and can only be deleted."""
+too_large = partial(ApiError, status=HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+"""The body or file has more bytes than allowed."""
+crowded = partial(ApiError, status=HTTPStatus.TOO_MANY_REQUESTS)
+"""A limit on clients or connections is reached."""
+client_gone = partial(ApiError, status=499)
+"""The client hung up before the answer was ready; web servers log this status, which is in no standard."""
+unavailable = partial(ApiError, status=HTTPStatus.SERVICE_UNAVAILABLE)
+"""The server cannot do this now, but may later."""
+disk_full = partial(ApiError, status=HTTPStatus.INSUFFICIENT_STORAGE)
+"""The disk, or the server's share of it, is full."""
 
-    status = HTTPStatus.GONE
-
-
-class ForbiddenError(ApiError):
-    """The client has no right to do this."""
-
-    status = HTTPStatus.FORBIDDEN
-
-
-class CrowdedError(ApiError):
-    """A limit on clients or connections is reached."""
-
-    status = HTTPStatus.TOO_MANY_REQUESTS
-
-
-class NotFoundError(ApiError):
-    """The resource does not exist, or no longer."""
-
-    status = HTTPStatus.NOT_FOUND
-
-
-class TooLargeError(ApiError):
-    """The body or file has more bytes than allowed."""
-
-    status = HTTPStatus.REQUEST_ENTITY_TOO_LARGE
-
-
-class DiskFullError(ApiError):
-    """The disk, or the server's share of it, is full."""
-
-    status = HTTPStatus.INSUFFICIENT_STORAGE
-
-
-class ClientGoneError(ApiError):
-    """The client hung up before the answer was ready."""
-
-    status = 499  # as web servers write it down, in no standard
-
-
-class UnavailableError(ApiError):
-    """The server cannot do this now, but may later."""
-
-    status = HTTPStatus.SERVICE_UNAVAILABLE
+GONE = 4404
+CLOSE_CODES: dict[int, int] = {HTTPStatus.GONE: GONE, HTTPStatus.UNAUTHORIZED: 4403}
+"""Codes of closed websockets by the status of an answer; those of all other statuses are 4000 plus the status."""
+MOST_REASON_BYTES = 123
+"""Of a close frame, by RFC 6455, section 5.5."""
 
 
 def status_of(error: RefusedError) -> int:
     """Return the HTTP status of the answer to a refusal."""
     usual = HTTPStatus.CONFLICT if isinstance(error, ConflictError) else HTTPStatus.UNPROCESSABLE_ENTITY
     return error.status if isinstance(error, ApiError) else usual
+
+
+async def close(websocket: WebSocket, status: int, message: str) -> None:
+    """Close a websocket where a request is answered with a status and a message."""
+    # A browser is told code and reason only of a socket that was accepted.
+    if websocket.application_state is WebSocketState.CONNECTING:
+        await websocket.accept()
+    reason = message.encode()[:MOST_REASON_BYTES].decode(errors="ignore")
+    await websocket.close(CLOSE_CODES.get(status, 4000 + status), reason)
 
 
 def detail_of(error: RefusedError) -> dict[str, Any]:
@@ -117,14 +108,7 @@ def response(status: int, detail: dict[str, Any], headers: dict[str, str] | None
 
 def _plain(value: object) -> object:
     """Return what JSON can carry of a value that somebody sent."""
-    if value is None or isinstance(value, bool):
+    if (isinstance(value, int) and abs(value) < 2**53) or (isinstance(value, float) and math.isfinite(value)):
         return value
-    if isinstance(value, int):
-        return value if abs(value) < 2**53 else _short(str(value))
-    if isinstance(value, float):
-        return value if math.isfinite(value) else str(value)
-    return _short(value if isinstance(value, str) else repr(value))
-
-
-def _short(text: str) -> str:
+    text = value if isinstance(value, str) else repr(value)
     return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 1]}…"

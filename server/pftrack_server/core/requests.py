@@ -19,7 +19,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.experiment import Experiment
-from pftrack_server.core.errors import ClientGoneError, NotFoundError
+from pftrack_server.core.errors import client_gone, not_found
 from pftrack_server.core.settings import Settings
 
 Result = TypeVar("Result")
@@ -110,7 +110,7 @@ def _experiment(experiment: AName) -> Experiment:
     try:
         return find_experiment(experiment)
     except RefusedError as error:
-        raise NotFoundError(str(error)) from None
+        raise not_found(str(error)) from None
 
 
 AnExperiment = Annotated[Experiment, Depends(_experiment)]
@@ -135,7 +135,7 @@ async def unless_gone(work: Coroutine[Any, Any, Result], gone: Callable[[], Awai
         gone: Waits until the client has hung up.
 
     Raises:
-        ClientGoneError: It has, before the work was done.
+        ApiError: It has, before the work was done (499).
     """
     working = asyncio.ensure_future(work)
     leaving = asyncio.ensure_future(gone())
@@ -144,7 +144,7 @@ async def unless_gone(work: Coroutine[Any, Any, Result], gone: Callable[[], Awai
         if working.done():
             return working.result()
         leaving.result()  # a body may be refused that nobody has read
-        raise ClientGoneError("The client hung up before this was done.")
+        raise client_gone("The client hung up before this was done.")
     finally:
         for task in (working, leaving):
             task.cancel()

@@ -18,7 +18,7 @@ from fastapi import Depends, Request
 
 from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
-from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.errors import unavailable
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.requests import service, unless_gone, wait_until_gone
@@ -178,7 +178,7 @@ class ChildTasks:
 
         Raises:
             RefusedError: They die.
-            UnavailableError: They do not answer.
+            ApiError: They do not answer (503).
         """
         async with self.queues.check.place():
             await self.run_beside(functions.do_nothing)
@@ -188,8 +188,7 @@ class ChildTasks:
 
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
-            UnavailableError: It took too long.
-            ClientGoneError: Its client hung up.
+            ApiError: It took too long (503); its client hung up (499).
         """
         return await unless_gone(self._in_turn(function, arguments), self.gone)
 
@@ -214,7 +213,7 @@ class ChildTasks:
 
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
-            UnavailableError: It gave no sign of life for too long.
+            ApiError: It gave no sign of life for too long (503).
         """
         budget = Budget(cpu_seconds=cpu_seconds, file_bytes=file_bytes)
         work = partial(self.run_beside, function, *arguments, budget=budget, on_step=on_step)
@@ -250,7 +249,7 @@ class ChildTasks:
 
         Raises:
             RefusedError: The function refused its arguments, with a sentence, or its process died.
-            UnavailableError: It gave no sign of life for too long, or was stopped.
+            ApiError: It gave no sign of life for too long, or was stopped (503).
         """
         outcome = await run_task(
             FORK_SERVER,
@@ -285,7 +284,7 @@ def _result(outcome: Outcome, budget: Budget) -> Any:  # noqa: ANN401 - whatever
         case Refusal(message=message):
             raise RefusedError(message[:1].upper() + message[1:])
         case Ending.OUT_OF_TIME | Ending.KILLED as how:
-            raise UnavailableError(ending_message(how, budget))
+            raise unavailable(ending_message(how, budget))
         case Ending() as how:
             raise RefusedError(ending_message(how, budget))
     raise RefusedError("This failed, or what it reads cannot be read safely; the server's log says where.")

@@ -15,7 +15,7 @@ import structlog
 from pydantic import BaseModel, Field
 
 from pftrack.core.refusal import RefusedError
-from pftrack_server.core.errors import ClientGoneError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import client_gone, not_found, unavailable
 from pftrack_server.store.disk_budget import failure_message
 
 Result = TypeVar("Result")
@@ -103,12 +103,12 @@ class Jobs:
         """Return a job, which then goes on.
 
         Raises:
-            NotFoundError: It is unknown, or ended long ago.
+            ApiError: It is unknown, or ended long ago (404).
         """
         self._forget()
         found = self._all.get(name)
         if found is None:
-            raise NotFoundError("This job does not exist; it may have been cancelled, or have ended long ago.")
+            raise not_found("This job does not exist; it may have been cancelled, or have ended long ago.")
         found.unasked = 0
         found.job.refresh()
         return found.job
@@ -117,7 +117,7 @@ class Jobs:
         """Return the job of the same id, which then goes on, or begin this one; one that was left alone begins anew.
 
         Raises:
-            UnavailableError: There are as many under way as there may be.
+            ApiError: There are as many under way as there may be (503).
         """
         self._forget()
         known = self._all.get(job.id)
@@ -132,13 +132,11 @@ class Jobs:
         """Make sure that there is a place for one more of a kind.
 
         Raises:
-            UnavailableError: There are as many under way as there may be.
+            ApiError: There are as many under way as there may be (503).
         """
         if len(self.under_way(kind)) >= MOST_AT_WORK:
             several = f"{kind.model_fields['kind'].default}s"
-            raise UnavailableError(
-                f"The server works on at most {MOST_AT_WORK} {several} at a time; wait, or cancel one."
-            )
+            raise unavailable(f"The server works on at most {MOST_AT_WORK} {several} at a time; wait, or cancel one.")
 
     def begin(self, job: OneJob, work: Work, *, drop: Callable[[], object] = lambda: None) -> OneJob:
         """Begin a job, and return it.
@@ -149,7 +147,7 @@ class Jobs:
             drop: Lets go of what it leaves behind: once it has failed, or nobody can ask for it any more.
 
         Raises:
-            UnavailableError: There are as many under way as there may be.
+            ApiError: There are as many under way as there may be (503).
         """
         self.check_room(type(job))
         made = _Entry(job, drop)
@@ -161,7 +159,7 @@ class Jobs:
         """End a job, and forget it.
 
         Raises:
-            NotFoundError: It does not exist.
+            ApiError: It does not exist (404).
         """
         self.get(name)
         await _cancel(self._all[name])
@@ -212,7 +210,7 @@ async def _run_while_asked(entry: _Entry, work: Coroutine[Any, Any, Any]) -> Any
             entry.unasked += 1
             if entry.unasked >= MOST_LOOKS:
                 waited = f"{LOOK_S * MOST_LOOKS:g} s"
-                raise ClientGoneError(f"Nobody asked for this {entry.job.kind} for {waited}; begin it again.")
+                raise client_gone(f"Nobody asked for this {entry.job.kind} for {waited}; begin it again.")
         return working.result()
     finally:
         working.cancel()

@@ -89,7 +89,7 @@ class ExperimentResults:
             subject: Its argument.
 
         Raises:
-            UnavailableError: The experiment is still being compiled, or it takes too long.
+            ApiError: The experiment is still being compiled, or it takes too long (503).
             RefusedError: It cannot be computed.
         """
         name = digest(f"{function.__name__} {subject}")

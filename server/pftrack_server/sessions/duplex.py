@@ -17,6 +17,7 @@ from fastapi import WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from pftrack_server.core.base_path import route_path
+from pftrack_server.core.errors import GONE
 
 VERSION: Literal[1] = 1
 
@@ -64,7 +65,6 @@ def encode(message: Message) -> str:
 
 log = structlog.get_logger(__name__)
 
-GONE = 4404
 FAILED = 1011
 UNKNOWN_WORD = 1003
 SLOWEST_LISTENER_S = 30.0

@@ -15,7 +15,7 @@ import structlog
 
 from pftrack.core.refusal import ConflictError
 from pftrack.sources.sequence import Recording
-from pftrack_server.core.errors import NotFoundError, UnavailableError
+from pftrack_server.core.errors import not_found, unavailable
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
@@ -119,18 +119,18 @@ class Manager:
         """Return a session.
 
         Raises:
-            NotFoundError: It does not exist.
+            ApiError: It does not exist (404).
         """
         session = self.find(name)
         if session is None:
-            raise NotFoundError("This session does not exist; it may have been ended.")
+            raise not_found("This session does not exist; it may have been ended.")
         return session
 
     async def create(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
         """Start a new session, and prepare it for its client; where that fails, it is ended.
 
         Raises:
-            UnavailableError: The house is full.
+            ApiError: The house is full (503).
             ConflictError: There is a session of that name.
             Exception: Whatever refused the spec, or failed in preparing.
         """
@@ -157,7 +157,7 @@ class Manager:
         """Give a session a worker again, where it was.
 
         Raises:
-            UnavailableError: The house is full.
+            ApiError: The house is full (503).
         """
         if not session.live:
             await self._start(session)
@@ -244,7 +244,7 @@ class Manager:
         while self.live >= self._settings.max_sessions:
             unused = [session for session in self._sessions.values() if session.is_unused]
             if not unused:
-                raise UnavailableError(
+                raise unavailable(
                     f"All {self._settings.max_sessions} places are taken by sessions that somebody watches; "
                     "end one, or close its page."
                 )
@@ -255,13 +255,13 @@ class Manager:
         """End the session that was left longest ago, of those that nobody holds.
 
         Raises:
-            UnavailableError: All of them are held, or the new one is a follower's copy, to which none gives way.
+            ApiError: All of them are held, or the new one is a follower's copy, to which none gives way (503).
         """
         plain = [session for session in self._sessions.values() if not self._is_held(session)]
         if new.follow or not plain:
             held = "" if new.follow else ", and each of them is open, named, bookmarked or followed by a class"
             who = "Ask the lecturer to end" if new.follow else "End"
-            raise UnavailableError(
+            raise unavailable(
                 f"The server keeps at most {self._settings.max_stored_sessions} sessions{held}. "
                 f"{who} some in My work, and try again."
             )

@@ -16,11 +16,11 @@ from pftrack.experiments import find as find_experiment
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.bodies import RequestBody, Title
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import GONE, not_found
 from pftrack_server.core.requests import MULTIPART, AName, TakesFiles, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.create import SessionCreate, as_spec
-from pftrack_server.sessions.duplex import GONE, converse
+from pftrack_server.sessions.duplex import converse
 from pftrack_server.sessions.manager import Manager, Prepare
 from pftrack_server.sessions.session import Answer, Session
 from pftrack_server.sessions.spec import Bookmark, Phase, SessionSpec
@@ -134,7 +134,7 @@ async def diagnostics(session: ASession, branch: str | None = None) -> Response:
     """Return the diagnostics of all frames of a branch; of the active one if none is named."""
     name = branch or session.spec.branch
     if name not in session.spec.branches:
-        raise NotFoundError("The session has no branch of this name.")
+        raise not_found("The session has no branch of this name.")
     return Response(session.columns_text(name), media_type="application/json")
 
 
@@ -198,7 +198,7 @@ async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | 
 async def forget_bookmark(session: ASession, bookmark: AName, manager: AManager) -> None:
     """Forget a bookmark."""
     if not session.unbookmark(bookmark):
-        raise NotFoundError("The session has no bookmark of this id.")
+        raise not_found("The session has no bookmark of this id.")
     await manager.note()
 
 

@@ -11,7 +11,7 @@ from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pftrack.core.refusal import ConflictError
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import ApiError, not_found
 from pftrack_server.core.panel import PanelValues
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions.scene_feed import SceneFeed
@@ -19,7 +19,7 @@ from pftrack_server.sessions.spec import LIVE, Phase, SessionSpec
 from pftrack_server.sessions.state import SessionState
 from pftrack_server.sessions.stream import Refused, SessionPublic
 from pftrack_server.sessions.worker import protocol
-from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
+from pftrack_server.sessions.worker_handle import WorkerHandle
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint
@@ -105,7 +105,7 @@ class Session(SessionState):
         """Wait for the run to be where it was, but no longer than this; a page can watch it on its way.
 
         Raises:
-            WorkerLostError: The worker ended first.
+            ApiError: The worker ended first (503).
         """
         if self.worker is not None:
             await self.worker.wait_until_open(patience_s)
@@ -165,7 +165,7 @@ class Session(SessionState):
 
         Raises:
             ConflictError: There is no worker, or the other branches forbid it.
-            NotFoundError: The branch does not exist.
+            ApiError: The branch does not exist (404).
             Exception: Whatever refused it, as the worker raised it.
         """
 
@@ -176,7 +176,7 @@ class Session(SessionState):
             return self.view() if result is None else result
 
         if isinstance(command, protocol.ShowBranch) and command.branch not in self.spec.branches:
-            raise NotFoundError("The session has no branch of this name.")
+            raise not_found("The session has no branch of this name.")
         count = len(self.spec.branches)
         if isinstance(command, protocol.Restart) and command.seed not in {None, self.spec.recipe.seed} and count > 1:
             raise ConflictError(
@@ -208,7 +208,7 @@ class Session(SessionState):
     async def thumbnail(self) -> bytes | None:
         """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""
         if self.worker is not None and self.is_free:
-            with suppress(ConflictError, WorkerLostError):
+            with suppress(ConflictError, ApiError):
                 self._thumbnail = await self.order(protocol.Picture())
         return self._thumbnail
 

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import structlog
 
 from pftrack.process import AsyncEnd, Child, Ending, describe, ending
-from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.errors import unavailable
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.core.resource_limits import allowed_cpu_seconds
 from pftrack_server.sessions.spec import RunSnapshot
@@ -27,10 +27,6 @@ Result = TypeVar("Result")
 log = structlog.get_logger(__name__)
 
 LAST_WORDS_S = 2.0
-
-
-class WorkerLostError(UnavailableError):
-    """The worker ended before it could answer."""
 
 
 class WorkerHandle:
@@ -76,7 +72,7 @@ class WorkerHandle:
 
         Raises:
             Exception: Whatever refused the config, as the worker raised it.
-            WorkerLostError: It ended first.
+            ApiError: It ended first (503).
         """
         load = load_compiled, self._config.run.recipe.experiment
         self._child = await FORK_SERVER.fork_async(main, self._config, load=load)
@@ -93,7 +89,7 @@ class WorkerHandle:
         """Wait for the run to be where the config wants it, but no longer than this.
 
         Raises:
-            WorkerLostError: The worker ended first.
+            ApiError: The worker ended first (503).
         """
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(asyncio.shield(self._opened), patience_s)
@@ -114,10 +110,10 @@ class WorkerHandle:
 
         Raises:
             Exception: Whatever refused the order, as the worker raised it.
-            WorkerLostError: The worker ended first.
+            ApiError: The worker ended first (503).
         """
         if self._end is None or self._gone.is_set():
-            raise WorkerLostError("The session's worker has ended; resume the session.")
+            raise unavailable("The session's worker has ended; resume the session.")
         number = next(self._numbers)
         future: asyncio.Future[Result] = asyncio.get_running_loop().create_future()
         self._waiting[number] = future, then
@@ -181,7 +177,7 @@ class WorkerHandle:
             self._child.kill()  # with all that it has started, which may have outlived it and the fork server
             status = await self._child.wait(LAST_WORDS_S)
         reason = self._reason or _cause(status, self._config)
-        lost = WorkerLostError(reason)
+        lost = unavailable(reason)
         for future, _ in self._waiting.values():
             if not future.done():
                 future.set_exception(lost)

@@ -126,15 +126,11 @@ class PollRow(Base):
     followers: Mapped[int]
 
 
-class DatabaseError(RuntimeError):
-    """The database cannot be used; the sentence says why and what to do."""
-
-
 def connect(url: str) -> Engine:
     """Open the database, with its tables.
 
     Raises:
-        DatabaseError: It is damaged, of another version, of another program, or does not answer.
+        RuntimeError: It is damaged, of another version, of another program, or does not answer.
     """
     engine = create_engine(url)
     name = f"The database {engine.url.database or url}"
@@ -142,7 +138,7 @@ def connect(url: str) -> Engine:
         _prepare(engine, name)
     except DBAPIError as error:
         engine.dispose()
-        raise DatabaseError(f"{name} {_trouble(error)}.") from None
+        raise RuntimeError(f"{name} {_trouble(error)}.") from None
     except BaseException:
         engine.dispose()
         raise
@@ -156,7 +152,7 @@ def _prepare(engine: Engine, name: str) -> None:
         if found == VERSION:
             return
         if found > VERSION:
-            raise DatabaseError(
+            raise RuntimeError(
                 f"{name} was written by a newer version of pftrack (its tables are {found}, and this version knows "
                 f"{VERSION}): update pftrack, or {AWAY}."
             )
@@ -169,15 +165,15 @@ def _find_version(connection: Connection, name: str) -> int:
     """Return the version of a database, 0 if it is empty; refuse what this program must not touch."""
     found = connection.execute(text("PRAGMA quick_check(1)")).scalar()
     if found != "ok":
-        raise DatabaseError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
+        raise RuntimeError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
     if connection.execute(text("PRAGMA application_id")).scalar() == APPLICATION:
         return int(connection.execute(text("PRAGMA user_version")).scalar_one())
     tables = set(inspect(connection).get_table_names())
     if UNRELEASED in tables and tables & set(Base.metadata.tables):
-        raise DatabaseError(f"{name} was written by a version of pftrack before the first release: {AWAY}.")
+        raise RuntimeError(f"{name} was written by a version of pftrack before the first release: {AWAY}.")
     if tables:
         some = ", ".join(sorted(tables)[:3])
-        raise DatabaseError(f"{name} belongs to another program, since it has tables {some}: choose another one.")
+        raise RuntimeError(f"{name} belongs to another program, since it has tables {some}: choose another one.")
     return 0
 
 

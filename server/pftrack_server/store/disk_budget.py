@@ -22,7 +22,7 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 
 from pftrack.core.files import free_bytes
 from pftrack.core.refusal import RefusedError
-from pftrack_server.core.errors import DiskFullError
+from pftrack_server.core.errors import ApiError, disk_full
 from pftrack_server.core.resource_limits import MEBIBYTE, mebibytes
 
 log = structlog.get_logger(__name__)
@@ -61,8 +61,8 @@ MEANINGS = {
 
 def is_full(error: BaseException) -> bool:
     """Tell whether an error is that of a disk with no room, or that takes nothing."""
-    if isinstance(error, DiskFullError):
-        return True
+    if isinstance(error, ApiError):
+        return error.status == HTTPStatus.INSUFFICIENT_STORAGE
     if isinstance(error, OSError):
         return error.errno in FULL
     if isinstance(error, DBAPIError):
@@ -116,13 +116,13 @@ class DiskBudget:
         """Make sure that so much may be written.
 
         Raises:
-            DiskFullError: Less than the reserve would be left, or the folder cannot be written.
+            ApiError: Less than the reserve would be left, or the folder cannot be written (507).
         """
         self.check_folder()
         free = free_bytes(self._folder)
         if free - wanted_bytes < self._reserve_bytes:
             reserve = mebibytes(self._reserve_bytes)
-            raise DiskFullError(
+            raise disk_full(
                 f"The server's disk has {mebibytes(free)} left and keeps {reserve} free; "
                 f"this needs {mebibytes(wanted_bytes)}. Delete uploads, saved runs, sweeps or sessions, and try again."
             )
@@ -131,10 +131,10 @@ class DiskBudget:
         """Make sure that the folder is there and can be written; a database goes on in files that were deleted.
 
         Raises:
-            DiskFullError: It is not.
+            ApiError: It is not (507).
         """
         if not os.access(self._folder, os.W_OK):
-            raise DiskFullError(FOLDER_GONE)
+            raise disk_full(FOLDER_GONE)
 
     def take_ballast(self) -> None:
         """Hold as much ballast as there is room for."""
@@ -146,7 +146,7 @@ class DiskBudget:
         """Do what makes room or has happened already; on a full disk do it again without the ballast.
 
         Raises:
-            DiskFullError: The folder cannot be written.
+            ApiError: The folder cannot be written (507).
             Exception: What the work raises, after the second time where the disk was full at the first.
         """
         self.check_folder()

@@ -16,7 +16,7 @@ from pftrack.core.files import write_whole
 from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.own.code import digest_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 
 INDEX = "index.json"
 LARGEST_FILTER_BYTES = 4 * LONGEST_FILE  # as UTF-8 writes so many characters at most
@@ -98,11 +98,11 @@ class DataDirectory:
         """Return where an upload lies.
 
         Raises:
-            NotFoundError: A link stands there that leads elsewhere, as is so of all that follows here.
+            ApiError: A link stands there that leads elsewhere, as is so of all that follows here (404).
         """
         path = _within(self.uploads, _check(name), "content")
         if path.is_dir() and any(entry.is_symlink() for entry in path.iterdir()):
-            raise NotFoundError(LINK)
+            raise not_found(LINK)
         return path
 
     def index(self, name: str) -> str:
@@ -205,7 +205,7 @@ def _within(folder: Path, *parts: str) -> Path:
     """
     path = folder.joinpath(*parts)
     if not path.resolve().is_relative_to(folder.resolve()):
-        raise NotFoundError(LINK)
+        raise not_found(LINK)
     return path
 
 

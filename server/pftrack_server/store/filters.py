@@ -23,7 +23,7 @@ from pftrack.experiments import find
 from pftrack.experiments.own.code import HINTS, Hint, digest_of
 from pftrack.experiments.own.extension import name_of
 from pftrack_server.core.bodies import fields_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 from pftrack_server.core.requests import service
 from pftrack_server.store.files import DataDirectory
 
@@ -156,12 +156,12 @@ class FilterFiles:
             before: Hash of the text that it takes the place of.
 
         Raises:
-            NotFoundError: The server was not started with such a file.
+            ApiError: The server was not started with such a file (404).
             ConflictError: It may not be written here, or was changed meanwhile.
         """
         served = self._served.get(name)
         if served is None:
-            raise NotFoundError("The server was not started with such a file.")
+            raise not_found("The server was not started with such a file.")
         if not self._editable:
             raise ConflictError("Files are written only where this machine alone can reach the server.")
         if digest_of(served.path.read_text(encoding="utf-8")) != before:
@@ -174,7 +174,7 @@ class FilterFiles:
         experiment = find(served.experiment)
         model, parameters = experiment.model, experiment.simulate().parameters
         if model is None:
-            raise NotFoundError("The experiment takes no filters from files.")
+            raise not_found("The experiment takes no filters from files.")
         return FilterPublic(
             **fields_of(FilterPublic, served) | {"digest": digest_of(text)},
             file=served.path.name,

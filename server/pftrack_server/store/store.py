@@ -12,7 +12,7 @@ from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.orm import sessionmaker
 
 from pftrack.core.files import write_whole
-from pftrack_server.core.errors import GoneError, NotFoundError
+from pftrack_server.core.errors import ApiError, gone, not_found
 from pftrack_server.core.requests import service
 from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import FORM, Base, ComparisonRow, RunRow, UploadRow, connect
@@ -74,7 +74,7 @@ class Store:
         """Return a row of a kind; None if there is none.
 
         Raises:
-            GoneError: It cannot be read.
+            ApiError: It cannot be read (410).
         """
         try:
             with self._begin() as database:
@@ -86,14 +86,13 @@ class Store:
             if name not in self._complained:
                 self._complained.add(name)
                 log.warning("a stored row is damaged and left out", table=kind.__tablename__, id=name, error=str(error))
-            raise GoneError("The stored data of this item is damaged; it can only be deleted.") from None
+            raise gone("The stored data of this item is damaged; it can only be deleted.") from None
 
     def find(self, kind: type[Row], name: str) -> Row:
         """Return a row of a kind.
 
         Raises:
-            NotFoundError: It does not exist.
-            GoneError: It cannot be read.
+            ApiError: It does not exist (404); it cannot be read (410).
         """
         found = self.get(kind, name)
         if found is None:
@@ -147,7 +146,7 @@ class Store:
         """Forget a row and its files, also one that cannot be read.
 
         Raises:
-            NotFoundError: It does not exist.
+            ApiError: It does not exist (404).
         """
         if not is_name(name) or not self.remove(kind, name):
             raise _no_such(kind)
@@ -175,12 +174,12 @@ class Store:
     def _readable(self, kind: type[Row], name: str) -> Row | None:
         try:
             return self.get(kind, name)
-        except GoneError:
+        except ApiError:
             return None
 
 
-def _no_such(kind: type[Base]) -> NotFoundError:
-    return NotFoundError(f"This {kind.__tablename__.removesuffix('s')} does not exist; it may have been deleted.")
+def _no_such(kind: type[Base]) -> ApiError:
+    return not_found(f"This {kind.__tablename__.removesuffix('s')} does not exist; it may have been deleted.")
 
 
 def _is_damage(error: Exception) -> bool:

@@ -15,7 +15,7 @@ from pftrack.process import UNLIMITED
 from pftrack.sources.sequence import Recording
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import SweepError
-from pftrack_server.core.errors import NotFoundError, UnavailableError
+from pftrack_server.core.errors import not_found, unavailable
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
@@ -106,11 +106,11 @@ class Sweeps:
         """Return a sweep.
 
         Raises:
-            NotFoundError: It does not exist.
+            ApiError: It does not exist (404).
         """
         sweep = self._sweeps.get(name)
         if sweep is None:
-            raise NotFoundError("This sweep does not exist; it may have been deleted.")
+            raise not_found("This sweep does not exist; it may have been deleted.")
         return sweep
 
     async def estimate(self, body: EstimateRequest) -> EstimatePublic:
@@ -146,7 +146,7 @@ class Sweeps:
 
         Raises:
             RefusedError: The plan in the body is unknown, out of bounds or too large.
-            UnavailableError: The server computes, keeps or stores enough already.
+            ApiError: The server computes, keeps or stores enough already (503).
         """
         plan = await asyncio.to_thread(as_plan, body, self._settings, self._store, self._filters)
         within_limits(plan, self._settings)
@@ -191,7 +191,7 @@ class Sweeps:
 
         Raises:
             ConflictError: It is running or complete.
-            UnavailableError: The server computes enough already.
+            ApiError: The server computes enough already (503).
         """
         async with self._command_lock:
             if sweep.row.state == "running":
@@ -205,7 +205,7 @@ class Sweeps:
         """Delete a sweep with all its results, also a sweep whose stored data is damaged.
 
         Raises:
-            NotFoundError: It does not exist.
+            ApiError: It does not exist (404).
         """
         async with self._command_lock:
             await self._remove(name)
@@ -238,11 +238,11 @@ class Sweeps:
     async def _check_room(self, plan: Plan) -> None:
         settings = self._settings
         if len(self._sweeps) >= settings.max_sweeps:
-            raise UnavailableError(f"The server keeps at most {settings.max_sweeps} sweeps; delete one first.")
+            raise unavailable(f"The server keeps at most {settings.max_sweeps} sweeps; delete one first.")
         self._check_places()
         wanted, used = plan.runs * BYTES_A_RUN, await asyncio.to_thread(self._used_bytes, self.all)
         if used + wanted > settings.max_sweeps_bytes:
-            raise UnavailableError(
+            raise unavailable(
                 f"The sweep may need {mebibytes(wanted)}; of the {mebibytes(settings.max_sweeps_bytes)} for all "
                 f"sweeps {mebibytes(used)} are in use. Delete one first, or ask for fewer runs."
             )
@@ -253,7 +253,7 @@ class Sweeps:
         if running >= self._settings.max_sweeps_running:
             most = self._settings.max_sweeps_running
             what = "1 sweep" if most == 1 else f"{most} sweeps"
-            raise UnavailableError(f"The server computes at most {what} at a time; wait, or cancel one.")
+            raise unavailable(f"The server computes at most {what} at a time; wait, or cancel one.")
 
     def _used_bytes(self, sweeps: list[Sweep]) -> int:
         """Return how much room sweeps take; this looks at each of their files."""

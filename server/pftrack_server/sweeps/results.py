@@ -33,7 +33,7 @@ from pftrack.sweep.cells import (
     quantities,
     samples,
 )
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.spec import SessionSpec
 from pftrack_server.store import Store
@@ -343,14 +343,14 @@ class Results:
         """Return one run.
 
         Raises:
-            NotFoundError: The run does not exist, or is not computed yet.
+            ApiError: The run does not exist, or is not computed yet (404).
         """
         if run >= self._plan.runs:
-            raise NotFoundError(f"This run does not exist; the sweep has runs 0 to {self._plan.runs - 1}.")
+            raise not_found(f"This run does not exist; the sweep has runs 0 to {self._plan.runs - 1}.")
         self.look()
         for found in rows_of(self.result(), {"run": run}, limit=1):
             return self._row(found)
-        raise NotFoundError("This run has not been computed yet.")
+        raise not_found("This run has not been computed yet.")
 
     # ------------------------------------------------------------ names
 
@@ -429,7 +429,7 @@ def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: in
     of the row would. It is computed to ten frames after it, so that one can ask at once why it was lost.
 
     Raises:
-        NotFoundError: The run does not exist.
+        ApiError: The run does not exist (404).
         RefusedError: The method is unknown.
         ConflictError: The run could not be computed, or its recording is no longer here.
     """

@@ -11,16 +11,15 @@ from fastapi import APIRouter, Depends, Path, Query, WebSocket
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, Response, StreamingResponse
 
-from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.core.refusal import ConflictError
 from pftrack.process import UNLIMITED
-from pftrack.sweep.axis import MOST_RUNS, SweepError
+from pftrack.sweep.axis import MOST_RUNS
 from pftrack.sweep.cells import Correction, UsedTest
 from pftrack.sweep.journal import csv_pieces
 from pftrack_server.core.bodies import Name, RequestBody
-from pftrack_server.core.errors import NotFoundError
 from pftrack_server.core.requests import AName, AnExperiment, SettingsNow, service
 from pftrack_server.jobs.child_tasks import TheTasks
-from pftrack_server.sessions.duplex import GONE, converse
+from pftrack_server.sessions.duplex import converse
 from pftrack_server.sessions.routes import Begin
 from pftrack_server.sessions.stream import SessionPublic
 from pftrack_server.store.store import AStore
@@ -211,25 +210,11 @@ async def download(
         raise
 
 
-REFUSED = 4422
-MOST_REASON_BYTES = 123
-"""Of a close frame, by RFC 6455, section 5.5."""
-
-
 @router.websocket("/sweeps/{sweep}/stream")
-async def stream(websocket: WebSocket, sweep: str, sweeps: ASweeps, x: str | None = None, y: str | None = None) -> None:
+async def stream(websocket: WebSocket, sweep: ASweep, x: str | None = None, y: str | None = None) -> None:
     """Greet a page, then tell it of every change until one of the two leaves."""
     await websocket.accept()
-    try:
-        found = sweeps.get(sweep)
-        await found.look()
-        await found.cells(x, y)
-    except RefusedError as error:
-        reason = str(error).encode()[:MOST_REASON_BYTES].decode(errors="ignore")
-        await websocket.close(GONE if isinstance(error, NotFoundError) else REFUSED, reason)
-        return
-    except SweepError:
-        await websocket.close(GONE, "The files of this sweep are damaged or were removed.")
-        return
-    with found.join(x, y) as listener:
+    await sweep.look()
+    await sweep.cells(x, y)
+    with sweep.join(x, y) as listener:
         await converse(websocket, listener, "The sweep was deleted, or the server was stopped.")

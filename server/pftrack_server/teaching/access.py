@@ -9,18 +9,17 @@ followed any more.
 
 import contextlib
 import html
-from http import HTTPStatus
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import HTTPConnection
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from pftrack_server.core import errors
 from pftrack_server.core.base_path import GUEST, LINKS, address_of, encode_path, route_path
-from pftrack_server.core.errors import ApiError, ForbiddenError
+from pftrack_server.core.errors import ApiError, forbidden, unauthorized
 from pftrack_server.core.frontend import FRONTEND
-from pftrack_server.sessions.duplex import GONE
 from pftrack_server.teaching.follow import LECTURER, Participant
 from pftrack_server.teaching.follows import Follows
 from pftrack_server.teaching.roles import Standing, is_allowed
@@ -28,18 +27,9 @@ from pftrack_server.teaching.roles import Standing, is_allowed
 COOKIE = "pftrack_seat"
 PAGE = "/follow"
 """Where the app has the followers' page."""
-FORBIDDEN, CROWDED = 4403, 4429
-CODES = {HTTPStatus.NOT_FOUND: GONE, HTTPStatus.GONE: GONE, HTTPStatus.TOO_MANY_REQUESTS: CROWDED}
-"""With which a socket is closed where a request is answered with this status."""
 ELSEWHERE = "The class no longer follows this."
 REFUSAL = FRONTEND / "follow" / "refused.html"
 """It needs no other file, since none is given to somebody without a link that holds."""
-
-
-class UnknownError(ApiError):
-    """Nobody knows who this is."""
-
-    status = HTTPStatus.UNAUTHORIZED
 
 
 class AccessGuard:
@@ -85,8 +75,8 @@ class AccessGuard:
         method = "WS" if scope["type"] == "websocket" else scope["method"]
         if path != "/" and not is_allowed(role, participant.reach, method, path):
             if role == "stranger":
-                raise UnknownError("Open the link of the class first; its page lets this browser in.")
-            raise ForbiddenError("Followers may watch, answer and try a copy; this is for the lecturer.")
+                raise unauthorized("Open the link of the class first; its page lets this browser in.")
+            raise forbidden("Followers may watch, answer and try a copy; this is for the lecturer.")
         follow.forks.touch(participant.seat, path)
         root = f"{scope['root_path']}{LINKS}/{claim.link}"
         whole = root + path
@@ -104,7 +94,8 @@ class AccessGuard:
                     raise
                 # It may have closed just before by itself.
                 with contextlib.suppress(RuntimeError, OSError):
-                    await send(_close_message(GONE, participant.follow.ended or ELSEWHERE))
+                    reason = participant.follow.ended or ELSEWHERE
+                    await send({"type": "websocket.close", "code": errors.GONE, "reason": reason})
 
 
 def _follows(scope: Scope) -> Follows:
@@ -145,11 +136,8 @@ def _send_with_seat(participant: Participant, scope: Scope, send: Send) -> Send:
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -> None:
     if scope["type"] == "websocket":
-        # A browser is told code and reason only of a socket that was accepted.
-        await receive()
-        with contextlib.suppress(OSError):
-            await send({"type": "websocket.accept"})
-            await send(_close_message(CODES.get(HTTPStatus(error.status), FORBIDDEN), str(error)))
+        with contextlib.suppress(WebSocketDisconnect):
+            await errors.close(WebSocket(scope, receive, send), error.status, str(error))
         return
     is_page = scope["method"] == "GET" and "text/html" in Headers(scope=scope).get("accept", "")
     answer = (
@@ -159,7 +147,3 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -
     )
     answer.headers["Cache-Control"] = "no-store"
     await answer(scope, receive, send)
-
-
-def _close_message(code: int, reason: str) -> Message:
-    return {"type": "websocket.close", "code": code, "reason": reason}

@@ -11,9 +11,9 @@ from starlette.responses import Response
 
 from pftrack.core.refusal import ConflictError
 from pftrack_server.core.base_path import address_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 from pftrack_server.core.requests import AName, service
-from pftrack_server.sessions.duplex import GONE, converse
+from pftrack_server.sessions.duplex import converse
 from pftrack_server.store.database import PollRow
 from pftrack_server.store.store import AStore
 from pftrack_server.teaching import messages
@@ -39,7 +39,7 @@ def follower(connection: HTTPConnection) -> Participant:
     """Return the follower who asks."""
     participant = participant_of(connection.scope)
     if participant is None:
-        raise NotFoundError("This address belongs to followers; open the link of the class.")
+        raise not_found("This address belongs to followers; open the link of the class.")
     return participant
 
 
@@ -87,7 +87,7 @@ async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Res
     """Return a link for followers as a QR code."""
     links = follow.owner_view().links
     if link >= len(links):
-        raise NotFoundError(f"The class has {len(links)} links, counted from 0.")
+        raise not_found(f"The class has {len(links)} links, counted from 0.")
     picture = io.BytesIO()
     segno.make(links[link].address, micro=False, error="m").save(
         picture, kind="svg", scale=8, xmldecl=False, light="#fff"
@@ -137,15 +137,10 @@ async def close_poll(follow: AFollow, follows: TheFollows) -> None:
 
 
 @router.websocket("/follows/{follow}/stream")
-async def lead(websocket: WebSocket, follow: str, follows: TheFollows) -> None:
+async def lead(websocket: WebSocket, follow: AFollow) -> None:
     """Greet a lecturer's page, then tell it who follows and how many have answered."""
     await websocket.accept()
-    try:
-        found = follows.get(follow)
-    except NotFoundError as error:
-        await websocket.close(GONE, str(error))
-        return
-    with found.listen_as_lecturer() as listener:
+    with follow.listen_as_lecturer() as listener:
         await converse(websocket, listener, FAREWELL)
 
 

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 from pftrack.core.refusal import ConflictError
 from pftrack_server.core.base_path import GUEST, LINKS
-from pftrack_server.core.errors import CrowdedError, ForbiddenError
+from pftrack_server.core.errors import crowded, forbidden
 from pftrack_server.sessions.duplex import Listener, Listeners, encode
 from pftrack_server.sessions.session import Session
 from pftrack_server.teaching import messages
@@ -79,7 +79,7 @@ class Followers:
             What to serve the socket within; it ends when the follower must leave.
 
         Raises:
-            CrowdedError: The class is full, or this follower holds too many already.
+            ApiError: The class is full, or this follower holds too many already (429).
         """
         self._check_room(seat, path, most)
         held = self._sockets.setdefault(seat, set())
@@ -105,12 +105,12 @@ class Followers:
 
     def _check_room(self, seat: str, path: str, most: int) -> None:
         if seat not in {LECTURER, *self._sockets} and len(self) >= most:
-            raise CrowdedError(f"The class has its limit of followers, {most}. Try again in a while.")
+            raise crowded(f"The class has its limit of followers, {most}. Try again in a while.")
         if len(self._sockets.get(seat, ())) >= MOST_SOCKETS:
-            raise CrowdedError(f"This browser holds {MOST_SOCKETS} connections already; close other class pages.")
+            raise crowded(f"This browser holds {MOST_SOCKETS} connections already; close other class pages.")
         held = [socket for sockets in self._sockets.values() for socket in sockets]
         if path.startswith(SCENES) and sum(socket.path.startswith(SCENES) for socket in held) >= MOST_SCENES:
-            raise CrowdedError(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
+            raise crowded(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
 
 
 @dataclass(slots=True)
@@ -370,17 +370,17 @@ class Follow:
         """Refuse somebody who is not there.
 
         Raises:
-            ForbiddenError: The follower is not there.
+            ApiError: The follower is not there (403).
         """
         if seat not in self.followers:
-            raise ForbiddenError("Only followers can do this; open the link of the class first.")
+            raise forbidden("Only followers can do this; open the link of the class first.")
 
     def vote(self, seat: str, vote: messages.Vote) -> messages.Vote:
         """Take a follower's answer.
 
         Raises:
             ConflictError: Nothing is asked, something else, or no longer.
-            ForbiddenError: The follower is not there.
+            ApiError: The follower is not there (403).
             RefusedError: The answer is not one of the list.
         """
         self.check_present(seat)

@@ -12,7 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import CrowdedError, ForbiddenError, GoneError, NotFoundError, UnavailableError
+from pftrack_server.core.errors import crowded, forbidden, gone, not_found, unavailable
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.resource_limits import most_connections
 from pftrack_server.core.settings import Settings
@@ -85,7 +85,7 @@ class PollRecords:
         """Return a poll that was kept, with its answers for all to see.
 
         Raises:
-            NotFoundError: It was deleted.
+            ApiError: It was deleted (404).
         """
         return Poll.again(await asyncio.to_thread(self._store.find, PollRow, name))
 
@@ -137,35 +137,34 @@ class Follows:
         """Return one.
 
         Raises:
-            NotFoundError: It does not exist.
+            ApiError: It does not exist (404).
         """
         found = self._follows.get(name)
         if found is None:
-            raise NotFoundError("This class does not exist; it may have ended.")
+            raise not_found("This class does not exist; it may have ended.")
         return found
 
     def check_room(self) -> None:
         """Refuse one more socket where followers hold as many as may be left to them.
 
         Raises:
-            CrowdedError: They do.
+            ApiError: They do (429).
         """
         if sum(follow.followers.sockets for follow in self._follows.values()) >= SOCKETS_SHARE * most_connections():
-            raise CrowdedError("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
+            raise crowded("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
 
     def resolve(self, link: str) -> tuple[Claim, Follow]:
         """Return what a link says, and the class that it leads to.
 
         Raises:
-            GoneError: The class is over.
-            NotFoundError: This server has not signed the link.
+            ApiError: The class is over (410); this server has not signed the link (404).
         """
         claim = self.links.read(link)
         if claim is None:
-            raise NotFoundError(FORGED)
+            raise not_found(FORGED)
         follow = self._follows.get(claim.follow)
         if follow is None:
-            raise GoneError(GONE)
+            raise gone(GONE)
         return claim, follow
 
     async def begin(self, wanted: messages.FollowCreate, base: str) -> Follow:
@@ -177,7 +176,7 @@ class Follows:
 
         Raises:
             ConflictError: There are too many already.
-            NotFoundError: A session or the lesson does not exist.
+            ApiError: A session or the lesson does not exist (404).
         """
         if len(self._follows) >= MOST:
             raise ConflictError(f"{MOST} classes follow already; end one first.")
@@ -201,17 +200,16 @@ class Follows:
             participant: Who changes it, if somebody who has rights over this class alone.
 
         Raises:
-            GoneError: The class ended meanwhile.
-            ForbiddenError: The participant has no rights over a session.
-            NotFoundError: A session or the lesson does not exist.
+            ApiError: The class ended meanwhile (410); the participant has no rights over a session (403); a session or
+                the lesson does not exist (404).
             RefusedError: Nothing would be left to follow.
         """
         given = wanted.model_fields_set
         lesson = await self._lesson(wanted.lesson)
         if follow.ended is not None:
-            raise GoneError(follow.ended)
+            raise gone(follow.ended)
         if participant is not None and not participant.reach.steered.issuperset(wanted.sessions):
-            raise ForbiddenError("This link gives rights over what the class already follows, and no other session.")
+            raise forbidden("This link gives rights over what the class already follows, and no other session.")
         before = follow.content
         content = FollowedContent(
             before.wanted.model_copy(update={name: getattr(wanted, name) for name in given}),
@@ -238,11 +236,10 @@ class Follows:
 
         Raises:
             ConflictError: The follower has one, or has ended it meanwhile.
-            GoneError: The class ended meanwhile.
-            ForbiddenError: The follower is not there.
-            NotFoundError: The class does not follow the session, or follows no lesson.
+            ApiError: The class ended meanwhile (410); the follower is not there (403); the class does not follow the
+                session, or follows no lesson (404).
             RefusedError: The frame has not been computed.
-            UnavailableError: All places for copies are taken.
+            ApiError: All places for copies are taken (503).
         """
         follow, seat = participant.follow, participant.seat
         follow.check_present(seat)
@@ -250,19 +247,19 @@ class Follows:
             self._check_forks()
         if wanted.session is None:
             if follow.content.lesson_id is None:
-                raise NotFoundError("The class follows no lesson; name one of its sessions.")
+                raise not_found("The class follows no lesson; name one of its sessions.")
             with follow.forks.reserve(seat) as fork:
                 fork.lesson = follow.content.lesson_id
             return fork
         if wanted.session not in follow.content.sessions:
-            raise NotFoundError("The class no longer follows this session.")
+            raise not_found("The class no longer follows this session.")
         spec = _fork_spec(self._manager.get(wanted.session).spec, wanted.frame)
         spec.follow = follow.name
         with follow.forks.reserve(seat) as fork:
             await self._manager.create(spec)
             if follow.ended is not None or follow.forks.of(seat) is not fork:
                 self._end_session(spec.id)
-                raise GoneError(follow.ended) if follow.ended else ConflictError("You have ended it in the meantime.")
+                raise gone(follow.ended) if follow.ended else ConflictError("You have ended it in the meantime.")
             fork.session = spec.id
         return fork
 
@@ -286,13 +283,13 @@ class Follows:
 
         Raises:
             ConflictError: As many polls are kept as may be.
-            ForbiddenError: The participant has no rights over what was answered before.
-            NotFoundError: The lesson or the poll does not exist.
+            ApiError: The participant has no rights over what was answered before (403); the lesson or the poll does not
+                exist (404).
             RefusedError: The lesson's answer cannot be computed.
         """
         if wanted.kept is not None:
             if participant is not None:
-                raise ForbiddenError("This link gives rights over this class, and not over what was answered before.")
+                raise forbidden("This link gives rights over this class, and not over what was answered before.")
             poll = await self.records.again(wanted.kept)
         else:
             await self.records.check_room()
@@ -355,7 +352,7 @@ class Follows:
     def _check_forks(self) -> None:
         most = max(1, int(FORKS_SHARE * self._settings.max_sessions))
         if sum(len(follow.forks) for follow in self._follows.values()) >= most:
-            raise UnavailableError(f"All {most} places for own copies are taken; wait until one is free.")
+            raise unavailable(f"All {most} places for own copies are taken; wait until one is free.")
 
     def _expire(self, follow: Follow, hours: float) -> None:
         if follow.timer is not None:

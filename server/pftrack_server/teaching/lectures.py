@@ -29,7 +29,7 @@ from pftrack.experiments import find as find_experiment
 from pftrack.teaching.lessons.document import EXPONENT, DocumentError, ask, decode, document_of
 from pftrack.teaching.lessons.lesson import Lesson
 from pftrack_server.core.bodies import fields_of, printable
-from pftrack_server.core.errors import GoneError, NotFoundError
+from pftrack_server.core.errors import ApiError, gone, not_found
 from pftrack_server.store.database import LectureRow
 from pftrack_server.store.files import new_name, now
 from pftrack_server.teaching import messages
@@ -158,20 +158,19 @@ class Lectures:
         """Return a lecture.
 
         Raises:
-            GoneError: What is stored cannot be read.
-            NotFoundError: It does not exist.
+            ApiError: What is stored cannot be read (410); it does not exist (404).
         """
         row = await self._row(name)
         text = await asyncio.to_thread(_readable, row)
         if text is None:
-            raise GoneError("The stored file of this lecture is damaged; it can only be deleted.")
+            raise gone("The stored file of this lecture is damaged; it can only be deleted.")
         return await self._public(row, text)
 
     async def text(self, name: str) -> tuple[str, str]:
         """Return title and file of a lecture.
 
         Raises:
-            NotFoundError: It does not exist.
+            ApiError: It does not exist (404).
         """
         row = await self._row(name)
         return row.title, row.text
@@ -181,7 +180,7 @@ class Lectures:
 
         Raises:
             ConflictError: There are as many as there may be.
-            NotFoundError: A run that it names is not here.
+            ApiError: A run that it names is not here (404).
             RefusedError: It is too large.
         """
         return await self._keep(await asyncio.to_thread(write_lecture, await self._self_contained(lecture)))
@@ -200,7 +199,7 @@ class Lectures:
         """Put another order in the place of a lecture's.
 
         Raises:
-            NotFoundError: The lecture does not exist, or a run that it names is not here.
+            ApiError: The lecture does not exist, or a run that it names is not here (404).
             RefusedError: It is too large.
         """
         row = await self._row(name)
@@ -277,12 +276,12 @@ class Lectures:
         """Return a lesson.
 
         Raises:
-            NotFoundError: It does not exist; the page lists all lessons beside the order.
+            ApiError: It does not exist; the page lists all lessons beside the order (404).
         """
         try:
             return await self._lessons.get(name)
-        except NotFoundError:
-            raise NotFoundError(f"The lesson {name!r} is not here; it may be another lecturer's.") from None
+        except ApiError:
+            raise not_found(f"The lesson {name!r} is not here; it may be another lecturer's.") from None
 
     async def _self_contained(self, lecture: messages.LectureUpdate) -> messages.LectureUpdate:
         """Return a lecture whose runs are what makes them, so that its file says all, wherever it is opened."""

@@ -18,7 +18,7 @@ from pftrack.teaching.lessons import LESSONS, find
 from pftrack.teaching.lessons import lesson as course
 from pftrack.teaching.lessons.library import Library, read_lessons
 from pftrack.teaching.lessons.notebook import lesson_notebook
-from pftrack_server.core.errors import NotFoundError, UnavailableError
+from pftrack_server.core.errors import not_found, unavailable
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
@@ -80,7 +80,7 @@ class LessonResults:
             arguments: For it.
 
         Raises:
-            UnavailableError: Too much is under way.
+            ApiError: Too much is under way (503).
         """
         job = LessonJob(id=digest(about), name=function.__name__)
         job.result = await asyncio.to_thread(self._kept.read, job.id)
@@ -125,14 +125,14 @@ class Lessons:
         """Return a lesson by its id or number.
 
         Raises:
-            NotFoundError: It does not exist; the sentence lists all lessons.
+            ApiError: It does not exist; the sentence lists all lessons (404).
         """
         try:
             if wanted in LESSONS or wanted.isdecimal():  # no file is read for one of the course
                 return await asyncio.to_thread(find, wanted)
             return find(wanted, (await self.all()).lessons)
         except RefusedError as error:
-            raise NotFoundError(str(error)) from None
+            raise not_found(str(error)) from None
 
     async def figure(self, lesson: course.Lesson, asked_for: FigureRequest) -> bytes:
         """Return a demonstration's figure and numbers as JSON.
@@ -210,7 +210,7 @@ class Lessons:
 
         Raises:
             RefusedError: It refused its arguments, or needs more memory than it may have.
-            UnavailableError: It took too long, failed, or its worker died.
+            ApiError: It took too long, failed, or its worker died (503).
         """
         try:
             return await self._pool.call(function, *arguments)
@@ -219,10 +219,10 @@ class Lessons:
             raise RefusedError(f"This needs more than the {most} of memory that a lesson may use.") from None
         except CallError as error:
             warnings.warn("a lesson failed", function=function.__name__, traceback=error.traceback)
-            raise UnavailableError("The lesson has a mistake; the server's log names it.") from None
+            raise unavailable("The lesson has a mistake; the server's log names it.") from None
         except WorkerLostError as lost:
             if lost.how is Ending.OUT_OF_TIME:
-                raise UnavailableError(
+                raise unavailable(
                     f"This took longer than the {LONGEST_S:g} s of a lesson; choose values that need less."
                 ) from None
-            raise UnavailableError("The lesson's process was ended by the system. Try again.") from None
+            raise unavailable("The lesson's process was ended by the system. Try again.") from None

@@ -19,7 +19,7 @@ from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, que
 from pftrack.teaching.lessons.library import Library
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.bodies import fields_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import ApiError
 from pftrack_server.core.requests import AName, service
 from pftrack_server.jobs.results import DiskCache
 from pftrack_server.store.database import LectureRow
@@ -220,7 +220,7 @@ async def lesson_page(request: Request, lesson: str, lessons: TheLessons) -> Res
     """Return the page of a lesson, which says so if there is none; a number leads to the lesson of that number."""
     try:
         found = await lessons.get(lesson)
-    except NotFoundError as error:
+    except ApiError as error:
         return page(request, "learn/lesson.html", error.status)
     if found.id != lesson:
         return RedirectResponse(address_of(request.scope, f"learn/{found.id}"))

@@ -24,7 +24,7 @@ from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, natural_o
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack.sources.sequence import Recording
-from pftrack_server.core.errors import DiskFullError
+from pftrack_server.core.errors import disk_full
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks, ending_message
@@ -58,7 +58,7 @@ async def probe(
 
     Raises:
         RefusedError: It is not a sequence of pictures, is broken, exceeds the limits, or its decoder crashes.
-        UnavailableError: Decoding took too long, or was stopped.
+        ApiError: Decoding took too long, or was stopped (503).
     """
     if columns is not None:
         budget = replace(budget, file_bytes=LARGEST_FILE_BYTES)
@@ -94,13 +94,13 @@ def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
 
     Raises:
         ConflictError: There are as many as there may be.
-        DiskFullError: All together they would be larger than they may be.
+        ApiError: All together they would be larger than they may be (507).
     """
     if store.count(UploadRow) >= settings.max_uploads:
         raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
     used = store.uploads_bytes()
     if used + wanted_bytes > settings.max_uploads_bytes:
-        raise DiskFullError(
+        raise disk_full(
             f"Uploads take {mebibytes(used)} of {mebibytes(settings.max_uploads_bytes)}, and this one has "
             f"{mebibytes(wanted_bytes)}; delete one first."
         )
@@ -111,7 +111,7 @@ async def recording_of(store: Store, settings: Settings, tasks: ChildTasks, uplo
 
     Raises:
         RefusedError: The upload itself is damaged.
-        UnavailableError: It is decoded again, and that takes too long.
+        ApiError: It is decoded again, and that takes too long (503).
     """
     path, limits = store.files.upload(upload), limits_of(settings)
     text = await asyncio.to_thread(_read_index, store, upload)
@@ -157,7 +157,7 @@ async def take_in(
     Raises:
         RefusedError: They are not a sequence of pictures, or exceed the limits.
         ConflictError: There are as many uploads as there may be.
-        DiskFullError: There is no room for this one.
+        ApiError: There is no room for this one (507).
     """
     if columns is not None and len(received.paths) > 1:
         raise RefusedError(f"columns can be named in one table, got {len(received.paths)} files")

@@ -19,7 +19,7 @@ from starlette.requests import ClientDisconnect
 
 from pftrack.core.refusal import RefusedError
 from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import ApiError, TooLargeError
+from pftrack_server.core.errors import ApiError, too_large
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.store.disk_budget import DiskBudget
 
@@ -47,8 +47,8 @@ async def receive(request: Request, folder: Path, room: DiskBudget, *, most_byte
     """Write the files of a multipart request's field `file` into a folder, made for them; on failure it is removed.
 
     Raises:
-        TooLargeError: More bytes or files than allowed came, or are announced.
-        DiskFullError: There is not as much room on the disk.
+        ApiError: More bytes or files than allowed came, or are announced (413); there is not as much room on the disk
+            (507).
         RefusedError: It has no file.
     """
     kind, options = parse_options_header(request.headers.get("content-type"))
@@ -60,7 +60,7 @@ async def receive(request: Request, folder: Path, room: DiskBudget, *, most_byte
     announced = request.headers.get("content-length", "")
     overhead = OVERHEAD_BYTES + OVERHEAD_BYTES_A_FILE * most_files
     if announced.isdecimal() and int(announced) > most_bytes + overhead:
-        raise TooLargeError(_too_large(most_bytes))
+        raise too_large(_too_large(most_bytes))
     await asyncio.to_thread(room.check, int(announced) if announced.isdecimal() else 0)
     await asyncio.to_thread(folder.mkdir, mode=0o700)
     parts = _Parts(folder, most_bytes, most_files)
@@ -80,7 +80,7 @@ async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room
         async for chunk in request.stream():
             total += len(chunk)
             if total > most_bytes:
-                raise TooLargeError(_too_large(parts.most_bytes))
+                raise too_large(_too_large(parts.most_bytes))
             if total - looked > LOOK_BYTES:
                 looked = total
                 await asyncio.to_thread(room.check)
@@ -165,7 +165,7 @@ class _Parts:
             return
         number = len(self.received.paths)
         if number >= self._most_files:
-            raise TooLargeError(f"An upload may have at most {self._most_files} files")
+            raise too_large(f"An upload may have at most {self._most_files} files")
         self._path = self._folder / f"{number:06d}"
         self._path.touch()
         self.received.paths.append(self._path)
@@ -177,7 +177,7 @@ class _Parts:
             return
         self.received.size_bytes += end - start
         if self.received.size_bytes > self.most_bytes:
-            raise TooLargeError(_too_large(self.most_bytes))
+            raise too_large(_too_large(self.most_bytes))
         if self._file is None:
             self._file = self._path.open("ab")
         self._file.write(memoryview(data)[start:end])

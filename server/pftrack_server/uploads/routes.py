@@ -19,7 +19,7 @@ from pftrack.sources.results.table import Preview, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core import requests
 from pftrack_server.core.bodies import RequestBody
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 from pftrack_server.core.requests import MULTIPART, AName, SettingsNow, TakesFiles, Ticket, service
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.jobs.functions import TargetSearch, find_mark, frame_jpeg, weigh_target
@@ -252,7 +252,7 @@ def fetch_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> R
     """Return the truth that was given for an upload as a table, which can be given again."""
     table = table_of(store, upload.id, experiment)
     if table is None:
-        raise NotFoundError("No truth was given for this upload, or it is of another kind.")
+        raise not_found("No truth was given for this upload, or it is of another kind.")
     stem = re.sub(r"\.\w+(?=( \(\d+\))?$)", "", upload.name)
     name = re.sub(r"[^A-Za-z0-9_.]+", "-", stem).strip("-.")
     given = f'attachment; filename="{name or upload.id}-truth.csv"'

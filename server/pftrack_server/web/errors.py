@@ -1,6 +1,7 @@
 """Every exception becomes an answer in the one shape of errors, also one that nobody expected."""
 
 import asyncio
+import contextlib
 import re
 import sys
 from http import HTTPStatus
@@ -11,14 +12,16 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
+from starlette.requests import HTTPConnection
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.utils import ClientDisconnected
 
 from pftrack.core.refusal import RefusedError, first_problem
 from pftrack.sweep.axis import SweepError
 from pftrack_server.core.base_path import route_path
-from pftrack_server.core.errors import detail_of, response, shape, status_of
+from pftrack_server.core.errors import close, detail_of, response, shape, status_of
 from pftrack_server.store.disk_budget import describe
 
 log = structlog.get_logger(__name__)
@@ -61,23 +64,24 @@ def install(app: FastAPI) -> None:
     """Teach an app to answer every exception in the one shape."""
 
     @app.exception_handler(RefusedError)
-    async def _refused(_: Request, error: RefusedError) -> Response:
-        return response(status_of(error), detail_of(error))
+    async def _refused(connection: HTTPConnection, error: RefusedError) -> Response | None:
+        return await _answer(connection, status_of(error), detail_of(error))
 
     @app.exception_handler(SweepError)
-    async def _sweep(request: Request, error: SweepError) -> Response:
+    async def _sweep(connection: HTTPConnection, error: SweepError) -> Response | None:
         # The library's message names paths.
-        log.error("sweep", path=route_path(request.scope), exc_info=error)
-        return response(HTTPStatus.GONE, shape("The files of this sweep are damaged or were removed."))
+        log.error("sweep", path=route_path(connection.scope), exc_info=error)
+        detail = shape("The files of this sweep are damaged or were removed.")
+        return await _answer(connection, HTTPStatus.GONE, detail)
 
     @app.exception_handler(OSError)
     @app.exception_handler(DBAPIError)
-    async def _system(request: Request, error: Exception) -> Response:
+    async def _system(connection: HTTPConnection, error: Exception) -> Response | None:
         # An operating system's message names paths.
         status, message = describe(error)
         unknown = status == HTTPStatus.INTERNAL_SERVER_ERROR
-        log.error("system", path=route_path(request.scope), error=message, exc_info=error if unknown else None)
-        return response(status, shape(message))
+        log.error("system", path=route_path(connection.scope), error=message, exc_info=error if unknown else None)
+        return await _answer(connection, status, shape(message))
 
     @app.exception_handler(RequestValidationError)
     async def _request(_: Request, error: RequestValidationError) -> Response:
@@ -92,6 +96,15 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(ClientDisconnected, _leave)
     # The innermost of all, so that the answer passes through those that add headers and count.
     app.add_middleware(ErrorBoundary)
+
+
+async def _answer(connection: HTTPConnection, status: int, detail: dict[str, Any]) -> Response | None:
+    """Return the answer to a request, or close a websocket with a code and the message."""
+    if not isinstance(connection, WebSocket):
+        return response(status, detail)
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the page has left
+        await close(connection, status, detail["message"])
+    return None
 
 
 async def _leave(_: Request, error: Exception) -> Response:
@@ -110,14 +123,12 @@ def _long_number(body: bytes) -> dict[str, Any]:
 
 
 def _sentence(error: HTTPException) -> str:
-    match error.status_code:
-        case HTTPStatus.NOT_FOUND:
-            return "This address has no page or resource."
-        case HTTPStatus.METHOD_NOT_ALLOWED:
-            allowed = (error.headers or {}).get("Allow", "another")
-            return f"This address does not take this method; it takes {allowed}."
-        case _:
-            return str(error.detail)
+    if error.status_code == HTTPStatus.NOT_FOUND:
+        return "This address has no page or resource."
+    if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+        allowed = (error.headers or {}).get("Allow", "another")
+        return f"This address does not take this method; it takes {allowed}."
+    return str(error.detail)
 
 
 def _first(error: RequestValidationError) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pftrack.core.model.recipe import Recipe, parameter_values
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.core.bodies import fields_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 from pftrack_server.core.requests import AName
 from pftrack_server.jobs.functions import FailureResult, run_with_and_without_cure
 from pftrack_server.jobs.results import TheResults
@@ -60,12 +60,12 @@ def failure_named(failure: AName) -> Entry:
     """Return a failure by its id or its number.
 
     Raises:
-        NotFoundError: It does not exist, or its experiment is not installed here.
+        ApiError: It does not exist, or its experiment is not installed here (404).
     """
     try:
         return entry(EXPERIMENTS, failure)
     except RefusedError:
-        raise NotFoundError(
+        raise not_found(
             f"The failure {failure[:64]!r} is not here. It may belong to an experiment that is not installed; "
             f"there are {len(gallery(EXPERIMENTS))}, by number or by name."
         ) from None

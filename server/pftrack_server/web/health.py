@@ -12,7 +12,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server.core.compilation import Compilation
-from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.errors import unavailable
 from pftrack_server.core.requests import service
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.sessions.manager import Manager
@@ -109,12 +109,12 @@ async def ready(
     """Tell that the server can start sessions: all is compiled, what is made can be kept, and workers can be made."""
     compiling = compilation.progress
     if not compiling.finished:
-        raise UnavailableError(f"The server is not ready: {compiling.sentence}.")
+        raise unavailable(f"The server is not ready: {compiling.sentence}.")
     try:
         await asyncio.to_thread(store.check)
         await tasks.check()
     except Exception as error:
-        raise UnavailableError("The server is not ready; its data directory, database or workers fail.") from error
+        raise unavailable("The server is not ready; its data directory, database or workers fail.") from error
     return {"status": "ready"}
 
 

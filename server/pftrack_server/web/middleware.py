@@ -104,11 +104,8 @@ class BasePath:
     def _is_trusted(self, scope: Scope, headers: Headers) -> bool:
         """Tell whether a request comes by a proxy that was named."""
         address = _client(scope)
-        return (
-            address is not None
-            and any(address in proxy for proxy in self._proxies)
-            and self._hosts.refusal(headers) is None
-        )
+        is_proxy = address is not None and any(address in proxy for proxy in self._proxies)
+        return is_proxy and self._hosts.refusal(headers) is None
 
 
 def _with_relative_redirections(scope: Scope, send: Send) -> Send:

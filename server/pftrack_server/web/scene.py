@@ -7,9 +7,8 @@ from fastapi import APIRouter, Request, WebSocket
 from starlette.responses import RedirectResponse, Response
 
 from pftrack_server.core.base_path import address_of, guest_of
-from pftrack_server.core.errors import NotFoundError
-from pftrack_server.sessions.duplex import GONE
-from pftrack_server.sessions.routes import AManager, ASession
+from pftrack_server.core.errors import not_found
+from pftrack_server.sessions.routes import ASession
 
 router = APIRouter(prefix="/viz", include_in_schema=False)
 
@@ -21,7 +20,7 @@ def client_file(request: Request, name: str) -> Response:
 
     file = client_asset(name)
     if file is None:
-        raise NotFoundError("The client has no file of this name.")
+        raise not_found("The client has no file of this name.")
     headers = {"Cache-Control": "public, max-age=31536000, immutable", "Vary": "Accept-Encoding"}
     if "gzip" in request.headers.get("accept-encoding", ""):
         return Response(file.packed, media_type=file.media_type, headers={**headers, "Content-Encoding": "gzip"})
@@ -46,14 +45,11 @@ def page(session: ASession) -> Response:
 
 @router.websocket("/{session}")
 @router.websocket("/{session}/")
-async def websocket(websocket: WebSocket, session: str, manager: AManager) -> None:
+async def websocket(websocket: WebSocket, session: ASession) -> None:
     """Join a browser to the session's scene."""
     # See `client_file`; in a thread, since it takes 0.3 s and more, and the page may have come from an earlier server.
     viewer = await asyncio.to_thread(import_module, "pftrack_server.viewer")
-    if (found := manager.find(session)) is None:
-        await websocket.accept()
-        await websocket.close(GONE, "This session does not exist; it may have been ended.")
-        return
     guest = guest_of(websocket.scope)
-    with found.scene_feed.watch():
-        await viewer.bridge(websocket, found.open_scene(), looks_only=bool(guest and not guest.may_steer(session)))
+    looks_only = guest is not None and not guest.may_steer(session.spec.id)
+    with session.scene_feed.watch():
+        await viewer.bridge(websocket, session.open_scene(), looks_only=looks_only)

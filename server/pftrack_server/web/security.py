@@ -160,11 +160,8 @@ async def refuse(scope: Scope, receive: Receive, send: Send, status: int, messag
         return
     wants_page = _is_page(scope) and "text/html" in Headers(scope=scope).get("accept", "")
     if status == UNKNOWN and wants_page:
-        text = (
-            TOKEN_PAGE.read_text(encoding="utf-8")
-            .replace("{message}", message)
-            .replace("{rest}", _hidden_fields(scope))
-        )
+        text = TOKEN_PAGE.read_text(encoding="utf-8").replace("{message}", message)
+        text = text.replace("{rest}", _hidden_fields(scope))
         answer: Response = HTMLResponse(text, status, {**HEADERS, "Cache-Control": "no-store"})
     else:
         answer = errors.response(status, errors.shape(message), dict(HEADERS))

@@ -15,7 +15,7 @@ from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.output.exports.formats import FileKind
 from pftrack.runs.comparison import MOST_RUNS, ComparisonOutline, ComparisonResult, Setting
 from pftrack_server.core.bodies import FrameNumber, GivenTitle, RequestBody
-from pftrack_server.core.errors import GoneError
+from pftrack_server.core.errors import gone
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.worker.protocol import WorkerConfig
@@ -109,9 +109,9 @@ async def prepare(house: House, runs: Sequence[ComparedRun]) -> Prepared:
 
     Raises:
         RefusedError: They are too few or too many, one is not as it should be, or they have nothing in common.
-        NotFoundError: One is not here.
+        ApiError: One is not here (404).
         ConflictError: The recording of one is not here.
-        UnavailableError: Their experiment is still being compiled.
+        ApiError: Their experiment is still being compiled (503).
     """
     if not 2 <= len(runs) <= MOST_RUNS:
         raise RefusedError(f"Expected two to four runs to compare, got {len(runs)}.", field="runs", value=len(runs))
@@ -126,8 +126,7 @@ async def compare(house: House, runs: Sequence[ComparedRun]) -> ComparisonJob:
     """Begin to compare runs, once it is known that they can be compared.
 
     Raises:
-        ApiError: They cannot; see `prepare`.
-        UnavailableError: Too much is under way.
+        ApiError: They cannot; see `prepare`; too much is under way (503).
     """
     house.jobs.check_room(ComparisonJob)
     named, configs, outline = await prepare(house, runs)
@@ -165,7 +164,7 @@ def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> Compa
         ConflictError: There are as many as there may be.
         RefusedError: The experiment of a run is unknown.
         ParameterError: A run names a tracker or a parameter that its experiment does not have.
-        DiskFullError: The disk has no room.
+        ApiError: The disk has no room (507).
     """
     if store.count(ComparisonRow) >= settings.max_comparisons:
         raise ConflictError(f"The server keeps at most {settings.max_comparisons} comparisons; delete one first.")
@@ -199,9 +198,9 @@ def detail_view(row: ComparisonRow) -> SavedComparisonDetail:
     """Return a comparison with all that makes it again.
 
     Raises:
-        GoneError: What is kept cannot be read.
+        ApiError: What is kept cannot be read (410).
     """
     try:
         return SavedComparisonDetail.model_validate({**row.content, **saved_view(row).model_dump()})
     except ValueError:
-        raise GoneError("The stored data of this comparison is damaged; it can only be deleted.") from None
+        raise gone("The stored data of this comparison is damaged; it can only be deleted.") from None

@@ -17,7 +17,7 @@ from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.refusal import ConflictError
 from pftrack.process import Budget
 from pftrack_server.core.bodies import FrameNumber, RequestBody
-from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.errors import unavailable
 from pftrack_server.jobs.jobs import Job, OnStep
 from pftrack_server.sessions.session import Session
 from pftrack_server.store.files import new_name
@@ -104,7 +104,7 @@ class Explorations:
 
         Raises:
             ConflictError: The session has as many under way as it may have.
-            UnavailableError: Too much is under way.
+            ApiError: Too much is under way (503).
         """
         house = self._house
         config = await house.manager.config(session.spec)
@@ -126,7 +126,7 @@ class Explorations:
             await self._compute(session, job, asked)
             job.refresh()
             if job.result is None:
-                raise UnavailableError("Nothing was found in this time; ask again, and for longer.")
+                raise unavailable("Nothing was found in this time; ask again, and for longer.")
             return job.result
 
         return house.jobs.begin(job, work)

@@ -28,7 +28,7 @@ from pftrack.runs.reproduction import SourceCode, comparison_code, run_code
 from pftrack.sweep.work import sweep_code
 from pftrack_server.core import requests
 from pftrack_server.core.bodies import GivenTitle, RequestBody, Title
-from pftrack_server.core.errors import GoneError, NotFoundError
+from pftrack_server.core.errors import ApiError, not_found
 from pftrack_server.core.requests import MULTIPART, TICKET, AName, SettingsNow, TakesFiles, service
 from pftrack_server.jobs.child_tasks import Queues, TheTasks
 from pftrack_server.jobs.jobs import Job
@@ -223,7 +223,7 @@ def download(run: ARun, store: AStore) -> FileResponse:
     """Return the record of a saved run as a file."""
     path = store.files.record(run.id)
     if not path.exists():
-        raise NotFoundError("The file of this run is missing.")
+        raise not_found("The file of this run is missing.")
     return FileResponse(
         path, media_type=RECORD, filename=f"{runs.run_file_name(run.experiment, run.title)}-{run.seed}.pft"
     )
@@ -234,7 +234,7 @@ def thumbnail(run: ARun, store: AStore) -> Response:
     """Return a picture of the frame at which a run was saved."""
     path = store.files.thumbnail(run.id)
     if not path.exists():
-        raise NotFoundError("The picture of this run is missing.")
+        raise not_found("The picture of this run is missing.")
     return requests.kept_picture(path.read_bytes(), "image/png")
 
 
@@ -285,7 +285,7 @@ async def remove_upload(upload: AName, store: AStore, manager: AManager, sweeps:
         raise ConflictError("A session runs on this upload; end the session first.")
     try:
         found = await asyncio.to_thread(store.get, UploadRow, upload) if is_name(upload) else None
-    except GoneError:
+    except ApiError:
         found = None  # No sweep runs on what cannot be read.
     if found is not None and sweeps.uses(found):
         raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
@@ -368,7 +368,7 @@ async def fetch_file(job: AName, house: TheHouse) -> FileResponse:
     """Return the file that an export has written; it is kept for ten minutes."""
     found = house.jobs.get(job)
     if not isinstance(found, ExportJob):
-        raise NotFoundError("This job writes no file.")
+        raise not_found("This job writes no file.")
     if found.result is None:
         raise ConflictError(found.error or "The file is still being written; ask again when it is done.")
     return FileResponse(

@@ -26,7 +26,7 @@ from pftrack.output.exports.formats import RunExport, check_plot, exports_of
 from pftrack.runs.loss import loss_words
 from pftrack.runs.record import Record
 from pftrack_server.core.bodies import Name, RequestBody
-from pftrack_server.core.errors import DiskFullError, NotFoundError
+from pftrack_server.core.errors import disk_full, not_found
 from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
@@ -115,16 +115,14 @@ def check_room(store: Store, settings: Settings) -> None:
 
     Raises:
         ConflictError: There are as many as there may be.
-        DiskFullError: All together are as large as they may be, or the disk has no room.
+        ApiError: All together are as large as they may be, or the disk has no room (507).
     """
     store.disk_budget.check()
     if store.count(RunRow) >= settings.max_runs:
         raise ConflictError(f"The server keeps at most {settings.max_runs} saved runs; delete one first.")
     used = store.files.runs_bytes()
     if used >= settings.max_runs_bytes:
-        raise DiskFullError(
-            f"Saved runs take {mebibytes(used)} of {mebibytes(settings.max_runs_bytes)}; delete one first."
-        )
+        raise disk_full(f"Saved runs take {mebibytes(used)} of {mebibytes(settings.max_runs_bytes)}; delete one first.")
 
 
 async def save_run(store: Store, session: Session, title: str | None) -> RunRow:
@@ -169,7 +167,7 @@ async def bring_in(house: House, folder: Path, received: Received) -> ImportJob:
 
     Raises:
         RefusedError: It cannot be read as a record.
-        UnavailableError: There are as many under way as there may be.
+        ApiError: There are as many under way as there may be (503).
     """
 
     def drop() -> None:
@@ -212,7 +210,7 @@ async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
     """Begin to fit numbers of the active branch of a session, as far as it was computed; the session goes on.
 
     Raises:
-        UnavailableError: There are as many under way as there may be.
+        ApiError: There are as many under way as there may be (503).
     """
     config = await house.config(session.spec)
 
@@ -256,10 +254,9 @@ async def export_run(
         what_if: The record of what would have saved it, where somebody has asked.
 
     Raises:
-        NotFoundError: The export is unknown.
+        ApiError: The export is unknown (404).
         ConflictError: The plot is unknown.
-        DiskFullError: The disk has no room.
-        UnavailableError: There are as many under way as there may be.
+        ApiError: The disk has no room (507); there are as many under way as there may be (503).
     """
     experiment = find_experiment(spec.recipe.experiment)
     kind = _find(exports_of(experiment), export)
@@ -273,9 +270,8 @@ async def export_comparison(house: House, runs: Sequence[ComparedRun], title: st
     """Begin to write a comparison as a file, called by a title or else by its runs.
 
     Raises:
-        NotFoundError: The export is unknown, or one of the runs is not here.
-        DiskFullError: The disk has no room.
-        ApiError: They cannot be compared; see `prepare`.
+        ApiError: The export is unknown, or one of the runs is not here (404); the disk has no room (507); they cannot
+            be compared; see `prepare`.
     """
     _, configs, outline = await prepare(house, runs)
     kind = _find(COMPARISON_FORMATS, export)
@@ -318,4 +314,4 @@ def _find(offered: Iterable[N], name: str) -> N:
     try:
         return find_export(offered, name)
     except RefusedError as error:
-        raise NotFoundError(str(error)) from None
+        raise not_found(str(error)) from None

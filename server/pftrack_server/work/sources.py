@@ -20,7 +20,7 @@ from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.experiments import find as find_experiment
 from pftrack.runs.record import Record
 from pftrack_server.core.bodies import RequestBody
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from pftrack_server.jobs.jobs import Jobs, OnStep
@@ -122,7 +122,7 @@ async def find_run(run: ComparedRun, house: House) -> NamedRun:
     """Return what makes a run that somebody wants to compare.
 
     Raises:
-        NotFoundError: The run does not exist.
+        ApiError: The run does not exist (404).
         ConflictError: The recording of a saved run is not here, or a run of a sweep could not be computed.
         RefusedError: The reference is none, or names a tracker that there is not.
         ParameterError: The experiment of a recipe is unknown.
@@ -146,7 +146,7 @@ async def find_run(run: ComparedRun, house: House) -> NamedRun:
 async def _of_saved_run(name: str, house: House) -> NamedRun:
     row = await asyncio.to_thread(house.store.get, RunRow, name)
     if row is None:
-        raise NotFoundError(f"The saved run {name[:32]!r} is not here; it was deleted, or is on another server.")
+        raise not_found(f"The saved run {name[:32]!r} is not here; it was deleted, or is on another server.")
     return NamedRun(await reopen(house.store, house.tasks, row), row.title)
 
 
@@ -154,7 +154,7 @@ def _of_session(name: str, place: str, tracker: str | None = None, *, house: Hou
     session = house.manager.find(name)
     branch = session.spec.branches.get(place) if session else None
     if session is None or branch is None:
-        raise NotFoundError(f"The branch {place[:32]!r} of a session {name[:32]!r} is not here; it was ended.")
+        raise not_found(f"The branch {place[:32]!r} of a session {name[:32]!r} is not here; it was ended.")
     recipe, title = branch.run.recipe, f"{session.snapshot.name}, {branch.title}"
     if tracker is not None:
         trackers = (*find_experiment(recipe.experiment).trackers, *recipe.filters)

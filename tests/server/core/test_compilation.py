@@ -13,7 +13,7 @@ import pytest
 import pftrack_server.core.compilation
 from pftrack.doctor.warming import Progress
 from pftrack_server.core.compilation import Compilation
-from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.errors import ApiError
 from pftrack_server.core.settings import Settings
 from tests.apart import run
 from tests.server.host import running
@@ -125,7 +125,7 @@ async def test_who_waits_is_told_when_the_server_stops(warming: list[Pretended])
 
     waiting = asyncio.ensure_future(compilation.wait_for("sine"))
     stopping.set()
-    with pytest.raises(UnavailableError, match="is being stopped"):
+    with pytest.raises(ApiError, match="is being stopped"):
         await waiting
 
 

@@ -15,7 +15,7 @@ from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
-from pftrack_server.core.errors import UnavailableError
+from pftrack_server.core.errors import ApiError
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.uploads import intake as module
 from pftrack_server.uploads.intake import BUDGET
@@ -145,14 +145,14 @@ def test_a_decoder_without_end_runs_out_of_processor_time(endless: Path) -> None
 
 def test_a_decoder_without_end_runs_out_of_time(endless: Path) -> None:
     """A file that takes long is given up after the time allowed."""
-    with pytest.raises(UnavailableError, match=r"did not respond for 0\.5 s and was stopped"):
+    with pytest.raises(ApiError, match=r"did not respond for 0\.5 s and was stopped"):
         probe(endless, silence_s=0.5)
 
 
 def test_a_probe_may_be_stopped(endless: Path) -> None:
     """Who asks may give up, and the process is gone at once."""
     begun = time.monotonic()
-    with pytest.raises(UnavailableError, match="could not be finished: its process was killed"):
+    with pytest.raises(ApiError, match="could not be finished: its process was killed"):
         probe(endless, stopped=lambda: time.monotonic() > begun + 0.3)
     assert time.monotonic() < begun + 5.0
 

@@ -9,9 +9,9 @@ import httpx
 import pytest
 from websockets.sync.client import connect
 
+from pftrack_server.core.errors import unavailable
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.spec import Phase
-from pftrack_server.sessions.worker_handle import WorkerLostError
 from pftrack_server.store.database import SessionRow
 from tests.server.asking import columns, get
 from tests.server.host import Server, begin, error_of, steer
@@ -126,7 +126,7 @@ def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: p
 
     async def lost(self: Session, patience_s: float) -> None:
         del self, patience_s
-        raise WorkerLostError("The worker ended.")
+        raise unavailable("The worker ended.")
 
     monkeypatch.setattr(Session, "wait_until_open", lost)
     with start_server() as (server, client):

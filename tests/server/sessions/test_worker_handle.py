@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from pftrack.process import ForkServer
+from pftrack_server.core.errors import ApiError
 from pftrack_server.sessions import worker_handle
 from pftrack_server.sessions.worker.protocol import Event, Heartbeat, Play, Reply
-from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
+from pftrack_server.sessions.worker_handle import WorkerHandle
 from tests.apart import run
 from tests.process.test_fork_server import has_ended, leave_another
 from tests.waiting import wait_for
@@ -48,7 +49,7 @@ async def test_what_a_worker_has_started_ends_with_the_fork_server(monkeypatch: 
     config: Any = SimpleNamespace(run=SimpleNamespace(recipe=SimpleNamespace(experiment="ball")), session="s")
 
     handle = WorkerHandle(config, told.append, lambda reason: None)
-    with pytest.raises(WorkerLostError):
+    with pytest.raises(ApiError, match="worker"):
         await handle.start()
     fork_server.close()
     wait_for(lambda: has_ended(told[0]))

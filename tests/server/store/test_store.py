@@ -10,10 +10,10 @@ from sqlalchemy import inspect
 
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.own.code import digest_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import ApiError
 from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.store.database import VERSION, Base, DatabaseError, UploadRow, connect
+from pftrack_server.store.database import VERSION, Base, UploadRow, connect
 from pftrack_server.store.files import DataDirectory, is_name, new_name
 
 
@@ -38,7 +38,7 @@ def test_a_database_that_is_locked_at_the_start(tmp_path: Path, monkeypatch: pyt
     with closing(sqlite3.connect(tmp_path / "x.sqlite", isolation_level=None)) as other:
         other.execute("PRAGMA locking_mode=EXCLUSIVE")
         other.execute("BEGIN EXCLUSIVE")
-        with pytest.raises(DatabaseError, match="is locked by another program: close that"):
+        with pytest.raises(RuntimeError, match="is locked by another program: close that"):
             connect(url)
 
 
@@ -119,12 +119,12 @@ def test_links_are_not_followed(tmp_path: Path) -> None:
         paths = [files.upload, files.index, files.record, files.thumbnail, files.sweep, files.states_of]
         paths += [lambda name: files.truth(name, "boxes"), lambda name: files.preview(name, 0)]
         for path_of in paths:
-            with pytest.raises(NotFoundError, match="links are not followed"):
+            with pytest.raises(ApiError, match="links are not followed"):
                 path_of(name)
         inner = new_name()
         (files.uploads / inner / "content").mkdir(parents=True)
         (files.uploads / inner / "content" / "000000").symlink_to(secret / "index.json")
-        with pytest.raises(NotFoundError):
+        with pytest.raises(ApiError, match="links are not followed"):
             files.upload(inner)
         for kind in ("uploads", "runs", "sweeps"):
             files.remove(kind, name)

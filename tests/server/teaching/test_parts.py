@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pftrack.core.refusal import ConflictError, RefusedError
-from pftrack_server.core.errors import CrowdedError
+from pftrack_server.core.errors import ApiError
 from pftrack_server.core.settings import Settings
 from pftrack_server.teaching import links as found
 from pftrack_server.teaching.follow import LECTURER, MOST_SCENES, MOST_SOCKETS, UNUSED_S, Followers, Forks
@@ -44,11 +44,11 @@ class TestFollowers:
             for seat in "aab":
                 held.enter_context(room.take(seat, "/", 2))
             assert (len(room), room.sockets) == (2, 3)
-            with pytest.raises(CrowdedError, match="followers, 2"), room.take("c", "/", 2):
+            with pytest.raises(ApiError, match="followers, 2"), room.take("c", "/", 2):
                 pass
             for _ in range(MOST_SOCKETS - 2):
                 held.enter_context(room.take("a", "/", 2))
-            with pytest.raises(CrowdedError, match="24 connections"), room.take("a", "/", 2):
+            with pytest.raises(ApiError, match="24 connections"), room.take("a", "/", 2):
                 pass
             held.enter_context(room.take("b", "/", 2))
             assert (len(room), room.sockets) == (2, MOST_SOCKETS + 2)
@@ -60,7 +60,7 @@ class TestFollowers:
         with ExitStack() as held:
             for number in range(MOST_SCENES):
                 held.enter_context(room.take(str(number), "/viz/one/", 100))
-            with pytest.raises(CrowdedError, match="flat view"), room.take("late", "/viz/one", 100):
+            with pytest.raises(ApiError, match="flat view"), room.take("late", "/viz/one", 100):
                 pass
             assert "late" not in room, "who was refused is not there"
             held.enter_context(room.take("late", "/api/v1/follow/stream", 100))
@@ -78,7 +78,7 @@ class TestFollowers:
         """With a limit of 0 nobody new comes in; who is there may open more, and is gone with the last socket."""
         room = _nobody()
         with room.take("a", "/", 1), room.take("a", "/elsewhere", 0):
-            with pytest.raises(CrowdedError, match="followers, 0"), room.take("b", "/", 0):
+            with pytest.raises(ApiError, match="followers, 0"), room.take("b", "/", 0):
                 pass
             assert len(room) == 1
         assert (len(room), "a" in room) == (0, False)

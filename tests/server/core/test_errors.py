@@ -1,0 +1,75 @@
+"""What a refusal becomes: an answer of a status in the one shape, or a closed websocket of a code."""
+
+from typing import Any
+
+import httpx
+import pytest
+from fastapi import FastAPI, WebSocket
+
+from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
+from pftrack.sweep.axis import SweepError
+from pftrack_server.core import errors
+from pftrack_server.web.errors import install
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "code", "message"),
+    [
+        (RefusedError("no such mark"), 422, 4422, "No such mark"),
+        (ParameterError("frame", 12, "0 to 9"), 422, 4422, "frame must be 0 to 9, got 12"),
+        (ConflictError("the run ends at frame 9"), 409, 4409, "The run ends at frame 9"),
+        (errors.ApiError("Broken."), 400, 4400, "Broken."),
+        (errors.unauthorized("Come in first."), 401, 4403, "Come in first."),
+        (errors.forbidden("No right."), 403, 4403, "No right."),
+        (errors.not_found("Not here."), 404, 4404, "Not here."),
+        (errors.gone("Over."), 410, 4404, "Over."),
+        (errors.too_large("Too large."), 413, 4413, "Too large."),
+        (errors.crowded("Full."), 429, 4429, "Full."),
+        (errors.client_gone("Left."), 499, 4499, "Left."),
+        (errors.unavailable("Later."), 503, 4503, "Later."),
+        (errors.disk_full("No room."), 507, 4507, "No room."),
+        (SweepError("/data/one is damaged"), 410, 4404, "The files of this sweep are damaged or were removed."),
+        (OSError(28, "No space left", "/data/one"), 507, 4507, "The server's disk is full; delete uploads, saved"),
+    ],
+)
+async def test_what_a_refusal_becomes(error: Exception, status: int, code: int, message: str) -> None:
+    """Of a request the status, of a websocket the code, whether it was accepted before or not."""
+    app = FastAPI()
+    install(app)
+
+    @app.get("/")
+    def ask() -> None:
+        raise error
+
+    @app.websocket("/new")
+    async def refuse(websocket: WebSocket) -> None:
+        raise error
+
+    @app.websocket("/accepted")
+    async def end(websocket: WebSocket) -> None:
+        await websocket.accept()
+        raise error
+
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1") as client:
+        answer = await client.get("/")
+    assert answer.status_code == status
+    assert answer.json()["error"]["message"].startswith(message)
+    for path in ("/new", "/accepted"):
+        accepted, closed = await said(app, path)
+        assert (accepted["type"], closed["type"], closed["code"]) == ("websocket.accept", "websocket.close", code)
+        assert closed["reason"].startswith(message)
+
+
+async def said(app: FastAPI, path: str) -> list[Any]:
+    """What an app says to a websocket that says nothing."""
+    messages: list[Any] = []
+    scope = {"type": "websocket", "path": path, "query_string": b"", "headers": []}
+
+    async def receive() -> dict[str, str]:
+        return {"type": "websocket.connect"}
+
+    async def send(message: Any) -> None:
+        messages.append(message)
+
+    await app(scope, receive, send)
+    return messages
