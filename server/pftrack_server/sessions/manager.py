@@ -105,11 +105,6 @@ class Manager:
         """All sessions, the newest first."""
         return sorted(self._sessions.values(), key=lambda session: session.spec.created, reverse=True)
 
-    @property
-    def live(self) -> int:
-        """Number of sessions with a worker."""
-        return sum(session.live for session in self._sessions.values())
-
     def find(self, name: str) -> Session | None:
         """Return a session, if there is one."""
         session = self._sessions.get(name)
@@ -241,7 +236,7 @@ class Manager:
 
     async def _make_room(self) -> None:
         """Suspend sessions that nobody watches, the longest left first, until there is a free place."""
-        while self.live >= self._settings.max_sessions:
+        while sum(session.live for session in self._sessions.values()) >= self._settings.max_sessions:
             unused = [session for session in self._sessions.values() if session.is_unused]
             if not unused:
                 raise unavailable(

@@ -85,7 +85,8 @@ class AccessGuard:
 
     async def _serve_socket(self, participant: Participant, scope: Scope, receive: Receive, send: Send) -> None:
         _follows(scope).check_room()
-        with participant.follow.take(participant.seat, route_path(scope)) as hold:
+        follow = participant.follow
+        with follow.followers.take(participant.seat, route_path(scope), follow.content.wanted.most_followers) as hold:
             try:
                 async with hold:
                     await self._app(scope, receive, send)
@@ -94,7 +95,7 @@ class AccessGuard:
                     raise
                 # It may have closed just before by itself.
                 with contextlib.suppress(RuntimeError, OSError):
-                    reason = participant.follow.ended or ELSEWHERE
+                    reason = follow.ended or ELSEWHERE
                     await send({"type": "websocket.close", "code": errors.GONE, "reason": reason})
 
 

@@ -332,10 +332,6 @@ class Follow:
         tried = frozenset({lesson} if lesson and fork.lesson == lesson else ())
         return Reach(followed | own, own, lessons, tried, frozenset())
 
-    def take(self, seat: str, path: str) -> AbstractContextManager[asyncio.Timeout]:
-        """Let somebody hold one more socket, as `Followers.take` does."""
-        return self.followers.take(seat, path, self.content.wanted.most_followers)
-
     def end(self, sentence: str) -> None:
         """Send everybody away."""
         self.ended = sentence

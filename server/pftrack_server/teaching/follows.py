@@ -10,7 +10,7 @@ from datetime import UTC, datetime, timedelta
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 from pftrack_server.core.bodies import printable
 from pftrack_server.core.errors import crowded, forbidden, gone, not_found, unavailable
 from pftrack_server.core.log import RateLimitedLogger
@@ -38,8 +38,6 @@ FORKS_SHARE = 0.25
 ROUND_S = 2.0
 ENDED = "The lecturer has ended this class."
 EXPIRED = "The time of this class is over."
-STOPPED = "The server was stopped; ask the lecturer for a new link."
-GONE = "This class is over."
 FORGED = "This link was not made by this server; check for a typing mistake, or ask for the link again."
 
 warnings = RateLimitedLogger(__name__)
@@ -125,7 +123,7 @@ class Follows:
         """End all of them."""
         self._rounds.cancel()
         for follow in self.all:
-            self.end(follow, STOPPED)
+            self.end(follow, "The server was stopped; ask the lecturer for a new link.")
         await asyncio.gather(self._rounds, *self._endings, return_exceptions=True)
 
     @property
@@ -164,7 +162,7 @@ class Follows:
             raise not_found(FORGED)
         follow = self._follows.get(claim.follow)
         if follow is None:
-            raise gone(GONE)
+            raise gone("This class is over.")
         return claim, follow
 
     async def begin(self, wanted: messages.FollowCreate, base: str) -> Follow:
@@ -237,9 +235,8 @@ class Follows:
         Raises:
             ConflictError: The follower has one, or has ended it meanwhile.
             ApiError: The class ended meanwhile (410); the follower is not there (403); the class does not follow the
-                session, or follows no lesson (404).
-            RefusedError: The frame has not been computed.
-            ApiError: All places for copies are taken (503).
+                session, or follows no lesson (404); all places for copies are taken (503).
+            ParameterError: The frame has not been computed.
         """
         follow, seat = participant.follow, participant.seat
         follow.check_present(seat)
@@ -392,13 +389,12 @@ def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:
     """Return the spec of a session that begins where another one stands, or stood.
 
     Raises:
-        RefusedError: The frame has not been computed.
+        ParameterError: The frame has not been computed.
     """
     run = source.run
     frame = run.position if wanted is None else wanted
     if frame > run.computed:
-        bound = f"a frame that has been computed, 0 to {run.computed}"
-        raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
+        raise ParameterError("frame", frame, f"a frame that has been computed, 0 to {run.computed}")
     # A change counts from the next frame on: what is in force where the class stands is that of the frame to come.
     timeline = tuple(change for change in run.recipe.timeline if change.frame <= frame + 1)
     recipe = run.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)

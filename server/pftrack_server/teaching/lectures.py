@@ -39,17 +39,8 @@ from pftrack_server.work.sources import ComparedRun, House, find_run
 
 MOST = 200
 """Lectures kept."""
-USUAL_MINUTES: Final[dict[messages.Kind, float]] = {
-    "lesson": 8,
-    "failure": 5,
-    "session": 5,
-    "comparison": 5,
-    "question": 2,
-    "poll": 2,
-}
-"""Of a lesson the lesson itself says how long it takes, where it is here."""
-
-
+USUAL_MINUTES: Final[dict[messages.Kind, float]] = {"lesson": 8, "question": 2, "poll": 2}
+"""Of a lesson the lesson itself says how long it takes, where it is here; all else takes 5."""
 LARGEST_BYTES: Final = 128 * 1024
 """Items may hold whole recipes; a lecture of lessons has a hundredth of it."""
 KEPT: Final = 64
@@ -89,8 +80,8 @@ def read_lecture(data: bytes) -> LectureText:
         raise _refusal(head)
     lines = tuple(document.line(("items", place)) for place in range(len(head.items)))
     whole = {**dict(head), "notes": document.text or head.notes}
-    if len(document.text) > _longest_notes():
-        message = f"the text has more than the {_longest_notes():,} characters that notes may have"
+    if len(document.text) > messages.LONGEST_NOTES:
+        message = f"the text has more than the {messages.LONGEST_NOTES:,} characters that notes may have"
         raise _refusal([DocumentError(document.text_line, message)])
     return LectureText(messages.LectureUpdate.model_construct(**whole), lines)
 
@@ -122,11 +113,6 @@ class _Writer(yaml.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
 
 
 _Writer.add_representer(str, _Writer.represent_str)
-
-
-def _longest_notes() -> int:
-    [longest] = [each.max_length for each in messages.LectureUpdate.model_fields["notes"].metadata]
-    return int(longest)
 
 
 def _refusal(errors: list[DocumentError]) -> RefusedError:
@@ -238,7 +224,7 @@ class Lectures:
         )
 
     async def _view(self, item: messages.LectureItem, line: int, lecture: str) -> messages.LectureItemPublic:
-        title, page, minutes, problem = _named(item), None, USUAL_MINUTES[item.kind], None
+        title, page, minutes, problem = _named(item), None, USUAL_MINUTES.get(item.kind, 5), None
         asks: messages.PollCreate | None = None
         try:
             match item:

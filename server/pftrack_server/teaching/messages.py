@@ -228,6 +228,7 @@ class OwnedNews(Message):
 Kind = Literal["lesson", "failure", "session", "comparison", "question", "poll"]
 KINDS: tuple[Kind, ...] = ("lesson", "failure", "session", "comparison", "question", "poll")
 MOST_ITEMS = 100
+LONGEST_NOTES = 10_000
 Minutes = Annotated[float, Field(gt=0, le=180, allow_inf_nan=False), NOT_BOOLEAN]
 
 
@@ -281,7 +282,7 @@ class LectureUpdate(RequestBody):
 
     title: GivenTitle
     items: list[LectureItem] = Field([], max_length=MOST_ITEMS)
-    notes: Annotated[str, Field(max_length=10_000)] = ""
+    notes: Annotated[str, Field(max_length=LONGEST_NOTES)] = ""
 
 
 class LectureItemPublic(BaseModel):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 from pftrack.core.files import csv_text
-from pftrack.core.refusal import ConflictError, RefusedError
+from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack_server.core.bodies import fields_of
 from pftrack_server.store.database import PollRow
 from pftrack_server.store.files import new_name, now
@@ -64,15 +64,14 @@ class Poll:
 
         Raises:
             ConflictError: It is another question, or its answers have been revealed.
-            RefusedError: The answer is not one of the list.
+            ParameterError: The answer is not one of the list.
         """
         if poll != self.id:
             raise ConflictError("The lecturer asks another question now.")
         if self.revealed:
             raise ConflictError("The answers have been revealed; answering is closed.")
         if not 0 <= answer < len(self.answers):
-            bound = f"0 to {len(self.answers) - 1}"
-            raise RefusedError(f"answer must be {bound}, got {answer}", field="answer", bound=bound, value=answer)
+            raise ParameterError("answer", answer, f"0 to {len(self.answers) - 1}")
         return replace(self, votes={**self.votes, seat: answer})
 
     def reveal(self) -> Self:
