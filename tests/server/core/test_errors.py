@@ -6,7 +6,7 @@ import httpx
 import pytest
 from fastapi import FastAPI, WebSocket
 
-from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
+from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.sweep.axis import SweepError
 from pftrack_server.core import errors
 from pftrack_server.web.errors import install
@@ -15,7 +15,6 @@ from pftrack_server.web.errors import install
 @pytest.mark.parametrize(
     ("error", "status", "code", "message"),
     [
-        (RefusedError("no such mark"), 422, 4422, "No such mark"),
         (ParameterError("frame", 12, "0 to 9"), 422, 4422, "frame must be 0 to 9, got 12"),
         (ConflictError("the run ends at frame 9"), 409, 4409, "The run ends at frame 9"),
         (errors.ApiError("Broken."), 400, 4400, "Broken."),
