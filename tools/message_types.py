@@ -5,12 +5,16 @@ dataclasses of the library. `python -m tools.message_types` writes them as TypeS
 file is older than they are.
 """
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import is_dataclass
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any, get_args
 
-from fastapi.routing import APIRoute, iter_route_contexts
+from fastapi import FastAPI
+from fastapi.dependencies.models import Dependant
+from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
 from pydantic import BaseModel, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode
 
@@ -27,6 +31,7 @@ __all__ = ["files"]
 
 PAGES = Path(__file__).parents[1] / "frontend_static"
 HEAD = "// Generated from {} by `python -m tools.message_types`; changes here are lost.\n"
+API = "/api/v1/"
 SCALARS = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
 
 STREAMS = {"Session": "a session's", "Sweep": "a sweep's", "Follow": "a follower's", "Owned": "a lecturer's"}
@@ -49,35 +54,111 @@ def files() -> dict[Path, str]:
 
 
 def _messages() -> str:
-    """Return an interface for each type that is sent, and a union of each stream's messages."""
+    """Return an interface for each type that is sent, one for all requests, and a union of each stream's messages."""
+    app = create_app(Settings())
     messages = sorted(set(_subclasses(Message)), key=lambda it: (it.__module__, it.__name__))
-    routes = (each.original_route for each in iter_route_contexts(create_app(Settings()).routes))
-    kinds = {it for route in routes if isinstance(route, APIRoute) for it in _kinds_of(route)}
-    kinds |= {*messages, Painted, SessionSnapshot, Job}
-    found = sorted(kinds, key=lambda it: (it.__module__, it.__name__))
-    texts, names = _interfaces([(it, "validation" if _is_request(it) else "serialization") for it in found])
-    return HEAD.format("the server's models") + "\n" + "\n".join([*texts, _commands(), *_unions(messages, names)])
+    routes = {
+        (method, str(each.path)): each.original_route
+        for each in iter_route_contexts(app.routes)
+        if isinstance(each.original_route, APIRoute) and str(each.path).startswith(API)
+        for method in each.original_route.methods or ()
+    }
+    kinds = {it for route in routes.values() for it in _kinds_of(route)}
+    found = sorted({*kinds, *messages, Painted, SessionSnapshot, Job}, key=lambda it: (it.__module__, it.__name__))
+    asked: list[tuple[Any, JsonSchemaMode]]
+    asked = [(kind, "validation" if _is_request(kind) else "serialization") for kind in found]
+    for route in routes.values():
+        answer = _answer(route)
+        asked += [(_body(route), "validation"), (answer, "validation" if _is_request(answer) else "serialization")]
+    texts, names, types = _interfaces(asked)
+    sent = zip(routes, types[len(found) :: 2], types[len(found) + 1 :: 2], strict=True)
+    requests = _requests(app.openapi()["paths"], sent, [*_streams(app)])
+    head = HEAD.format("the server's models") + "\n"
+    return head + "\n".join([*texts, requests, _commands(), *_unions(messages, set(names))])
 
 
 def _figures() -> str:
     """Return an interface for a lesson's figure and each of its parts, and a union of all kinds of trace."""
-    texts, names = _interfaces([(Figure, "serialization")])
+    texts, names, _ = _interfaces([(Figure, "serialization")])
     panel = Figure.model_json_schema(mode="serialization")["$defs"]["Panel"]
     kinds = _type(panel["properties"]["traces"]["items"], {f"#/$defs/{name}": name for name in names})
     union = f"/** What is drawn in a panel. */\nexport type Trace = {kinds};\n"
     return HEAD.format("pftrack/teaching/lessons/figure.py") + "\n" + "\n".join([*texts, union])
 
 
-def _interfaces(kinds: list[tuple[type, JsonSchemaMode]]) -> tuple[list[str], set[str]]:
-    """Return an interface for each type and all that it consists of, and their names."""
+def _interfaces(kinds: list[tuple[Any, JsonSchemaMode]]) -> tuple[list[str], list[str], list[str]]:
+    """Return an interface for all that some types consist of, the names of these, and the TypeScript of each type."""
     asked = [(number, mode, TypeAdapter(kind)) for number, (kind, mode) in enumerate(kinds)]
-    _, schema = TypeAdapter.json_schemas(asked, ref_template="{model}", schema_generator=_Told)
+    found, schema = TypeAdapter.json_schemas(asked, ref_template="{model}", schema_generator=_Told)
     names = {key: _name(key) for key in schema["$defs"]}
     texts = [
         _interface(names[key], body, names)
         for key, body in sorted(schema["$defs"].items(), key=lambda it: names[it[0]])
     ]
-    return texts, set(names.values())
+    return texts, [*names.values()], [_type(found[number, mode], names) for number, mode, _ in asked]
+
+
+def _body(route: APIRoute) -> Any:  # noqa: ANN401 - any annotation
+    """Return what a route takes beside its address; None where that is nothing, or a file."""
+    return next((field.field_info.annotation for field in route.dependant.body_params), None)
+
+
+def _answer(route: APIRoute) -> Any:  # noqa: ANN401 - any annotation
+    """Return what a route answers with: text where that is not JSON, None for nothing."""
+    told = route.responses.get(HTTPStatus.OK)
+    return route.response_model or (None if told is None else told.get("model", str))
+
+
+def _requests(paths: Schema, sent: Iterable[tuple[tuple[str, str], str, str]], streams: Iterable[str]) -> str:
+    """Return the interface of all requests: what is asked, in the address and beside it, and what is answered."""
+    lines = []
+    for (method, path), body, answer in sent:
+        operation = paths[path][method.lower()]
+        asked = [_asked(each) for each in operation.get("parameters", ())]
+        if body != "null":
+            asked.append(f"body{'' if operation['requestBody'].get('required') else '?'}: {body}")
+        elif kinds := operation.get("requestBody", {}).get("content"):
+            asked.append("body?: FormData" if "multipart/form-data" in kinds else "body: Blob")
+        lines.append(_request(method, path, asked, answer))
+    lines += streams
+    comment = "/** What each request says, in its address and beside it, and what it is answered with. */\n"
+    return f"{comment}export interface Requests {{\n{''.join(lines)}}}\n"
+
+
+def _streams(app: FastAPI) -> Iterator[str]:
+    """Yield the line of each websocket: what its address says."""
+    for each in iter_route_contexts(app.routes):
+        if isinstance(each.original_route, APIWebSocketRoute) and str(each.path).startswith(API):
+            path = str(each.path)
+            asked = [f"{name}: string" for name in re.findall(r"{(\w+)}", path)]
+            query = [f"{name}?: {_in_address(kind)}" for name, kind in _query_of(each.original_route.dependant)]
+            yield _request("WS", path, asked + query, "null")
+
+
+def _query_of(dependant: Dependant) -> Iterator[tuple[str, Schema]]:
+    """Yield the query parameters of a route with their schemas, those of its dependencies included."""
+    for field in dependant.query_params:
+        annotation: Any = field.field_info.annotation
+        yield field.alias, TypeAdapter(annotation).json_schema()
+    for each in dependant.dependencies:
+        yield from _query_of(each)
+
+
+def _request(method: str, path: str, asked: list[str], answer: str) -> str:
+    """Return the line of a request."""
+    inner = f"{{ {'; '.join(asked)} }}" if asked else "{}"
+    return f'  "{method} {path.removeprefix(API)}": {{ asked: {inner}; answer: {answer} }};\n'
+
+
+def _asked(parameter: Schema) -> str:
+    """Return the field of a part of an address."""
+    return f"{parameter['name']}{'' if parameter['required'] else '?'}: {_in_address(parameter['schema'])}"
+
+
+def _in_address(schema: Schema) -> str:
+    """Return the TypeScript of a part of an address, which is text whatever the server reads in it."""
+    words = re.sub(r'"[^"]*"( \| "[^"]*")*', "string", _type(schema, {}))
+    return words.replace("number", "number | string")
 
 
 def _kinds_of(route: APIRoute) -> Iterator[type]:

@@ -51,7 +51,7 @@ export async function compare({ runs, position = 0, arrangement }, tell, options
   const experiment = runs.find(({ recipe }) => recipe)?.recipe?.experiment ?? "";
   const page = new AbortController();
   /** @type {ComparisonJob} */
-  const job = await whenCompiled(experiment, () => request("POST", "comparisons", { runs }), tell, page.signal);
+  const job = await whenCompiled(experiment, () => request("POST comparisons", { body: { runs } }), tell, page.signal);
   const comparison = job.result;
   if (comparison === null) throw new Error(job.error ?? "The runs could not be compared");
   const at = Math.min(position, comparison.frames - 1);
@@ -134,7 +134,7 @@ export class RunComparison extends JointView {
     this.signal.addEventListener("abort", () => newest.state === "working" && cancelJob(newest.id));
     hear(begun);
     try {
-      await followJob(begun, hear, this.signal, () => request("POST", "comparisons", { runs: this.runs }, this.signal));
+      await followJob(begun, hear, this.signal, () => request("POST comparisons", { body: { runs: this.runs }, signal: this.signal }));
     } catch (error) {
       if (!this.signal.aborted) this.know({ state: "failed", done: 0, total: 0, result: null, error: messageOf(error) });
     }

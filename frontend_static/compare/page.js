@@ -2,7 +2,7 @@
 
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { graphics, NO_GRAPHICS } from "../session/scene.js";
-import { api, messageOf } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison.js";
 import { askName, openKeys } from "../shared/dialog.js";
 import { attempt, Icon, IconButton, Notice, part, Popover, Segments, toast } from "../shared/dom.js";
@@ -92,7 +92,7 @@ async function wish() {
   const id = savedOf(location);
   if (id === null) return wantedOf(location);
   saved.value = { id, content: null };
-  return api.savedComparison(id);
+  return request("GET comparisons/saved/{saved}", { saved: id });
 }
 
 /** @param {ComparedRun[]} runs */
@@ -122,7 +122,7 @@ async function saveIt() {
   const { runs, position = 0, arrangement = "side" } = shown.wanted;
   const recipes = runs.flatMap(({ recipe }) => (recipe ? [{ recipe }] : []));
   await attempt(async () => {
-    const kept = await api.saveComparison({ title: name, runs: recipes, position, arrangement });
+    const kept = await request("POST comparisons/saved", { body: { title: name, runs: recipes, position, arrangement } });
     saved.value = { id: kept.id, content: content.value };
     givenTitle.value = name;
     toast("Saved; My work lists it", { action: { label: "My work", href: "work?show=comparisons" } });
@@ -134,7 +134,7 @@ async function renameIt() {
   const name = await askName("Rename this comparison", title.value);
   if (name === null) return;
   await attempt(async () => {
-    if (saved.value !== null) await api.renameComparison(saved.value.id, name);
+    if (saved.value !== null) await request("PATCH comparisons/saved/{saved}", { saved: saved.value.id, body: { title: name } });
     givenTitle.value = name;
   });
 }
@@ -147,7 +147,7 @@ function share() {
       "Wherever it is opened, the runs have the same numbers and differ from the same frame on.",
     wanted.runs.some(({ recipe }) => recipe?.footage) ? RECORDING : "",
   ];
-  openCode("Share this comparison", words, () => api.sourceCode(wanted.runs), linkTo({ ...wanted, title: givenTitle.value }));
+  openCode("Share this comparison", words, () => request("POST source-code", { body: { runs: wanted.runs } }), linkTo({ ...wanted, title: givenTitle.value }));
 }
 
 const help = () => openKeys(KEYS);
@@ -174,7 +174,8 @@ function Tools() {
 
 /** @param {{shown: RunComparison}} props */
 function Files({ shown }) {
-  const begin = (/** @type {string} */ name) => api.exportComparison(name, { runs: shown.runs, title: title.value.slice(0, LONGEST_TITLE) });
+  const body = { runs: shown.runs, title: title.value.slice(0, LONGEST_TITLE) };
+  const begin = (/** @type {string} */ name) => request("POST comparisons/exports/{export}", { export: name, body });
   return html`<section><h2>Take away</h2>${h(Exports, { offered: shown.outline.exports ?? [], begin })}</section>`;
 }
 

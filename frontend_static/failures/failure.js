@@ -3,7 +3,7 @@
 import { LinkNow } from "../compare/compare.js";
 import { JointView } from "../compare/joint.js";
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
-import { api, messageOf } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { linkTo as linkToComparison } from "../shared/comparison.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { build, Icon, IconLink, lastOfAddress, part } from "../shared/dom.js";
@@ -65,11 +65,12 @@ class Pair extends JointView {
   }
 
   async #measure() {
-    const { failure: { experiment, id }, signal: end } = this;
+    const { course, failure: { experiment, id: failure }, signal: end } = this;
     try {
-      this.course.value = await whenCompiled(experiment, () => api.course(id, end), (sentence) => (this.course.value = sentence), end);
+      const ask = () => request("GET failures/{failure}/course", { failure, signal: end });
+      course.value = await whenCompiled(experiment, ask, (sentence) => (course.value = sentence), end);
     } catch (error) {
-      if (!end.aborted) this.course.value = `The measurement is not available: ${messageOf(error)}`;
+      if (!end.aborted) course.value = `The measurement is not available: ${messageOf(error)}`;
     }
   }
 }
@@ -89,7 +90,7 @@ const control = new ClassControl(() => {
 }, whole);
 
 async function load() {
-  const failure = await api.failure(lastOfAddress());
+  const failure = await request("GET failures/{failure}", { failure: lastOfAddress() });
   part("title").textContent = `${failure.number}  ${failure.title}`;
   document.title = `${failure.title} · pftrack`;
   history.replaceState(null, "", failure.page + location.search);
@@ -161,7 +162,7 @@ function Ways() {
   const aim = () => linkToComparison({ runs, position: pair.position });
   return [
     h(LinkNow, { class: "button tool", aim, title, label: "Compare both runs", content }),
-    h(CodeButton, { ask: () => api.sourceCode(runs) }),
+    h(CodeButton, { ask: () => request("POST source-code", { body: { runs } }) }),
   ];
 }
 

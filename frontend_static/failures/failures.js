@@ -1,6 +1,6 @@
 /** The gallery of failures: by kind, each with its number, and with the errors of both runs as soon as they are computed. */
 
-import { api, messageOf } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { plainAxis } from "../shared/figure/axes.js";
 import { miniature } from "../shared/figure/figure.js";
@@ -93,8 +93,9 @@ function largestOf({ errors }) {
  */
 async function computeAll(courses) {
   for (const [{ id, experiment }, course] of courses) {
+    const ask = () => request("GET failures/{failure}/course", { failure: id, signal: end.signal });
     try {
-      course.value = await whenCompiled(experiment, () => api.course(id, end.signal), (sentence) => (course.value = sentence), end.signal);
+      course.value = await whenCompiled(experiment, ask, (sentence) => (course.value = sentence), end.signal);
     } catch (error) {
       course.value = messageOf(error);
     }
@@ -102,7 +103,7 @@ async function computeAll(courses) {
 }
 
 async function load() {
-  const failures = await api.failures();
+  const failures = await request("GET failures");
   return failures.length > 0 ? h(Gallery, { failures }) : html`<p class="empty">${EMPTY}</p>`;
 }
 

@@ -2,10 +2,10 @@
 
 import { watch } from "../compare/compare.js";
 import { Numbers } from "../learn/numbers.js";
-import { lessons } from "../learn/progress.js";
 import { Mounted } from "../session/mount.js";
 import { SessionStart } from "../session/session_start.js";
 import { sessionTitle } from "../session/steering.js";
+import { request } from "../shared/api.js";
 import { build, elementOf, fill } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
@@ -133,7 +133,7 @@ function Lesson({ lesson, figure }) {
   });
   const entries = useComputed(() => (known.value && shown.value ? ofLesson(known.value, shown.value.parameters, shown.value.seed) : []));
   // Without what is known of the lesson the figure is still there, and says most of it.
-  useEffect(() => void lessons.get(lesson).then((found) => (known.value = found), () => {}), []);
+  useEffect(() => void request("GET lessons/{lesson}", { lesson }).then((found) => (known.value = found), () => {}), []);
   const make = (/** @type {AbortSignal} */ end) => {
     const spot = build("div", { class: "lesson-figure-place" });
     // What the lecturer turns is turned nowhere else.

@@ -1,6 +1,6 @@
 /** The page of somebody who follows a class: what the lecturer shows, as the lecturer shows it, to be looked at. */
 
-import { followed } from "../lecturer/api.js";
+import { request } from "../shared/api.js";
 import { Poll } from "../lecturer/poll.js";
 import { sessionTitle } from "../session/steering.js";
 import { ask } from "../shared/dialog.js";
@@ -50,7 +50,7 @@ const stream = new Stream(
     },
     gone: (error) => become("over", error.message),
   },
-  { address: () => socketAddress(followed.stream), look: followed.get },
+  { address: () => socketAddress("WS follow/stream"), look: () => request("GET follow") },
 );
 
 /** @param {FollowNews|FigureShown} message */
@@ -77,7 +77,7 @@ function become(is, sentence = "") {
 async function vote(answer) {
   const poll = follow.value?.poll;
   if (!poll || poll.revealed || answer >= poll.answers.length || state.value.is !== "open") return;
-  const given = await attempt(() => followed.vote({ poll: poll.id, answer }));
+  const given = await attempt(() => request("PUT follow/vote", { body: { poll: poll.id, answer } }));
   if (given !== undefined) mine.value = { ...mine.value, vote: given };
 }
 
@@ -141,8 +141,8 @@ function Try({ sessions, lesson }) {
     if (session === undefined) return;
     await attempt(async () => {
       // A lesson that the class has left keeps the place, though nobody can open it.
-      if (own !== null && !isOpen) await followed.giveBack();
-      location.assign(isOpen ? own.page : (await followed.fork({ session })).page);
+      if (own !== null && !isOpen) await request("DELETE follow/fork");
+      location.assign(isOpen ? own.page : (await request("POST follow/fork", { body: { session } })).page);
     });
   };
   const label = isOpen ? "Continue with your own copy" : "Try it yourself";

@@ -1,6 +1,6 @@
 /** The start page: where to begin, a place for one's own video, and the experiments as cards, by family. */
 
-import { api, messageOf } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { CompilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { build, CopyButton, toast } from "../shared/dom.js";
 import { Failed, isTourKnown, showPage, tourLink } from "../shared/page.js";
@@ -36,7 +36,7 @@ const upload = signal(/** @type {UploadPublic|null} */ (null));
 
 async function load() {
   try {
-    experiments.value = await api.experiments();
+    experiments.value = await request("GET experiments");
   } catch (error) {
     experiments.value = messageOf(error);
     return;
@@ -49,7 +49,7 @@ async function load() {
 
 async function findProblems() {
   try {
-    problems.value = (await api.plugins()).flatMap(({ problem }) => problem ?? []);
+    problems.value = (await request("GET plugins")).flatMap(({ problem }) => problem ?? []);
   } catch (error) {
     problems.value = [`The experiments of other packages could not be listed: ${messageOf(error)}`];
   }
@@ -77,7 +77,7 @@ async function findUpload() {
   upload.value = null;
   if (!id) return;
   try {
-    const found = await api.upload(decodeURIComponent(id));
+    const found = await request("GET uploads/{upload}", { upload: decodeURIComponent(id) });
     if (id === uploadOfAddress()) upload.value = found;
   } catch (error) {
     if (id !== uploadOfAddress()) return;
@@ -140,7 +140,7 @@ function TourOffer({ listed }) {
 /** Commands to begin with, or the files that the server was started with. */
 function OwnFilterOffer() {
   const files = useSignal(/** @type {FilterPublic[]} */ ([]));
-  useEffect(() => void api.filters().then((found) => (files.value = found), () => {}), []);
+  useEffect(() => void request("GET filters").then((found) => (files.value = found), () => {}), []);
   const open = (/** @type {FilterPublic} */ { name, file, experiment }) =>
     html`<a class="button primary" href=${linkTo({ recipe: { experiment, tracker: name } })}>Open ${file}</a>`;
   const begin = html`<div class="own-commands">

@@ -1,6 +1,6 @@
 /** The glossary page: what the words on all pages mean. */
 
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";
 
@@ -12,4 +12,4 @@ function meanings({ title, terms }) {
   return terms.length > 0 && html`<section aria-label=${title}><h2>${title}</h2><dl>${listed}</dl></section>`;
 }
 
-showPage("glossary", "help", () => h(Loaded, { load: async () => (await api.glossary()).map(meanings), failed: "The glossary could not be shown" }));
+showPage("glossary", "help", () => h(Loaded, { load: async () => (await request("GET glossary")).map(meanings), failed: "The glossary could not be shown" }));

@@ -1,11 +1,11 @@
 /** The course of a lesson: the question first, then what answers it, and then everything can be turned. */
 
-import { messageOf } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { after } from "../shared/timing.js";
 import { isParticipant } from "../shared/visitor.js";
 import { h, html, signal, useSignal } from "../vendor/preact.js";
 import { figure } from "./numbers.js";
-import { lessons, Progress } from "./progress.js";
+import { Progress } from "./progress.js";
 import { Demonstration, LessonRun } from "./stage.js";
 
 /** @import { LessonDetail, LessonPublic, QuestionPublic, VerdictPublic } from "../shared/messages.js" */
@@ -117,7 +117,7 @@ export class Course {
    */
   async #judged(given) {
     for (;;) {
-      const said = await lessons.answer(this.lesson.id, given);
+      const said = await request("POST lessons/{lesson}/answer", { lesson: this.lesson.id, body: { answer: given } });
       if ("words" in said) return said;
       const far = said.total > 0 ? `: frame ${said.done} of ${said.total}.` : ".";
       this.say(`Computing the run that gives the answer${far}`, false);

@@ -1,10 +1,11 @@
 /** The overview of all lessons: the course in its order, what lecturers have added, and what of that cannot be read. */
 
+import { request } from "../shared/api.js";
 import { count } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { PresentationButton } from "../shared/presentation.js";
 import { h, html } from "../vendor/preact.js";
-import { lessons, Progress, stateOf } from "./progress.js";
+import { Progress, stateOf } from "./progress.js";
 
 /** @import { LessonProblem, LessonPublic } from "../shared/messages.js" */
 
@@ -73,7 +74,7 @@ function address({ id }) {
 }
 
 async function load() {
-  const { lessons: all, problems } = await lessons.all();
+  const { lessons: all, problems } = await request("GET lessons");
   return h(Overview, { all, problems });
 }
 

@@ -1,11 +1,10 @@
 /** The page of a lesson: its text, what it shows, its question; and the class that may follow it. */
 
-import { END_FORK, endFork } from "../lecturer/api.js";
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
-import { here, messageOf, START } from "../shared/api.js";
+import { addressOf, here, messageOf, request, START } from "../shared/api.js";
 import { openKeys } from "../shared/dialog.js";
 import { IconLink, lastOfAddress, part } from "../shared/dom.js";
-import { Loaded, showPage } from "../shared/page.js";
+import { END_FORK, endFork, Loaded, showPage } from "../shared/page.js";
 import { isPlain, isTyping, PresentationButton, PrintButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { after } from "../shared/timing.js";
@@ -13,7 +12,6 @@ import { isFollower, isParticipant } from "../shared/visitor.js";
 import { effect, h, html, render, signal, untracked, useEffect, useMemo, useRef, useSignal } from "../vendor/preact.js";
 import { Course, Question, written } from "./course.js";
 import { checked, Mark } from "./numbers.js";
-import { lessons } from "./progress.js";
 import { Demonstration, LessonRun, Stage } from "./stage.js";
 
 /** @import { ChecksPublic, LessonDetail, NeighbourPublic, ScenarioPublic } from "../shared/messages.js" */
@@ -68,6 +66,7 @@ function stageOf(answer) {
 /** @param {{lesson: LessonDetail}} props */
 function Text({ lesson }) {
   const { id, idea, tries, uses, origin, checks } = lesson;
+  const notebook = addressOf("GET lessons/{lesson}/notebook.ipynb", { lesson: id });
   const tried = tries.map((each) => html`<li ...${written(each)}></li>`);
   return html`
     <h2 class="visually-hidden">Idea</h2>
@@ -77,7 +76,7 @@ function Text({ lesson }) {
       <summary>Where it is used (${uses.length})</summary><ul>${uses.map(entry)}</ul>
     </details>`}
     ${checks.length > 0 && h(Checks, { lesson })}
-    ${!isParticipant && html`<p class="hint"><a href=${lessons.notebook(id)} download=${`${id}.ipynb`}>Notebook of this lesson</a></p>`}
+    ${!isParticipant && html`<p class="hint"><a href=${notebook} download=${`${id}.ipynb`}>Notebook of this lesson</a></p>`}
     ${origin && html`<p class="hint">From ${origin}</p>`}
   `;
 }
@@ -108,7 +107,7 @@ function Checks({ lesson: { id, checks } }) {
     try {
       while (found.value === null || found.value.done < found.value.total) {
         if (found.value !== null) await after(CHECKED_AGAIN_MS);
-        found.value = await lessons.checks(id);
+        found.value = await request("GET lessons/{lesson}/checks", { lesson: id });
       }
     } catch (error) {
       isAsked.current = false;
@@ -219,8 +218,8 @@ function opened(course) {
 }
 
 async function load() {
-  const id = lastOfAddress();
-  const [lesson, { lessons: all }] = await Promise.all([lessons.get(id), isParticipant ? { lessons: [] } : lessons.all()]);
+  const others = isParticipant ? { lessons: [] } : request("GET lessons");
+  const [lesson, { lessons: all }] = await Promise.all([request("GET lessons/{lesson}", { lesson: lastOfAddress() }), others]);
   // The link of a class opens this lesson alone: nothing on the page leads elsewhere.
   const mine = isParticipant ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
   return opened(new Course(mine, all));

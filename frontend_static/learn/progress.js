@@ -1,33 +1,8 @@
 /** Lessons of the server, and how far a person is in the course: kept in this browser, without an account. */
 
-import { pathOf, request, ROOT } from "../shared/api.js";
 import { signal } from "../vendor/preact.js";
 
 /** @import * as Messages from "../shared/messages.js" */
-
-// The lessons of the server's REST interface.
-
-const one = pathOf("lessons");
-
-/** What pages ask of lessons; each answer is JSON of the server's. */
-export const lessons = {
-  /** @returns {Promise<Messages.LessonsPublic>} */
-  all: () => request("GET", "lessons"),
-
-  /** @type {(id: string) => Promise<Messages.LessonDetail>} */
-  get: (id) => request("GET", one(id)),
-
-  /** @type {(id: string, wanted: Messages.FigureRequest, signal?: AbortSignal) => Promise<Messages.FigurePublic>} */
-  figure: (id, wanted, end) => request("POST", one(id, "figure"), wanted, end),
-
-  /** @type {(id: string, answer: number|string) => Promise<Messages.VerdictPublic|Messages.ComputingPublic>} */
-  answer: (id, answer) => request("POST", one(id, "answer"), { answer }),
-
-  /** @type {(id: string) => Promise<Messages.ChecksPublic>} */
-  checks: (id) => request("GET", one(id, "checks")),
-
-  notebook: (/** @type {string} */ id) => `${ROOT}${one(id, "notebook.ipynb")}`,
-};
 
 /**
  * What is known of a lesson: the prediction that was made, or that none was.

@@ -3,19 +3,17 @@
  * a real session with only some parameters unlocked.
  */
 
-import { follows } from "../lecturer/api.js";
 import { OwnSession } from "../session/session_start.js";
 import { Mounted } from "../session/mount.js";
 import { Choice, DeclaredControl, NumberBox } from "../session/panel.js";
 import { Proposals, sendValues } from "../session/steering.js";
-import { messageOf } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { build, IconButton, Notice, toast } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
 import { NewestRequest } from "../shared/timing.js";
 import { effect, h, html, signal, useLayoutEffect, useSignal } from "../vendor/preact.js";
 import { Numbers } from "./numbers.js";
-import { lessons } from "./progress.js";
 
 /** @import { Figure } from "../shared/figure/types.js" */
 /** @import { Value } from "../shared/format.js" */
@@ -160,7 +158,9 @@ export class Demonstration extends Shown {
    * @param {AbortSignal} whole
    */
   #computed(wanted, whole) {
-    return this.#follow === null ? lessons.figure(this.#lesson.id, wanted, whole) : follows.figure(this.#follow, wanted, whole);
+    const asked = { body: wanted, signal: whole };
+    if (this.#follow === null) return request("POST lessons/{lesson}/figure", { lesson: this.#lesson.id, ...asked });
+    return request("POST follows/{follow}/figure", { follow: this.#follow, ...asked });
   }
 
   /**

@@ -5,13 +5,12 @@
  * that leads one, or that holds a lecture.
  */
 
-import { statusOf } from "../shared/api.js";
+import { request, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
-import { NewestRequest } from "../shared/timing.js";
+import { after, NewestRequest } from "../shared/timing.js";
 import { classOfLink, isParticipant, KeptInTab } from "../shared/visitor.js";
 import { batch, computed, h, html, signal, useEffect, useRef } from "../vendor/preact.js";
-import { follows } from "./api.js";
 
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
 
@@ -27,6 +26,7 @@ import { follows } from "./api.js";
 
 const NOT_FOUND = 404;
 const GONE = 410;
+const AGAIN_MS = 300;
 /** Which class this tab leads, and which page it sees; null for the next one. */
 const led = /** @type {KeptInTab<{id: string, page: string|null}>} */ (new KeptInTab("pftrack-class"));
 
@@ -63,7 +63,7 @@ export class ClassControl {
     // On another device of the lecturer's the link itself says which one.
     const known = classOfLink === null ? led.get() : { id: classOfLink, page: location.pathname };
     try {
-      const follow = known && (await follows.get(known.id));
+      const follow = known && (await request("GET follows/{follow}", { follow: known.id }));
       if (follow !== null && !this.#end.aborted) this.#lead(follow, known?.page ?? null);
     } catch (error) {
       if ([NOT_FOUND, GONE].includes(statusOf(error) ?? 0)) led.set(null);
@@ -86,7 +86,7 @@ export class ClassControl {
   async show(follow) {
     const shown = this.#look();
     if (shown === null) return;
-    const taken = await attempt(() => (follow ? follows.change(follow.id, whole(shown)) : follows.begin(shown)));
+    const taken = await attempt(() => (follow ? changed(follow.id, whole(shown)) : request("POST follows", { body: shown })));
     if (taken !== undefined) this.#lead(taken, null);
   }
 
@@ -97,7 +97,7 @@ export class ClassControl {
 
   /** @param {FollowUpdate} update */
   change(update) {
-    return this.#done((id) => follows.change(id, update));
+    return this.#done((id) => changed(id, update));
   }
 
   /**
@@ -107,22 +107,22 @@ export class ClassControl {
    * @returns {Promise<boolean>} Whether it is asked.
    */
   ask(poll) {
-    return this.#done((id) => follows.ask(id, poll, this.#end));
+    return this.#done((id) => asked(id, poll, this.#end));
   }
 
   /** Show the answers to all. */
   reveal() {
-    return this.#done(follows.reveal);
+    return this.#done((follow) => request("POST follows/{follow}/poll/reveal", { follow }));
   }
 
   /** Ask no more; answers that were revealed are kept, others forgotten. */
   withdraw() {
-    return this.#done(follows.withdraw);
+    return this.#done((follow) => request("DELETE follows/{follow}/poll", { follow }));
   }
 
   /** End it for all. */
   async end() {
-    if (await this.#done(follows.end)) this.#leave();
+    if (await this.#done((follow) => request("DELETE follows/{follow}", { follow }))) this.#leave();
   }
 
   /**
@@ -137,8 +137,8 @@ export class ClassControl {
   async #compare() {
     const [shown, follow] = [this.#look(), this.follow.peek()];
     if (!this.isHere.peek() || follow === null || shown === null || isSame(follow, shown)) return;
-    const changed = await attempt(() => follows.change(follow.id, whole(shown)));
-    if (changed !== undefined && this.follow.value?.id === changed.id) this.follow.value = changed;
+    const taken = await attempt(() => changed(follow.id, whole(shown)));
+    if (taken !== undefined && this.follow.value?.id === taken.id) this.follow.value = taken;
   }
 
   /**
@@ -166,7 +166,11 @@ export class ClassControl {
           this.#leave();
         },
       },
-      { address: () => socketAddress(follows.stream(id)), look: () => follows.get(id), signal: this.#end },
+      {
+        address: () => socketAddress("WS follows/{follow}/stream", { follow: id }),
+        look: () => request("GET follows/{follow}", { follow: id }),
+        signal: this.#end,
+      },
     );
   }
 
@@ -248,4 +252,27 @@ function wordsOf(follow, isHere) {
   const { followers, title } = follow;
   if (isHere) return [following(followers), "The class sees this page"];
   return [followers === 1 ? "1 sees another page" : `${followers} see another page`, `The class sees something else: ${title}`];
+}
+
+/**
+ * @param {string} follow
+ * @param {FollowUpdate} body
+ */
+function changed(follow, body) {
+  return request("PATCH follows/{follow}", { follow, body });
+}
+
+/**
+ * Ask a class; a run that the answers come from is waited for.
+ *
+ * @param {string} follow
+ * @param {PollCreateRequest} body
+ * @param {AbortSignal} end
+ */
+async function asked(follow, body, end) {
+  for (;;) {
+    const said = await request("PUT follows/{follow}/poll", { follow, body });
+    if (!("total" in said)) return said;
+    await after(AGAIN_MS, end);
+  }
 }

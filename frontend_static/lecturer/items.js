@@ -1,6 +1,6 @@
 /** What can be an item of a lecture: what a link of this site shows. */
 
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { savedOf, wantedOf } from "../shared/comparison.js";
 import { decode } from "../shared/share_link.js";
 
@@ -28,8 +28,8 @@ export function itemOfSession({ recipe, upload, position, name }) {
 export async function itemOfAddress(text) {
   const found = itemOfLink(text, document.baseURI);
   if ("item" in found) return found.item;
-  if ("session" in found) return itemOfSession(await api.session(found.session));
-  const { runs, position, arrangement, title } = await api.savedComparison(found.saved);
+  if ("session" in found) return itemOfSession(await request("GET sessions/{session}", { session: found.session }));
+  const { runs, position, arrangement, title } = await request("GET comparisons/saved/{saved}", { saved: found.saved });
   return { comparison: { runs, position, arrangement }, title };
 }
 

@@ -3,7 +3,7 @@
  * end; and a poll of the class over the page. What the page shows can be added to a lecture here as well.
  */
 
-import { api } from "../shared/api.js";
+import { addressOf, request } from "../shared/api.js";
 import { confirmLoss, dialogIsOpen, openDialog } from "../shared/dialog.js";
 import { attempt, CopyButton, elementOf, Icon, Select, toast } from "../shared/dom.js";
 import { moment } from "../shared/format.js";
@@ -11,7 +11,6 @@ import { Doing } from "../shared/page.js";
 import { isPresenting, isTyping, presentNext } from "../shared/presentation.js";
 import { isParticipant } from "../shared/visitor.js";
 import { computed, effect, h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
-import { follows, lectures, polls } from "./api.js";
 import { following, takeClassAlong, walkOfTab } from "./class_control.js";
 import { itemOfAddress } from "./items.js";
 import { Answered, ClassPoll, Poll, PollForm } from "./poll.js";
@@ -156,7 +155,7 @@ class Held {
     const session = SESSION.exec(pageOf(this.walk.value))?.[1];
     if (session === undefined) return;
     try {
-      await api.session(decodeURIComponent(session));
+      await request("GET sessions/{session}", { session: decodeURIComponent(session) });
     } catch {
       this.walk.value = opened(this.walk.value, null);
     }
@@ -327,7 +326,7 @@ function Sheet({ control, close }) {
  */
 function Begin({ control }) {
   const others = useSignal(/** @type {FollowOwned[]} */ ([]));
-  useEffect(() => void follows.all().then((all) => (others.value = all), () => {}), []);
+  useEffect(() => void request("GET follows").then((all) => (others.value = all), () => {}), []);
   const other = (/** @type {FollowOwned} */ follow) => html`<li class="row">
     <span class="row-words"><span class="row-title">${follow.title}</span><span class="hint">${following(follow.followers)}</span></span>
     <button type="button" class="row-actions" onClick=${() => control.show(follow)}>Show this page to it</button>
@@ -385,7 +384,7 @@ function Link({ follow: { id, title, links: [{ address }, ...others], notice } }
   const { host, pathname } = new URL(address);
   // As it is read and typed: without what all begin with, and broken nowhere but before the name of the class.
   const parts = [host, pathname].map((text) => html`<span>${text}</span>`);
-  const code = html`<img src=${follows.qrAddress(id)} alt=${`QR code of ${address}`} width="200" height="200" />`;
+  const code = html`<img src=${addressOf("GET follows/{follow}/qr.svg", { follow: id })} alt=${`QR code of ${address}`} width="200" height="200" />`;
   const large = () => openDialog(title, () => html`<div class="class-large">${code}<p>${parts}</p></div>`, "large");
   // What is to be typed stands between backquotes.
   const withCode = notice?.split("`").map((text, place) => (place % 2 === 0 ? text : html`<code>${text}</code>`));
@@ -414,7 +413,7 @@ function Link({ follow: { id, title, links: [{ address }, ...others], notice } }
 function Asking({ control, close }) {
   const lesson = control.shown.value?.lesson ?? null;
   const before = useSignal(/** @type {PollKept[]} */ ([]));
-  useEffect(() => void (isParticipant || polls.all().then((kept) => (before.value = kept), () => {})), []);
+  useEffect(() => void (isParticipant || request("GET polls").then((kept) => (before.value = kept), () => {})), []);
   const ask = async (/** @type {PollCreateRequest} */ poll) => {
     const isAsked = await control.ask(poll);
     // What is asked stands on the page, where the run goes on.
@@ -430,7 +429,7 @@ function Asking({ control, close }) {
         <summary>Answered before (${before.value.length})</summary>
         ${h(Answered, { kept: before.value.slice(0, MOST_BEFORE), again: ({ id }) => ask({ kept: id }) })}
       </details>
-      <a href=${polls.csvAddress()} download="">Download all answers as CSV</a>
+      <a href=${addressOf("GET polls/answers.csv")} download="">Download all answers as CSV</a>
     </div>`}
   </section>`;
 }
@@ -440,7 +439,7 @@ function AddToLecture() {
   const all = useSignal(/** @type {readonly Pick<LectureSummary, "id"|"title">[]} */ ([NEW]));
   const chosen = useSignal(NEW.id);
   const list = async (/** @type {string|null} */ id) => {
-    const found = await lectures.all();
+    const found = await request("GET lectures");
     all.value = [...found, NEW];
     chosen.value = id ?? all.value[0].id;
   };
@@ -464,7 +463,7 @@ function AddToLecture() {
  * @param {Record<string, unknown>} item
  */
 async function put(id, item) {
-  if (id === NEW.id) return lectures.add({ title: "My lecture", notes: "", items: [item] });
-  const { title, notes, items } = await lectures.get(id);
-  return lectures.change(id, { title, notes, items: [...items.map((each) => each.item), item] });
+  if (id === NEW.id) return request("POST lectures", { body: { title: "My lecture", notes: "", items: [item] } });
+  const { title, notes, items } = await request("GET lectures/{lecture}", { lecture: id });
+  return request("PUT lectures/{lecture}", { lecture: id, body: { title, notes, items: [...items.map((each) => each.item), item] } });
 }

@@ -3,11 +3,11 @@
  * form by which a class is asked; and what classes have answered before.
  */
 
+import { request } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { attempt, IconButton } from "../shared/dom.js";
 import { count, moment, percent } from "../shared/format.js";
 import { h, html, useRef, useSignal } from "../vendor/preact.js";
-import { polls } from "./api.js";
 
 /** @import { PollKept, PollPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
@@ -128,7 +128,8 @@ export function Answered({ kept, isOpen = false, removed, again }) {
     const { id, question, votes, followers, lecture_title: lecture, title, asked } = poll;
     const remove = async () => {
       const text = `“${question}” and its ${count(votes, "answer")} are lost for good, unless you downloaded them.`;
-      if (await confirmLoss({ title: "Delete this poll?", text, action: "Delete it" })) await attempt(() => polls.remove(id).then(removed));
+      const deleted = () => request("DELETE polls/{poll}", { poll: id }).then(removed);
+      if (await confirmLoss({ title: "Delete this poll?", text, action: "Delete it" })) await attempt(deleted);
     };
     const tools = [
       again && html`<button type="button" onClick=${() => again(poll)}>Show again</button>`,

@@ -1,11 +1,10 @@
 /** The page on which a lecture is made: its order, what it can be made of, and how it begins. What is changed is saved at once. */
 
-import { lectures, polls } from "../lecturer/api.js";
 import { beginLecture, open } from "../lecturer/leading.js";
 import { ClassControl, following, walkOfTab } from "../lecturer/class_control.js";
 import { Answered } from "../lecturer/poll.js";
 import { clock, clockWords, minutesText, spentOn, time } from "../lecturer/walk.js";
-import { messageOf } from "../shared/api.js";
+import { addressOf, messageOf, request } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
 import { lastOfAddress, part, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
@@ -33,14 +32,14 @@ const lecture = signal(/** @type {Shown|null} */ (null));
 const answered = signal(/** @type {readonly PollKept[]} */ ([]));
 let keys = 0;
 
-const saving = new NewestRequest((/** @type {LectureUpdate} */ wish) => lectures.change(id, wish), {
+const saving = new NewestRequest((/** @type {LectureUpdate} */ wish) => request("PUT lectures/{lecture}", { lecture: id, body: wish }), {
   answer: (found, _, isNewest) => isNewest && take(found),
   refused: (error) => toast(messageOf(error), { kind: "error" }),
   lost: (isLost) => (part("disconnected").hidden = !isLost),
 }, end);
 
 async function findAnswered() {
-  answered.value = await polls.all(id).catch(() => []);
+  answered.value = await request("GET polls", { lecture: id }).catch(() => []);
 }
 
 /** @returns {Shown} Once it is there. */
@@ -125,7 +124,7 @@ function Lecture() {
         ${items.length === 0 && html`<p class="empty">${EMPTY}</p>`}
         ${h(Order, { entries: items, change: (entries) => change({ items: entries }), rename, note })}
         ${answered.value.length > 0 && html`<section aria-label="Polls of this lecture">
-          <header><h2>Poll results</h2><a class="button" href=${polls.csvAddress(id)} download="">Download as CSV</a></header>
+          <header><h2>Poll results</h2><a class="button" href=${addressOf("GET polls/answers.csv", { lecture: id })} download="">Download as CSV</a></header>
           ${h(Answered, { kept: answered.value, removed: findAnswered, isOpen: true })}
         </section>`}
         <label for="lecture-notes">Notes, for you alone</label>
@@ -140,8 +139,9 @@ function Lecture() {
 function Ways({ walk, isEmpty }) {
   // What was changed a moment ago is part of it.
   const start = () => change({}).then(() => beginLecture(known()));
+  const file = addressOf("GET lectures/{lecture}/file", { lecture: id });
   return html`<div class="row-actions">
-    <a class="button" href=${lectures.fileAddress(id)} download="" title="One small text file, which can be shared">Download</a>
+    <a class="button" href=${file} download="" title="One small text file, which can be shared">Download</a>
     ${h(Doing, { label: walk ? "Begin again" : "Begin the lecture", run: start, disabled: isEmpty, class: walk ? "" : "primary" })}
     ${walk && html`<button type="button" class="primary" onClick=${() => open(walk)}>Continue with item ${walk.at + 1}</button>`}
   </div>`;
@@ -170,7 +170,7 @@ function Over({ walk }) {
 }
 
 async function load() {
-  take(await lectures.get(id));
+  take(await request("GET lectures/{lecture}", { lecture: id }));
   await findAnswered();
   return h(Lecture, {});
 }

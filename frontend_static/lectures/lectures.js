@@ -1,6 +1,6 @@
 /** All lectures, and what classes have answered. */
 
-import { lectures, polls } from "../lecturer/api.js";
+import { addressOf, request } from "../shared/api.js";
 import { beginLecture } from "../lecturer/leading.js";
 import { Answered } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
@@ -21,7 +21,7 @@ const UNANSWERED = "No polls yet. Answers of classes are kept here without names
 const known = signal(/** @type {{all: LectureSummary[], answered: PollKept[]}} */ ({ all: [], answered: [] }));
 
 async function look() {
-  const [all, answered] = await Promise.all([lectures.all(), polls.all()]);
+  const [all, answered] = await Promise.all([request("GET lectures"), request("GET polls")]);
   known.value = { all, answered };
 }
 
@@ -39,7 +39,7 @@ function Lectures() {
     <section aria-label="Polls">
       <header>
         <h2>Poll results</h2>
-        ${answered.length > 0 && html`<a class="button" href=${polls.csvAddress()} download="">Download as CSV</a>`}
+        ${answered.length > 0 && html`<a class="button" href=${addressOf("GET polls/answers.csv")} download="">Download as CSV</a>`}
       </header>
       ${answered.length > 0 ? h(Answered, { kept: answered, removed: look }) : html`<p class="empty">${UNANSWERED}</p>`}
     </section>
@@ -55,7 +55,7 @@ function Ways() {
   };
   const bringIn = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: field }) => {
     const [chosen] = field.files ?? [];
-    if (chosen) await made(() => lectures.bringIn(chosen));
+    if (chosen) await made(() => request("POST lectures/import", { body: new Blob([chosen], { type: "text/markdown" }) }));
     field.value = "";
   };
   return html`<div class="row-actions">
@@ -63,19 +63,20 @@ function Ways() {
       ref=${file} type="file" accept=".md,text/markdown" class="visually-hidden" tabindex="-1" aria-label="File of a lecture" onChange=${bringIn}
     />
     <button type="button" onClick=${() => file.current?.click()}>Open a file</button>
-    <button type="button" class="primary" onClick=${() => made(() => lectures.add({ title: "New lecture" }))}>New lecture</button>
+    <button type="button" class="primary" onClick=${() => made(() => request("POST lectures", { body: { title: "New lecture" } }))}>New lecture</button>
   </div>`;
 }
 
 /** @param {{lecture: LectureSummary}} props */
 function Row({ lecture: { id, title, count: items, minutes, updated, page } }) {
   const start = async () => {
-    const lecture = await attempt(() => lectures.get(id));
+    const lecture = await attempt(() => request("GET lectures/{lecture}", { lecture: id }));
     if (lecture !== undefined) beginLecture(lecture);
   };
   const remove = async () => {
     const text = `${title} is lost for good, unless you downloaded it. Its poll results stay.`;
-    if (await confirmLoss({ title: "Delete this lecture?", text, action: "Delete it" })) await attempt(() => lectures.remove(id).then(look));
+    const deleted = () => request("DELETE lectures/{lecture}", { lecture: id }).then(look);
+    if (await confirmLoss({ title: "Delete this lecture?", text, action: "Delete it" })) await attempt(deleted);
   };
   return html`<li class="row" data-lecture=${id}>
     <div class="row-words">
@@ -85,7 +86,7 @@ function Row({ lecture: { id, title, count: items, minutes, updated, page } }) {
     <div class="row-actions">
       <button type="button" class="primary" disabled=${items === 0} onClick=${start}>Begin</button>
       <a class="button" href=${page}>Edit</a>
-      <a class="button" href=${lectures.fileAddress(id)} download="" aria-label=${`Download ${title}`}>Download</a>
+      <a class="button" href=${addressOf("GET lectures/{lecture}/file", { lecture: id })} download="" aria-label=${`Download ${title}`}>Download</a>
       ${h(IconButton, { name: "trash", title: `Delete ${title}`, run: remove })}
     </div>
   </li>`;

@@ -1,11 +1,10 @@
 /** What a lecture can be made of: lists of each kind, a form for a poll, and a field for a link. */
 
-import { lessons } from "../learn/progress.js";
 import { itemOfAddress, itemOfSession } from "../lecturer/items.js";
 import { PollForm } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
 import { sessionTitle } from "../session/steering.js";
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { attempt } from "../shared/dom.js";
 import { count, moment } from "../shared/format.js";
 import { Loaded } from "../shared/page.js";
@@ -48,7 +47,7 @@ export function Palette({ add }) {
 
 /** @param {Add} add */
 async function listLessons(add) {
-  const { lessons: all } = await lessons.all();
+  const { lessons: all } = await request("GET lessons");
   return rows(all.filter(({ problem }) => problem === null).map(({ id, number, title, minutes }) => {
     const ask = () => add({ question: id }, `Question: ${title}`, POLL_MINUTES);
     const question = html`<button type="button" aria-label=${`Add the question of ${title} as a poll`} onClick=${ask}>Its question</button>`;
@@ -58,14 +57,14 @@ async function listLessons(add) {
 
 /** @param {Add} add */
 async function listFailures(add) {
-  const all = await api.failures();
+  const all = await request("GET failures");
   return rows(all.map(({ id, number, title, kind_title: hint }) =>
     row(`${number} · ${title}`, hint, () => add({ failure: id }, title), { name: title })));
 }
 
 /** @param {Add} add */
 async function listSessions(add) {
-  const [own, experiments] = await Promise.all([mine(), api.experiments()]);
+  const [own, experiments] = await Promise.all([mine(), request("GET experiments")]);
   const presets = experiments.map((experiment) => html`
     <h3>${experiment.title}</h3>
     ${rows(experiment.presets.map((preset) => {
@@ -109,7 +108,7 @@ function Compared({ add, all }) {
 
 /** What somebody has: as an item by itself, and as a run of a comparison. */
 async function mine() {
-  const { sessions, runs } = await api.work({ limit: MOST_LISTED }, new AbortController().signal);
+  const { sessions, runs } = await request("GET work", { limit: MOST_LISTED });
   return [
     ...sessions.map((session) => {
       const { recipe, upload, position } = session;

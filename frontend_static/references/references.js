@@ -1,6 +1,6 @@
 /** The references page: what each experiment comes from, to be cited. */
 
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { Citations } from "../shared/terms.js";
 import { h, html, useEffect } from "../vendor/preact.js";
@@ -17,5 +17,5 @@ function References({ experiments }) {
   );
 }
 
-const load = async () => h(References, { experiments: await api.experiments() });
+const load = async () => h(References, { experiments: await request("GET experiments") });
 showPage("references", null, () => h(Loaded, { load, failed: "The references could not be listed", bones: [BONE, BONE, BONE] }));

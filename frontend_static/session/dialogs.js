@@ -1,6 +1,6 @@
 /** Dialogs of a session: files to take away and to bring in, the link of a run, the keys, what an experiment is about, and branches. */
 
-import { api } from "../shared/api.js";
+import { addressOf, request, sendCommand } from "../shared/api.js";
 import { openDialog, openKeys } from "../shared/dialog.js";
 import { attempt, toast } from "../shared/dom.js";
 import { Exports, openCode } from "../shared/exports.js";
@@ -31,7 +31,8 @@ export function shareDialog({ id, branch, recipe, computed, position, upload }) 
       "It gives the same numbers to everyone who can reach this server.",
     upload ? "The video itself stays on this server." : "",
   ];
-  openCode("Share this run", words, () => api.sourceCode([{ reference: `${id}:${branch}` }], computed + 1), linkTo({ recipe, upload, position }));
+  const body = { runs: [{ reference: `${id}:${branch}` }], frames: computed + 1 };
+  openCode("Share this run", words, () => request("POST source-code", { body }), linkTo({ recipe, upload, position }));
 }
 
 // Dialogs that explain: the list of keys, and what an experiment is about and comes from.
@@ -43,7 +44,7 @@ export function helpDialog() {
 function FurtherHelp() {
   const tour = useSignal(/** @type {string|null} */ (null));
   // Without the tour there are still the keys, which were asked for.
-  useEffect(() => void api.experiments().then((all) => (tour.value = tourLink(all)), () => {}), []);
+  useEffect(() => void request("GET experiments").then((all) => (tour.value = tourLink(all)), () => {}), []);
   return html`
     <p>${tour.value && html`<a href=${tour.value} data-role="tour">Take the guided tour</a>`}</p>
     <p><a href=${GLOSSARY}>Glossary: what the words mean</a></p>
@@ -141,7 +142,8 @@ export function filesDialog(view) {
 /** @param {{view: Mounted, close: () => void}} props */
 function Files({ view, close }) {
   const { id, exports, plots, declarations, parameters, upload, truth_columns: columns } = view.store.known;
-  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => api.exportSession(id, name, plot);
+  const begin = (/** @type {string} */ name, /** @type {string} */ plot) =>
+    request("POST sessions/{session}/exports/{export}", { session: id, export: name, plot });
   const files = declarations.filter(({ kind }) => kind === "file");
   const takesTruth = upload !== null && columns.length > 0;
   const brought = html`<section>
@@ -160,8 +162,8 @@ function Files({ view, close }) {
 /** @param {{session: string, declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
 function BringIn({ session, declaration: { name, title, description, accept }, isUsed }) {
   const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
-    await api.command(session, { kind: "change", values: { [name]: text } });
-    const run = () => attempt(() => api.command(session, { kind: "restart" }));
+    await sendCommand(session, { kind: "change", values: { [name]: text } });
+    const run = () => attempt(() => sendCommand(session, { kind: "restart" }));
     toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
   };
   const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
@@ -191,9 +193,10 @@ function BringIn({ session, declaration: { name, title, description, accept }, i
  */
 function Truth({ view, upload, close }) {
   const { id, recipe, truth_columns: columns, truth_mark: mark } = view.store.known;
+  const about = { upload, experiment: recipe.experiment };
   const isKnown = useSignal(false);
   const look = async () => {
-    isKnown.value = (await api.truth(upload, recipe.experiment).catch(() => null)) !== null;
+    isKnown.value = (await request("GET uploads/{upload}/truth", about).catch(() => null)) !== null;
   };
   useEffect(() => void look(), []);
   const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
@@ -205,7 +208,7 @@ function Truth({ view, upload, close }) {
     close();
     markTruth(view);
   };
-  const address = api.truthAddress(upload, recipe.experiment);
+  const address = addressOf("GET uploads/{upload}/truth.csv", about);
   const known = html`<a class="button quiet" download title="The truth that is known, CSV" data-role="known-truth" href=${address}>Download</a>`;
   const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
   return html`<li>

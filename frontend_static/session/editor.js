@@ -1,6 +1,6 @@
 /** A filter of one's own beside the session that runs it: the text of its file, saved with Ctrl-S, mistakes at their line. */
 
-import { api, messageOf } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { IconButton } from "../shared/dom.js";
 import {
   autocompletion, basicSetup, EditorView, HighlightStyle, indentUnit, indentWithTab, keymap, lintGutter, python, pythonLanguage, setDiagnostics,
@@ -127,7 +127,7 @@ export function Editor({ store, file: first, close }) {
   const field = useRef(/** @type {CodeField|null} */ (null));
   const save = async () => {
     try {
-      file.value = await api.writeFilter(file.value.name, text.value, file.value.digest);
+      file.value = await request("PUT filters/{name}", { name: file.value.name, body: { text: text.value, before: file.value.digest } });
       said.value = "Saved.";
     } catch (error) {
       said.value = `Not saved: ${messageOf(error)}`;
@@ -152,7 +152,7 @@ export function Editor({ store, file: first, close }) {
     if (newest !== undefined && newest !== file.value.digest && !isChanged) follow();
   }, [newest]);
   const follow = async () => {
-    const found = (await api.filters()).find((each) => each.name === name);
+    const found = (await request("GET filters")).find((each) => each.name === name);
     if (found === undefined || text.value !== file.value.text) return;
     file.value = found;
     if (field.current && text.value !== found.text) field.current.text = found.text;

@@ -3,7 +3,7 @@
  * goes on meanwhile; what is found opens as a branch beside it.
  */
 
-import { api, cancelJob, followJob, messageOf } from "../shared/api.js";
+import { cancelJob, followJob, messageOf, request, sendCommand } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { attempt } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
@@ -41,7 +41,7 @@ function Fitting({ store, end, close }) {
     event.preventDefault();
     share.value = 0;
     try {
-      const begun = await api.fit(session.id, chosen.value);
+      const begun = await request("POST sessions/{session}/fits", { session: session.id, body: { numbers: chosen.value } });
       end.addEventListener("abort", () => cancelJob(begun.id));
       const job = await followJob(begun, (now) => now && now.total > 0 && (share.value = now.done / now.total), end);
       if (job === null) return;
@@ -104,7 +104,7 @@ function Result({ found, store, close }) {
     isOpening.value = false;
     if (!made) return;
     close();
-    await attempt(() => api.command(session.id, { kind: "seek", frame: session.position }));
+    await attempt(() => sendCommand(session.id, { kind: "seek", frame: session.position }));
   };
   const numbers = found.numbers.map((each) => {
     const note = each.at_bound && " (at its bound: the best may lie beyond)";

@@ -1,11 +1,10 @@
 /** The line above a session: what runs, its presets, and a menu with everything that can be done with the run. */
 
-import { END_FORK, endFork } from "../lecturer/api.js";
 import { FollowChip } from "../lecturer/class_control.js";
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
 import { attempt, Icon, Popover } from "../shared/dom.js";
-import { PLACES } from "../shared/page.js";
+import { END_FORK, endFork, PLACES } from "../shared/page.js";
 import { PresentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { GLOSSARY } from "../shared/terms.js";
@@ -148,7 +147,7 @@ export function menuOf({ view, experiment, actions, editor }) {
 /** @param {Mounted} view */
 async function rename({ store: { known } }) {
   const name = await askName("Rename this session", known.name);
-  if (name !== null) await attempt(() => api.renameSession(known.id, name));
+  if (name !== null) await attempt(() => request("PATCH sessions/{session}", { session: known.id, body: { name } }));
 }
 
 /**

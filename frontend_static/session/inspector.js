@@ -3,7 +3,7 @@
  * frame to frame. What is found is the server's; the picture shows it in either view.
  */
 
-import { api, messageOf } from "../shared/api.js";
+import { messageOf, sendCommand } from "../shared/api.js";
 import { IconButton } from "../shared/dom.js";
 import { plainAxis } from "../shared/figure/axes.js";
 import { useFigure } from "../shared/figure/figure.js";
@@ -306,7 +306,7 @@ export class Inspector {
     this.#view = view;
     const { scene, signal: end, store } = view;
     this.#request = new NewestRequest(
-      async (/** @type {Inspect} */ wish) => /** @type {InspectionPublic} */ (await api.command(store.known.id, wish)),
+      async (/** @type {Inspect} */ wish) => /** @type {InspectionPublic} */ (await sendCommand(store.known.id, wish)),
       { answer: (found) => this.#take(found), refused: (error) => (this.found.value = messageOf(error)) },
       end,
     );

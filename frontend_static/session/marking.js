@@ -7,7 +7,7 @@
  * The run goes along, so that all that moves through it moves here too.
  */
 
-import { api } from "../shared/api.js";
+import { addressOf, formOf, request } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { attempt, build, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
@@ -30,7 +30,7 @@ import { readTable, tableText } from "./truth_table.js";
  * @returns {Promise<boolean>} Whether it was taken.
  */
 export async function giveTruth(session, files) {
-  const told = await attempt(() => api.giveSessionTruth(session, files));
+  const told = await attempt(() => request("PUT sessions/{session}/truth", { session, body: formOf(files) }));
   if (told === undefined) return false;
   const known = `The truth of ${count(told.frames, "frame")} is known; the run is measured by it`;
   toast([known, ...told.warnings].join(". "));
@@ -63,9 +63,8 @@ export async function markTruth(view) {
  * @returns {Promise<Rows>}
  */
 async function knownRows(upload, experiment) {
-  if ((await api.truth(upload, experiment)) === null) return new Map();
-  const { content } = await api.truthTable(upload, experiment);
-  return readTable(await content.text());
+  if ((await request("GET uploads/{upload}/truth", { upload, experiment })) === null) return new Map();
+  return readTable(await request("GET uploads/{upload}/truth.csv", { upload, experiment }));
 }
 
 /**
@@ -142,7 +141,7 @@ class Marking {
     const { width, height } = this.#view.store.known;
     const values = this.rows.value.get(this.frame);
     const { parts, editor } = this.#kind;
-    this.editor.show(api.pictureAddress(upload, this.frame), width, height);
+    this.editor.show(addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload, frame: this.frame }), width, height);
     this.editor.set(values === undefined ? this.#last : markOf(editor.kind, parts.map((part, place) => [part, values[place]])));
     this.mark.value = this.editor.mark;
   }

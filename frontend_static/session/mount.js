@@ -3,7 +3,7 @@
  * taken away again.
  */
 
-import { api, messageOf, progressWords, START, statusOf } from "../shared/api.js";
+import { messageOf, progressWords, request, START, statusOf } from "../shared/api.js";
 import { build as made, elementOf, fill, Notice, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { socketAddress, Stream } from "../shared/stream.js";
@@ -61,15 +61,14 @@ export class SessionStream {
       ...on,
     };
     /** @type {Stream<SessionMessage>} */
-    this.#stream = new Stream(hears, { address: () => this.#address(id), look: () => api.session(id), signal });
+    this.#stream = new Stream(hears, { address: () => this.#address(id), look: () => request("GET sessions/{session}", { session: id }), signal });
     scene?.onView(() => this.#stream.again());
   }
 
   /** @param {string} id */
   #address(id) {
-    const path = socketAddress(`sessions/${encodeURIComponent(id)}/stream`);
     const flat = this.#scene?.flat ?? null;
-    return flat === null ? path : `${path}?paints=true&has_picture=${flat.hasPicture}`;
+    return socketAddress("WS sessions/{session}/stream", { session: id, ...(flat && { paints: true, has_picture: flat.hasPicture }) });
   }
 
   /**
@@ -453,7 +452,7 @@ export class Mounted {
 
   async #branch() {
     if (!this.able) return;
-    const experiment = await api.experiment(this.store.known.recipe.experiment).catch(() => null);
+    const experiment = await request("GET experiments/{experiment}", { experiment: this.store.known.recipe.experiment }).catch(() => null);
     const { branchDialog } = await import("./dialogs.js");
     if (!this.signal.aborted) branchDialog(this, experiment?.default_tracker);
   }

@@ -1,6 +1,6 @@
 /** Everything of a session's page by words: what the menu has, parameters, presets, lessons and saved runs. */
 
-import { api, request } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { attempt } from "../shared/dom.js";
 import { linkTo, presetRecipe } from "../shared/share_link.js";
@@ -81,9 +81,9 @@ function near(page) {
 async function distant() {
   if (isParticipant) return [];
   const [course, experiments, work] = await Promise.all([
-    /** @type {Promise<LessonsPublic|null>} */ (request("GET", "lessons").catch(() => null)),
-    api.experiments().catch(() => []),
-    api.work({ q: "", show: "runs", limit: 100 }, new AbortController().signal).catch(() => null),
+    /** @type {Promise<LessonsPublic|null>} */ (request("GET lessons").catch(() => null)),
+    request("GET experiments").catch(() => []),
+    request("GET work", { show: "runs", limit: 100 }).catch(() => null),
   ]);
   const learned = (course?.lessons ?? []).map(({ id, title }) => ({ words: title, kind: "Lesson", href: `learn/${encodeURIComponent(id)}` }));
   const address = (/** @type {ExperimentPublic} */ each, /** @type {Preset} */ preset) => linkTo({ recipe: presetRecipe(each, preset), play: true });
@@ -96,7 +96,7 @@ async function distant() {
 
 /** @param {string} run */
 async function open(run) {
-  const session = await attempt(() => api.open(run));
+  const session = await attempt(() => request("POST runs/{run}/open", { run }));
   if (session) location.assign(session.page);
 }
 

@@ -3,7 +3,7 @@
  * server.
  */
 
-import { api } from "../shared/api.js";
+import { answers } from "../shared/api.js";
 import { build, CopyButton, elementOf } from "../shared/dom.js";
 import { ThemeButton } from "../shared/theme.js";
 import { h, html, render } from "../vendor/preact.js";
@@ -50,10 +50,11 @@ async function begin() {
   places.scene.append(scene, drawn);
   const flat = new FlatView(scene, { layers, onPainted: () => {}, hasLegend: true }, signal);
   const playback = new Playback(store, flat, recording, await unpack());
-  Object.assign(api, {
-    command: (/** @type {string} */ _, /** @type {import("../shared/messages.js").Command} */ command) => playback.carryOut(command),
-    glossary: async () => recording.glossary,
-  });
+  answers["POST sessions/{session}/commands"] = async ({ body }) => {
+    await playback.carryOut(body);
+    return store.known;
+  };
+  answers["GET glossary"] = async () => recording.glossary;
   const view = { store, steering: new Steering(store, signal), able: true, signal, scene: null, plots: [] };
   transport(places.transport, view, null);
   new Scrubber(places.scrubber, view);

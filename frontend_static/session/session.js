@@ -1,7 +1,7 @@
 /** The session page: one session with all its parts, and a header above it. */
 
 import { ClassControl } from "../lecturer/class_control.js";
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { attempt, IconButton, part, toast } from "../shared/dom.js";
 import { skipLink, tourOfAddress } from "../shared/page.js";
 import { present } from "../shared/presentation.js";
@@ -57,7 +57,7 @@ start.begun.then(async ({ session }) => {
   if (session.remark) toast(session.remark, { kind: "error" });
   if (tour !== null) (await import("./tour.js")).guide(view, tour);
   page.editor.isOffered.value = (await offered(session).catch(() => [])).length > 0;
-  experiment.value = await api.experiment(session.recipe.experiment);
+  experiment.value = await request("GET experiments/{experiment}", { experiment: session.recipe.experiment });
 }).catch(() => {});
 
 /** What is wrong, in lines between the header and the session, and that a wider screen shows more. */
@@ -123,5 +123,5 @@ function offerEditor() {
  */
 async function offered({ recipe }) {
   if (isParticipant) return [];
-  return (await api.filters()).filter((file) => file.editable && file.experiment === recipe.experiment);
+  return (await request("GET filters")).filter((file) => file.editable && file.experiment === recipe.experiment);
 }

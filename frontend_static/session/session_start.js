@@ -3,7 +3,7 @@
  * belongs to it has been loaded. Hence few imports.
  */
 
-import { api, ROOT } from "../shared/api.js";
+import { forget, request } from "../shared/api.js";
 import { whenCompiled, whenPlaceFree } from "../shared/compiling.js";
 import { build, fill } from "../shared/dom.js";
 import { Scene } from "./scene.js";
@@ -117,7 +117,7 @@ export class SessionStart {
     const { play, ...body } = recipe;
     // A link of an earlier version has no recipe.
     const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
-    const start = () => api.start({ ...body, id: name });
+    const start = () => request("POST sessions", { body: { ...body, id: name } });
     const begin = () => whenCompiled(experiment, start, (sentence, meter) => this.#wait(sentence, meter), this.signal, "usable");
     const session = await whenPlaceFree(begin, (sentence) => this.#wait(sentence, build("a", { href: "work?show=sessions" }, "Running sessions")), this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
@@ -141,7 +141,7 @@ export class SessionStart {
    * @returns {Promise<Begun>}
    */
   async #find(id) {
-    const session = api.session(id);
+    const session = request("GET sessions/{session}", { session: id });
     this.scene?.open(id, session, false);
     return { session: await session, recipe: null };
   }
@@ -165,7 +165,7 @@ export class OwnSession {
     this.start.begun.then(() => (this.#hasBegun = true), () => {});
     const leave = () => {
       this.end();
-      if (beginning.recipe && !this.#hasBegun) remove(name);
+      if (beginning.recipe && !this.#hasBegun) forget("DELETE sessions/{session}", { session: name });
     };
     // Also when the page goes where it could be brought back from: it is begun anew then.
     globalThis.addEventListener("pagehide", leave, { signal: this.#left.signal });
@@ -176,7 +176,7 @@ export class OwnSession {
     if (this.#left.signal.aborted) return;
     this.#left.abort();
     this.start.end();
-    this.start.begun.then(({ session }) => remove(session.id), () => {});
+    this.start.begun.then(({ session }) => forget("DELETE sessions/{session}", { session: session.id }), () => {});
   }
 }
 
@@ -184,13 +184,4 @@ export class OwnSession {
 function newName() {
   const bytes = globalThis.crypto.getRandomValues(new Uint8Array(8));
   return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-}
-
-/**
- * Ask for it in a way that outlives the page.
- *
- * @param {string} session
- */
-function remove(session) {
-  fetch(`${ROOT}sessions/${encodeURIComponent(session)}`, { method: "DELETE", keepalive: true }).catch(() => {});
 }

@@ -1,6 +1,6 @@
 /** The frame that holds the 3-D scene, and the library's own picture in its place while it is still loading. */
 
-import { api } from "../shared/api.js";
+import { addressOf } from "../shared/api.js";
 import { build, fill } from "../shared/dom.js";
 import { beforePrinting } from "../shared/presentation.js";
 import { isDark, onTheme } from "../shared/theme.js";
@@ -138,7 +138,7 @@ export class SpatialScene {
   }
 
   async #print() {
-    this.#paper.src = `${api.frameAddress(this.#id)}?at=${Date.now()}`;
+    this.#paper.src = `${addressOf("GET sessions/{session}/frame.png", { session: this.#id })}?at=${Date.now()}`;
     this.element.append(this.#paper);
     await this.#paper.decode();
   }
@@ -226,7 +226,7 @@ class Preview {
     this.#busy = true;
     this.#asked += 1;
     const image = build("img", {
-      src: `${api.frameAddress(this.#id)}?picture=${this.#asked}`,
+      src: `${addressOf("GET sessions/{session}/frame.png", { session: this.#id })}?picture=${this.#asked}`,
       alt: "The current frame with what the tracker believes",
       fetchpriority: "high",
     });

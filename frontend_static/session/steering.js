@@ -1,6 +1,6 @@
 /** What a person can do to a session: move through its run, by buttons, keys and the scrubber, and all else. */
 
-import { api } from "../shared/api.js";
+import { addressOf, request, sendCommand } from "../shared/api.js";
 import { attempt, toast } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
 import { follow, later, NewestRequest } from "../shared/timing.js";
@@ -265,7 +265,7 @@ export class Steering {
 
   /** @param {Command} command Asked for if there is a session that listens. */
   async #send(command) {
-    return this.#able ? attempt(() => api.command(this.#store.known.id, command)) : undefined;
+    return this.#able ? attempt(() => sendCommand(this.#store.known.id, command)) : undefined;
   }
 }
 
@@ -285,7 +285,7 @@ export class Commands {
     if (!this.#store.isSteerable) return;
     const { position } = this.#session;
     await attempt(async () => {
-      await api.bookmark(this.#session.id, note);
+      await request("POST sessions/{session}/bookmarks", { session: this.#session.id, body: { note } });
       toast(`Bookmarked frame ${position}`);
     });
   }
@@ -306,7 +306,7 @@ export class Commands {
   }
 
   async resume() {
-    await attempt(() => api.resume(this.#session.id));
+    await attempt(() => request("POST sessions/{session}/resume", { session: this.#session.id }));
   }
 
   /** Stay at the frame that a run has come to on its way. */
@@ -316,14 +316,14 @@ export class Commands {
 
   /** @param {Command} command */
   #send(command) {
-    return attempt(() => api.command(this.#session.id, command));
+    return attempt(() => sendCommand(this.#session.id, command));
   }
 
   async save() {
     if (this.#store.session === null) return;
     await attempt(async () => {
-      const run = await api.save(this.#session.id);
-      toast("Saved; My work lists it", { action: { label: "Download", href: api.downloadAddress(run.id) } });
+      const run = await request("POST runs", { body: { session: this.#session.id } });
+      toast("Saved; My work lists it", { action: { label: "Download", href: addressOf("GET runs/{run}/download", { run: run.id }) } });
     });
   }
 }
@@ -345,8 +345,8 @@ const REST_MS = 300;
  */
 export async function sendValues(id, { seed, ...values }) {
   const accepted = await attempt(async () => {
-    if (Object.keys(values).length > 0) await api.command(id, { kind: "change", values });
-    if (seed !== undefined) await api.command(id, { kind: "restart", seed: Number(seed) });
+    if (Object.keys(values).length > 0) await sendCommand(id, { kind: "change", values });
+    if (seed !== undefined) await sendCommand(id, { kind: "restart", seed: Number(seed) });
     return true;
   });
   return accepted === true;

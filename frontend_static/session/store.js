@@ -6,7 +6,7 @@
  * the position changes. Parts that are not components follow what they draw (`follow`).
  */
 
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { batch, signal } from "../vendor/preact.js";
 import { finite, isKnown } from "./readings.js";
 
@@ -395,7 +395,7 @@ export class Store {
     if (this.#fetching.has(branch)) return;
     this.#fetching.add(branch);
     try {
-      const { columns } = await api.diagnostics(this.known.id, branch);
+      const { columns } = await request("GET sessions/{session}/diagnostics", { session: this.known.id, branch });
       this.historyOf(branch).merge(columns);
     } catch {
       // The next hello brings it.

@@ -6,7 +6,7 @@
  * points at, so that the next stop of the tab key is the thing to press.
  */
 
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { dialogIsOpen } from "../shared/dialog.js";
 import { build, fill, icon } from "../shared/dom.js";
 import { leaveAddress, rememberTour } from "../shared/page.js";
@@ -92,7 +92,7 @@ export async function guide(view, name) {
  * @returns {Promise<Tour|null>}
  */
 async function tourOf(experiment, name) {
-  const { presets } = await api.experiment(experiment);
+  const { presets } = await request("GET experiments/{experiment}", { experiment });
   return presets.find((preset) => preset.name === name)?.tour ?? null;
 }
 

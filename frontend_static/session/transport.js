@@ -1,6 +1,6 @@
 /** The row of controls above the scrubber: where the run is, how fast it goes, and where in it something has happened. */
 
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { attempt, Icon, IconButton, Popover } from "../shared/dom.js";
 import { measureValue, percent, speed as speedText } from "../shared/format.js";
 import { Explained } from "../shared/terms.js";
@@ -283,7 +283,7 @@ function Marked({ mark, view: { store, commands, steering } }) {
     if (mark.branch && mark.branch !== store.known.branch) await commands.activate(mark.branch);
     await steering.seek(mark.frame);
   };
-  const remove = () => attempt(() => api.unbookmark(store.known.id, mark.id));
+  const remove = () => attempt(() => request("DELETE sessions/{session}/bookmarks/{bookmark}", { session: store.known.id, bookmark: mark.id }));
   return html`<li>
     <button type="button" class="quiet grow" onClick=${go}>frame ${mark.frame}${mark.note && html`<span class="hint">${mark.note}</span>`}</button>
     ${h(IconButton, { name: "trash", title: `Remove the bookmark at frame ${mark.frame}`, run: remove })}

@@ -34,8 +34,19 @@ export function here(fragment) {
   return `${location.pathname}${location.search}#${fragment}`;
 }
 
-/** @typedef {Record<string, string|number|boolean>} Query */
-/** @typedef {(sent: number, total: number) => void} OnProgress In bytes, the form around the files included. */
+/** @typedef {keyof Messages.Requests} Route Method and path of a request, whose names in braces stand for what it is about. */
+/**
+ * What a request says: what its path names, what its query does, its body, and what ends it before the answer has come.
+ *
+ * @template {Route} R
+ * @typedef {Messages.Requests[R]["asked"] & {signal?: AbortSignal}} Asked
+ */
+/**
+ * The same as an argument that may be missing.
+ *
+ * @template {Route} R
+ * @typedef {{} extends Asked<R> ? [asked?: Asked<R>] : [asked: Asked<R>]} Given
+ */
 /**
  * @template Answer
  * @typedef {object} Transfer
@@ -81,61 +92,102 @@ export function statusOf(error) {
 }
 
 /**
- * Ask the server for something and return the JSON of its answer (null for an empty one).
+ * Where a request leads.
  *
- * @template Answer
- * @param {string} method
- * @param {string} path
- * @param {unknown} [body] A file is sent as it is, all else as JSON.
- * @param {AbortSignal} [signal] Ends it before the answer has come.
- * @returns {Promise<Answer>}
+ * @template {Route} R
+ * @param {R} route
+ * @param {Given<R>} given
  */
-export async function request(method, path, body, signal) {
-  const isFile = body instanceof Blob;
-  const headers = { accept: "application/json", ...(body !== undefined && !isFile && { "content-type": "application/json" }) };
-  const options = { method, headers, ...(signal && { signal }), ...(body !== undefined && { body: isFile ? body : JSON.stringify(body) }) };
-  let status;
-  let text;
-  try {
-    const response = await fetch(ROOT + path, options);
-    [status, text] = [response.status, await response.text()];
-  } catch {
-    throw new ApiError(0, { message: "The server does not answer" });
-  }
-  return read(status, text);
+export function addressOf(route, ...[given = /** @type {Asked<R>} */ ({})]) {
+  const { body: _, signal: __, ...said } = /** @type {{body?: unknown, signal?: AbortSignal, [name: string]: unknown}} */ (given);
+  const names = new Map(Object.entries(said).filter(([, value]) => value !== undefined && value !== null));
+  const path = route.slice(route.indexOf(" ") + 1).replace(/\{(\w+)\}/g, (_whole, name) => {
+    const value = encodeURIComponent(String(names.get(name)));
+    names.delete(name);
+    return value;
+  });
+  const query = new URLSearchParams(Array.from(names, ([name, value]) => [name, String(value)]));
+  return `${ROOT}${path}${names.size > 0 ? `?${query}` : ""}`;
 }
 
 /**
- * Fetch a file, with the name that the server gives it.
+ * What answers in place of the server on a page that has none.
  *
- * @param {string} path
- * @returns {Promise<{name: string, content: Blob}>}
+ * @type {{[R in Route]?: (asked: Asked<R>) => Promise<Messages.Requests[R]["answer"]>}}
  */
-async function fetched(path) {
-  const response = await fetch(ROOT + path).catch(() => {
+export const answers = {};
+
+/** @param {Route} route */
+function methodOf(route) {
+  return route.slice(0, route.indexOf(" "));
+}
+
+/**
+ * Ask the server for something and return its answer: JSON, or the text of a file; null for an empty one.
+ *
+ * @template {Route} R
+ * @param {R} route
+ * @param {Given<R>} given A file or a form is sent as it is, any other body as JSON.
+ * @returns {Promise<Messages.Requests[R]["answer"]>}
+ */
+export async function request(route, ...given) {
+  const answer = answers[route];
+  if (answer) return answer(/** @type {Asked<R>} */ (given[0]));
+  const { body, signal = null } = /** @type {{body?: unknown, signal?: AbortSignal}} */ (given[0] ?? {});
+  const raw = body instanceof Blob || body instanceof FormData ? body : null;
+  const headers = { accept: "application/json", ...(body !== undefined && raw === null && { "content-type": "application/json" }) };
+  const options = { method: methodOf(route), headers, signal, body: raw ?? JSON.stringify(body) };
+  let response;
+  let text;
+  try {
+    response = await fetch(addressOf(route, ...given), options);
+    text = await response.text();
+  } catch {
     throw new ApiError(0, { message: "The server does not answer" });
-  });
-  if (!response.ok) read(response.status, await response.text());
-  const [, name] = /filename="([^"]+)"/.exec(response.headers.get("content-disposition") ?? "") ?? ["", "file"];
-  return { name, content: await response.blob() };
+  }
+  return read(response.status, text);
+}
+
+/**
+ * Ask for something to be ended, in a way that outlives the page; nobody waits for the answer.
+ *
+ * @template {Route} R
+ * @param {R} route
+ * @param {Given<R>} given
+ */
+export function forget(route, ...given) {
+  fetch(addressOf(route, ...given), { method: methodOf(route), keepalive: true }).catch(() => {});
+}
+
+/**
+ * @param {string} session
+ * @param {Messages.Command} body
+ */
+export function sendCommand(session, body) {
+  return request("POST sessions/{session}/commands", { session, body });
+}
+
+/** @param {Iterable<File>} files */
+export function formOf(files) {
+  const form = new FormData();
+  for (const file of files) form.append("file", file, file.name);
+  return form;
 }
 
 /**
  * Send files with progress, which `fetch` cannot report.
  *
- * @template Answer
- * @param {string} path
+ * @template {"POST uploads"|"POST runs/import"} R
+ * @param {R} route
+ * @param {Asked<R>} asked
  * @param {Iterable<File>} files
- * @param {OnProgress} onProgress
- * @param {string} [method]
- * @returns {Transfer<Answer>}
+ * @param {(sent: number, total: number) => void} onProgress In bytes, the form around the files included.
+ * @returns {Transfer<Messages.Requests[R]["answer"]>}
  */
-function send(path, files, onProgress, method = "POST") {
+export function send(route, asked, files, onProgress) {
   const ticket = `${Date.now()}-${Math.random().toString(36).slice(2)}`;
-  const form = new FormData();
-  for (const file of files) form.append("file", file, file.name);
   const transfer = new XMLHttpRequest();
-  /** @type {Promise<Answer>} */
+  /** @type {Promise<Messages.Requests[R]["answer"]>} */
   const done = new Promise((resolve, reject) => {
     transfer.upload.addEventListener("progress", (event) => onProgress(event.loaded, event.total));
     transfer.addEventListener("load", () => {
@@ -147,15 +199,12 @@ function send(path, files, onProgress, method = "POST") {
     });
     transfer.addEventListener("error", () => reject(new ApiError(0, { message: "The connection broke during the upload" })));
     transfer.addEventListener("abort", () => reject(new ApiError(-1, { message: "The upload was stopped" })));
-    transfer.open(method, `${ROOT}${path}${path.includes("?") ? "&" : "?"}ticket=${ticket}`);
+    const address = addressOf(route, /** @type {Asked<R>} */ ({ ...asked, ticket }));
+    transfer.open(methodOf(route), address);
     transfer.setRequestHeader("accept", "application/json");
-    transfer.send(form);
+    transfer.send(formOf(files));
   });
-  const before = async () => {
-    /** @type {Messages.QueuePublic} */
-    const place = await request("GET", `queue/${ticket}`);
-    return place.before;
-  };
+  const before = async () => (await request("GET queue/{ticket}", { ticket })).before;
   return { done, before, stop: () => transfer.abort() };
 }
 
@@ -166,160 +215,17 @@ function send(path, files, onProgress, method = "POST") {
  * @returns {Answer}
  */
 function read(status, text) {
+  const isFine = status >= 200 && status < 300;
   let answer = null;
   try {
     answer = text === "" ? null : JSON.parse(text);
   } catch {
-    // Not ours (a proxy's page, say): the status has to speak for itself.
+    // A file; or not ours (a proxy's page, say), and the status has to speak for itself.
+    if (isFine) answer = text;
   }
-  if (status >= 200 && status < 300) return answer;
+  if (isFine) return answer;
   throw new ApiError(status, answer?.error ?? { message: `The server answered with status ${status}` });
 }
-
-/**
- * A query as addresses have it.
- *
- * @param {Query} values
- */
-export function query(values) {
-  return new URLSearchParams(Object.entries(values).map(([name, value]) => [name, String(value)])).toString();
-}
-
-/**
- * The path of one thing of a kind, and of what belongs to it.
- *
- * @param {string} kind
- */
-export function pathOf(kind) {
-  return (/** @type {string} */ id, /** @type {string[]} */ ...rest) => [kind, encodeURIComponent(id), ...rest].join("/");
-}
-
-const session = pathOf("sessions");
-const run = pathOf("runs");
-const upload = pathOf("uploads");
-const failure = pathOf("failures");
-const savedComparison = pathOf("comparisons/saved");
-const experimentPath = pathOf("experiments");
-/** @param {string} name @param {string} plot */
-const exportPath = (name, plot) => `exports/${encodeURIComponent(name)}${plot ? `?${query({ plot })}` : ""}`;
-/** @param {string} id @param {string} of The experiment. @param {string} form */
-const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ experiment: of })}`);
-
-/**
- * @typedef {object} Api Every request that the pages make, but for those of sweeps.
- * @property {() => Promise<Messages.ExperimentPublic[]>} experiments
- * @property {() => Promise<Messages.Section[]>} glossary
- * @property {(id: string, recording?: string) => Promise<Messages.ExperimentDetail>} experiment With the parameters of a kind of recording, if one is named.
- * @property {() => Promise<Messages.Plugin[]>} plugins
- * @property {() => Promise<Messages.CompilationPublic>} compilation
- * @property {() => Promise<Messages.FilterPublic[]>} filters
- * @property {(name: string, text: string, before: string) => Promise<Messages.FilterPublic>} writeFilter
- * @property {(runs: Messages.ComparedRun[], frames?: number) => Promise<Messages.SourceCode>} sourceCode
- * @property {() => Promise<Messages.FailurePublic[]>} failures
- * @property {(id: string) => Promise<Messages.FailurePublic>} failure By id or number.
- * @property {(id: string, signal: AbortSignal) => Promise<Messages.FailureResult>} course
- * @property {(id: string) => Promise<Messages.SessionPublic>} session
- * @property {() => Promise<Messages.SessionPublic[]>} sessions
- * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
- * @property {(id: string) => Promise<null>} end
- * @property {(id: string, name: string) => Promise<Messages.SessionPublic>} renameSession
- * @property {(id: string, command: Messages.Command) => Promise<Messages.CommandAnswer>} command
- * @property {(id: string) => Promise<Messages.SessionPublic>} resume
- * @property {(id: string, branch: string) => Promise<Messages.Columns>} diagnostics
- * @property {(id: string, note: string) => Promise<Messages.Bookmark>} bookmark
- * @property {(id: string, bookmark: string) => Promise<null>} unbookmark
- * @property {(id: string, frame?: number) => Promise<Messages.Explanation>} explanation Of the first lasting loss, or at a frame.
- * @property {(id: string) => string} frameAddress
- * @property {(files: File[], onProgress: OnProgress, columns?: Record<string, number>) => Transfer<Messages.UploadPublic>} sendUpload
- * @property {(text: string) => Promise<Messages.Preview>} table
- * @property {(id: string) => Promise<Messages.UploadPublic>} upload
- * @property {(id: string, question: Query) => Promise<Messages.SightingPublic>} mark
- * @property {(id: string, question: Query, signal: AbortSignal) => Promise<Messages.SuitabilityPublic>} suitability
- * @property {(id: string, experiment: string) => Promise<Messages.TruthPublic|null>} truth
- * @property {(id: string, files: File[]) => Promise<Messages.TruthPublic>} giveSessionTruth
- * @property {(id: string, experiment: string, files: File[]) => Promise<Messages.TruthPublic>} giveTruth
- * @property {(id: string, experiment: string) => Promise<null>} removeTruth
- * @property {(id: string, experiment: string) => Promise<{name: string, content: Blob}>} truthTable
- * @property {(id: string, experiment: string) => string} truthAddress
- * @property {(id: string) => Promise<null>} removeUpload
- * @property {(id: string, frame: number) => string} pictureAddress
- * @property {(question: Query, signal: AbortSignal) => Promise<Messages.WorkPublic>} work
- * @property {(session: string) => Promise<Messages.RunPublic>} save
- * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.ImportJob>} importRun
- * @property {(id: string) => Promise<Messages.SessionPublic>} open
- * @property {(id: string, title: string) => Promise<Messages.RunPublic>} renameRun
- * @property {(id: string) => Promise<null>} remove
- * @property {(id: string) => string} downloadAddress
- * @property {(body: Messages.SavedComparisonCreate) => Promise<Messages.SavedComparisonPublic>} saveComparison
- * @property {(id: string) => Promise<Messages.SavedComparisonDetail>} savedComparison
- * @property {(id: string, title: string) => Promise<Messages.SavedComparisonPublic>} renameComparison
- * @property {(id: string) => Promise<null>} removeComparison
- * @property {(name: string, body: Messages.ComparisonExportCreate) => Promise<Messages.ExportJob>} exportComparison
- * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJob>} exportSession
- * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJob>} exportRun
- * @property {(id: string) => Promise<Messages.ExportsPublic>} exportsOfRun
- * @property {(id: string, numbers: string[]) => Promise<Messages.FitJob>} fit
- */
-
-/** @type {Api} */
-export const api = {
-  experiments: () => request("GET", "experiments"),
-  glossary: () => request("GET", "glossary"),
-  experiment: (id, recording) => request("GET", recording ? `${experimentPath(id)}?${query({ recording })}` : experimentPath(id)),
-  plugins: () => request("GET", "plugins"),
-  compilation: () => request("GET", "compilation"),
-  filters: () => request("GET", "filters"),
-  writeFilter: (name, text, before) => request("PUT", `filters/${encodeURIComponent(name)}`, { text, before }),
-  sourceCode: (runs, frames) => request("POST", "source-code", { runs, frames: frames ?? null }),
-
-  failures: () => request("GET", "failures"),
-  failure: (id) => request("GET", failure(id)),
-  course: (id, signal) => request("GET", failure(id, "course"), undefined, signal),
-
-  session: (id) => request("GET", session(id)),
-  sessions: () => request("GET", "sessions"),
-  start: (body) => request("POST", "sessions", body),
-  end: (id) => request("DELETE", session(id)),
-  renameSession: (id, name) => request("PATCH", session(id), { name }),
-  command: (id, command) => request("POST", session(id, "commands"), command),
-  resume: (id) => request("POST", session(id, "resume")),
-  diagnostics: (id, branch) => request("GET", session(id, `diagnostics?branch=${encodeURIComponent(branch)}`)),
-  bookmark: (id, note) => request("POST", session(id, "bookmarks"), note ? { note } : {}),
-  unbookmark: (id, bookmark) => request("DELETE", session(id, `bookmarks/${encodeURIComponent(bookmark)}`)),
-  explanation: (id, frame) => request("GET", session(id, frame === undefined ? "explanation" : `explanation?frame=${frame}`)),
-  frameAddress: (id) => `${ROOT}${session(id, "frame.png")}`,
-
-  sendUpload: (files, onProgress, columns) => send(columns ? `uploads?${query({ columns: JSON.stringify(columns) })}` : "uploads", files, onProgress),
-  table: (text) => request("POST", "uploads/table", { text }),
-  upload: (id) => request("GET", upload(id)),
-  mark: (id, question) => request("GET", upload(id, `mark?${query(question)}`)),
-  suitability: (id, question, signal) => request("GET", upload(id, `suitability?${query(question)}`), undefined, signal),
-  truth: (id, experiment) => request("GET", truthPath(id, experiment)),
-  giveSessionTruth: (id, files) => send(session(id, "truth"), files, () => {}, "PUT").done,
-  giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
-  removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),
-  truthTable: (id, experiment) => fetched(truthPath(id, experiment, "truth.csv")),
-  truthAddress: (id, experiment) => `${ROOT}${truthPath(id, experiment, "truth.csv")}`,
-  removeUpload: (id) => request("DELETE", upload(id)),
-  pictureAddress: (id, frame) => `${ROOT}${upload(id, `frames/${frame}.jpg`)}`,
-
-  work: (question, signal) => request("GET", `work?${query(question)}`, undefined, signal),
-  save: (sessionId) => request("POST", "runs", { session: sessionId }),
-  importRun: (files, onProgress) => send("runs/import", files, onProgress),
-  open: (id) => request("POST", run(id, "open")),
-  renameRun: (id, title) => request("PATCH", run(id), { title }),
-  remove: (id) => request("DELETE", run(id)),
-  exportSession: (id, name, plot) => request("POST", session(id, exportPath(name, plot))),
-  exportRun: (id, name, plot) => request("POST", run(id, exportPath(name, plot))),
-  exportsOfRun: (id) => request("GET", run(id, "exports")),
-  fit: (id, numbers) => request("POST", session(id, "fits"), { numbers }),
-  saveComparison: (body) => request("POST", "comparisons/saved", body),
-  savedComparison: (id) => request("GET", savedComparison(id)),
-  renameComparison: (id, title) => request("PATCH", savedComparison(id), { title }),
-  exportComparison: (name, body) => request("POST", `comparisons/${exportPath(name, "")}`, body),
-  removeComparison: (id) => request("DELETE", savedComparison(id)),
-  downloadAddress: (id) => `${ROOT}${run(id, "download")}`,
-};
 
 // Jobs: work on the server that takes a while, which is asked for how far it is until it has ended.
 
@@ -330,24 +236,18 @@ const NOT_FOUND = 404;
 /** A rate is a rate only after a while. */
 const RATE_AFTER_S = 2;
 
-const job = pathOf("jobs");
-
 /**
  * @template {Job} T
- * @param {string} id
+ * @param {string} job
  * @returns {Promise<T>}
  */
-export function jobOf(id) {
-  return request("GET", job(id));
+export async function jobOf(job) {
+  return /** @type {T} */ (await request("GET jobs/{job}", { job }));
 }
 
-/**
- * Stop a job, or have the server forget it. The request outlives the page, and nobody waits for its answer.
- *
- * @param {string} id
- */
-export function cancelJob(id) {
-  fetch(ROOT + job(id), { method: "DELETE", keepalive: true }).catch(() => {});
+/** @param {string} job The server stops or forgets it. */
+export function cancelJob(job) {
+  forget("DELETE jobs/{job}", { job });
 }
 
 /**

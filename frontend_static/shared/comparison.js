@@ -1,7 +1,7 @@
 /** From a session to a comparison: with its branches, with the same run by other trackers, or with other sessions. */
 
 import { h, html, useSignal } from "../vendor/preact.js";
-import { api } from "./api.js";
+import { request } from "./api.js";
 import { openDialog } from "./dialog.js";
 import { encode, parse } from "./share_link.js";
 
@@ -106,7 +106,7 @@ const SAVED = "Saved runs are compared in My work, trackers over many conditions
  * @param {SessionPublic} session
  */
 export async function compareDialog(session) {
-  const sessions = await api.sessions().catch(() => []);
+  const sessions = await request("GET sessions").catch(() => []);
   const within = [...branchesOf(session), ...methodsOf(session)];
   const others = [...within, ...sessionsBeside(session, sessions, within.length === 0)];
   openDialog("Compare this run", (close) => h(Choices, { session, others, close }), "wide");

@@ -1,7 +1,7 @@
 /** What a page may have to wait for: the compiler, once after an installation or an update, and a place for a session. */
 
 import { h } from "../vendor/preact.js";
-import { api, messageOf, Meter, statusOf } from "./api.js";
+import { messageOf, Meter, request, statusOf } from "./api.js";
 import { elementOf } from "./dom.js";
 import { after } from "./timing.js";
 
@@ -22,7 +22,7 @@ const UNAVAILABLE = 503;
  */
 export async function followCompiling(tell, isEnough = () => false, signal) {
   for (;;) {
-    const compilation = await api.compilation();
+    const compilation = await request("GET compilation");
     if (signal?.aborted || compilation.finished || isEnough(compilation)) return;
     tell(compilation);
     await after(EVERY_MS, signal);

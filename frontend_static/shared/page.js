@@ -1,8 +1,8 @@
 /** What all pages made of components share: the frame around the content, and what is asked of the server. */
 
 import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
-import { here, messageOf, START, statusOf } from "./api.js";
-import { build, elementOf, Icon, Notice, part } from "./dom.js";
+import { here, messageOf, request, START, statusOf } from "./api.js";
+import { attempt, build, elementOf, Icon, Notice, part } from "./dom.js";
 import "./presentation.js";
 import { linkTo } from "./share_link.js";
 import { ThemeButton } from "./theme.js";
@@ -71,6 +71,13 @@ export function skipLink() {
     event.preventDefault();
     document.querySelector("main")?.focus();
   }
+}
+
+export const END_FORK = "End your copy and free its place";
+
+/** End what a follower tries alone, and go back to the class. */
+export async function endFork() {
+  if ((await attempt(() => request("DELETE follow/fork"))) !== undefined) location.assign(START);
 }
 
 // The guided tour as a link, and what this browser remembers of it.

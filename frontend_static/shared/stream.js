@@ -6,8 +6,10 @@
  * lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
  */
 
-import { absolute, ApiError, ROOT } from "./api.js";
+import { absolute, addressOf, ApiError } from "./api.js";
 import { toast } from "./dom.js";
+
+/** @import { Given, Route } from "./api.js" */
 
 // Sockets of the server: where they are, and how long to wait before the next try.
 
@@ -17,10 +19,12 @@ const LONGEST_WAIT_MS = 4000;
 /**
  * The address of a socket.
  *
- * @param {string} path Below that of the REST interface.
+ * @template {Route} R
+ * @param {R} route
+ * @param {Given<R>} given
  */
-export function socketAddress(path) {
-  return absolute(ROOT + path).replace(/^http/, "ws");
+export function socketAddress(route, ...given) {
+  return absolute(addressOf(route, ...given)).replace(/^http/, "ws");
 }
 
 /** Waiting before the next try: longer each time, and never of all pages at once. */

@@ -4,7 +4,7 @@
  */
 
 import { h, html } from "../vendor/preact.js";
-import { api } from "./api.js";
+import { request } from "./api.js";
 import { build, CopyButton, Tooltip } from "./dom.js";
 
 /** @import { CitationPublic, Section, Term } from "./messages.js" */
@@ -76,7 +76,7 @@ const words = new Map();
  * @param {string} experiment
  */
 function wordsOf(experiment) {
-  sections ??= api.glossary();
+  sections ??= request("GET glossary");
   const found = words.get(experiment) ?? sections.then((all) => new Words(all.filter((each) => each.experiment === null || each.experiment === experiment)));
   words.set(experiment, found);
   return found;

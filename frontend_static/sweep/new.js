@@ -1,6 +1,6 @@
 /** The page of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
 
-import { api } from "../shared/api.js";
+import { request } from "../shared/api.js";
 import { Segments, Select } from "../shared/dom.js";
 import { bytes, count, duration } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
@@ -231,7 +231,7 @@ function Size() {
 }
 
 async function load() {
-  return h(Form, { experiments: await api.experiments() });
+  return h(Form, { experiments: await request("GET experiments") });
 }
 
 // A page that comes back from the browser's cache can begin another sweep.

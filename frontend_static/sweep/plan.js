@@ -1,11 +1,10 @@
 /** The plan of a new sweep as it stands in the form, and what the server says of it: how large it is, or what is wrong. */
 
-import { api, ApiError, messageOf, statusOf } from "../shared/api.js";
+import { ApiError, messageOf, request, statusOf } from "../shared/api.js";
 import { toast } from "../shared/dom.js";
 import { decode } from "../shared/share_link.js";
 import { later } from "../shared/timing.js";
 import { batch, computed, effect, signal } from "../vendor/preact.js";
-import { sweeps } from "./store.js";
 
 /** @import { Value } from "../shared/format.js" */
 /** @import { Declaration, EstimatePublic, ExperimentDetail, SweepAxis, SweepCreate, UploadPublic, ValuesPublic } from "../shared/messages.js" */
@@ -128,13 +127,14 @@ export function choose(experiment) {
  */
 export async function fill(id) {
   const asked = given.value;
-  const upload = asked.upload ? await api.upload(asked.upload) : null;
-  const experiment = await api.experiment(id, upload?.kind);
+  const upload = asked.upload ? await request("GET uploads/{upload}", { upload: asked.upload }) : null;
+  const experiment = await request("GET experiments/{experiment}", { experiment: id, recording: upload?.kind });
   // Files, and what is only drawn, are nothing to vary or to fix.
   const declarations = experiment.declarations.filter(({ kind, role }) => kind !== "file" && role !== "drawing");
   const axes = (asked.axes ?? []).filter(({ name }) => declarations.some((declaration) => declaration.name === name));
   // On a recording the example's scene does not exist: the first question is what other seeds give.
-  const begun = upload || axes.length > 0 ? { trials: OTHER_SEEDS, ...asked, axes } : exampleWith(await sweeps.example(id), asked);
+  const isGiven = upload || axes.length > 0;
+  const begun = isGiven ? { trials: OTHER_SEEDS, ...asked, axes } : exampleWith(await request("GET experiments/{experiment}/sweep", { experiment: id }), asked);
   // Of two experiments that were chosen quickly the answers may come in the other order.
   if (given.value !== asked) return;
   batch(() => {
@@ -296,7 +296,7 @@ effect(() => {
  */
 async function look(now, measure, outdated) {
   try {
-    const estimate = await sweeps.estimate(now, measure);
+    const estimate = await request("POST sweeps/estimate", { body: { .../** @type {SweepCreate} */ (now), measure } });
     if (outdated.aborted) return;
     answered.value = { plan: now, estimate, error: null };
     // A place may become free, or room on the disk.
@@ -320,7 +320,7 @@ export async function begin() {
   if (now === null) return;
   isStarting.value = true;
   try {
-    const { page } = await sweeps.begin(now);
+    const { page } = await request("POST sweeps", { body: /** @type {SweepCreate} */ (now) });
     location.assign(page);
   } catch (error) {
     refuse(now, error);

@@ -1,9 +1,9 @@
 /** Opens a run of a sweep as a session, and goes there. A page of its own, so that a plain link can open it in a tab. */
 
+import { request } from "../shared/api.js";
 import { lastOfAddress } from "../shared/dom.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";
-import { sweeps } from "./store.js";
 
 const [sweep, run] = [lastOfAddress(2), lastOfAddress()];
 const tracker = new URLSearchParams(location.search).get("tracker");
@@ -14,7 +14,7 @@ const bones = html`<div class="notice" role="status">
 </div>`;
 
 async function open() {
-  const session = await sweeps.open(sweep, run, tracker);
+  const session = await request("POST sweeps/{sweep}/rows/{run}/open", { sweep, run: Number(run), body: { tracker } });
   location.replace(session.page);
   return bones;
 }

@@ -3,7 +3,7 @@
  * the same. The server decides; its newest message counts.
  */
 
-import { messageOf, pathOf, query, request, ROOT } from "../shared/api.js";
+import { messageOf, request } from "../shared/api.js";
 import { lastOfAddress } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { diverging, SIGNS, verdict, viridis } from "../shared/theme.js";
@@ -23,48 +23,6 @@ import { batch, computed, signal } from "../vendor/preact.js";
  * @typedef {{[Name in keyof Messages.SweepCreate]: Messages.SweepCreate[Name]|null}} Plan
  */
 
-const sweepPath = pathOf("sweeps");
-
-/**
- * @typedef {object} Sweeps Every request about sweeps.
- * @property {(experiment: string) => Promise<Messages.SweepCreate>} example
- * @property {(plan: Plan, measure: boolean) => Promise<Messages.EstimatePublic>} estimate
- * @property {(plan: Plan) => Promise<Messages.SweepPublic>} begin
- * @property {(id: string) => Promise<Messages.SweepPublic>} cancel
- * @property {(id: string) => Promise<Messages.SweepPublic>} resume
- * @property {(id: string) => Promise<null>} remove
- * @property {(id: string, question: Query) => Promise<Messages.CellsPublic>} cells
- * @property {(id: string, question: Query) => Promise<Messages.RowsPublic>} rows
- * @property {(id: string, run: string|number, tracker?: string|null) => Promise<Messages.SessionPublic>} open
- * @property {(id: string) => Promise<import("../shared/messages.js").SourceCode>} sourceCode
- * @property {(id: string, format: string) => string} downloadAddress
- */
-
-/** @type {Sweeps} */
-export const sweeps = {
-  example: (experiment) => request("GET", `experiments/${encodeURIComponent(experiment)}/sweep`),
-  estimate: (body, measure) => request("POST", "sweeps/estimate", { ...body, measure }),
-  begin: (body) => request("POST", "sweeps", body),
-  cancel: (id) => request("POST", sweepPath(id, "cancel")),
-  resume: (id) => request("POST", sweepPath(id, "resume")),
-  remove: (id) => request("DELETE", sweepPath(id)),
-  cells: (id, question) => request("GET", sweepPath(id, `cells?${query(question)}`)),
-  rows: (id, question) => request("GET", sweepPath(id, `rows?${query(question)}`)),
-  open: (id, run, tracker) => request("POST", sweepPath(id, "rows", encodeURIComponent(run), "open"), tracker ? { tracker } : {}),
-  sourceCode: (id) => request("GET", sweepPath(id, "source-code")),
-  downloadAddress: (id, format) => `${ROOT}${sweepPath(id, `download?format=${format}`)}`,
-};
-
-/**
- * Where the stream of a sweep is found, over the axes that shall be seen.
- *
- * @param {string} id
- * @param {{x?: string, y?: string}} asked
- */
-function sweepStream(id, asked) {
-  return socketAddress(sweepPath(id, `stream?${query(asked)}`));
-}
-
 /**
  * The page that opens a run as a session; with another method where one is named.
  *
@@ -73,7 +31,7 @@ function sweepStream(id, asked) {
  * @param {string} [tracker]
  */
 export function runPage(id, run, tracker) {
-  return `sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?${query({ tracker })}` : ""}`;
+  return `sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?tracker=${encodeURIComponent(tracker)}` : ""}`;
 }
 
 /**
@@ -381,7 +339,10 @@ export function begin() {
       closed: ({ code }) => code === REFUSED && look({ x: USUAL.x, y: USUAL.y }),
       gone: ({ message }) => (gone.value = message),
     },
-    { address: () => sweepStream(id, axes()), look: () => sweeps.cells(id, axes()) },
+    {
+      address: () => socketAddress("WS sweeps/{sweep}/stream", { sweep: id, ...axes() }),
+      look: () => request("GET sweeps/{sweep}/cells", { sweep: id, ...axes() }),
+    },
   );
 }
 
@@ -459,7 +420,7 @@ const compare = throttle(async () => {
   const { show: _, of: measure, ...asked } = now.view;
   const isNewest = () => JSON.stringify(seen.value?.view) === JSON.stringify(now.view);
   try {
-    const { comparison: found } = await sweeps.cells(now.sweep.id, { ...asked, measure });
+    const { comparison: found } = await request("GET sweeps/{sweep}/cells", { sweep: now.sweep.id, ...asked, measure });
     if (isNewest()) comparison.value = found;
   } catch (error) {
     if (isNewest()) comparison.value = messageOf(error);

@@ -1,6 +1,6 @@
 /** The page of a sweep: how far it is, what its maps show, and the runs of the chosen cell, failures first. */
 
-import { START } from "../shared/api.js";
+import { addressOf, request, START } from "../shared/api.js";
 import { linkToReferences } from "../shared/comparison.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { attempt, IconButton, lastOfAddress, Notice, part, Popover, Segments, Select, setText } from "../shared/dom.js";
@@ -12,7 +12,7 @@ import { newSweep } from "../shared/share_link.js";
 import { Explained } from "../shared/terms.js";
 import { effect, h, html, useSignal } from "../vendor/preact.js";
 import { Maps, placeOf, shortOf, titleOf } from "./maps.js";
-import { begin, chosen, gone, isLost, look, newest, NO_AXIS, quantitiesOf, runPage, seen, short, sweeps } from "./store.js";
+import { begin, chosen, gone, isLost, look, newest, NO_AXIS, quantitiesOf, runPage, seen, short } from "./store.js";
 
 /** @import { RowPublic, RowsPublic, SweepPublic } from "../shared/messages.js" */
 /** @import { Chosen, Seen, View } from "./store.js" */
@@ -77,7 +77,8 @@ function Page() {
  */
 function Bar({ sweep }) {
   const { id, done, runs, state, message, experiment, trials, frames, seed, parameters, loss_probability } = sweep;
-  const act = (/** @type {(id: string) => Promise<SweepPublic>} */ work) => async () => (newest.value = (await attempt(() => work(id))) ?? newest.value);
+  const act = (/** @type {"POST sweeps/{sweep}/cancel"|"POST sweeps/{sweep}/resume"} */ route) => async () =>
+    (newest.value = (await attempt(() => request(route, { sweep: id }))) ?? newest.value);
   const axes = sweep.axes.map(({ name, values }) => ({ name, values }));
   const again = { experiment, axes, trackers: sweep.trackers.map((tracker) => tracker.id), trials, frames, seed, parameters, loss_probability };
   return html`
@@ -87,8 +88,8 @@ function Bar({ sweep }) {
         <p class="bar-words" role="status">${progress(sweep)}</p>
       </div>
       <div class="row-actions">
-        ${state === "running" && html`<button type="button" data-role="cancel" onClick=${act(sweeps.cancel)}>Cancel</button>`}
-        ${state === "stopped" && html`<button type="button" class="primary" data-role="resume" onClick=${act(sweeps.resume)}>Resume</button>`}
+        ${state === "running" && html`<button type="button" data-role="cancel" onClick=${act("POST sweeps/{sweep}/cancel")}>Cancel</button>`}
+        ${state === "stopped" && html`<button type="button" class="primary" data-role="resume" onClick=${act("POST sweeps/{sweep}/resume")}>Resume</button>`}
         ${done > 0 && h(Popover, { ...DOWNLOAD, content: html`<ul class="menu-list">${downloads(id)}</ul>` })}
         ${!sweep.recording && html`<a class="button" href=${newSweep(again)} title="Fill the form with this plan">Change and repeat</a>`}
         ${h(IconButton, { name: "trash", title: "Delete this sweep", run: () => remove(sweep) })}
@@ -112,7 +113,7 @@ function progress({ state, runs, done, rate, seconds, seconds_left }) {
 /** @param {string} id */
 function downloads(id) {
   return FORMATS.map(([format, words]) =>
-    html`<li><a class="button quiet grow" href=${sweeps.downloadAddress(id, format)} download="">${words}</a></li>`,
+    html`<li><a class="button quiet grow" href=${addressOf("GET sweeps/{sweep}/download", { sweep: id, format })} download="">${words}</a></li>`,
   );
 }
 
@@ -120,7 +121,7 @@ function downloads(id) {
 async function remove({ id, title, done }) {
   const text = `${title} and its ${count(done, "run")} are lost for good, unless you downloaded them.`;
   if (!(await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" }))) return;
-  if ((await attempt(() => sweeps.remove(id).then(() => true))) === true) location.assign(START);
+  if ((await attempt(() => request("DELETE sweeps/{sweep}", { sweep: id }).then(() => true))) === true) location.assign(START);
 }
 
 /**
@@ -222,8 +223,9 @@ function RunsOfCell({ now, cell: { i, j, tracker: first } }) {
   const { sweep, cells: { x, y }, view } = now;
   const tracker = useSignal(first ?? ALL);
   const trackers = [{ value: ALL, words: "All trackers" }, ...sweep.trackers.map(({ id, title }) => ({ value: id, words: title }))];
+  const where = { sweep: sweep.id, x: view.x, y: view.y, i, j, limit: ROWS };
   const ask = (/** @type {number} */ offset) =>
-    sweeps.rows(sweep.id, { x: view.x, y: view.y, i, j, offset, limit: ROWS, ...(tracker.value !== ALL && { tracker: tracker.value }) });
+    request("GET sweeps/{sweep}/rows", { ...where, offset, tracker: tracker.value === ALL ? null : tracker.value });
   const load = async () => h(List, { now, found: await ask(0), ask });
   return html`
     <header class="runs-head">
@@ -314,4 +316,4 @@ effect(() => {
   document.title = `${state === "running" ? `${Math.floor((100 * done) / runs)} % · ` : ""}${title} · pftrack`;
 });
 begin();
-showPage("sweep", null, Page, [h(CodeButton, { ask: () => sweeps.sourceCode(lastOfAddress()) }), h(PresentationButton, {})]);
+showPage("sweep", null, Page, [h(CodeButton, { ask: () => request("GET sweeps/{sweep}/source-code", { sweep: lastOfAddress() }) }), h(PresentationButton, {})]);

@@ -1,14 +1,14 @@
 /** The drop zone: takes videos, pictures, tables of tracks, results of trackers and saved runs, and shows how far it is. */
 
-import { api, cancelJob, followJob, here, jobOf, messageOf, Meter, progressWords, statusOf } from "../shared/api.js";
+import { cancelJob, followJob, here, jobOf, messageOf, Meter, progressWords, request, send, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { after } from "../shared/timing.js";
 import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.js";
 import { recordClip } from "./camera.js";
 
-/** @import { OnProgress, Transfer } from "../shared/api.js" */
-/** @import { ColumnMeaning, ImportJob, Preview } from "../shared/messages.js" */
+/** @import { Asked, Transfer } from "../shared/api.js" */
+/** @import { ColumnMeaning, ImportJob, Preview, Requests } from "../shared/messages.js" */
 
 /** @typedef {{name: string, words: string, share: number|null, stop: () => void}} Work What is on its way; its share is null while nobody knows it. */
 /** @typedef {{name: string, message: string}} Refusal */
@@ -129,7 +129,7 @@ async function take(files) {
     return;
   }
   const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft") && !(await isRecording(files[0]));
-  if (isRun) await send(files, api.importRun, "Computing the run", follow);
+  if (isRun) await transmit("POST runs/import", {}, files, "Computing the run", follow);
   else await sendUpload(files);
 }
 
@@ -138,7 +138,7 @@ async function take(files) {
  * @param {Record<string, number>} [columns] Of a table: which of them is what.
  */
 function sendUpload(files, columns) {
-  return send(files, (some, onProgress) => api.sendUpload(some, onProgress, columns), "Checking every frame", ({ id }) => {
+  return transmit("POST uploads", { columns: columns && JSON.stringify(columns) }, files, "Checking every frame", ({ id }) => {
     location.hash = `upload/${encodeURIComponent(id)}`;
   });
 }
@@ -146,19 +146,20 @@ function sendUpload(files, columns) {
 /**
  * Send files, show how far that is, and hand on what the server answers.
  *
- * @template Answer
+ * @template {"POST uploads"|"POST runs/import"} R
+ * @param {R} route
+ * @param {Asked<R>} asked
  * @param {File[]} files
- * @param {(files: File[], onProgress: OnProgress) => Transfer<Answer>} transmit
  * @param {string} reading What the server does when it has them.
- * @param {(answer: Answer) => void} received
+ * @param {(answer: Requests[R]["answer"]) => void} received
  */
-async function send(files, transmit, reading, received) {
+async function transmit(route, asked, files, reading, received) {
   const name = files.length === 1 ? files[0].name : `${files.length} files`;
   const size = files.reduce((sum, file) => sum + file.size, 0);
   const ended = new AbortController();
   let isSent = false;
   const tell = (/** @type {string} */ words, /** @type {number|null} */ share) => (shown.value = { name, words, share, stop: transfer.stop });
-  const transfer = transmit(files, (sent, total) => {
+  const transfer = send(route, asked, files, (sent, total) => {
     if (isSent) return;
     isSent = sent >= total;
     if (!isSent) {
@@ -207,7 +208,7 @@ async function tellPlace(transfer, tell, ended) {
 async function questionOf(files, refusal) {
   const [file] = files;
   if (files.length !== 1 || !TABLE.test(file.name)) return null;
-  const table = await api.table(await file.slice(0, HEAD_BYTES).text()).catch(() => null);
+  const table = await request("POST uploads/table", { body: { text: await file.slice(0, HEAD_BYTES).text() } }).catch(() => null);
   return table && { file, table, refusal };
 }
 
@@ -245,7 +246,7 @@ async function follow(begun) {
     if (run === null) throw new Error(error ?? "The run could not be imported");
     leave();
     toast(`${run.title} is in My work, under saved runs`);
-    const session = await attempt(() => api.open(run.id));
+    const session = await attempt(() => request("POST runs/{run}/open", { run: run.id }));
     if (session) location.assign(session.page);
   } catch (error) {
     if (wanted.signal.aborted) return;

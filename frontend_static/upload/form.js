@@ -1,6 +1,6 @@
 /** After an upload: which frame to begin with, what to follow and how, and whether it can be followed. */
 
-import { api, messageOf, Meter } from "../shared/api.js";
+import { messageOf, Meter, request } from "../shared/api.js";
 import { count } from "../shared/format.js";
 import { Made } from "../shared/page.js";
 import { VIRIDIS } from "../shared/palette.js";
@@ -99,7 +99,7 @@ function Form({ upload, able, cancel }) {
  */
 async function propose(first, able, ended) {
   for (const experiment of able.filter((each) => each.finds !== null && each !== first.experiment)) {
-    const sighting = await api.mark(first.upload.id, { experiment: experiment.id, frame: 0, last: 0 }).catch(() => null);
+    const sighting = await request("GET uploads/{upload}/mark", { upload: first.upload.id, experiment: experiment.id, frame: 0, last: 0 }).catch(() => null);
     if (ended.aborted || first.footage.value) return null;
     const words = `There is a ${experiment.target} in the picture. To follow something else, choose it above.`;
     if (sighting?.mark) return first.as(experiment, words);
@@ -189,8 +189,8 @@ function Suitability({ target }) {
     const { signal } = (end.current = new AbortController());
     const look = async (/** @type {Mark} */ about) => {
       later(() => (isLate.value = true), SLOW_MS, signal);
-      const question = { experiment: experiment.id, frame: Number(start), mark: JSON.stringify(about) };
-      const answer = await api.suitability(upload.id, question, signal).catch(messageOf);
+      const question = { upload: upload.id, experiment: experiment.id, frame: Number(start), mark: JSON.stringify(about) };
+      const answer = await request("GET uploads/{upload}/suitability", { ...question, signal }).catch(messageOf);
       if (signal.aborted) return;
       forget();
       known.value = answer;

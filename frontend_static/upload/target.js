@@ -4,7 +4,7 @@
  * where it is.
  */
 
-import { api, messageOf } from "../shared/api.js";
+import { addressOf, formOf, messageOf, request } from "../shared/api.js";
 import { attempt } from "../shared/dom.js";
 import { descriptionOf, markEditor } from "../shared/marks/mark_editor.js";
 import { throttle } from "../shared/timing.js";
@@ -73,6 +73,7 @@ export class Target {
    */
   constructor(upload, experiment, frame = 0, proposal = "") {
     [this.upload, this.experiment] = [upload, experiment];
+    this.ids = { upload: upload.id, experiment: experiment.id };
     this.proposal = proposal;
     this.frame = signal(frame);
     this.tracker = signal(experiment.default_tracker);
@@ -152,7 +153,7 @@ export class Target {
 
   /** Find out whether there is truth already; otherwise it can be given again. */
   async findTruth() {
-    const kept = await api.truth(this.upload.id, this.experiment.id).catch(() => null);
+    const kept = await request("GET uploads/{upload}/truth", this.ids).catch(() => null);
     if (kept !== null && this.truth.value === NO_TRUTH) this.truth.value = { ...NO_TRUTH, kept };
   }
 
@@ -160,7 +161,7 @@ export class Target {
   async giveTruth(files) {
     this.truth.value = { ...NO_TRUTH, isBusy: true };
     try {
-      const kept = await api.giveTruth(this.upload.id, this.experiment.id, files);
+      const kept = await request("PUT uploads/{upload}/truth", { ...this.ids, body: formOf(files) });
       this.truth.value = { ...NO_TRUTH, kept };
     } catch (error) {
       const refused = `${files.map(({ name }) => name).join(", ")} was not accepted. ${messageOf(error)}`;
@@ -169,7 +170,7 @@ export class Target {
   }
 
   async removeTruth() {
-    const removed = await attempt(() => api.removeTruth(this.upload.id, this.experiment.id));
+    const removed = await attempt(() => request("DELETE uploads/{upload}/truth", this.ids));
     if (removed === null) this.truth.value = NO_TRUTH;
   }
 
@@ -178,7 +179,7 @@ export class Target {
     this.isStarting.value = true;
     try {
       const recipe = { experiment: this.experiment.id, tracker: this.tracker.value, footage: this.footage.value };
-      const session = await api.start({ recipe, upload: this.upload.id });
+      const session = await request("POST sessions", { body: { recipe, upload: this.upload.id } });
       location.assign(session.page);
     } catch (error) {
       this.wrong.value = messageOf(error);
@@ -215,10 +216,10 @@ export class Target {
    */
   async #search(where, ended) {
     const words = `Looking for a ${this.experiment.target}`;
-    const question = { experiment: this.experiment.id, frame: this.frame.value, ...where };
+    const question = { ...this.ids, frame: this.frame.value, ...where };
     this.#tell("looking", [words]);
     for (let looked = 0; !ended.aborted; ) {
-      const answer = await api.mark(this.upload.id, { ...question, looked });
+      const answer = await request("GET uploads/{upload}/mark", { ...question, looked });
       if (ended.aborted) break;
       if (answer.mark !== null || answer.looked >= answer.of) return answer;
       looked = answer.looked;
@@ -277,7 +278,7 @@ export class Target {
 
   #show() {
     const { id, width, height } = this.upload;
-    this.picture.value = api.pictureAddress(id, this.frame.value);
+    this.picture.value = addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: id, frame: this.frame.value });
     this.way.value?.editor.show(this.picture.value, width, height);
   }
 }

@@ -1,7 +1,7 @@
 /** My work: running sessions, saved runs, comparisons, sweeps and uploads, found by words; the address says what is looked for. */
 
 import { trackerTitle } from "../session/steering.js";
-import { api, messageOf, START } from "../shared/api.js";
+import { addressOf, messageOf, request, START } from "../shared/api.js";
 import { linkToReferences } from "../shared/comparison.js";
 import { askName, confirmLoss } from "../shared/dialog.js";
 import { attempt, IconButton, Popover } from "../shared/dom.js";
@@ -9,7 +9,7 @@ import { Exports } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
 import { Failed, showPage, Thumbnail } from "../shared/page.js";
 import { later } from "../shared/timing.js";
-import { shortTitle, sweeps } from "../sweep/store.js";
+import { shortTitle } from "../sweep/store.js";
 import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.js";
 
 /** @import { ExportsPublic, RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic, WorkPublic } from "../shared/messages.js" */
@@ -61,8 +61,8 @@ function sessionItem(session) {
     title: html`<a class="row-title" href=${page}>${name} · ${trackerTitle(session, session.tracker)}</a>`,
     facts: [experiment, `seed ${session.recipe.seed}`, `frame ${session.position} / ${session.frames}`, doing, moment(created)],
     ways: html`<a class="button" href=${page}>Open</a>`,
-    rename: (to) => api.renameSession(id, to),
-    remove: () => api.end(id),
+    rename: (to) => request("PATCH sessions/{session}", { session: id, body: { name: to } }),
+    remove: () => request("DELETE sessions/{session}", { session: id }),
   };
 }
 
@@ -73,7 +73,7 @@ function sessionItem(session) {
 function runItem(run) {
   const { id, title, created } = run;
   const open = async () => {
-    const session = await attempt(() => api.open(id));
+    const session = await attempt(() => request("POST runs/{run}/open", { run: id }));
     if (session) location.assign(session.page);
   };
   return {
@@ -84,17 +84,18 @@ function runItem(run) {
     title: html`<span class="row-title">${title}</span>`,
     facts: [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(created)],
     ways: [html`<button type="button" onClick=${open}>Open</button>`, h(Files, { run })],
-    rename: (to) => api.renameRun(id, to),
-    remove: () => api.remove(id),
+    rename: (to) => request("PATCH runs/{run}", { run: id, body: { title: to } }),
+    remove: () => request("DELETE runs/{run}", { run: id }),
   };
 }
 
 /** @param {{run: RunPublic}} props The file of a run itself, and all that it can be written as. */
 function Files({ run: { id, title } }) {
   const found = useSignal(/** @type {ExportsPublic|null} */ (null));
-  const look = () => attempt(async () => (found.value ??= await api.exportsOfRun(id)));
-  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => api.exportRun(id, name, plot);
-  const own = html`<a class="button quiet grow" href=${api.downloadAddress(id)} download="">The saved run, to open it again (.pft)</a>`;
+  const look = () => attempt(async () => (found.value ??= await request("GET runs/{run}/exports", { run: id })));
+  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => request("POST runs/{run}/exports/{export}", { run: id, export: name, plot });
+  const address = addressOf("GET runs/{run}/download", { run: id });
+  const own = html`<a class="button quiet grow" href=${address} download="">The saved run, to open it again (.pft)</a>`;
   const content = html`<section>
     <h2>Take away</h2>
     <ul class="menu-list"><li>${own}</li></ul>
@@ -116,8 +117,8 @@ function comparisonItem({ id, title, experiments, trackers, created, page }) {
     title: html`<a class="row-title" href=${page}>${title}</a>`,
     facts: [experiments.join(", "), count(trackers.length, "run"), moment(created)],
     ways: html`<a class="button" href=${page}>Open</a>`,
-    rename: (to) => api.renameComparison(id, to),
-    remove: () => api.removeComparison(id),
+    rename: (to) => request("PATCH comparisons/saved/{saved}", { saved: id, body: { title: to } }),
+    remove: () => request("DELETE comparisons/saved/{saved}", { saved: id }),
   };
 }
 
@@ -137,7 +138,7 @@ function sweepItem({ id, title, page, trackers, outcome, state, created, done, r
     facts: [methods, outcome, SWEEP_STATES[state], moment(created)],
     ways: [state === "running" && meter, html`<a class="button" href=${page}>Open</a>`],
     rename: null,
-    remove: () => sweeps.remove(id),
+    remove: () => request("DELETE sweeps/{sweep}", { sweep: id }),
   };
 }
 
@@ -152,12 +153,12 @@ function uploadItem(upload) {
   return {
     id, name,
     anchor: `upload-${id}`,
-    picture: api.pictureAddress(id, 0),
+    picture: addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: id, frame: 0 }),
     title: html`<a class="row-title" href=${page}>${name}</a>`,
     facts: [upload.kind, count(upload.frames, "frame"), size, bytes(upload.size_bytes), moment(upload.created)],
     ways: html`<a class="button" href=${page}>Track a target in it</a>`,
     rename: null,
-    remove: () => api.removeUpload(id),
+    remove: () => request("DELETE uploads/{upload}", { upload: id }),
   };
 }
 
@@ -311,7 +312,7 @@ function parseQuery(address) {
  * @param {Query} wish
  * @returns {string} A page's address that says the same.
  */
-function addressOf({ words, show }) {
+function ownAddress({ words, show }) {
   const address = new URLSearchParams();
   if (show !== null) address.set("show", show);
   if (words.trim() !== "") address.set("q", words.trim());
@@ -321,14 +322,14 @@ function addressOf({ words, show }) {
 /** @param {Partial<Query>} change */
 function search(change) {
   waiting();
-  const before = addressOf(wish.value);
+  const before = ownAddress(wish.value);
   const isOtherKind = change.show !== undefined && change.show !== wish.value.show;
   const next = { ...wish.value, words: typed.value, ...change };
   if (isOtherKind) next.limit = next.show === null ? FEW : MANY;
   wish.value = next;
   // Another kind is a step that one may go back; each letter typed is none.
-  if (isOtherKind) history.pushState(null, "", addressOf(next));
-  else if (addressOf(next) !== before) history.replaceState(null, "", addressOf(next));
+  if (isOtherKind) history.pushState(null, "", ownAddress(next));
+  else if (ownAddress(next) !== before) history.replaceState(null, "", ownAddress(next));
   load();
 }
 
@@ -338,7 +339,7 @@ async function load() {
   const now = (asked = new AbortController());
   try {
     const { words, show, limit } = wish.value;
-    const work = await api.work({ q: words, limit, zone: ZONE, ...(show !== null && { show }) }, now.signal);
+    const work = await request("GET work", { q: words, limit, zone: ZONE, show, signal: now.signal });
     if (!now.signal.aborted) answered.value = work;
   } catch (error) {
     if (!now.signal.aborted) answered.value = messageOf(error);

@@ -18,7 +18,7 @@ describe("an experiment that has to be compiled first", () => {
 
   it("is begun again when it became ready just after the server had refused it", async () => {
     let tries = 0;
-    const act = () => ((tries += 1) === 1 ? request("POST", "sessions") : Promise.resolve("begun"));
+    const act = () => ((tries += 1) === 1 ? request("GET sessions") : Promise.resolve("begun"));
     assert.equal(await whenCompiled("ball", act, () => {}, new AbortController().signal), "begun");
   });
 
@@ -26,7 +26,7 @@ describe("an experiment that has to be compiled first", () => {
     let tries = 0;
     const act = () => {
       tries += 1;
-      return request("POST", "sessions");
+      return request("GET sessions");
     };
     await assert.rejects(whenCompiled("ball", act, () => {}, new AbortController().signal), /not ready/);
     assert.equal(tries, 2);
@@ -41,7 +41,7 @@ describe("an experiment that has to be compiled first", () => {
     let tries = 0;
     const act = () => {
       tries += 1;
-      return request("POST", "sessions");
+      return request("GET sessions");
     };
     await assert.rejects(whenCompiled("ball", act, () => assert.fail("nobody is there"), end.signal), /not ready/);
     assert.equal(tries, 1);
@@ -54,6 +54,6 @@ describe("a request", () => {
   it("says in words that the connection broke in the middle of the answer", async () => {
     const broken = new globalThis.ReadableStream({ start: (controller) => controller.error(new TypeError("network error")) });
     globalThis.fetch = async () => new globalThis.Response(broken);
-    await assert.rejects(request("GET", "runs"), /The server does not answer/);
+    await assert.rejects(request("GET runs"), /The server does not answer/);
   });
 });

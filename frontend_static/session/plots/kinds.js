@@ -3,7 +3,7 @@
  * figure, and how far the axis upwards reaches.
  */
 
-import { api } from "../../shared/api.js";
+import { sendCommand } from "../../shared/api.js";
 import { attempt } from "../../shared/dom.js";
 import { written } from "../../shared/figure/axes.js";
 import { lineOver } from "../../shared/figure/kinds.js";
@@ -355,7 +355,7 @@ function tree(plot) {
       if (!able || places === 0) return;
       await steering.seek(frame);
       const values = { [shown]: Math.min(Math.max(1, Math.round(y)), places) };
-      if (shown !== "") await attempt(() => api.command(store.known.id, { kind: "change", values }));
+      if (shown !== "") await attempt(() => sendCommand(store.known.id, { kind: "change", values }));
     },
   };
 }

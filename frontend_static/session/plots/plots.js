@@ -4,7 +4,7 @@
  * closely (`Zoom`).
  */
 
-import { api } from "../../shared/api.js";
+import { sendCommand } from "../../shared/api.js";
 import { attempt, build } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
 import { FigureView } from "../../shared/figure/figure.js";
@@ -312,7 +312,7 @@ class Plots {
     const draw = throttle(() => this.#draw(), REDRAW_MS, signal);
     const on = {
       turn: (/** @type {string} */ parameter, /** @type {number} */ value) =>
-        attempt(() => api.command(session.id, { kind: "change", values: { [parameter]: value } })),
+        attempt(() => sendCommand(session.id, { kind: "change", values: { [parameter]: value } })),
       declared: () => ({ title: "hypothesis that is shown", unit: "", minimum: 1, maximum: this.#most, step: 1 }),
     };
     const inks = samplers(session).map(({ colour }) => colour);

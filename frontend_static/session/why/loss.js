@@ -3,7 +3,7 @@
  * the picture and the tab in the place of the plots show the answers.
  */
 
-import { api, cancelJob, followJob, jobOf, messageOf, pathOf, request } from "../../shared/api.js";
+import { cancelJob, followJob, jobOf, messageOf, request, sendCommand } from "../../shared/api.js";
 import { attempt } from "../../shared/dom.js";
 import { later } from "../../shared/timing.js";
 import { isParticipant } from "../../shared/visitor.js";
@@ -18,7 +18,6 @@ import { isGone } from "../store.js";
 // An exploration: work of the server beside a session. The page polls it for its findings, and ends it when it no longer needs
 // them. Findings stay until there are newer ones; they are stale once the session's run has changed.
 
-const sessions = pathOf("sessions");
 /** The server forgets a finished job a little later. */
 const KEPT_MS = 590_000;
 
@@ -58,8 +57,7 @@ export class Exploration {
     this.error.value = "";
     this.#until = Infinity;
     try {
-      /** @type {ExplorationJob} */
-      const begun = await request("POST", sessions(this.#store.known.id, "explorations"), body);
+      const begun = await request("POST sessions/{session}/explorations", { session: this.#store.known.id, body });
       if (wanted.signal.aborted) {
         cancelJob(begun.id);
         return;
@@ -194,7 +192,7 @@ export class Loss {
     this.#asked.abort();
     const { signal: now } = (this.#asked = new AbortController());
     try {
-      const { diagnosis, before } = await api.explanation(this.view.store.known.id, frame);
+      const { diagnosis, before } = await request("GET sessions/{session}/explanation", { session: this.view.store.known.id, frame });
       if (now.aborted) return;
       batch(() => {
         this.diagnosis.value = diagnosis;
@@ -247,6 +245,6 @@ export class Loss {
     if (this.isAway.peek() === false) this.isAway.value = null;
     if (job.branch !== store.known.branch) await commands.activate(job.branch);
     const made = await commands.branch({ frame: report.begin, values, seed, title });
-    if (made) await attempt(() => api.command(store.known.id, { kind: "seek", frame: report.end }));
+    if (made) await attempt(() => sendCommand(store.known.id, { kind: "seek", frame: report.end }));
   }
 }
