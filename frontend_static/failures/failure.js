@@ -6,7 +6,7 @@ import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { messageOf, request } from "../shared/api.js";
 import { linkTo as linkToComparison } from "../shared/comparison.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { build, Icon, IconLink, lastOfAddress, part } from "../shared/dom.js";
+import { build, Icon, lastOfAddress, Neighbours, part } from "../shared/dom.js";
 import { CodeButton } from "../shared/exports.js";
 import { quantity } from "../shared/format.js";
 import { Failed, Loaded, Made, showPage } from "../shared/page.js";
@@ -140,16 +140,10 @@ function Measured({ course, side }) {
     ${terms.length > 0 && html`<div class="failure-numbers"><p class="hint">From frame ${frame} on</p><dl>${terms}</dl></div>`}`;
 }
 
-/** The failures before and after. */
-function Neighbours() {
+/** The failures before and after; the next one is the next page of the lecture. */
+function Around() {
   const { previous, next } = shown.value?.failure ?? {};
-  // The next failure is the next page of the lecture.
-  const to = (/** @type {NonNullable<FailurePublic["next"]>} */ { id, title }, /** @type {string} */ words) =>
-    ({ href: `failures/${encodeURIComponent(id)}`, title: `${words} failure, ${title}`, go: () => control.takeAlong() });
-  return [
-    previous && h(IconLink, { name: "previous", rel: "prev", ...to(previous, "Previous") }),
-    next && h(IconLink, { name: "next", rel: "next", ...to(next, "Next") }),
-  ];
+  return h(Neighbours, { kind: "failures", previous, next, title: (way, title) => `${way} failure, ${title}`, go: () => control.takeAlong() });
 }
 
 /** The ways to both runs as a comparison, at the frame that is shown, and as code. */
@@ -168,7 +162,7 @@ function Ways() {
 
 // The sessions ended with the page; from the browser's cache it begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
-render(h(Neighbours, {}), part("neighbours"));
+render(h(Around, {}), part("neighbours"));
 render(h(Ways, {}), part("compare"));
 const bones = html`<div class="failure-wait"><div class="shimmer"></div></div>`;
 const unknown = { title: "Unknown failure", action: GALLERY };

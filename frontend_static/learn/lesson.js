@@ -3,7 +3,7 @@
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { addressOf, here, messageOf, request, START } from "../shared/api.js";
 import { openKeys } from "../shared/dialog.js";
-import { IconLink, lastOfAddress, part } from "../shared/dom.js";
+import { lastOfAddress, Neighbours, part } from "../shared/dom.js";
 import { END_FORK, endFork, Loaded, showPage } from "../shared/page.js";
 import { isPlain, isTyping, PresentationButton, PrintButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
@@ -14,7 +14,7 @@ import { Course, Question, written } from "./course.js";
 import { checked, Mark } from "./numbers.js";
 import { Demonstration, LessonRun, Stage } from "./stage.js";
 
-/** @import { ChecksPublic, LessonDetail, NeighbourPublic, ScenarioPublic } from "../shared/messages.js" */
+/** @import { ChecksPublic, LessonDetail, ScenarioPublic } from "../shared/messages.js" */
 
 /** @type {readonly [keys: string, what: string][]} */
 const KEYS = [
@@ -156,13 +156,11 @@ function Use({ use, course }) {
  * @param {{course: Course, lead: () => void}} props `lead` takes a class along.
  */
 function Head({ course: { all, progress, lesson: { previous, next } }, lead }) {
-  const to = (/** @type {NeighbourPublic} */ { id, title }, /** @type {string} */ words) =>
-    ({ href: `learn/${encodeURIComponent(id)}`, title: `${words}: ${title}`, go: lead });
+  const title = (/** @type {string} */ way, /** @type {string} */ of) => `${way} lesson (${way[0]}): ${of}`;
   return html`
     ${all.length > 0 && html`<span class="lesson-progress" data-part="progress">${progress.done(all)} of ${all.length} done</span>`}
     <nav class="neighbours" aria-label="Lessons before and after">
-      ${previous && h(IconLink, { name: "previous", rel: "prev", ...to(previous, "Previous lesson (P)") })}
-      ${next && h(IconLink, { name: "next", rel: "next", ...to(next, "Next lesson (N)") })}
+      ${h(Neighbours, { kind: "learn", previous, next, title, go: lead })}
     </nav>
   `;
 }

@@ -217,9 +217,26 @@ export function IconButton({ name, title, run, ...attributes }) {
   return html`<button type="button" class="quiet icon-only" title=${title} aria-label=${title} ...${attributes} onClick=${run}>${h(Icon, { name })}</button>`;
 }
 
-/** @param {{name: IconName, title: string, href: string, rel: string, go: () => void}} props A link with an icon alone; `go` runs before. */
-export function IconLink({ name, title, href, rel, go }) {
-  return html`<a class="button quiet icon-only" rel=${rel} href=${href} title=${title} aria-label=${title} onClick=${go}>${h(Icon, { name })}</a>`;
+/** @typedef {{id: string, title: string}} Neighbour */
+
+/**
+ * Links to the pages before and after, of lessons or failures.
+ *
+ * @param {{
+ *   kind: string,
+ *   previous: Neighbour|null|undefined,
+ *   next: Neighbour|null|undefined,
+ *   title: (way: string, title: string) => string,
+ *   go: () => void,
+ * }} props `kind` begins their addresses; `go` runs before.
+ */
+export function Neighbours({ kind, previous, next, title, go }) {
+  const link = (/** @type {Neighbour} */ to, /** @type {"previous"|"next"} */ name, /** @type {string} */ rel, /** @type {string} */ way) => {
+    const words = title(way, to.title);
+    const href = `${kind}/${encodeURIComponent(to.id)}`;
+    return html`<a class="button quiet icon-only" rel=${rel} href=${href} title=${words} aria-label=${words} onClick=${go}>${h(Icon, { name })}</a>`;
+  };
+  return [previous && link(previous, "previous", "prev", "Previous"), next && link(next, "next", "next", "Next")];
 }
 
 /** @param {IconName} name */

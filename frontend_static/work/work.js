@@ -90,12 +90,11 @@ function runItem(run) {
 }
 
 /** @param {{run: RunPublic}} props The file of a run itself, and all that it can be written as. */
-function Files({ run: { id, title } }) {
+function Files({ run: { id: run, title } }) {
   const found = useSignal(/** @type {ExportsPublic|null} */ (null));
-  const look = () => attempt(async () => (found.value ??= await request("GET runs/{run}/exports", { run: id })));
-  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => request("POST runs/{run}/exports/{export}", { run: id, export: name, plot });
-  const address = addressOf("GET runs/{run}/download", { run: id });
-  const own = html`<a class="button quiet grow" href=${address} download="">The saved run, to open it again (.pft)</a>`;
+  const look = () => attempt(async () => (found.value ??= await request("GET runs/{run}/exports", { run })));
+  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => request("POST runs/{run}/exports/{export}", { run, export: name, plot });
+  const own = html`<a class="button quiet grow" href=${addressOf("GET runs/{run}/download", { run })} download="">The saved run, to open it again (.pft)</a>`;
   const content = html`<section>
     <h2>Take away</h2>
     <ul class="menu-list"><li>${own}</li></ul>
