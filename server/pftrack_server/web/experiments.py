@@ -17,7 +17,7 @@ from pftrack.core.model.source import Kind
 from pftrack.experiments import EXPERIMENTS, Plugin
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.core.bodies import RequestBody, fields_of
-from pftrack_server.core.errors import NotFoundError
+from pftrack_server.core.errors import not_found
 from pftrack_server.core.requests import AName, AnExperiment
 from pftrack_server.store.filters import FilterFiles, FilterPublic, TheFilters
 
@@ -112,7 +112,7 @@ def show_thumbnail(request: Request, experiment: AnExperiment) -> Response:
     """Return a small picture of an experiment, which it brings along."""
     path = experiment.display.thumbnail
     if path is None or not path.is_file():
-        raise NotFoundError(f"The experiment {experiment.id} brings no picture.")
+        raise not_found(f"The experiment {experiment.id} brings no picture.")
     return StaticFiles().file_response(path, path.stat(), request.scope)
 
 
