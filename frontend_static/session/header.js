@@ -160,7 +160,7 @@ async function rename({ store: { known } }) {
 function sweepOf({ sweep, recipe, tracker, upload }) {
   if (sweep) return { words: "Sweep", title: "The sweep that this run comes from", href: `sweep/${encodeURIComponent(sweep)}` };
   const [first] = recipe.timeline ?? [];
-  const last = recipe.timeline?.findLast(({ frame }) => frame > 0);
+  const last = recipe.timeline?.findLast(({ frame, values }) => frame > 0 && !("move" in values));
   const plan = {
     experiment: recipe.experiment,
     upload,

@@ -26,16 +26,16 @@ import { eventFramesOf } from "./readings.js";
 export function marks(session) {
   const isDrawn = (/** @type {string} */ name) => session.declarations.some((each) => each.name === name && each.role === "drawing");
   return session.timeline
-    .filter(({ frame, values }) => frame > 0 && !Object.keys(values).every(isDrawn))
-    .map(({ frame, values, before }) => ({
-      frame,
-      lines: trackerFirst(values).map(([name, value]) => {
+    .filter(({ frame, values, moved }) => frame > 0 && (moved.length > 0 || !Object.keys(values).every(isDrawn)))
+    .map(({ frame, values, before, moved }) => {
+      const lines = trackerFirst(values).map(([name, value]) => {
         const what = done(session, name, value);
         if (what !== null) return what;
         const [title, old, now] = inWords(session, name, before[name], value);
         return old === null || old === now ? `${title} ${now}` : `${title} ${old} → ${now}`;
-      }),
-    }));
+      });
+      return { frame, lines: [...lines, ...moved] };
+    });
 }
 
 /**

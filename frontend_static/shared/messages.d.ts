@@ -93,6 +93,8 @@ export interface ChangePublic {
   frame: number;
   values: Record<string, boolean | number | string>;
   before: Record<string, boolean | number | string>;
+  /** What a person has moved, in words */
+  moved: string[];
 }
 
 /** Change parameters from the next frame on; in the past this makes a branch. */
@@ -1226,6 +1228,17 @@ export interface MinePublic {
   vote: Vote | null;
 }
 
+/** Move a particle or the estimate before the next frame; in the past this makes a branch. */
+export interface MoveBelief {
+  kind: "move";
+  /** The one that is shown, in which it is moved */
+  frame: number;
+  /** Which of the particles that are drawn; the estimate, with all of them, if left out */
+  particle?: number | null;
+  /** Of the drawing, px; the nearest that is allowed counts */
+  place: [number, number];
+}
+
 /** The lesson before or after. */
 export interface NeighbourPublic {
   id: string;
@@ -2335,7 +2348,7 @@ export interface Requests {
 }
 
 /** What a page can ask of a session's run. */
-export type Command = Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopAt | Restart | ChangeValues | MakeBranch | ShowBranch | Inspect;
+export type Command = Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopAt | Restart | ChangeValues | MoveBelief | MakeBranch | ShowBranch | Inspect;
 
 /** What a command is answered with. */
 export type CommandAnswer = SessionPublic | Changed | InspectionPublic;

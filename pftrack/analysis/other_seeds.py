@@ -271,5 +271,6 @@ def takes_all_at_once(run: Run, timeline: Timeline, first: int) -> EnsembleStep 
     """Return how a tracker takes all seeds at once from a frame on; None where that cannot be done."""
     names = {timeline.tracker_at(max(segment.start, first)) for segment in timeline.segments}
     tracker = run.experiment.trackers[timeline.tracker_at(first)]
+    moved = any(segment.moves for segment in timeline.segments if segment.start >= first)
     judged_by_estimates = run.experiment.judge.missed is None and tracker.searching is None
-    return tracker.ensemble if len(names) == 1 and judged_by_estimates else None
+    return tracker.ensemble if len(names) == 1 and judged_by_estimates and not moved else None

@@ -7,9 +7,9 @@ of Bando 2007, ch. 2 section 3.2), and an impossible value (NaN) becomes a weigh
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import Self, TypeAlias
 
 import numpy as np
 
@@ -71,6 +71,12 @@ class ParticleSet:
     def __len__(self) -> int:
         """Return the number of particles N."""
         return len(self.log_weights)
+
+    def shifted(self, shift: Floats, particle: int | None = None) -> Self:
+        """Return the set with one particle, or all of them, shifted by a difference of states (d,)."""
+        states = self.states.copy(order="K")
+        states[slice(None) if particle is None else particle] += shift
+        return replace(self, states=states)
 
     def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights by name, for a file."""

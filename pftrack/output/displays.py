@@ -86,11 +86,11 @@ def track(run: Run) -> str:
     flags = {"hidden": [row.hidden is True for row in rows], "lost": [row.is_lost for row in rows]}
     bands = [band for name, known in flags.items() for band in _bands(name, known)]
     titles = {item.name: item.title for item in declarations(type(run.setup.parameters))}
-    marks = [
-        (change.frame, ", ".join(f"{titles.get(name, name)} {value}" for name, value in change.values.items()))
-        for change in run.timeline.changes
-        if 0 < change.frame <= last
-    ]
+    marks = []
+    for change in run.timeline.changes:
+        if 0 < change.frame <= last:
+            told = [f"{titles.get(name, name)} {value}" for name, value in change.values.items() if name != "move"]
+            marks.append((change.frame, ", ".join([*told, *(it.words for it in run.timeline.moves_at(change.frame))])))
     path, colour = _path([row.error for row in rows]), hexadecimal(COLOURS["estimate"])
     return str(_macros().track(last, f"{HEIGHT:g}", bands, path, colour, marks))
 

@@ -180,7 +180,7 @@ class Setting:
     """Something in which runs differ.
 
     Attributes:
-        name: The parameter's; "experiment", "recording", "start", "mark", "tracker" or "seed" for what is none.
+        name: The parameter's; "experiment", "recording", "start", "mark", "tracker", "seed" or "move" for others.
         title: What it is called.
         values: What each run has of it, in words with the unit; None for a run that knows no such thing.
     """
@@ -207,6 +207,7 @@ def settings(runs: Sequence[Run], alignment: Alignment) -> tuple[Setting, ...]:
         Setting("tracker", "Tracker", tuple(map(_trackers, runs, spans))),
         Setting("seed", "Seed", tuple(map(_seeds, runs, spans))),
         *_of_parameters(runs, spans),
+        Setting("move", "Moved by hand", tuple(map(_moves, runs, spans))),
     )
     return tuple(row for row in rows if len(set(row.values)) > 1)
 
@@ -229,6 +230,12 @@ def _trackers(run: Run, span: tuple[int, int]) -> str:
 def _seeds(run: Run, span: tuple[int, int]) -> str:
     seeds = ((it.start, run.seed if it.seed is None else it.seed) for it in run.timeline.segments)
     return _over_time(_course(seeds, span), str)
+
+
+def _moves(run: Run, span: tuple[int, int]) -> str:
+    first, count = span
+    moved = ((move.words, it.start - first) for it in run.timeline.segments for move in it.moves)
+    return ", ".join(f"{words} before frame {frame}" for words, frame in moved if 0 < frame < count) or "nothing"
 
 
 def _of_parameters(runs: Sequence[Run], spans: Sequence[tuple[int, int]]) -> Iterator[Setting]:

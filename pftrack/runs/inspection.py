@@ -183,12 +183,13 @@ class Inspection:
 
     @property
     def before(self) -> Any:  # noqa: ANN401 - the state of any family
-        """The state of the frame before; of frame 0 that of frame 0 itself."""
+        """The state of the frame before, after what was moved in it; of frame 0 that of frame 0 itself."""
         index, current = max(self.run.position - 1, 0), self.run.current
         self._steps = {at: step for at, step in self._steps.items() if at == index} | {self.run.position: current}
         if index not in self._steps:
             (self._steps[index],) = self.run.replay(index, index)
-        return self._steps[index].state
+        step, moves = self._steps[index], self.run.timeline.moves_at(self.run.position)
+        return self.run.experiment.trackers[step.tracker].moved(step.state, moves)
 
     def at_place(self, place: Floats) -> Finding:
         """Return what the likelihood says of the state that is like the estimate in all but the place (2,), px.

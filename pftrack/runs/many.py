@@ -317,8 +317,9 @@ class Trial:
         if self.state is None:
             self.state = self._start(frame)
         else:
+            before = self._tracker(index - 1).moved(self.state, self._timeline.moves_at(index))
             clock = thread_time()
-            self.state = tracker.step(self.state, frame, parameters, Stream(self.seed, index, Purpose.TRACK))
+            self.state = tracker.step(before, frame, parameters, Stream(self.seed, index, Purpose.TRACK))
             self.seconds += thread_time() - clock
             self.steps += 1
         self._settled = True

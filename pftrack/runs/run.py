@@ -9,7 +9,7 @@ nearest one and repeats the few steps from there, to the same numbers. A change 
 frame; the past is the past, and a change to it makes a `branch`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
@@ -20,14 +20,15 @@ import numpy as np
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.band import Direction
 from pftrack.core.model.measures import evaluate
-from pftrack.core.model.parameters import flat, with_role
-from pftrack.core.model.recipe import LONGEST_RUN, Change, Recipe, Timeline
+from pftrack.core.model.parameters import flat, read_particles, with_role
+from pftrack.core.model.recipe import LONGEST_RUN, Change, Move, Recipe, Timeline
 from pftrack.core.model.setup import Exported, Setup
 from pftrack.core.model.source import Frame
-from pftrack.core.model.tracker import Diagnostics, Step, TrackState, diagnose
+from pftrack.core.model.tracker import Diagnostics, Step, Tracker, TrackState, diagnose
 from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.sketch import drawn_particles
 from pftrack.runs.checkpoint import Checkpoint, Keyframes
 from pftrack.runs.loss import judge_state
 from pftrack.runs.record import save
@@ -73,6 +74,7 @@ class Run:
         self.experiment = experiment if setup.units is None else experiment.with_units(setup.units(begun))
         self.source = setup.open_source(seed, begun)
         self.frames = _check_length(frames, self.source.frame_count, experiment.frames)
+        self._check_moves(self.timeline)
         self.diagnostics: list[Diagnostics] = []
         self._explained: Any = None
         self._keyframes = Keyframes()
@@ -214,7 +216,8 @@ class Run:
 
         Args:
             values: By name; `tracker` names a tracker, which takes over from the present state, and `seed` is that of
-                its random numbers.
+                its random numbers. `move` puts a particle of the present state, or all of them, elsewhere before the
+                next frame: {"particle": 7, "place": (312, 140)}, or the place alone for the estimate.
 
         Returns:
             The change as it stands on the timeline.
@@ -232,9 +235,46 @@ class Run:
             raise ConflictError(
                 f"the run ends at frame {self.frames - 1}; go back to change what leads there, or restart"
             )
-        self.timeline = self.timeline.insert(Change(following, dict(values)))
+        timeline = self.timeline.insert(Change(following, dict(values)))
+        self._check_moves(timeline)
+        self.timeline = timeline
         self._explained = None  # trials may have gone beyond this frame
         return next(change for change in self.timeline.changes if change.frame == following)
+
+    @property
+    def moved(self) -> Any:  # noqa: ANN401 - the state of any family
+        """The present state, after what a person has moved in it before the next frame."""
+        moves = self.timeline.moves_at(self.position + 1)
+        return self.experiment.trackers[self.current.tracker].moved(self.current.state, moves)
+
+    def landing(self, frame: int, drawn: int | None, place_px: Sequence[float]) -> dict[str, Any]:
+        """Return the change by which something lies at a place of the drawing, or at the nearest within its bounds.
+
+        Args:
+            frame: In which it was grabbed.
+            drawn: Which of the particles that are drawn; None for the estimate.
+            place_px: (2,) of the drawing.
+
+        Raises:
+            ConflictError: The run is at another frame.
+            ParameterError: There is no such particle, or nothing can be moved.
+        """
+        if frame != self.position:
+            raise ConflictError(f"frame {frame} is not shown any more; pause before you move what is in it")
+        tracker, state, particle = self.experiment.trackers[self.current.tracker], self.moved, drawn
+        cloud, model = tracker.cloud(state), tracker.model
+        if model is None or not model.movable:
+            raise self._refuse_move(tracker, place_px)
+        if drawn is not None:
+            chosen = [] if cloud is None else drawn_particles(len(cloud)).tolist()
+            if not 0 <= drawn < len(chosen):
+                raise ParameterError("particle", drawn, f"one of those drawn, of which there are {len(chosen)}")
+            particle = chosen[drawn]
+        width = len(state.estimate)
+        current = state.estimate if particle is None or cloud is None else cloud.states[particle, :width]
+        low, high = model.reach(self.source.size, width)
+        place = np.clip(model.landing(current, np.array(place_px, np.float64)), low, high)
+        return {"move": Move(particle=particle, place=place.tolist())}
 
     def is_only_drawn(self, values: Mapping[str, object]) -> bool:
         """Return whether a change of these values changes no number of any frame."""
@@ -437,9 +477,38 @@ class Run:
         """Return the state of a frame, given that of the frame before; None in frame 0."""
         index, parameters = frame.index, self.parameters_at(frame.index)
         tracker = self.experiment.trackers[self.tracker_at(index)]
+        if previous is not None:
+            moves = self.timeline.moves_at(index)
+            previous = self.experiment.trackers[self.tracker_at(index - 1)].moved(previous, moves)
         if previous is None:
             return tracker.start(self.source.start, frame, parameters, Stream(self.seed, index, Purpose.START))
         return tracker.step(previous, frame, parameters, Stream(self.seed_at(index), index, Purpose.TRACK))
+
+    def _check_moves(self, timeline: Timeline) -> None:
+        """Refuse moves of what does not exist in their frame, or cannot be moved, or not to where they say.
+
+        Raises:
+            ParameterError: There is one.
+        """
+        for segment in timeline.segments:
+            before = segment.start - 1
+            for move in segment.moves:
+                name, parameters = timeline.tracker_at(before), timeline.parameters_at(before)
+                tracker, width = self.experiment.trackers[name], len(self.source.start.position)
+                if tracker.model is None or not tracker.model.movable:
+                    raise self._refuse_move(tracker, list(move.place))
+                count = read_particles(self.experiment.declarations(type(parameters)), flat(parameters), name)
+                if move.particle is not None and move.particle >= count:
+                    bound = f"one of frame {before}, 0 to {count - 1}" if count else "left out: the tracker has none"
+                    raise ParameterError("particle", move.particle, bound)
+                low, high = tracker.model.reach(self.source.size, width)
+                if len(move.place) != width or not ((low <= move.place) & (move.place <= high)).all():
+                    ranges = ", ".join(f"{least:g} to {most:g}" for least, most in zip(low, high, strict=True))
+                    raise ParameterError("place", list(move.place), f"within bounds ({ranges})")
+
+    def _refuse_move(self, tracker: Tracker, place: Sequence[float]) -> ParameterError:
+        what = f"left out: {self.experiment.title} has nothing that {tracker.title} lets people move"
+        return ParameterError("move", list(place), what)
 
     def _diagnose(self, frame: Frame, state: TrackState, step_ms: float) -> Diagnostics:
         """Return the numbers of a frame."""

@@ -61,6 +61,18 @@ LOOK: dict[str, Any] = {
 SAID: dict[str, dict[str, Any]] = {
     "GuiUpdateMessage": {"uuid": "a", "updates": {"value": 1}},
     "LocalStorageGetItemResponseMessage": {"request_uuid": "a", "value": None, "error": None},
+    "SceneNodeDragMessage": {
+        "phase": "end",
+        "name": "/grips",
+        "instance_index": 7,
+        "start_position": [0.0, 0.0, 0.0],
+        "start_screen_pos": [0.0, 0.0],
+        "end_position": [0.0, 0.0, 0.0],
+        "end_screen_pos": [0.0, 0.0],
+        "button": "left",
+        "modifier": "shift",
+        "owner": "",
+    },
     "ViewerCameraMessage": {
         "wxyz": [1.0, 0.0, 0.0, 0.0],
         "position": [0.0, 0.0, 0.0],

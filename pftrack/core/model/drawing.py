@@ -513,6 +513,7 @@ class Drawing:
         caption: One line of text about the frame.
         worlds: What is to be seen beside the picture, in the order in which the experiment declares its worlds.
         legend: Layers that show something, each with a key of what is drawn on it; filled in by whoever shows a run.
+        grip: Where the estimate is, (3,) px, of a drawing in which it and the particles on stems can be moved.
     """
 
     width: int
@@ -521,6 +522,7 @@ class Drawing:
     caption: str = ""
     worlds: tuple[WorldDrawing, ...] = ()
     legend: tuple[tuple[str, Key], ...] = ()
+    grip: NDArray[np.float32] | None = None
 
     @property
     def apex(self) -> NDArray[np.float32] | None:

@@ -162,6 +162,7 @@ class Model:
         axes: Which two components are the place in the picture, px; None where `place` and `put` say it, or where
             states have none.
         most_places: How many states a map of the picture may ask for, so that it takes 50 ms at most.
+        movable: Whether a person may put its particles and its estimate elsewhere.
     """
 
     title: str = ""
@@ -170,6 +171,7 @@ class Model:
     scales: ClassVar[Mapping[str, NoiseScale]] = {}
     axes: tuple[int, int] | None = (0, 1)
     most_places: int = 4800
+    movable: bool = False
 
     # ------------------------------------------------------------ belief
 
@@ -219,6 +221,25 @@ class Model:
         states = np.tile(one, (len(places), 1))
         states[:, list(self.axes or ())] = places
         return states
+
+    def moved(self, state: State, particle: int | None, place: Floats) -> State:
+        """Return a state with a particle at a place, or shifted as a whole until its estimate lies there."""
+        del state, particle, place
+        raise TypeError(f"the model {type(self).__name__} must define moved")
+
+    def reach(self, size: tuple[int, int], count: int) -> Floats:
+        """Return the lowest and the highest place that something can be moved to, (2, count).
+
+        Args:
+            size: Width and height of the picture, px.
+            count: How many numbers a place has.
+        """
+        return np.array([(0.0,) * count, np.array(size) - 1.0])
+
+    def landing(self, current: Floats, place_px: Floats) -> Floats:
+        """Return the place of what was at another one, `current`, and is seen at one (2,) of the drawing, px."""
+        del current
+        return place_px
 
     def parts(self, one: Floats, frame: Frame, parameters: Values, known: State) -> tuple[Part, ...]:
         """Return what the likelihood of one state (d,) is made of."""

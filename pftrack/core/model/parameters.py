@@ -269,6 +269,12 @@ def limit_particles(declared: Iterable[Declaration], values: Mapping[str, Any], 
             raise ParameterError(each.name, values[each.name], f"at most {most // each.sets} on this server")
 
 
+def read_particles(declared: Iterable[Declaration], values: Mapping[str, Any], tracker: str) -> int:
+    """Return how many particles a tracker with one set of them has; 0 for one without."""
+    read = (each for each in declared if each.role == "particles" and (not each.trackers or tracker in each.trackers))
+    return next((int(values[each.name]) for each in read), 0)
+
+
 def parse(model: type[Parameters], name: str, text: str) -> Value:
     """Read a parameter's value from text, as a command line gives it.
 

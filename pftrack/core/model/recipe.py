@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, field_validator
 
 from pftrack.core.model.parameters import (
     LONGEST_FILE,
@@ -39,8 +39,35 @@ if TYPE_CHECKING:
 
 LONGEST_RUN = 1_000_000
 
-NO_PARAMETERS = frozenset({"tracker", "seed"})
+NO_PARAMETERS = frozenset({"tracker", "seed", "move"})
 """What a change may name beside parameters."""
+
+MOST_MOVES = 100
+"""Before one frame."""
+
+
+class Move(BaseModel):
+    """What a person puts elsewhere in the belief of the frame before, from which the tracker then takes its step.
+
+    Attributes:
+        particle: Its number; None for all of them, which are shifted until the estimate lies at the place.
+        place: Where to, in the coordinates of the estimate.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = None
+    place: tuple[Annotated[float, Field(allow_inf_nan=False), NOT_BOOLEAN], ...]
+
+    @property
+    def words(self) -> str:
+        """What was done, as "Particle 7 moved to (312, 140)"."""
+        what = "Estimate" if self.particle is None else f"Particle {self.particle}"
+        place = ", ".join(f"{value:.4g}" for value in self.place)
+        return f"{what} moved to {place if len(self.place) == 1 else f'({place})'}"
+
+
+_MOVES: TypeAdapter[tuple[Move, ...]] = TypeAdapter(tuple[Move, ...])
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +77,8 @@ class Change:
     Attributes:
         frame: The first frame computed with them.
         values: By parameter name; `tracker` names the tracker, and `seed` is that of the tracker's random numbers from
-            this frame on. The scene keeps the seed of the run: what the tracker looks at is the same.
+            this frame on. The scene keeps the seed of the run: what the tracker looks at is the same. `move` is a
+            `Move`, or several, made once before this frame is computed.
     """
 
     frame: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN), NOT_BOOLEAN]
@@ -59,12 +87,13 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """What is in force from a frame on; the seed is None for that of the run."""
+    """What is in force from a frame on; the seed is None for that of the run, and moves are made before the first."""
 
     start: int
     parameters: Any
     tracker: str
     seed: int | None = None
+    moves: tuple[Move, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +138,11 @@ class Timeline:
     def seed_at(self, frame: int) -> int | None:
         """Return the seed of the tracker's random numbers in a frame; None for that of the run."""
         return self._segment(frame).seed
+
+    def moves_at(self, frame: int) -> tuple[Move, ...]:
+        """Return what a person has moved in the belief of the frame before."""
+        segment = self._segment(frame)
+        return segment.moves if segment.start == frame else ()
 
     def insert(self, change: Change) -> "Timeline":
         """Return the timeline with a further change at its place; what is to change later stays.
@@ -163,6 +197,16 @@ def _check_seed(frame: int, seed: object) -> int:
     return seed
 
 
+def _read_moves(frame: int, given: object) -> tuple[Move, ...]:
+    if frame == 0:
+        raise ParameterError("move", given, "made in a later frame: before frame 0 there is no belief")
+    try:
+        return _MOVES.validate_python([given] if isinstance(given, Mapping | Move) else given)
+    except ValidationError:
+        bound = "a place of finite numbers, with the number of a particle unless the estimate is moved"
+        raise ParameterError("move", given, bound) from None
+
+
 def _timeline(changes: tuple[Change, ...], segments: tuple[Segment, ...], trackers: tuple[str, ...]) -> Timeline:
     history = History(tuple((segment.start, segment.parameters) for segment in segments))
     return Timeline(changes, segments, trackers, history)
@@ -176,21 +220,28 @@ def _append(timeline: Timeline, change: Change) -> Timeline:
     given = dict(change.values)
     tracker = check_tracker(timeline.trackers, given.pop("tracker", newest.tracker))
     seed = _check_seed(change.frame, given.pop("seed")) if "seed" in given else newest.seed
+    moves = newest.moves if newest.start == change.frame else ()
+    if "move" in given:
+        moves += _read_moves(change.frame, given.pop("move"))
+        if len(moves) > MOST_MOVES:
+            raise ParameterError("move", len(moves), f"at most {MOST_MOVES} before one frame")
     revised = revise(newest.parameters, given)
     if change.frame > 0:
         _check_live(newest.parameters, given)
-    values = {name: value for name, value in flat(revised).items() if name in given}
+    values: dict[str, Any] = {name: value for name, value in flat(revised).items() if name in given}
     if "tracker" in change.values:
         values["tracker"] = tracker
     if seed is not None and "seed" in change.values:
         values["seed"] = seed
+    if moves:
+        values["move"] = [move.model_dump(mode="json") for move in moves]
     segments, changes = timeline.segments, timeline.changes
     if newest.start == change.frame:
         segments = segments[:-1]
     if changes and changes[-1].frame == change.frame:
         values = {**changes[-1].values, **values}
         changes = changes[:-1]
-    added = Segment(change.frame, revised, tracker, seed)
+    added = Segment(change.frame, revised, tracker, seed, moves)
     return _timeline((*changes, Change(change.frame, values)), (*segments, added), timeline.trackers)
 
 

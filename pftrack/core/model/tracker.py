@@ -16,6 +16,7 @@ from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.measures import judge_loss
 from pftrack.core.model.model import Evidence, Model, State
 from pftrack.core.model.parameters import Declaration
+from pftrack.core.model.recipe import Move
 from pftrack.core.model.series import Hypotheses, Series, SeriesValue, to_json
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Stream
@@ -114,6 +115,13 @@ class Tracker:
     def cloud(self, state: State) -> Cloud | None:
         """Return the particles of a state, laid open; None of a state without."""
         return self.model.cloud(state) if self.model is not None else None
+
+    def moved(self, state: State, moves: Iterable[Move]) -> State:
+        """Return a state after moves by hand; the tracker's model must allow them."""
+        for move in moves:
+            assert self.model is not None  # noqa: S101 - for mypy: a run has checked it
+            state = self.model.moved(state, move.particle, np.array(move.place))
+        return state
 
     @property
     def term(self) -> Term:

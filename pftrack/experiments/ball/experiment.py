@@ -118,7 +118,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         lineage, last = state.lineage, len(state.lineage.paths)
         recalled = np.array([smooth(lineage, state.particles, age) for age in range(last)])
         primitives["smoothed"] = Polyline(sketch.at_height(recalled, 2.0), COLOURS["second"], 2.0, "smoothed path")
-    return Drawing(width, height, primitives, _caption(step))
+    return Drawing(width, height, primitives, _caption(step), grip=sketch.at_height(state.estimate, 2.0))
 
 
 def _caption(step: Step) -> str:

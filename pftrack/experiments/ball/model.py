@@ -238,6 +238,7 @@ class Coloured(LoopModel):
     title = "colour of the pixel"
     evidence: Evidence = "relative"
     most_places = 19_200
+    instants = 2
     observed = "frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows"
     example = "pftrack.experiments.ball.example_filter"
     reads = "condensation"

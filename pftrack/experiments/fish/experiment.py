@@ -294,7 +294,8 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     primitives |= fish(state.pose, body, drawing.COLOURS["estimate"], "estimate", "estimated")
     primitives |= draw_path(past, row.frame, (width, height))
     worlds = (modes_world(parameters, row.frame), changes_world(state, parameters, past, row.frame))
-    return drawing.Drawing(width, height, primitives, _caption(step), worlds)
+    grip = sketch.at_height(state.estimate, 2.0)
+    return drawing.Drawing(width, height, primitives, _caption(step), worlds, grip=grip)
 
 
 def _caption(step: Step) -> str:

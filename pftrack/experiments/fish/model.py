@@ -16,7 +16,7 @@ Source: Mitsugami et al. 2009, section 3.1, eq. 7; the limit is our own (docs/me
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -356,6 +356,7 @@ class Outline(Model):
 
     title = "outline beside the edges"
     evidence = "relative"
+    movable = True
 
     @override
     def components(self, parameters: Values) -> tuple[Component, ...]:
@@ -384,6 +385,17 @@ class Outline(Model):
     @override
     def centre(self, state: FishState) -> Floats:
         return state.mean
+
+    @override
+    def moved(self, state: FishState, particle: int | None, place: Floats) -> FishState:
+        before = state.estimate if particle is None else state.particles.states[particle, :2]
+        particles = state.particles.shifted(np.append(place - before, np.zeros(4)), particle)
+        mean, spread = state.mean.copy(), state.spread.copy()
+        if particle is None:
+            mean[:2] = place
+        else:
+            mean[:2], spread[:2] = particles.mean[:2], np.sqrt(particles.covariance.diagonal()[:2])
+        return replace(state, particles=particles, mean=mean, spread=spread)
 
     @override
     def parts(self, one: Floats, frame: Frame, parameters: FishTrackerParameters, known: State) -> tuple[Part, ...]:

@@ -173,7 +173,8 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     colour = COLOURS["lost" if step.diagnostics.searching else "estimate"]
     primitives["estimate"] = box(state.estimate, state.box_px, colour, "estimate", 2.0)
     primitives |= paths(path, np.array([past_row.estimate for past_row in path]), (width, height))
-    return Drawing(width, height, primitives, _caption(step), (histogram_world(state, image),))
+    world, grip = histogram_world(state, image), at_height(state.estimate, 2.0)
+    return Drawing(width, height, primitives, _caption(step), (world,), grip=grip)
 
 
 def _caption(step: Step) -> str:

@@ -66,7 +66,14 @@ class Update:
 
 
 class PointModel(FilterModel):
-    """The belief in one point or signal; the first coordinates of its state are the estimate."""
+    """The belief in one point or signal; the first coordinates of its state are the estimate.
+
+    Attributes:
+        instants: Of how many frames a state begins with the places, the newest first: all are moved together, so that
+            what a person moves keeps its velocity.
+    """
+
+    instants: int = 1
 
     @override
     def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> PointState:
@@ -120,6 +127,20 @@ class PointModel(FilterModel):
     @override
     def count(self, parameters: Values) -> int:
         return int(parameters.sample_count)
+
+    @override
+    def moved(self, state: PointState, particle: int | None, place: Floats) -> PointState:
+        particles, tracked = state.particles, state.tracked
+        before = state.estimate if particle is None or particles is None else particles.states[particle, :tracked]
+        shift = np.zeros(len(state.posterior.mean))
+        shift[: self.instants * tracked] = np.tile(place - before, self.instants)
+        if particles is not None:
+            particles = particles.shifted(shift, particle)
+        if particle is None or particles is None:
+            posterior = replace(state.posterior, mean=state.posterior.mean + shift)
+        else:
+            posterior = Gaussian(*particles.moments)
+        return replace(state, particles=particles, posterior=posterior)
 
     def learn(self, state: PointState, frame: Frame, parameters: Values) -> PointState:
         """Return the state of an exact filter with what its estimate teaches, where something is learned."""

@@ -310,6 +310,8 @@ def crop(image_rgb: NDArray[np.uint8], middle: Floats, reach: tuple[int, int]) -
 class LoopModel(PointModel):
     """The belief in a point of a picture, which the compiled loop can follow."""
 
+    movable = True
+
     def __init__(self, kernel: LogLikelihood) -> None:
         """Build the loop around a compiled likelihood, (picture, states (N, d), packed parameters) -> (N,)."""
         self.kernel, self.loop = kernel, loop_with(kernel)

@@ -180,6 +180,11 @@ def past_frames(size: tuple[int, int], layer: str) -> dict[str, Primitive]:
     return drawn
 
 
+def drawn_particles(count: int) -> NDArray[np.int64]:
+    """Return which of so many particles are drawn."""
+    return np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(np.int64)
+
+
 def particle_clouds(
     positions: Floats, particles: ParticleSet, observation_count: int, size: float
 ) -> dict[str, Points]:
@@ -192,7 +197,7 @@ def particle_clouds(
         size: Of a point, px.
     """
     count = len(particles)
-    chosen = np.arange(count) if count <= MOST_DRAWN else np.linspace(0, count - 1, MOST_DRAWN).astype(np.int64)
+    chosen = drawn_particles(count)
     relative = np.exp(particles.log_weights[chosen] - particles.log_weights.max())
     raised = at_height(positions[chosen], 1.0 + LIFT / DOT * size * relative)
     by_sampler = np.empty((len(chosen), 3), dtype=np.uint8)

@@ -129,6 +129,8 @@ class Signal(PointModel):
         "assumed_noise_sd": NoiseScale("observation"),
     }
     axes = None
+    movable = True
+    instants = 2
     observed = "frame.signal is what was measured, (d,); a value that is not finite is missing"
     example = "pftrack.experiments.sine.example_filter"
     reads = "condensation"
@@ -173,6 +175,16 @@ class Signal(PointModel):
             signal if math.isfinite(signal.sum()) else None,
             *_measurement(dimension, parameters.assumed_noise_sd),
         )
+
+    @override
+    def reach(self, size: tuple[int, int], count: int) -> Floats:
+        """Return the values that the drawing shows."""
+        return np.outer((-SPAN, SPAN), np.ones(count))
+
+    @override
+    def landing(self, current: Floats, place_px: Floats) -> Floats:
+        """Return the values with another one of the first copy, which alone is drawn."""
+        return np.append(SPAN * (1.0 - place_px[1] / (HEIGHT / 2)), current[1:])
 
     @override
     def parts(self, one: Floats, frame: Frame, parameters: SignalTrackerParameters, known: State) -> tuple[Part, ...]:
@@ -277,7 +289,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     if particles is not None:
         positions = _curve(np.full(len(particles), frames[-1]), particles.states[:, 0])[:, :2].astype(np.float64)
         primitives |= particle_clouds(positions, particles, 0, 4.0)
-    return Drawing(WIDTH, HEIGHT, primitives, _caption(step))
+    return Drawing(WIDTH, HEIGHT, primitives, _caption(step), grip=_curve(frames[-1:], step.state.estimate[:1])[0])
 
 
 def _density(frames: Floats, estimates: Floats, sigmas: Floats, now: int) -> dict[str, Primitive]:

@@ -215,6 +215,8 @@ class Session(SessionState):
     def _makes_branch(self, order: protocol.Order) -> bool:
         if isinstance(order, protocol.ChangeValues):
             return bool(order.values) and self.spec.run.branch_point is not None
+        if isinstance(order, protocol.MoveBelief):
+            return self.spec.run.branch_point is not None
         return isinstance(order, protocol.MakeBranch | protocol.ReviseFilter)
 
     # ------------------------------------------------------------ what the scene's panel hears

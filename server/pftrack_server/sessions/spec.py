@@ -107,6 +107,7 @@ class ChangePublic(BaseModel):
     frame: int
     values: dict[str, Value]
     before: dict[str, Value] = {}
+    moved: list[str] = Field([], description="What a person has moved, in words")
 
 
 class ThresholdStep(BaseModel):

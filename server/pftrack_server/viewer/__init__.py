@@ -1,7 +1,8 @@
 """The 3-D scene of a session and its panel, shown by viser and reached through one port.
 
 A `Viewer` owns one viser server: it turns drawings into scene nodes (`scene`, `shapes`, `worlds`), declarations of
-parameters into controls (`panel`) and frames the picture for each browser (`camera`). `local` shows a run without a
+parameters into controls (`panel`), frames the picture for each browser (`camera`) and lets people move what is in it
+(`dragging`). `local` shows a run without a
 session.
 
 These alone touch what viser does not promise:

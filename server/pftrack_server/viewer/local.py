@@ -224,7 +224,8 @@ class Player:
     def _wish(self, command: dict[str, Any]) -> None:
         """Take down a command; new values go together with those that wait."""
         kind = command["kind"]
-        value = command.get({"change": "values", "restart": "seed", "seek": "frame", "follow": "run"}.get(kind, kind))
+        fields = {"change": "values", "restart": "seed", "seek": "frame", "follow": "run"}
+        value = command if kind == "move" else command.get(fields.get(kind, kind))
         self._wishes[kind] = {**self._wishes.get(kind, {}), **(value or {})} if kind == "change" else value
         self._news.set()
 
@@ -259,20 +260,28 @@ class Player:
                 case "seek":
                     self._is_playing = False
                     self._seek(min(max(0, int(value)), self.run.frames - 1))
-                case "follow" if self.run.position == self.run.frames - 1:
-                    self.run = value
                 case "toggle":
                     self._is_playing = not self._is_playing
                     if self._is_playing and self.run.position == self.run.frames - 1:
                         self.run.seek(0)
                 case "speed":
                     self._speed = value
-                case "change":
-                    self._change(value)
-                case "restart":
-                    self._restart({}, int(value))
+                case _:
+                    self._revise(what, value)
         if not wishes and self._is_playing:
             self._play()
+
+    def _revise(self, what: str, value: Any) -> None:  # noqa: ANN401 - of any wish
+        """Go on with another run, or with another future of this one."""
+        match what:
+            case "follow" if self.run.position == self.run.frames - 1:
+                self.run = value
+            case "change":
+                self._change(value)
+            case "move":
+                self._change(self.run.landing(value["frame"], value["particle"], value["place"]))
+            case "restart":
+                self._restart({}, int(value))
 
     def _seek(self, frame: int) -> None:
         for _ in self.run.seeking(frame):
@@ -288,7 +297,7 @@ class Player:
         else:
             self.run.seek(self.run.position + 1)
 
-    def _change(self, values: Mapping[str, Value]) -> None:
+    def _change(self, values: Mapping[str, Any]) -> None:
         run = self.run
         fixed = {item.name for item in declarations(type(run.setup.parameters)) if not item.live}
         if fixed & values.keys():
@@ -307,7 +316,7 @@ class Player:
 
     def _draw(self) -> tuple[SceneDrawing, int]:
         run = self.run
-        drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
+        drawing = without_faults(run.experiment.draw(replace(run.current, state=run.moved), run.diagnostics))
         keyed = replace(drawing, legend=drawn_keys(drawing, run.experiment.display.layers))
         return self._encoder.for_scene(keyed), run.position
 

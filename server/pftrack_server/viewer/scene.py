@@ -276,7 +276,7 @@ class Scene:
         shown: set[str] = set()
         apex = None if drawing.apex is None else tuple(drawing.apex.tolist())
         for order, (name, item) in enumerate(drawing.primitives.items()):
-            if not self._is_seen(item, relief) or (isinstance(item, model.Frustum) and relief < 1.0):
+            if not self.is_seen(item, relief) or (isinstance(item, model.Frustum) and relief < 1.0):
                 continue
             stance = Stance(relief, order * LAYER_GAP_PX, apex)
             more = raised(item, drawing.width, drawing.height) if relief > 0.0 else None
@@ -285,14 +285,15 @@ class Scene:
                     shown.add(each)
                     self._show(each, part, stance)
         for name, item in worlds.place_worlds(drawing):
-            if self._is_seen(item, relief):
+            if self.is_seen(item, relief):
                 shown.add(name)
                 self._show(name, item, shapes.FREE)
         for name in self._nodes.keys() - shown:
             self._nodes[name].handle.visible = False
         self._forget(shown)
 
-    def _is_seen(self, item: model.Primitive, relief: float) -> bool:
+    def is_seen(self, item: model.Primitive, relief: float) -> bool:
+        """Return whether something is seen of a primitive, on a layer that is shown."""
         return self._is_on(item.layer, relief) and not _is_empty(item)
 
     def _is_on(self, layer: str, relief: float) -> bool:

@@ -7,6 +7,7 @@ that takes it up. What was overtaken is never sent, and each browser is sent wha
 import asyncio
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import viser
@@ -16,12 +17,15 @@ from pftrack_server.core.panel import PanelDescription, PanelValues
 from pftrack_server.core.pictures import SceneDrawing
 from pftrack_server.viewer import viser_server, worlds
 from pftrack_server.viewer.camera import Cameras
+from pftrack_server.viewer.dragging import Grips
 from pftrack_server.viewer.panel import Panel
 from pftrack_server.viewer.scene import Scene
 
 PANEL_WIDTH_PX = 200
 """The picture is to have six tenths of a page that is 1,000 px wide, with the plots beside it."""
 FASTEST_S = 1.0 / 30.0
+STILL_S = 0.3
+"""So long a drawing is shown before what is in it can be grabbed."""
 BRAND = (0, 76, 118)
 """viser takes this as the darkest of a ramp; its middle, which the controls wear, is then the blue of the estimate."""
 
@@ -65,6 +69,7 @@ class Viewer:
             server.gui.main_panel.dock_right()
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
             self._scene = Scene(server, description.layers)
+            self._grips = Grips(server, on_command)
             # Nothing is seen of it; where it stands tells the page around which frame this is (`client/state.js`).
             self._frame = server.scene.add_frame("/frame", show_axes=False)
             self._cameras = Cameras(server, self._news.set, worlds.sides(description.worlds))
@@ -111,17 +116,28 @@ class Viewer:
         self._news.set()
 
     async def _keep_up(self) -> None:
+        patience_s: float | None = None
         while True:
-            await self._news.wait()
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), patience_s)
             # This comes before taking the drawing, so that what is sent after it is the newest.
             await self.endpoint.wait_for_browser()
+            is_new = self._news.is_set()
+            act, patience_s = (self._draw, STILL_S) if is_new else (self._let_grab, None)
             self._news.clear()
             try:
-                self._draw()
+                act()
             except Exception:  # noqa: BLE001 - one drawing that cannot be shown must not end the picture for good
                 warnings.warn("a scene could not be brought up to date", traceback=traceback.format_exc())
-            self._on_ready()
+            if is_new:
+                self._on_ready()
             await asyncio.sleep(FASTEST_S)
+
+    def _let_grab(self) -> None:
+        if self._newest is not None:
+            shown, frame = self._newest
+            self._grips.place(self._scene, shown.drawing, frame, self._cameras.relief)
+            self._server.flush()
 
     def _draw(self) -> None:
         if self._newest is None:
@@ -131,6 +147,7 @@ class Viewer:
         self._cameras.set_box(self._scene.box(drawing))
         relief = self._cameras.relief
         with self._server.atomic():
+            self._grips.remove()
             self._scene.apply(shown, relief)
             self._frame.position = (float(frame), 0.0, 0.0)
             self._panel.legend(self._scene.legend(drawing, relief))

@@ -24,8 +24,8 @@ ANSWER = _messages.LocalStorageGetItemResponseMessage.__name__
 """Kind of the answer to a `question`."""
 LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, ANSWER})
 """What a browser may say that only looks on; a message carries the name of its class as its type."""
-WELCOME = LOOKING | {CONTROL}
-"""What one may say whose controls count."""
+WELCOME = LOOKING | {CONTROL, _messages.SceneNodeDragMessage.__name__}
+"""What one may say whose controls count; of nodes, those alone tell of being dragged that pftrack made so."""
 UNWANTED = (
     _messages.ShareUrlRequest,
     _messages.ShareUrlDisconnect,

@@ -101,6 +101,23 @@ class TestBranches:
         error_of(client.get(f"/api/v1/sessions/{session['id']}/diagnostics?branch=b9"), 404)
 
 
+class TestMoves:
+    def test_a_particle_is_moved_in_the_frame_that_is_shown(
+        self, client: httpx.Client, session: dict[str, Any]
+    ) -> None:
+        """In the newest frame it is a change of the run, in the past a branch; of another frame it is refused."""
+        steer(client, session["id"], "seek", frame=9)
+        answer = command(client, session["id"], "move", frame=9, particle=7, place=[-5, 60])
+        assert (answer.status_code, answer.json()["frame"]) == (200, 10)
+        found = get(client, session["id"])
+        assert [(each["frame"], each["moved"]) for each in found["timeline"]] == [(10, ["Particle 7 moved to (0, 60)"])]
+        steer(client, session["id"], "seek", frame=4)
+        assert command(client, session["id"], "move", frame=4, place=[40, 60]).json()["branch"] == "b1"
+        assert get(client, session["id"])["timeline"][-1]["moved"] == ["Estimate moved to (40, 60)"]
+        assert "pause" in error_of(command(client, session["id"], "move", frame=3, place=[40, 60]), 409)["message"]
+        error_of(command(client, session["id"], "move", frame=4, particle=10**6, place=[40, 60]), 422)
+
+
 class TestBookmarks:
     def test_made_and_forgotten(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """A bookmark remembers the frame that is shown."""

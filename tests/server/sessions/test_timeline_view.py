@@ -42,6 +42,14 @@ def test_a_change_is_told_with_what_it_replaced() -> None:
     ]
 
 
+def test_what_was_moved_is_told_in_words() -> None:
+    """It has no value before; one of the estimate is told without a particle."""
+    moves = [{"particle": 7, "place": [312.0, 140.25]}, {"particle": None, "place": [0.42]}]
+    (told,) = timeline_view(changes((10, {"gate": 3.0, "move": moves})), FIRST)
+    assert told.moved == ["Particle 7 moved to (312, 140.2)", "Estimate moved to 0.42"]
+    assert (told.values, told.before) == ({"gate": 3.0}, {"gate": 5.0})
+
+
 def test_a_threshold_holds_while_its_tracker_is_in_charge() -> None:
     """A threshold has a step for each change, and none where another tracker is in charge; others are not told."""
     (view,) = threshold_views(changes((10, {"gate": 3.0}), (20, {"tracker": "soft"})), FIRST, DECLARATIONS)

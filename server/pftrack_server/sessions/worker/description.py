@@ -19,7 +19,7 @@ from pftrack.core.model.faults import without_faults
 from pftrack.core.model.likelihood import Contributions, Genealogy, LikelihoodMap, Part, Patches
 from pftrack.core.model.parameters import Declaration, Value, flat, with_role
 from pftrack.core.model.preset import Preset
-from pftrack.core.model.recipe import Change
+from pftrack.core.model.recipe import Change, Move
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.experiments.own.code import with_digests
 from pftrack.experiments.own.extension import parameters_of
@@ -106,9 +106,11 @@ def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> lis
     known = dict(first)
     changes = []
     for change in timeline:
-        before = {name: known[name] for name in change.values if name in known} if change.frame > 0 else {}
-        changes.append(spec.ChangePublic(frame=change.frame, values=dict(change.values), before=before))
-        known |= change.values
+        values = {name: value for name, value in change.values.items() if name != "move"}
+        before = {name: known[name] for name in values if name in known} if change.frame > 0 else {}
+        moved = [Move.model_validate(move).words for move in change.values.get("move", ())]
+        changes.append(spec.ChangePublic(frame=change.frame, values=values, before=before, moved=moved))
+        known |= values
     return changes
 
 
@@ -297,10 +299,11 @@ def _address(image_rgb: NDArray[np.uint8]) -> str | None:
 
 
 def _step_to_draw(run: Run) -> Step:
-    """Return the step that is shown, with what is only drawn as it is in force from the next frame on."""
+    """Return the step that is shown, with what is only drawn, and what was moved, as the next frame has it."""
     step, following = run.current, run.parameters_at(run.position + 1)
     shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
-    return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
+    parameters = step.parameters.model_copy(update=shown) if shown else step.parameters
+    return dataclasses.replace(step, state=run.moved, parameters=parameters)
 
 
 def _size(run: Run) -> tuple[int, int]:

@@ -224,6 +224,18 @@ class ChangeValues(RunCommand):
     values: dict[str, Any] = Field(description="New values by name of the parameter; `tracker` is the tracker")
 
 
+class MoveBelief(RunCommand):
+    """Move a particle or the estimate before the next frame; in the past this makes a branch."""
+
+    queues: ClassVar[bool] = True
+    kind: Literal["move"] = "move"
+    frame: FrameNumber = Field(description="The one that is shown, in which it is moved")
+    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(
+        None, description="Which of the particles that are drawn; the estimate, with all of them, if left out"
+    )
+    place: tuple[Pixels, Pixels] = Field(description="Of the drawing, px; the nearest that is allowed counts")
+
+
 class MakeBranch(RunCommand):
     """Leave the active branch at a frame and continue in a new one."""
 
@@ -270,6 +282,7 @@ Command: TypeAlias = Annotated[
     | StopAt
     | Restart
     | ChangeValues
+    | MoveBelief
     | MakeBranch
     | ShowBranch
     | Inspect,

@@ -236,7 +236,8 @@ class RunTree:
 
     def redraws(self, values: Mapping[str, object]) -> bool:
         """Return whether a change of these shows in the frame that is shown, and not from the next one on."""
-        return any(item.name in values for item in with_role(type(self._setup.parameters), "drawing"))
+        drawn = {item.name for item in with_role(type(self._setup.parameters), "drawing")}
+        return not values.keys().isdisjoint(drawn | {"move"})
 
     @property
     def second(self) -> str | None:

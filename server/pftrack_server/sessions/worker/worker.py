@@ -367,8 +367,8 @@ class Worker:
         """Do what is asked; return the answer, or None where the session as it is then is the answer."""
         tree = self._tree
         match order:
-            case protocol.ChangeValues(values=values):
-                return self._change(values)
+            case protocol.ChangeValues() | protocol.MoveBelief():
+                return self._change(order.values if isinstance(order, protocol.ChangeValues) else self._landing(order))
             case protocol.MakeBranch(frame=frame, values=values, seed=seed):
                 self._flush()
                 tree.branch(self._request.branch, frame, values if seed is None else {**values, "seed": seed})
@@ -431,6 +431,9 @@ class Worker:
         known = max(self._tree.run.computed, self._left.known if self._left is not None else 0)
         at_once_s = AT_ONCE_S if max(frame, known) <= self._tree.run.computed else 0.0
         self._start_seek(Goal(max(frame, known), frame), self._request.number, known=known, at_once_s=at_once_s)
+
+    def _landing(self, order: protocol.MoveBelief) -> dict[str, Any]:
+        return self._tree.run.landing(order.frame, order.particle, order.place)
 
     def _change(self, values: dict[str, Any]) -> protocol.Changed:
         tree = self._tree
