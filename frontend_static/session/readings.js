@@ -115,15 +115,13 @@ export function samplers(session) {
 }
 
 /**
- * What happened in a frame, in the order in which it is declared; `lane` is the place among all that may happen.
+ * What happened in a frame, in the order in which it is declared.
  *
  * @param {Declaring} session
  * @param {Row|undefined} row
  */
 export function eventsOf(session, row) {
-  return ofRole(session, "event")
-    .map(({ name, title, colours }, lane) => ({ name, title, colour: colours[0] ?? "ink", lane }))
-    .filter(({ name }) => valueOf(row, name) > 0);
+  return ofRole(session, "event").filter(({ name }) => valueOf(row, name) > 0);
 }
 
 /**
@@ -148,23 +146,16 @@ export function eventFramesOf({ known, history }) {
  *
  * @param {History} history
  * @param {string} name
- * @param {number} [last]
  */
-export function frequencies(history, name, last = history.length - 1) {
-  /** @type {number[]} */
-  const found = [];
+export function frequencies(history, name) {
   let [set, known] = [0, 0];
-  for (let frame = 0; frame <= Math.min(last, history.length - 1); frame += 1) {
-    const value = history.at(frame)?.series?.[name] ?? [];
-    for (const each of Array.isArray(value) ? value : [value]) {
-      const flag = finite(each);
-      if (flag === null) continue;
-      set += flag;
-      known += 1;
+  return Array.from({ length: history.length }, (_, frame) => {
+    for (const flag of [history.at(frame)?.series?.[name]].flat().map(finite)) {
+      set += flag ?? 0;
+      known += Number(flag !== null);
     }
-    found.push(known > 0 ? set / known : NaN);
-  }
-  return found;
+    return known > 0 ? set / known : NaN;
+  });
 }
 
 /**
@@ -216,38 +207,54 @@ export function isMeasured({ kind, series }, row, session, history) {
  * @param {SessionPublic} session
  */
 export function readingWords(reading, row, session) {
-  if (!row) return number(null);
-  const { kind, unit, series } = reading;
-  const own = session.unit;
-  const several = (/** @type {(number|null)[]} */ values) => values.map((value) => quantity(value, own)).join(", ");
-  switch (kind) {
-    case "estimate":
-      return withUnit(several(row.estimate), own);
-    case "sigma":
-      return withUnit(several(row.sigma), own);
-    case "error":
-      return withUnit(quantity(curve.error(row), own), own);
-    case "particles":
-      return particles(row, session);
-    case "samplers":
-      return proposal(row, session);
-    case "evidence":
-      return number(row.log_evidence, 2);
-    case "time":
-      return `${number(row.step_ms, 2)} ms`;
-    case "value":
-      return withUnit(withSpread(row, reading), unit);
-    case "interval":
-      return withUnit(between(row, reading), unit);
-    case "hypotheses":
-      return mostProbable(row, reading);
-    case "count": {
-      const flags = vectorOf(row, series);
-      return `${flags.filter((flag) => flag === 1).length} of ${declared(session, series)?.components.length || flags.length}`;
-    }
-    default:
-      return "";
-  }
+  return row === undefined ? number(null) : WORDS[reading.kind](row, session, reading);
+}
+
+/** @type {Record<Reading["kind"], (row: Row, session: SessionPublic, reading: Reading) => string>} */
+const WORDS = {
+  estimate: ({ estimate }, { unit }) => several(estimate, unit),
+  sigma: ({ sigma }, { unit }) => several(sigma, unit),
+  error: (row, { unit }) => several([curve.error(row)], unit),
+  evidence: (row) => number(row.log_evidence, 2),
+  time: (row) => `${number(row.step_ms, 2)} ms`,
+  particles(row, session) {
+    const [count, ess] = [numberOf(session, "particles", row), numberOf(session, "ess", row)];
+    return [count, ess === null ? null : `ESS ${number(ess, 0)}`].filter((part) => part !== null).join(", ");
+  },
+  // The one sampler that all particles came from, or how many came from which.
+  samplers(row, session) {
+    const samples = samplesOf(session, row) ?? [];
+    const used = samples.filter((count) => count > 0);
+    return used.length === 1 ? `${samplers(session)[samples.indexOf(used[0])].name} ${used[0]}` : `mixed ${samples.join(" | ")}`;
+  },
+  value(row, _, { series, sd, unit }) {
+    const value = quantity(valueOf(row, series), unit);
+    return withUnit(value === number(null) || !sd ? value : `${value} ± ${quantity(valueOf(row, sd), unit)}`, unit);
+  },
+  interval(row, _, { series, unit }) {
+    const [low, high] = [0, 1].map((end) => quantity(valueOf(row, series, end), unit));
+    return withUnit(low === number(null) ? low : `${low} to ${high}`, unit);
+  },
+  // The first component of the most probable one, and how probable it is.
+  hypotheses(row, _, { series, unit }) {
+    const { values = [], weights: known = [] } = hypothesesOf(row, series) ?? {};
+    if (known.length === 0) return number(null);
+    const weights = known.map((weight) => weight ?? 0);
+    const best = weights.indexOf(Math.max(...weights));
+    return `${several([values[best][0]], unit)}, ${number(100 * weights[best], 0)} %, one of ${weights.length}`;
+  },
+  count(row, session, { series }) {
+    const flags = vectorOf(row, series);
+    return `${flags.filter((flag) => flag === 1).length} of ${declared(session, series)?.components.length || flags.length}`;
+  },
+};
+
+/**
+ * @param {(number|null)[]} values
+ * @param {string} unit
+ */
+function several(values, unit) {
+  return withUnit(values.map((value) => quantity(value, unit)).join(", "), unit);
 }
 
 /**
@@ -256,63 +263,6 @@ export function readingWords(reading, row, session) {
  */
 function withUnit(text, unit) {
   return unit && text !== number(null) ? `${text} ${unit}` : text;
-}
-
-/**
- * @param {Row} row
- * @param {SessionPublic} session
- */
-function particles(row, session) {
-  const [count, ess] = [numberOf(session, "particles", row), numberOf(session, "ess", row)];
-  return [count, ess !== null && `ESS ${number(ess, 0)}`].filter((part) => part !== null && part !== false).join(", ");
-}
-
-/**
- * The one sampler that all particles came from, or how many came from which.
- *
- * @param {Row} row
- * @param {SessionPublic} session
- */
-function proposal(row, session) {
-  const samples = samplesOf(session, row) ?? [];
-  const used = samples.filter((count) => count > 0);
-  return used.length === 1 ? `${samplers(session)[samples.indexOf(used[0])].name} ${used[0]}` : `mixed ${samples.join(" | ")}`;
-}
-
-/**
- * A number with its standard deviation, if it has one.
- *
- * @param {Row} row
- * @param {Reading} reading
- */
-function withSpread(row, { series, sd, unit }) {
-  const value = quantity(valueOf(row, series), unit);
-  return value === number(null) || !sd ? value : `${value} ± ${quantity(valueOf(row, sd), unit)}`;
-}
-
-/**
- * The ends of an interval.
- *
- * @param {Row} row
- * @param {Reading} reading
- */
-function between(row, { series, unit }) {
-  const [low, high] = [0, 1].map((end) => quantity(valueOf(row, series, end), unit));
-  return low === number(null) ? low : `${low} to ${high}`;
-}
-
-/**
- * The first component of the most probable hypothesis, and how probable it is.
- *
- * @param {Row} row
- * @param {Reading} reading
- */
-function mostProbable(row, { series, unit }) {
-  const { values = [], weights: known = [] } = hypothesesOf(row, series) ?? {};
-  if (known.length === 0) return number(null);
-  const weights = known.map((weight) => weight ?? 0);
-  const best = weights.indexOf(Math.max(...weights));
-  return `${withUnit(quantity(values[best][0], unit), unit)}, ${number(100 * weights[best], 0)} %, one of ${weights.length}`;
 }
 
 /**
@@ -326,7 +276,11 @@ export function state(history, session) {
   const row = history.at(session.position);
   if (!row) return ["not computed yet", "unknown"];
   const { searching, lost, hidden } = row;
-  if (isGone(row)) return [lossWords(row, session), "lost"];
+  if (isGone(row)) {
+    const doing = searching ? `, looking for the ${session.target}` : "";
+    const byTruth = searching ? "truth and tracker" : "truth";
+    return [`lost since ${row.lost_since}${doing} (by ${lost ? byTruth : "the tracker"})`, "lost"];
+  }
   if (searching) return [`held (by truth), looking for the ${session.target} (by the tracker)`, "unknown"];
   const source = lost === null ? "by the tracker" : "by truth";
   if (wasSearching(history, session)) return [`${session.target} found again (${source})`, "good"];
@@ -337,26 +291,12 @@ export function state(history, session) {
 }
 
 /**
- * Since when the target is lost, and who says so.
- *
- * @param {Row} row
- * @param {SessionPublic} session
- */
-function lossWords(row, session) {
-  const doing = row.searching ? `, looking for the ${session.target}` : "";
-  const byTruth = row.searching ? "truth and tracker" : "truth";
-  return `lost since ${row.lost_since}${doing} (by ${row.lost ? byTruth : "the tracker"})`;
-}
-
-/**
  * Whether the tracker looked for its target a moment ago: for a second of the run, so that it can be read.
  *
  * @param {History} history
  * @param {SessionPublic} session
  */
 function wasSearching(history, { position, frame_rate_hz: frameRate }) {
-  for (let frame = position - 1; frame >= Math.max(0, position - frameRate); frame -= 1) {
-    if (history.at(frame)?.searching) return true;
-  }
-  return false;
+  const frames = Array.from({ length: Math.min(position, Math.ceil(frameRate)) }, (_, back) => position - 1 - back);
+  return frames.some((frame) => history.at(frame)?.searching);
 }
