@@ -3,10 +3,10 @@
 import { messageOf, request } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
 import { plainAxis } from "../shared/figure/axes.js";
-import { miniature } from "../shared/figure/figure.js";
+import { StillFigure } from "../shared/figure/figure.js";
 import { lineOver } from "../shared/figure/kinds.js";
 import { quantity } from "../shared/format.js";
-import { Loaded, Made, showPage } from "../shared/page.js";
+import { Loaded, showPage } from "../shared/page.js";
 import { PresentationButton } from "../shared/presentation.js";
 import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
 import { differenceText } from "./words.js";
@@ -70,8 +70,9 @@ function Curve({ course: { unit, failing, cured }, frame }) {
   const [most, mostCured] = [failing, cured].map((run) => `up to ${quantity(largestOf(run), unit)} ${unit}`);
   const [final, finalCured] = [failing, cured].map(({ errors }) => `in the end ${quantity(errors.at(-1) ?? null, unit)} ${unit}`);
   const words = `Error over ${last + 1} frames. It fails after frame ${frame}: ${most}, ${final}. Cured: ${mostCured}, ${finalCured}.`;
+  const panel = { x: plainAxis({ low: 0, high: last, hidden: true }), y: plainAxis({ low: 0, high: largest, hidden: true }), traces };
   return html`<figure class="curve">
-    ${h(Made, { make: (gone) => miniature({ x: plainAxis({ low: 0, high: last }), y: plainAxis({ low: 0, high: largest }), traces }, words, gone) })}
+    ${h(StillFigure, { kind: "figure-miniature", words, panels: [panel] })}
     <figcaption><span class="key failing">fails, ${most}</span><span class="key cured">cured, ${mostCured}</span></figcaption>
   </figure>`;
 }

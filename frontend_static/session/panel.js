@@ -93,15 +93,10 @@ function Amount({ useful, ...field }) {
 export function NumberBox({ label, hint, min, max, step, value, propose }) {
   const typed = useSignal(/** @type {string|null} */ (null));
   const type = onField((box) => (typed.value = box.value));
-  const finish = onField((box) => {
-    const number = box.valueAsNumber;
-    typed.value = null;
+  const leave = () => (typed.value = null);
+  const finish = onField(({ valueAsNumber: number }) => {
+    leave();
     if (Number.isFinite(number)) propose(number);
-    else box.value = shown(value);
-  });
-  const leave = onField((box) => {
-    if (typed.value !== null) box.value = shown(value);
-    typed.value = null;
   });
   // It belongs to no form: its step is that of the arrows, and no bound for what is typed.
   const look = { min, max, form: "", step: step ?? "any", "aria-description": hint, value: typed.value ?? shown(value) };
@@ -156,14 +151,14 @@ const HINT = "Forty runs with other random numbers on the same scene: the 10, 50
 function OtherSeeds({ view: { store, signal: end } }) {
   const isOn = useSignal(false);
   const exploration = useMemo(() => new Exploration(store, end), []);
-  const settings = useComputed(() => (store.session === null ? "" : settingsOf(store.session)));
+  const settings = useComputed(() => settingsOf(store.session));
   useSignalEffect(() => {
     if (isOn.value && settings.value !== "") return later(() => exploration.begin({ kind: "ensemble" }), SETTLE_MS, end);
     exploration.stop();
-    exploration.job.value = null;
+    exploration.found.value = null;
     return undefined;
   });
-  const result = exploration.job.value?.result;
+  const result = exploration.found.value?.result;
   const bands = result && "holding" in result ? result : null;
   useEffect(() => {
     store.ensemble.value = bands;
@@ -277,8 +272,9 @@ function firstOf({ about, recipe, tracker }, read) {
  * @param {{session: SessionPublic}} props
  */
 function Effect({ session: { branch_point: frame, position, frames, playing } }) {
-  const end = frame !== null && position === frames - 1 && `The run has ended. A change runs it again from frame ${frame}, as a branch.`;
-  return html`<p class="control-effect" role="status" hidden=${frame === null || playing}>${end || `A change at frame ${frame} makes a branch.`}</p>`;
+  const isAtEnd = position === frames - 1;
+  const effect = isAtEnd ? `The run has ended. A change runs it again from frame ${frame}, as a branch.` : `A change at frame ${frame} makes a branch.`;
+  return html`<p class="control-effect" role="status">${frame !== null && !playing && effect}</p>`;
 }
 
 /**

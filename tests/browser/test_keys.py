@@ -111,6 +111,7 @@ def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Ser
     server.seek(shown.id, 60)
     shown.stands_at(60)
     said.wait_for(state="hidden")
+    assert said.text_content() == ""
     server.seek(shown.id, 40)
     said.get_by_text("A change at frame 40 makes a branch").wait_for()
     server.seek(shown.id, 89)

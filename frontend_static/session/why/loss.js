@@ -3,33 +3,34 @@
  * the picture and the tab in the place of the plots show the answers.
  */
 
-import { cancelJob, followJob, jobOf, messageOf, request, sendCommand } from "../../shared/api.js";
+import { cancelJob, followJob, messageOf, request, sendCommand } from "../../shared/api.js";
 import { attempt } from "../../shared/dom.js";
-import { later } from "../../shared/timing.js";
+import { follow, later } from "../../shared/timing.js";
 import { isParticipant } from "../../shared/visitor.js";
 import { batch, computed, effect, signal } from "../../vendor/preact.js";
 import { isGone } from "../store.js";
 
 /** @import { Value } from "../../shared/format.js" */
-/** @import { Diagnosis, ExplorationCreate, ExplorationJob, Report, SessionPublic, ToldFinding } from "../../shared/messages.js" */
+/** @import { Bands, Explanation, ExplorationCreate, ExplorationJob, Report, SessionPublic, ToldFinding } from "../../shared/messages.js" */
 /** @import { Mounted } from "../mount.js" */
 /** @import { Store } from "../store.js" */
 
 // An exploration: work of the server beside a session. The page polls it for its findings, and ends it when it no longer needs
-// them. Findings stay until there are newer ones; they are stale once the session's run has changed.
+// them. Findings stay until there are newer ones; they are stale while the session's run is another one.
 
-/** The server forgets a finished job a little later. */
-const KEPT_MS = 590_000;
+/** @typedef {{result: Report|Bands, branch: string, run: string}} Found What was found, and about which run. */
 
 export class Exploration {
-  /** The newest job, with the newest findings of any job. */
+  /** The newest job. */
   job = signal(/** @type {ExplorationJob|null} */ (null));
+  /** The newest findings of any job. */
+  found = signal(/** @type {Found|null} */ (null));
   /** Why there are no findings, a sentence. */
   error = signal("");
   #store;
   #wanted = new AbortController();
-  /** Until when the server knows the job. */
-  #until = Infinity;
+  /** What was asked last, about which run; empty where that has failed or was stopped. */
+  #asked = "";
 
   /**
    * @param {Store} store Of the session.
@@ -46,57 +47,61 @@ export class Exploration {
     return this.job.value?.state === "working";
   }
 
+  get isStale() {
+    return this.found.value !== null && this.found.value.run !== settingsOf(this.#store.session);
+  }
+
   /**
-   * Begin a new job, and end the one under way.
+   * Begin a new job, and end the one under way; nothing happens where the same is known or under way.
    *
    * @param {ExplorationCreate} body
    */
   async begin(body) {
+    const run = settingsOf(this.#store.session);
+    const asked = JSON.stringify([run, body]);
+    if (asked === this.#asked) return;
     this.stop();
     const wanted = (this.#wanted = new AbortController());
+    this.#asked = asked;
     this.error.value = "";
-    this.#until = Infinity;
     try {
       const begun = await request("POST sessions/{session}/explorations", { session: this.#store.known.id, body });
       if (wanted.signal.aborted) {
         cancelJob(begun.id);
         return;
       }
-      this.#take(begun);
-      await followJob(begun, (now) => now && this.#take(now), wanted.signal);
-      if (!wanted.signal.aborted) this.#until = performance.now() + KEPT_MS;
+      this.#take(begun, run);
+      await followJob(begun, (now) => now && this.#take(now, run), wanted.signal);
     } catch (error) {
-      if (!wanted.signal.aborted) this.error.value = messageOf(error);
+      if (!wanted.signal.aborted) this.#fail(messageOf(error));
     }
   }
 
   /** End the job under way; its findings stay. */
   stop() {
     this.#wanted.abort();
+    this.#asked = "";
     const job = this.job.peek();
     if (job?.state !== "working") return;
-    this.#until = 0;
     cancelJob(job.id);
     this.job.value = { ...job, state: "done" };
   }
 
-  /** Ask whether the findings are still about the session's run. */
-  async look() {
-    const job = this.job.peek();
-    if (job === null) return;
-    const gone = { ...job, stale: true };
-    /** @type {Promise<ExplorationJob>} */
-    const asked = performance.now() > this.#until ? Promise.resolve(gone) : jobOf(job.id);
-    const now = await asked.catch(() => gone);
-    if (this.job.peek()?.id === job.id) this.#take(now);
+  /** @param {string} words */
+  #fail(words) {
+    this.error.value = words;
+    this.#asked = "";
   }
 
-  /** @param {ExplorationJob} now */
-  #take(now) {
-    const before = this.job.peek();
+  /**
+   * @param {ExplorationJob} now
+   * @param {string} run
+   */
+  #take(now, run) {
     batch(() => {
-      this.job.value = now.result === null && before?.result ? { ...now, result: before.result, branch: before.branch, stale: true } : now;
-      if (now.state === "failed") this.error.value = now.error ?? "This could not be found out.";
+      this.job.value = now;
+      if (now.result !== null) this.found.value = { result: now.result, branch: now.branch, run };
+      if (now.state === "failed") this.#fail(now.error ?? "This could not be found out.");
     });
     // Changes to another branch can still be tried; changes to a run that was replaced cannot.
     if (now.stale && now.branch === this.#store.known.branch) this.stop();
@@ -104,11 +109,13 @@ export class Exploration {
 }
 
 /**
- * All that determines the runs with other seeds.
+ * All that determines the active branch's run, and runs with other seeds; empty until that is known.
  *
- * @param {SessionPublic} session
+ * @param {SessionPublic|null} session
  */
-export function settingsOf({ branch, recipe, restarts, timeline }) {
+export function settingsOf(session) {
+  if (session === null) return "";
+  const { branch, recipe, restarts, timeline } = session;
   return JSON.stringify([branch, recipe.seed, recipe.tracker, restarts, timeline]);
 }
 
@@ -118,10 +125,8 @@ const SETTLE_MS = 300;
 export class Loss {
   view;
   exploration;
-  /** Why the target was lost, for the loss that was asked about last. */
-  diagnosis = signal(/** @type {Diagnosis|null} */ (null));
-  /** The frame from which to watch that loss. */
-  before = signal(/** @type {number|null} */ (null));
+  /** Why the target was lost, for the loss that was asked about last, and from where to watch it. */
+  explanation = signal(/** @type {Explanation|null} */ (null));
   /** Why the server could not say why. */
   refusal = signal("");
   /** What is shown in the place of the plots. */
@@ -131,8 +136,6 @@ export class Loss {
   /** @type {Record<string, Value>} Of the explored run. */
   parameters = {};
   #asked = new AbortController();
-  /** @type {number|null} First frame of the explored loss. */
-  #frame = null;
   /** The run with a loss that a person chose to ask about; the page then asks about no other one by itself. */
   #chosen = "";
 
@@ -146,28 +149,26 @@ export class Loss {
       const { history } = store;
       return this.isLost.value ? `${store.known.branch} ${history.spans(isGone).length} ${isGone(history.at(history.length - 1))}` : "";
     });
-    const endings = [
-      effect(() => (losses.value === "" ? undefined : later(() => this.#chosen !== this.#run.value && this.ask(), SETTLE_MS, end))),
-      effect(() => (this.#run.value === "" ? undefined : later(() => this.exploration.look(), SETTLE_MS, end))),
+    const stop = effect(() => {
+      if (losses.value === "") return undefined;
+      return later(() => this.#chosen !== settingsOf(store.session) && this.ask(), SETTLE_MS, end);
+    });
+    const leave = () => {
       // Why belongs to one branch.
-      effect(() => {
-        if (store.session?.branch !== undefined && this.tab.peek() === "why") this.tab.value = null;
-      }),
-      // An answer that comes after the end begins nothing.
-      () => this.#asked.abort(),
-    ];
-    for (const ending of endings) end.addEventListener("abort", ending);
+      if (this.tab.value === "why") this.tab.value = null;
+    };
+    follow(() => store.session?.branch, leave, end);
+    // An answer that comes after the end begins nothing.
+    for (const ending of [stop, () => this.#asked.abort()]) end.addEventListener("abort", ending);
   }
-
-  #run = computed(() => (this.view.store.session === null ? "" : settingsOf(this.view.store.session)));
 
   /** Whether the active branch has lost its target anywhere. */
   isLost = computed(() => this.view.store.isAwake && this.view.store.knowsLoss);
 
   /** What would have saved the run, as far as that is known. */
   report = computed(() => {
-    const result = this.exploration.job.value?.result ?? null;
-    return result !== null && "findings" in result ? /** @type {Report} */ (result) : null;
+    const result = this.exploration.found.value?.result ?? null;
+    return result !== null && "findings" in result ? result : null;
   });
 
   /** Whether changes can be tried: not by participants of a class, and not on a replay, which no change alters. */
@@ -188,49 +189,34 @@ export class Loss {
   /** @param {number} [frame] The first lasting loss if not given. */
   async ask(frame) {
     if (!this.view.able) return;
-    this.#chosen = frame === undefined ? "" : this.#run.value;
+    const { store } = this.view;
+    this.#chosen = frame === undefined ? "" : settingsOf(store.session);
     this.#asked.abort();
     const { signal: now } = (this.#asked = new AbortController());
     try {
-      const { diagnosis, before } = await request("GET sessions/{session}/explanation", { session: this.view.store.known.id, frame });
+      const explanation = await request("GET sessions/{session}/explanation", { session: store.known.id, frame });
       if (now.aborted) return;
-      batch(() => {
-        this.diagnosis.value = diagnosis;
-        this.before.value = before;
-        this.refusal.value = "";
-      });
-      if (diagnosis.lost && this.offersChanges) await this.#explore(diagnosis.frame, now);
+      this.explanation.value = explanation;
+      this.refusal.value = "";
+      if (!explanation.diagnosis.lost || !this.offersChanges) return;
+      this.parameters = { ...store.known.parameters };
+      await this.exploration.begin({ kind: "what-if", frame: explanation.diagnosis.frame });
     } catch (error) {
       if (!now.aborted) this.refusal.value = messageOf(error);
     }
   }
 
-  /**
-   * Try what would have saved the run, unless that is known or under way.
-   *
-   * @param {number|null} frame
-   * @param {AbortSignal} now
-   */
-  async #explore(frame, now) {
-    await this.exploration.look();
-    const job = this.exploration.job.peek();
-    if (now.aborted || (job !== null && !job.stale && frame === this.#frame)) return;
-    this.#frame = frame;
-    this.parameters = { ...this.view.store.known.parameters };
-    await this.exploration.begin({ kind: "what-if", frame });
-  }
-
   /** Whether to offer another try: the last one failed, was stopped, or is about a run that has changed since. */
   get isCut() {
-    const { error, isWorking, job } = this.exploration;
-    return this.isLost.value && !isWorking && (error.value !== "" || job.value?.stale === true);
+    const { error, isStale, isWorking } = this.exploration;
+    return this.isLost.value && !isWorking && (error.value !== "" || isStale);
   }
 
   /** Whether a change can be opened as a branch: the run that it belongs to still exists. */
   get canTry() {
-    const { known } = this.view.store;
-    const job = this.exploration.job.value;
-    return job !== null && (!job.stale || (job.branch !== known.branch && known.branches.some(({ id }) => id === job.branch)));
+    const { branch: active, branches } = this.view.store.known;
+    const { found: { value: found }, isStale } = this.exploration;
+    return found !== null && (!isStale || (found.branch !== active && branches.some(({ id }) => id === found.branch)));
   }
 
   /**
@@ -240,10 +226,10 @@ export class Loss {
    */
   async tryOut({ values, seed, title }) {
     const { store, commands } = this.view;
-    const [job, report] = [this.exploration.job.peek(), this.report.peek()];
-    if (job === null || report === null) return;
+    const [found, report] = [this.exploration.found.peek(), this.report.peek()];
+    if (found === null || report === null) return;
     if (this.isAway.peek() === false) this.isAway.value = null;
-    if (job.branch !== store.known.branch) await commands.activate(job.branch);
+    if (found.branch !== store.known.branch) await commands.activate(found.branch);
     const made = await commands.branch({ frame: report.begin, values, seed, title });
     if (made) await attempt(() => sendCommand(store.known.id, { kind: "seek", frame: report.end }));
   }

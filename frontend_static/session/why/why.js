@@ -2,10 +2,9 @@
 
 import { IconButton } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
-import { miniature } from "../../shared/figure/figure.js";
+import { StillFigure } from "../../shared/figure/figure.js";
 import { lineOver } from "../../shared/figure/kinds.js";
 import { number, quantity } from "../../shared/format.js";
-import { Made } from "../../shared/page.js";
 import { newSweep } from "../../shared/share_link.js";
 import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
 
@@ -17,9 +16,9 @@ import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
 
 /** @param {{loss: Loss}} props */
 export function LostCard({ loss }) {
-  const { before, diagnosis, isAway, isLost, tab, view } = loss;
-  const told = diagnosis.value;
-  if (told === null || !told.lost) return null;
+  const { explanation, isAway, isLost, tab, view } = loss;
+  const { before = null, diagnosis: told } = explanation.value ?? {};
+  if (!told?.lost) return null;
   // An open tab shows the same.
   const isOpen = !(isAway.value ?? (!isLost.value || tab.value !== null));
   const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
@@ -35,7 +34,7 @@ export function LostCard({ loss }) {
       <footer>
         <button type="button" onClick=${() => loss.open()}>Why</button>
         ${loss.offersChanges && html`<button type="button" onClick=${() => (tab.value = "what-if")}>What if…</button>`}
-        <button type="button" title="Shortly before the loss" onClick=${() => view.steering.seek(before.value ?? 0)}>Go to frame ${before}</button>
+        <button type="button" title="Shortly before the loss" onClick=${() => view.steering.seek(before ?? 0)}>Go to frame ${before}</button>
       </footer>
     </details>
   </section>`;
@@ -47,18 +46,17 @@ export function LostCard({ loss }) {
  * @param {{loss: Loss, ofScene: boolean}} props
  */
 function Cure({ loss, ofScene }) {
-  const { exploration, report } = loss;
+  const { exploration: { isStale }, report } = loss;
   const findings = report.value?.findings.filter(({ kind }) => (ofScene ? kind === "world" : !["world", "seeds"].includes(kind))) ?? [];
   // The scene of a recording cannot change.
   if (ofScene && findings.length === 0) return null;
   const best = findings.find(({ verdict }) => verdict === "better");
-  const of = ofScene ? "Scene" : "Tracker";
-  const why = best === undefined && without(loss, findings.length === 0 || findings.some(({ verdict }) => verdict === "few"));
-  if (best === undefined) return html`<li><span class="of">${of}</span> <span class="hint">${why}</span></li>`;
-  return html`<li data-stale=${String(exploration.job.value?.stale)}>
-    <span class="of">${of}</span>
-    <span class="change"><strong>${best.title}</strong> ${best.shares} ${exploration.job.value?.stale && h(Stale, {})}</span>
-    ${h(TryOut, { loss, finding: best })}
+  const isOpen = findings.length === 0 || findings.some(({ verdict }) => verdict === "few");
+  return html`<li data-stale=${String(best !== undefined && isStale)}>
+    <span class="of">${ofScene ? "Scene" : "Tracker"}</span>
+    ${best === undefined && html`<span class="hint">${without(loss, isOpen)}</span>`}
+    ${best && html`<span class="change"><strong>${best.title}</strong> ${best.shares} ${isStale && h(Stale, {})}</span>`}
+    ${best && h(TryOut, { loss, finding: best })}
   </li>`;
 }
 
@@ -91,18 +89,19 @@ const TRIALS = 40;
 
 /** @param {{loss: Loss}} props */
 function WhatIf({ loss }) {
-  const { diagnosis, exploration, report } = loss;
+  const { explanation, exploration, report } = loss;
   const [job, found, error] = [exploration.job.value, report.value, exploration.error.value];
+  const frame = explanation.value?.diagnosis.frame;
   // The findings may be about another loss than *Why?* was asked about last.
-  const which = found?.loss === diagnosis.value?.frame ? "" : found?.loss_sentence;
+  const which = found?.loss === frame ? "" : found?.loss_sentence;
   const words = found === null ? error || "Going back to before the loss…" : `${which} ${found.sentence} ${error}`;
   const stop = () => {
     exploration.stop();
     exploration.error.value = "Stopped.";
   };
-  const again = () => loss.ask(diagnosis.value?.frame ?? undefined);
-  return html`<div class="what-if" data-stale=${String(job?.stale)}>
-    <p class="what-if-status" role="status">${words} ${job?.stale && h(Stale, {})}</p>
+  const again = () => loss.ask(frame ?? undefined);
+  return html`<div class="what-if" data-stale=${String(exploration.isStale)}>
+    <p class="what-if-status" role="status">${words} ${exploration.isStale && h(Stale, {})}</p>
     ${exploration.isWorking && html`<div class="what-if-progress">
       <progress aria-label="Runs carried out" max=${job?.total || 1} value=${job?.done}></progress>
       <button type="button" class="quiet" onClick=${stop}>Stop</button>
@@ -227,8 +226,8 @@ export function WhyButton({ loss }) {
 
 /** @param {{loss: Loss}} props */
 function Why({ loss }) {
-  const { diagnosis, refusal, view } = loss;
-  const told = diagnosis.value;
+  const { explanation, refusal, view } = loss;
+  const told = explanation.value?.diagnosis ?? null;
   const ask = () => loss.ask(view.store.known.position);
   const signs = told?.signs.map((sign) => h(Signed, { key: `${sign.title} ${sign.since}`, sign, go: () => view.steering.seek(sign.since) }));
   const words = told === null ? html`<div class="late"><div class="bone shimmer"></div></div>` : html`<p class="why-sentence">${told.sentence}</p>${signs}`;
@@ -264,10 +263,10 @@ function Course({ column: { title, unit, first, values }, since }) {
     lineOver({ x: [since, since], y: [low, high], ink: "lost", width: 1.5, dashed: true }),
     lineOver({ x, y, ink: "estimate", width: 2 }),
   ];
-  const axes = { x: plainAxis({ low: first, high: Math.max(last, first + 1) }), y: plainAxis({ low, high: high > low ? high : low + 1 }) };
-  const make = (/** @type {AbortSignal} */ end) => miniature({ ...axes, traces }, words, end);
+  const [across, up] = [{ low: first, high: Math.max(last, first + 1) }, { low, high: high > low ? high : low + 1 }];
+  const panel = { x: plainAxis({ ...across, hidden: true }), y: plainAxis({ ...up, hidden: true }), traces };
   return html`<figure class="evidence" title=${words}>
-    ${h(Made, { key: words, make })}
+    ${h(StillFigure, { kind: "figure-miniature", words, panels: [panel] })}
     <figcaption><span>${title}</span><span>${range}</span></figcaption>
   </figure>`;
 }

@@ -4,18 +4,17 @@
  * be turned are elements of the page, which can be read, focused and enlarged.
  */
 
-import { useLayoutEffect, useRef } from "../../vendor/preact.js";
+import { html, useLayoutEffect, useRef } from "../../vendor/preact.js";
 import { build, fill, Tooltip } from "../dom.js";
 import { onTheme, tokens, watchCanvasSize } from "../theme.js";
-import { isSame, scales } from "./axes.js";
-import { KINDS } from "./kinds.js";
+import { isSame } from "./axes.js";
 import { LOOKS } from "./paint.js";
 import { PanelView } from "./panel.js";
 
 /** @import { Child } from "../elements.js" */
 /** @import { Style } from "./axes.js" */
 /** @import { Mark } from "./handle.js" */
-/** @import { Axis, Cell, Figure, Line, Panel } from "./traces.js" */
+/** @import { Cell, Figure, Panel } from "./traces.js" */
 
 /** @typedef {{title: string, unit: string, minimum: number|null, maximum: number|null, step: number|null}} Declared */
 
@@ -44,8 +43,6 @@ import { PanelView } from "./panel.js";
 /** A figure below the first width, or with panels below the second, stacks them; in units of the size of the letters. */
 const [NARROW, NARROW_PANEL] = [34, 19];
 const SMALLER = 13 / 16;
-/** Between the lines of a miniature and its edges, px. */
-const INSET = 2;
 const FURNITURE = /** @type {const} */ (["ink", "muted", "line", "edge", "surface", "accent"]);
 
 export class FigureView {
@@ -271,30 +268,21 @@ export function useFigure(on, setting) {
   return { room, figure };
 }
 
+/** Letters of a still figure, in the size of the page's. */
+const SMALL = 11 / 16;
+
 /**
- * Lines without axes, where a panel does not fit. Words say what the axes would.
+ * A small figure in which nothing can be turned: panels one above the other.
  *
- * @param {{x: Axis, y: Axis, traces: readonly Line[]}} panel
- * @param {string} words For screen readers.
- * @param {AbortSignal} signal Nothing is painted after it.
+ * @param {{kind: string, words: string, panels: readonly Pick<Panel, "x"|"y"|"traces">[]}} props `kind` is a class of the style
+ *     sheet, the words are for screen readers.
  */
-export function miniature({ x, y, traces }, words, signal) {
-  const canvas = build("canvas", {});
-  const place = build("div", { class: "figure-miniature", role: "img", "aria-label": words }, canvas);
-  const paint = () => {
-    const { clientWidth: width, clientHeight: height } = place;
-    const pen = canvas.getContext("2d");
-    if (pen === null || width === 0 || height === 0) return;
-    pen.setTransform(canvas.width / width, 0, 0, canvas.height / height, 0, 0);
-    pen.clearRect(0, 0, width, height);
-    const box = { left: INSET, top: INSET, width: width - 2 * INSET, height: height - 2 * INSET };
-    const sheet = { pen, box, ...scales({ x, y }, box), axes: { x, y }, ink: tokens(...traces.map(({ ink }) => ink)), unit: 1, cased: false };
-    for (const trace of traces) KINDS.line.paint(sheet, trace, traces);
-  };
-  watchCanvasSize(place, (room) => {
-    Object.assign(canvas, room);
-    paint();
-  }, signal);
-  onTheme(paint, signal);
-  return place;
+export function StillFigure({ kind, words, panels }) {
+  const { room, figure } = useFigure({}, { isCompact: true, letters: SMALL });
+  useLayoutEffect(() => {
+    /** @type {Panel[]} */
+    const all = panels.map((panel, row) => ({ id: String(row), title: "", words: "", handles: [], row, share: [1, 1], ...panel }));
+    figure.current?.show({ panels: all }, { locked: true });
+  }, [panels]);
+  return html`<div ref=${room} class=${kind} role="img" aria-label=${words}></div>`;
 }
