@@ -8,7 +8,7 @@ import { Overlay } from "../session/flat/drawing.js";
 import { Mounted } from "../session/mount.js";
 import { OVERLAID } from "../session/plots/kinds.js";
 import { plots } from "../session/plots/plots.js";
-import { Scrubber } from "../session/scrubber/scrubber.js";
+import { scrubber } from "../session/scrubber.js";
 import { listen, moves } from "../session/keys.js";
 import { arrange, OwnSession, SessionStart } from "../session/session_start.js";
 import { transport } from "../session/transport.js";
@@ -117,7 +117,7 @@ export class JointView {
     const place = build("div", { class: kind });
     const places = arrange(place, this.#readOnly ? ["scrubber"] : ["transport", "scrubber"]);
     if (places.transport) transport(places.transport, this, extra);
-    if (places.scrubber) new Scrubber(places.scrubber, this);
+    if (places.scrubber) scrubber(places.scrubber, this);
     return place;
   }
 

@@ -6,73 +6,32 @@
 import { messageOf, sendCommand } from "../shared/api.js";
 import { IconButton } from "../shared/dom.js";
 import { plainAxis } from "../shared/figure/axes.js";
-import { useFigure } from "../shared/figure/figure.js";
-import { lineOver } from "../shared/figure/kinds.js";
+import { StillFigure } from "../shared/figure/figure.js";
+import { lineOver, linksOver } from "../shared/figure/kinds.js";
 import { count, number, quantity } from "../shared/format.js";
 import { gradient, viridis } from "../shared/theme.js";
 import { follow, NewestRequest, throttle } from "../shared/timing.js";
-import { h, html, signal, useEffect, useLayoutEffect, useRef } from "../vendor/preact.js";
+import { h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 
-/** @import { Panel } from "../shared/figure/traces.js" */
 /** @import { Amount, Contributions, Course, GenealogyPublic, Histograms, Inspect, InspectionPublic, ParticleFinding } from "../shared/messages.js" */
 /** @import { PatchesPublic, Residual } from "../shared/messages.js" */
-/** @import { Child } from "../vendor/preact.js" */
+/** @import { Component } from "../vendor/preact.js" */
 /** @import { Mounted } from "./mount.js" */
 
 // Figures of a look into the frame: numbers with a limit over the last frames, and the ancestors of the present particles.
 
-const LETTERS = 11 / 16;
 const SPACE = 1.1;
 /** Of so few frames each is numbered. */
 const FEW = 4;
 /** Lines that run close together still stand apart. */
 const OPACITY = 0.6;
-const PANEL = { title: "", handles: [], words: "" };
 
-/** @param {{label: string, panels: Panel[]}} props */
-function Figure({ label, panels }) {
-  const { room, figure } = useFigure({}, { isCompact: true, letters: LETTERS });
-  useLayoutEffect(() => figure.current?.show({ panels }, { locked: true }), [panels]);
-  return html`<div ref=${room} class="lineage" role="img" aria-label=${label}></div>`;
-}
-
-/**
- * Numbers such as the normalised innovation squared of a Kalman filter.
- *
- * @param {{courses: readonly Course[]}} props
- */
-function Courses({ courses }) {
-  return html`<section class="inspection-course">
-    <h3>${courses.map(({ title }) => title).join(", ")}</h3>
-    ${h(Figure, { label: "The number over the last frames, and its limit", panels: courses.map(coursePanel) })}
-  </section>`;
-}
-
-/**
- * The ancestors as lines that lead back and meet: how soon, shows impoverishment.
- *
- * @param {{genealogy: GenealogyPublic, frame: number}} props
- */
-function Genealogy({ genealogy, frame }) {
-  const label = "The ancestors of the particles of this frame, as lines that lead back and meet";
-  return html`<section class="inspection-genealogy">
-    <h3>Genealogy</h3>
-    ${h(Figure, { label, panels: [genealogyPanel(genealogy, frame)] })}
-    <p class="small">${genealogyWords(genealogy)}</p>
-  </section>`;
-}
-
-/**
- * @param {Course} course
- * @param {number} row
- * @returns {Panel}
- */
-function coursePanel({ title, limit, first, values }, row) {
+/** @param {Course} course */
+function coursePanel({ title, limit, first, values }) {
   const x = values.map((_, place) => first + place);
   const y = values.map((value) => value ?? NaN);
   const last = first + values.length - 1;
   return {
-    ...{ ...PANEL, id: title, row, share: [1, 1] },
     x: plainAxis({ low: first, high: last }),
     y: plainAxis({ low: 0, high: SPACE * Math.max(limit, ...y.filter(Number.isFinite)) }),
     traces: [
@@ -85,25 +44,20 @@ function coursePanel({ title, limit, first, values }, row) {
 /**
  * @param {GenealogyPublic} genealogy
  * @param {number} frame
- * @returns {Panel}
  */
 function genealogyPanel({ first, lines }, frame) {
-  const steps = lines.flatMap((line) => line.slice(1).map((height, place) => ({ x0: first + place, y0: line[place] ?? NaN, y1: height ?? NaN })))
-    .filter(({ y0 }) => !Number.isNaN(y0));
+  const all = lines.flatMap((line) => line.slice(1).map((height, place) => {
+    const [x0, y0] = [first + place, line[place] ?? NaN];
+    return { x0, y0, x1: x0 + 1, y1: height ?? NaN, opacity: OPACITY };
+  }));
   // Where lines have met they are one.
-  const edges = [...new Map(steps.map((step) => [`${step.x0} ${step.y0} ${step.y1}`, step])).values()];
+  const links = [...new Map(all.map((link) => [`${link.x0} ${link.y0} ${link.y1}`, link])).values()];
   // Every frame has its number where there are few: there is nothing between two of them.
   const ticks = Array.from({ length: frame - first + 1 }, (_, place) => ({ at: first + place, text: String(first + place) }));
   return {
-    ...{ ...PANEL, id: "genealogy", row: 0, share: [1, 1] },
     x: plainAxis({ low: first, high: frame, ...(frame - first <= FEW && { ticks }) }),
     y: plainAxis({ low: 0, high: 1, ticks: [] }),
-    traces: [
-      {
-        ...{ kind: "segments", title: "", name: "ancestors", ink: "estimate", opacity: edges.map(() => OPACITY) },
-        ...{ x0: edges.map(({ x0 }) => x0), y0: edges.map(({ y0 }) => y0), x1: edges.map(({ x0 }) => x0 + 1), y1: edges.map(({ y1 }) => y1) },
-      },
-    ],
+    traces: [linksOver({ name: "ancestors", ink: "estimate", links })],
   };
 }
 
@@ -121,26 +75,32 @@ function genealogyWords({ first, counts, coalesced, lines }) {
 const MOST_SD = 4;
 const HIGH = 40;
 
-/** @param {{found: InspectionPublic}} props */
-export function Findings({ found }) {
-  const { courses, frame, genealogy, scale } = found;
-  return html`
-    ${scale && h(ColourBar, { scale })}
-    <div class="inspection-card" role="status" aria-live="off">${numbers(found)}</div>
-    ${courses.length > 0 && h(Courses, { courses })}
-    ${genealogy !== null && genealogy.counts.length > 1 && h(Genealogy, { genealogy, frame })}
-  `;
-}
+const LIMITED = "The number over the last frames, and its limit";
+const DESCENT = "The ancestors of the particles of this frame, as lines that lead back and meet";
 
 /**
- * The range of the colours that lie over the picture.
+ * The range of the colours over the picture, what was found, numbers such as the normalised innovation squared of a Kalman filter,
+ * and the ancestors as lines that lead back and meet: how soon, shows impoverishment.
  *
- * @param {{scale: [number, number]}} props
+ * @param {{found: InspectionPublic}} props
  */
-function ColourBar({ scale: [low, high] }) {
-  return html`<div class="colour-bar" title="Log likelihood of the colours over the picture">
-    <span>${number(low, 2)}</span><i style=${`background: ${gradient(viridis)}`}></i><span>${number(high, 2)}</span>
-  </div>`;
+function Findings({ found }) {
+  const { courses, frame, genealogy, scale } = found;
+  return html`
+    ${scale && html`<div class="colour-bar" title="Log likelihood of the colours over the picture">
+      <span>${number(scale[0], 2)}</span><i style=${`background: ${gradient(viridis)}`}></i><span>${number(scale[1], 2)}</span>
+    </div>`}
+    <div class="inspection-card" role="status" aria-live="off">${numbers(found)}</div>
+    ${courses.length > 0 && html`<section class="inspection-course">
+      <h3>${courses.map(({ title }) => title).join(", ")}</h3>
+      ${h(StillFigure, { kind: "lineage", words: LIMITED, panels: courses.map(coursePanel) })}
+    </section>`}
+    ${genealogy !== null && genealogy.counts.length > 1 && html`<section class="inspection-genealogy">
+      <h3>Genealogy</h3>
+      ${h(StillFigure, { kind: "lineage", words: DESCENT, panels: [genealogyPanel(genealogy, frame)] })}
+      <p class="small">${genealogyWords(genealogy)}</p>
+    </section>`}
+  `;
 }
 
 /** @param {InspectionPublic} found */
@@ -153,7 +113,7 @@ function numbers({ frame, impossible, log_likelihood: value, particle, parts, pl
   </p>`;
   const rows = state.map((each) => entry(each.name, `${quantity(each.value, each.unit)} ${each.unit}`.trim()));
   return html`
-    ${title !== "" && headline} ${parts.map(partElement)} ${particle && particleList(particle, frame)} ${update.map(partElement)}
+    ${title !== "" && headline} ${parts.map(shownPart)} ${particle && h(Particle, { particle, frame })} ${update.map(shownPart)}
     ${state.length > 0 && html`<details><summary>All of the state</summary><dl>${rows}</dl></details>`}
   `;
 }
@@ -166,11 +126,9 @@ function entry(title, text) {
   return html`<dt>${title}</dt><dd>${text}</dd>`;
 }
 
-/**
- * @param {ParticleFinding} particle
- * @param {number} frame
- */
-function particleList({ filter, number: place, count: total, weight, rank, sampler, ancestors, begins, descendants }, frame) {
+/** @param {{particle: ParticleFinding, frame: number}} props */
+function Particle({ particle, frame }) {
+  const { filter, number: place, count: total, weight, rank, sampler, ancestors, begins, descendants } = particle;
   return html`<dl class="particle-list">
     ${entry("particle", `${place} of ${total}${filter && `, ${filter}`}`)}
     ${entry("weight", `${number(100 * weight, 3)} %, ${number(weight * total, 1)} times the mean`)}
@@ -199,29 +157,16 @@ function children(counts) {
   return `${counts[0]} in the next frame${far}`;
 }
 
-/**
- * A number that a likelihood or a step is made of, in a form that shows what was compared.
- *
- * @param {InspectionPublic["parts"][number]} part
- * @returns {Child}
- */
-function partElement(part) {
-  switch (part.kind) {
-    case "amount":
-      return amount(part);
-    case "residual":
-      return residual(part);
-    case "histograms":
-      return histograms(part);
-    case "patches":
-      return patches(part);
-    default:
-      return contributions(part);
-  }
+/** What draws each kind of number that a likelihood or a step is made of, in a form that shows what was compared. */
+const PARTS = { amount: AmountPart, residual: ResidualPart, histograms: HistogramsPart, patches: PatchesPart, contributions: ContributionsPart };
+
+/** @param {Part} part */
+function shownPart(part) {
+  return h(/** @type {Component<Part>} */ (PARTS[part.kind]), part);
 }
 
 /** @param {Amount} part */
-function amount({ title, value, unit, limit }) {
+function AmountPart({ title, value, unit, limit }) {
   const isBeyond = limit !== null && value !== null && value > limit;
   const words = limit === null ? "" : ` (${isBeyond ? "above" : "within"} ${quantity(limit, unit)})`;
   return html`<p class="part-line" data-beyond=${String(isBeyond)}>
@@ -230,7 +175,7 @@ function amount({ title, value, unit, limit }) {
 }
 
 /** @param {Residual} part */
-function residual({ title, found, expected, sd, unit }) {
+function ResidualPart({ title, found, expected, sd, unit }) {
   const off = found === null || expected === null || !sd ? null : (found - expected) / sd;
   const place = off === null ? 50 : 50 + (50 * Math.max(-MOST_SD, Math.min(MOST_SD, off))) / MOST_SD;
   return html`<div class="part">
@@ -241,7 +186,7 @@ function residual({ title, found, expected, sd, unit }) {
 }
 
 /** @param {Histograms} part */
-function histograms({ title, expected, found, colours }) {
+function HistogramsPart({ title, expected, found, colours }) {
   const most = Math.max(...expected, ...found, 1e-9);
   const drawn = expected.map((share, bin) => {
     const [up, down] = [share, found[bin]].map((each) => (HIGH * each) / most);
@@ -255,14 +200,14 @@ function histograms({ title, expected, found, colours }) {
 }
 
 /** @param {PatchesPublic} part */
-function patches({ title, expected, found }) {
+function PatchesPart({ title, expected, found }) {
   const patch = (/** @type {string|null} */ source, /** @type {string} */ words) =>
     source === null ? html`<span class="outside">outside</span>` : html`<img src=${source} alt=${words} />`;
   return html`<figure class="part patches"><figcaption>${title}</figcaption><div>${patch(expected, "expected")} ${patch(found, "found")}</div></figure>`;
 }
 
 /** @param {Contributions} part */
-function contributions({ title, columns, names, rows }) {
+function ContributionsPart({ title, columns, names, rows }) {
   return html`<div class="part contributions">
     <p>${title}</p>
     <table>
@@ -272,6 +217,7 @@ function contributions({ title, columns, names, rows }) {
   </div>`;
 }
 
+/** @typedef {InspectionPublic["parts"][number]} Part */
 /** @typedef {"estimate"|"place"|"particle"} Kind What can be looked at. */
 /** @typedef {{place?: [number, number], picks?: boolean, particle?: number, frame?: number}} Subject As the server takes it. */
 /** @typedef {[number, number]} Place In the picture, px; its origin is the centre of the first pixel. */
@@ -313,7 +259,7 @@ export class Inspector {
     this.#ask = throttle(() => this.isOpen.peek() && view.able && this.#request.ask(this.#wish()), ASK_MS, end);
     // What the numbers of a frame hang on.
     const parts = /** @type {const} */ (["branch", "parameters", "position", "tracker"]);
-    follow(() => this.isOpen.value && parts.map((name) => store.session?.[name]), this.#ask, end);
+    follow(() => this.isOpen.value && [this.hasVeil.value, ...parts.map((name) => store.session?.[name])], this.#ask, end);
     const at = (/** @type {(place: Place) => void} */ tell) => (/** @type {Event} */ event) => {
       const place = this.isOpen.peek() && event instanceof MouseEvent ? placeOf(event) : null;
       if (place !== null) tell(place);
@@ -339,20 +285,17 @@ export class Inspector {
     else if (this.#view.able) this.#request.ask({ kind: "inspect" });
   }
 
-  /** @param {boolean} shows */
-  veil(shows) {
-    this.hasVeil.value = shows;
-    this.#ask();
-  }
-
-  /** @param {Kind} kind */
-  choose(kind) {
+  /**
+   * Look at something else.
+   *
+   * @param {Kind} kind
+   * @param {Place|null} at
+   */
+  choose(kind, at = this.#at) {
     this.kind.value = kind;
     this.#isHeld = false;
-    const at = this.#at;
-    if (kind === "estimate") this.#subject = {};
-    else if (kind === "particle") this.#subject = { place: at ?? [0, 0], picks: true };
-    else if (at) this.#subject = { place: at };
+    const subjects = { estimate: {}, place: at ? { place: at } : this.#subject, particle: { place: at ?? [0, 0], picks: true } };
+    this.#subject = subjects[kind];
     this.#ask();
   }
 
@@ -368,14 +311,13 @@ export class Inspector {
     event.preventDefault();
     if (!this.#at) return;
     if (arrow === undefined) {
-      this.#pick(this.#at);
+      this.choose("particle");
       return;
     }
     const [x, y] = this.#subject.place ?? this.#at;
     const step = event.shiftKey ? FAR : 1;
-    if (this.kind.peek() !== "place") this.choose("place");
+    this.choose("place", [x + step * arrow[0], y + step * arrow[1]]);
     this.#isHeld = true;
-    this.#point([x + step * arrow[0], y + step * arrow[1]]);
   }
 
   /** Where it was looked at last. */
@@ -391,7 +333,7 @@ export class Inspector {
 
   /** @param {Place} at */
   #hover(at) {
-    if (this.kind.peek() === "place" && !this.#isHeld) this.#point(at);
+    if (this.kind.peek() === "place" && !this.#isHeld) this.choose("place", at);
   }
 
   /**
@@ -400,26 +342,12 @@ export class Inspector {
    */
   #press(at, particle = at) {
     if (this.kind.peek() === "particle") {
-      this.#pick(particle);
+      this.choose("particle", particle);
       return;
     }
     const isHeld = this.kind.peek() === "place" && this.#isHeld;
-    if (this.kind.peek() === "estimate") this.choose("place");
+    this.choose("place", at);
     this.#isHeld = !isHeld;
-    this.#point(at);
-  }
-
-  /** @param {Place} at */
-  #pick(at) {
-    if (this.kind.peek() !== "particle") this.choose("particle");
-    this.#subject = { place: at, picks: true };
-    this.#ask();
-  }
-
-  /** @param {Place} at */
-  #point(at) {
-    this.#subject = { place: at };
-    this.#ask();
   }
 
   /** @param {InspectionPublic} found */
@@ -441,7 +369,7 @@ export function Inspection({ inspector }) {
   const found = told.value;
   const isBlind = typeof found === "object" && found?.has_map === false;
   const close = (/** @type {KeyboardEvent} */ event) => event.key === "Escape" && inspector.toggle();
-  const veil = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget: { checked } }) => inspector.veil(checked);
+  const veil = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget: { checked } }) => (hasVeil.value = checked);
   const choice = KINDS.map(([kind, text, title]) => {
     const isOff = kind === "place" && isBlind;
     const isChosen = String(kind === chosen.value);

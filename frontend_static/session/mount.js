@@ -13,7 +13,7 @@ import { h, html, options as drawing, render, signal as newSignal, useEffect, us
 import { Panel } from "./panel.js";
 import { plots } from "./plots/plots.js";
 import { isMeasured, readingWords, state } from "./readings.js";
-import { Scrubber } from "./scrubber/scrubber.js";
+import { scrubber } from "./scrubber.js";
 import { listen, moves } from "./keys.js";
 import { Commands, Steering } from "./steering.js";
 import { Store } from "./store.js";
@@ -338,7 +338,7 @@ export class Mounted {
   #fill() {
     const { places } = this.#start;
     if (places.transport) transport(places.transport, this, h(Bookmarks, { view: this }));
-    if (places.scrubber) new Scrubber(places.scrubber, this);
+    if (places.scrubber) scrubber(places.scrubber, this);
     if (places.panel) this.#show(places.panel, h(Panel, { view: this }));
     if (places.why && !this.store.isReadOnly) this.#questions(places.why);
     this.#fillReadout(places);

@@ -12,7 +12,7 @@ import { FlatView } from "./flat/flat_view.js";
 import { LayerBoxes } from "./panel.js";
 import { Playback } from "./playback.js";
 import { plots } from "./plots/plots.js";
-import { Scrubber } from "./scrubber/scrubber.js";
+import { scrubber } from "./scrubber.js";
 import { listen, moves } from "./keys.js";
 import { arrange } from "./session_start.js";
 import { Steering } from "./steering.js";
@@ -57,7 +57,7 @@ async function begin() {
   answers["GET glossary"] = async () => recording.glossary;
   const view = { store, steering: new Steering(store, signal), able: true, signal, scene: null, plots: [] };
   transport(places.transport, view, null);
-  new Scrubber(places.scrubber, view);
+  scrubber(places.scrubber, view);
   render(html`${h(Status, { view })}${h(Numbers, { view })}`, places.readout);
   const plotted = plots(places.plots, view);
   listen(document.body, { ...moves(view), zoom: async (factor) => (await plotted).zoom(factor) }, signal);

@@ -98,19 +98,16 @@ export function trackerTitle(session, id) {
   return session.trackers.find((tracker) => tracker.id === id)?.title ?? id ?? "–";
 }
 
-const GOAL_MS = 2000;
+/** The position mostly comes before the answer to the request for it, sometimes a little after it. */
+const GOAL_MS = 1000;
 const SLOW = 0.25;
 
 export class Steering {
   #store;
   #signal;
   #seeking;
-  /**
-   * The frame that was asked for and is not shown yet; keys that come meanwhile count from there.
-   *
-   * @type {number|null}
-   */
-  #goal = null;
+  /** The frame that was asked for and is not shown yet; keys that come meanwhile count from there. */
+  goal = newSignal(/** @type {number|null} */ (null));
   #forget = () => {};
 
   /**
@@ -122,7 +119,7 @@ export class Steering {
     this.#signal = signal;
     this.#seeking = new NewestRequest((/** @type {number} */ frame) => this.#send({ kind: "seek", frame }), {}, signal);
     const arrive = () => {
-      if (store.session?.position === this.#goal) this.#goal = null;
+      if (store.session?.position === this.goal.value) this.goal.value = null;
     };
     follow(() => store.session?.position, arrive, signal);
   }
@@ -185,16 +182,17 @@ export class Steering {
   async seek(frame) {
     if (!this.#able) return;
     const goal = Math.min(Math.max(0, Math.round(frame)), this.#store.known.frames - 1);
-    this.#goal = goal;
     this.#forget();
-    this.#forget = later(() => (this.#goal = null), GOAL_MS, this.#signal);
+    this.goal.value = goal === this.#store.known.position ? null : goal;
     await this.pause();
     await this.#seeking.ask(goal);
+    this.#forget();
+    this.#forget = later(() => (this.goal.value = null), GOAL_MS, this.#signal);
   }
 
   /** @param {number} frames */
   async jump(frames) {
-    if (this.#able) await this.seek((this.#goal ?? this.#store.known.position) + frames);
+    if (this.#able) await this.seek((this.goal.peek() ?? this.#store.known.position) + frames);
   }
 
   async first() {
@@ -217,7 +215,7 @@ export class Steering {
    */
   async event(direction) {
     if (!this.#able) return;
-    const from = this.#goal ?? this.#store.known.position;
+    const from = this.goal.peek() ?? this.#store.known.position;
     const frames = this.eventFrames().filter((frame) => (frame - from) * direction > 0);
     const goal = direction > 0 ? frames[0] : frames.at(-1);
     if (goal === undefined) toast(`No event ${direction > 0 ? "after" : "before"} this frame`);

@@ -45,6 +45,7 @@ def test_a_session_in_the_flat_view(watch: Watch, server: Server) -> None:
     shown = watch(seed=0, parameters={"sample_count": 40})
     page = shown.page
     shown.until(lambda: shown.lines, "the plots are drawn")
+    assert page.locator(".plots").get_attribute("tabindex") == "0", "it scrolls sooner or later"
     page.locator(".controls").get_by_text("More", exact=True).click()
     check(page)
     shown.press("?")

@@ -46,9 +46,9 @@ def hypotheses_and_intervals_are_drawn_as_they_were_written_down(shown: SessionP
     """Each possibility leads from place to place, the more opaque the more probable; intervals have both ends."""
     rows = server.column(shown.id, "series")
     count = sum(len(row["bank"]["weights"]) for row in rows)
-    shown.until(lambda: len((shown.trace("hypotheses") or {"y1": []})["y1"]) == count, "all possibilities are drawn")
-    drawn = shown.trace("hypotheses")
-    assert drawn is not None
+    links = lambda: (shown.trace("hypotheses") or {"links": []})["links"]  # noqa: E731 - one line of reading
+    shown.until(lambda: len(links()) == count, "all possibilities are drawn")
+    drawn = {name: [link[name] for link in links()] for name in ("x0", "x1", "y1", "opacity")}
     assert drawn["y1"] == [value for row in rows for (value,) in row["bank"]["values"]]
     weights = np.array([weight for row in rows for weight in row["bank"]["weights"]])
     assert np.allclose(drawn["opacity"], FAINTEST + (1 - FAINTEST) * weights)
@@ -85,7 +85,7 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     # From frame 39 back to 31, whose best comes from the mirror image, which comes from the first, and so on.
     expected = [2 if frame % 10 == 0 and frame < 39 else 1 for frame in range(39, -1, -1)]
     assert [way["x"], way["y"]] == [list(range(39, -1, -1)), expected]
-    assert len(edges["x1"]) == count - 2
+    assert len(edges["links"]) == count - 2
 
     shown.plot("tree").locator(".figure-plot").click(position=shown.place_in("tree", 20, 2))
     shown.stands_at(20)

@@ -52,14 +52,14 @@ PAINTED = "document.querySelector('.flat-canvas')?.dataset.frame !== undefined"
 LINES = """(() => {
     const figures = [...document.querySelectorAll('.plots .figure-view')].map(({ figure }) => figure);
     const traces = figures.flatMap((figure) => figure?.panels ?? []).flatMap(({ traces }) => traces);
-    return Object.fromEntries(traces.map(({ name, x, x0 }) => [name, (x ?? x0 ?? []).length]));
+    return Object.fromEntries(traces.map(({ name, x, links }) => [name, (x ?? links ?? []).length]));
 })()"""
 
 # A trace of the plots by its name.
 TRACE = """(name) => {
     const figures = [...document.querySelectorAll('.plots .figure-view')].map(({ figure }) => figure);
     const traces = figures.flatMap((figure) => figure?.panels ?? []).flatMap(({ traces }) => traces);
-    const found = traces.find((trace) => trace.name === name && (trace.x ?? trace.x0 ?? trace.intervals).length > 0);
+    const found = traces.find((trace) => trace.name === name && (trace.x ?? trace.links ?? trace.intervals).length > 0);
     return found ? { ...found } : null;
 }"""
 

@@ -94,8 +94,8 @@ describe("a tree of hypotheses", () => {
   });
 
   it("has an edge from each parent, and none where a hypothesis begins", () => {
-    const { edges } = found(...rows);
-    assert.deepEqual([edges.x0, edges.y0, edges.x1, edges.y1], [[0, 0, 1, 1], [1, 1, 1, 2], [1, 1, 2, 2], [1, 2, 1, 2]]);
+    const ends = found(...rows).links.map(({ x0, y0, x1, y1 }) => [x0, y0, x1, y1]);
+    assert.deepEqual(ends, [[0, 1, 1, 1], [0, 1, 1, 2], [1, 1, 2, 1], [1, 2, 2, 2]]);
   });
 
   it("leads back from the most probable of the newest frame", () => {
@@ -108,6 +108,6 @@ describe("a tree of hypotheses", () => {
     assert.deepEqual(found(undefined, undefined).way, { x: [], y: [] });
     const alone = { values: [[0]], weights: [1] };
     assert.deepEqual(found(alone, alone).way, { x: [1], y: [1] });
-    assert.deepEqual(found(alone).edges.x0, []);
+    assert.deepEqual(found(alone).links, []);
   });
 });

@@ -1,19 +1,11 @@
-/** The axis of frames of the scrubber, and its rows: those that nothing is known for are not drawn, and leave no hole. */
+/** The rows of the scrubber: those that nothing is known for are not drawn, and leave no hole. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { axisOf, rowsWithout } from "../../frontend_static/session/scrubber/paint.js";
+import { rowsWithout } from "../../frontend_static/session/scrubber.js";
 
 const HEIGHT = 160;
-
-test("the axis leads from a frame to its place and back, never leaves the run, and stands a run of one frame", () => {
-  const axis = axisOf(700, 240);
-  for (const frame of [0, 1, 119, 238, 239]) assert.equal(axis.frame(axis.x(frame)), frame);
-  assert.equal(axis.x(0), axis.left);
-  assert.deepEqual([axis.frame(-50), axis.frame(5000)], [0, 239]);
-  assert.ok(Number.isFinite(axisOf(10, 1).x(0)));
-});
 
 test("with everything known the rows fill the height without touching", () => {
   const rows = Object.values(rowsWithout([], HEIGHT));

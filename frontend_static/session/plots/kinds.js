@@ -6,15 +6,16 @@
 import { sendCommand } from "../../shared/api.js";
 import { attempt } from "../../shared/dom.js";
 import { written } from "../../shared/figure/axes.js";
-import { lineOver } from "../../shared/figure/kinds.js";
+import { lineOver, linksOver } from "../../shared/figure/kinds.js";
 import { number, smallestSpan } from "../../shared/format.js";
 import { declared as declaredIn, frequencies, hypothesesOf, numberOf, ofRole, samplers, samplesOf, valueOf } from "../readings.js";
 import { curve, isGone } from "../store.js";
 import { column, enclose, extent, reach, remembered, shades } from "./plots.js";
 
-/** @import { Axis, Band, Nodes, Segments, Trace } from "../../shared/figure/traces.js" */
+/** @import { Axis, Band, Nodes, Panel, Trace } from "../../shared/figure/traces.js" */
 /** @import { Bands, Plot, SessionPublic } from "../../shared/messages.js" */
 /** @import { View } from "../mount.js" */
+/** @import { Role } from "../readings.js" */
 /** @import { Curve, History, Row, Store } from "../store.js" */
 
 /**
@@ -23,7 +24,7 @@ import { column, enclose, extent, reach, remembered, shades } from "./plots.js";
  * @typedef {object} Shown
  * @property {Trace[]} traces From the back to the front.
  * @property {Pick<Axis, "low"|"high"|"ticks">} y
- * @property {{parameter: string, at: number, most: number}} [chosen] A parameter that is chosen in it, 1 the first.
+ * @property {Panel["handles"]} [handles] For a parameter that is chosen in it, 1 the first.
  * @property {string} [words] What it shows that its lines do not say.
  */
 
@@ -35,7 +36,7 @@ import { column, enclose, extent, reach, remembered, shades } from "./plots.js";
  * @property {(view: View, frame: number, y: number) => void} [choose] Take what a person points at.
  */
 
-/** @typedef {(plot: Plot, session: SessionPublic) => Kind} Make */
+/** @typedef {(plot: Plot, session: SessionPublic) => Kind} Make The plot has the unit in which it is drawn. */
 
 /** What is hardly probable at all is still seen: as a line, and as a node. */
 const [FAINTEST, FAINTEST_NODE] = [0.06, 0.12];
@@ -49,14 +50,14 @@ const isLost = () => shades("lost", 0.16, isGone, { word: "lost" });
 const DOUBTS = /** @type {Record<string, string>} */ ({ overconfident: "too narrow", underconfident: "too wide" });
 
 /** @type {Make} */
-function error(plot, { unit }) {
+function error(plot) {
   const [hidden, lost] = [shades("hidden", 0.2, (row) => row.hidden === true, { word: "hidden" }), isLost()];
   return {
     show(store) {
       const { ensemble: { value: ensemble }, history } = store;
-      const traces = [hidden(history), lost(history), ...otherSeeds(ensemble, inkOf(store)), ...lines(plot, unit, store, curve.error)];
+      const traces = [hidden(history), lost(history), ...otherSeeds(ensemble, inkOf(store)), ...lines(plot, store, curve.error)];
       const others = (ensemble?.high ?? []).filter((value) => value !== null);
-      return { traces, y: { low: 0, high: reach(Math.max(smallestSpan(unit), most(store, [curve.error]), ...others)) } };
+      return { traces, y: fromZero(store, [curve.error], smallestSpan(plot.unit), ...others) };
     },
   };
 }
@@ -76,12 +77,11 @@ function otherSeeds(ensemble, ink) {
 }
 
 /** @type {Make} */
-function sigma(plot, { unit }) {
+function sigma(plot) {
   return {
     show(store) {
       const { traces, most: highest } = thresholdsOf(store.known);
-      const high = reach(Math.max(smallestSpan(unit), most(store, [curve.sigma]), highest));
-      return { traces: [...lines(plot, unit, store, curve.sigma), ...traces], y: { low: 0, high } };
+      return { traces: [...lines(plot, store, curve.sigma), ...traces], y: fromZero(store, [curve.sigma], smallestSpan(plot.unit), highest) };
     },
   };
 }
@@ -91,7 +91,7 @@ function sigma(plot, { unit }) {
  *
  * @param {SessionPublic} session
  */
-export function thresholdsOf({ frames, thresholds, unit }) {
+function thresholdsOf({ frames, thresholds, unit }) {
   const levels = thresholds.filter(({ of }) => of === "sigma").map(({ steps }) => steps);
   const traces = levels.map((steps) => {
     const x = steps.flatMap(({ frame }, index) => [frame, steps[index + 1]?.frame ?? frames - 1]);
@@ -107,11 +107,10 @@ export function thresholdsOf({ frames, thresholds, unit }) {
  * @type {Make}
  */
 function sampleSize(plot, session) {
-  const roles = /** @type {const} */ (["ess", "particles"]);
-  const [ess, particles] = roles.map((role) => (/** @type {Row|undefined} */ row) => numberOf(session, role, row));
+  const [ess, particles] = [readerOf(session, "ess"), readerOf(session, "particles")];
   return {
     needs: namesOf(session, "ess"),
-    show: (store) => ({ traces: lines(plot, "", store, ess), y: { low: 0, high: reach(Math.max(1, most(store, [ess, particles]))) } }),
+    show: (store) => ({ traces: lines(plot, store, ess), y: fromZero(store, [ess, particles], 1) }),
   };
 }
 
@@ -121,13 +120,12 @@ function sampleSize(plot, session) {
  * @type {Make}
  */
 function innovation(plot, session) {
-  const roles = /** @type {const} */ (["nis", "nis_limit"]);
-  const [nis, limit] = roles.map((role) => (/** @type {Row|undefined} */ row) => numberOf(session, role, row));
+  const [nis, limit] = [readerOf(session, "nis"), readerOf(session, "nis_limit")];
   return {
     needs: namesOf(session, "nis"),
     show(store) {
       const beside = lineOver({ title: "limit", name: "limit", y: column(store.history, limit), ink: "ink", dashed: true, width: 1.2, said: "limit of 95 %" });
-      return { traces: [beside, ...lines(plot, "", store, nis)], y: { low: 0, high: reach(Math.max(1, most(store, [nis, limit]))) } };
+      return { traces: [beside, ...lines(plot, store, nis)], y: fromZero(store, [nis, limit], 1) };
     },
   };
 }
@@ -142,7 +140,7 @@ function oneNumber(plot) {
   const read = reader(series[0]);
   return {
     needs: series,
-    show: (store) => ({ traces: lines(plot, unit, store, read), y: enclose(range(store, [read]), smallestSpan(unit, most(store, [read]))) }),
+    show: (store) => ({ traces: lines(plot, store, read), y: enclose(range(store, [read]), smallestSpan(unit, most(store, [read]))) }),
   };
 }
 
@@ -165,7 +163,7 @@ function withinBand(plot) {
       const end = reach(Math.max(smallestSpan(unit), most(store, [read, truth])));
       const y = { low: -end, high: end, ticks: [-end, 0, end].map((at) => ({ at, text: written(at) })) };
       const words = Object.values(known.doubts).join(" ");
-      return { traces: [lost(history), area, trueLine(plot, store, truth), ...lines(plot, unit, store, read)], y, words };
+      return { traces: [lost(history), area, trueLine(plot, store, truth), ...lines(plot, store, read)], y, words };
     },
   };
 }
@@ -185,7 +183,7 @@ function interval(plot) {
       const { history } = store;
       const areas = ends.map(({ low, high }, place) => band(`${id} band ${place}`, inkOf(store), column(history, low), column(history, high)));
       const edges = ends.flatMap((each, place) =>
-        /** @type {const} */ (["low", "high"]).flatMap((end) => lines(plot, unit, store, each[end], ` ${end} ${place}`)),
+        /** @type {const} */ (["low", "high"]).flatMap((end) => lines(plot, store, each[end], ` ${end} ${place}`)),
       );
       const reads = [truth, ...ends.flatMap(({ low, high }) => [low, high])];
       return { traces: [lost(history), ...areas, trueLine(plot, store, truth), ...edges], y: enclose(range(store, reads), smallestSpan(unit)) };
@@ -233,7 +231,7 @@ function features(plot, session) {
  * @type {Make}
  */
 function frequency(plot) {
-  const { id, series, title } = plot;
+  const { id, series, title, unit } = plot;
   const levels = plot.levels.map((level) => 100 * level);
   const shares = series.map((name) => remembered((history) => frequencies(history, name).map((share) => 100 * share)));
   return {
@@ -241,10 +239,10 @@ function frequency(plot) {
     show(store) {
       const { frames } = store.known;
       const expected = levels.map((level) =>
-        lineOver({ name: `level ${level}`, x: [0, frames], y: [level, level], ink: "truth", dashed: true, width: 1, said: "expected", unit: "%" }),
+        lineOver({ name: `level ${level}`, x: [0, frames], y: [level, level], ink: "truth", dashed: true, width: 1, said: "expected", unit }),
       );
       const found = branchesOf(store).flatMap(({ id: branch, ink, width, history }) =>
-        series.map((name, place) => lineOver({ name: `${id} ${branch} ${name}`, y: shares[place](history), ink, width, said: title, unit: "%" })),
+        series.map((name, place) => lineOver({ name: `${id} ${branch} ${name}`, y: shares[place](history), ink, width, said: title, unit })),
       );
       return { traces: [...expected, ...found], y: { low: 0, high: HIGHEST, ticks: [0, ...levels].map((at) => ({ at, text: number(at, 0) })) } };
     },
@@ -252,38 +250,24 @@ function frequency(plot) {
 }
 
 /**
- * How many particles came from each sampler; of the active branch alone.
+ * The particles of each sampler in bands, one on the other; of the active branch alone.
  *
  * @type {Make}
  */
-function shareOfSamplers(plot, session) {
-  const stack = stackOf(session);
+function shareOfSamplers({ id }, session) {
   return {
     needs: namesOf(session, "share"),
-    show(store) {
-      const { traces, most: high } = stack(store.history);
-      return { traces: traces.map((trace) => ({ ...trace, name: `${plot.id} ${trace.name}` })), y: { low: 0, high } };
+    show({ history }) {
+      // Each frame is as wide as it is.
+      const x = Array.from({ length: 2 * history.length }, (_, end) => Math.ceil(end / 2) - 0.5);
+      let low = x.map(() => 0);
+      const traces = samplers(session).map(({ colour, name }, place) => {
+        const below = low;
+        low = below.map((sum, end) => sum + (samplesOf(session, history.at(Math.floor(end / 2)))?.[place] ?? 0));
+        return { ...band(`${id} ${name}`, colour, below, low, x), title: name, opacity: 1 };
+      });
+      return { traces, y: { low: 0, high: Math.max(1, extent([low])[1]) } };
     },
-  };
-}
-
-/**
- * The particles of each sampler in bands, one on the other, each frame as wide as it is.
- *
- * @param {SessionPublic} session
- * @returns {(history: History, every?: number) => {traces: Band[], most: number}} Of so many frames one is enough.
- */
-export function stackOf(session) {
-  const sources = samplers(session).map((each, place) => ({ ...each, read: (/** @type {Row|undefined} */ row) => samplesOf(session, row)?.[place] ?? 0 }));
-  return (history, every = 1) => {
-    const x = Array.from({ length: 2 * Math.ceil(history.length / every) }, (_, end) => every * Math.ceil(end / 2) - 0.5);
-    let low = x.map(() => 0);
-    const traces = sources.map(({ colour, name, read }) => {
-      const [below, counts] = [low, column(history, read)];
-      low = below.map((sum, end) => sum + counts[every * Math.floor(end / 2)]);
-      return { ...band(name, colour, below, low, x), title: name, opacity: 1 };
-    });
-    return { traces, most: Math.max(1, extent([low])[1]) };
   };
 }
 
@@ -296,23 +280,20 @@ export function stackOf(session) {
 function hypotheses(plot) {
   const { id, component, series: [name], unit } = plot;
   const [truth, lost] = [reader(plot.truth), isLost()];
-  const segments = remembered((history) => {
-    const found = everyHypothesis(history, name).map(({ frame, place, values, weight }) => {
+  const linked = remembered((history) =>
+    everyHypothesis(history, name).map(({ frame, place, values: { [component]: y1 }, weight }) => {
       const before = knownOf(history.at(frame - 1), name).values[place]?.[component] ?? NaN;
-      const y1 = values[component];
-      return Number.isNaN(before) ? { x0: frame - 0.5, y0: y1, x1: frame, y1, weight } : { x0: frame - 1, y0: before, x1: frame, y1, weight };
-    });
-    return { ...ways(found), opacity: found.map(({ weight }) => FAINTEST + (1 - FAINTEST) * weight) };
-  });
+      const from = Number.isNaN(before) ? { x0: frame - 0.5, y0: y1 } : { x0: frame - 1, y0: before };
+      return { ...from, x1: frame, y1, opacity: FAINTEST + (1 - FAINTEST) * weight };
+    }),
+  );
   return {
     needs: plot.series,
     show(store) {
       const { history } = store;
-      const own = segments(history);
-      /** @type {Segments} */
-      const drawn = { kind: "segments", title: "", name: id, ink: inkOf(store), ...own };
-      const y = enclose(extent([own.y0, own.y1, column(history, truth)]), smallestSpan(unit));
-      return { traces: [lost(history), drawn, trueLine(plot, store, truth)], y };
+      const links = linked(history);
+      const y = enclose(extent([...links.map(({ y0, y1 }) => [y0, y1]), column(history, truth)]), smallestSpan(unit));
+      return { traces: [lost(history), linksOver({ name: id, ink: inkOf(store), links }), trueLine(plot, store, truth)], y };
     },
   };
 }
@@ -333,12 +314,10 @@ function tree(plot) {
     rows: 4,
     show(store) {
       const { history, known } = store;
-      const { edges, nodes, way } = found(history);
+      const { links, nodes, way } = found(history);
       const [all, ink, { weights }] = [Math.max(1, ...nodes.y), inkOf(store), knownOf(history.at(known.position), name)];
       const at = Math.min(shown === "" ? 1 : Number(known.parameters[shown]), weights.length);
       const here = at === 0 ? { x: [], y: [], opacity: [] } : { x: [known.position], y: [at], opacity: [1] };
-      /** @type {Segments} */
-      const links = { kind: "segments", title: "", name: `${id} edges`, ink, ...edges };
       /** @type {Nodes[]} */
       const discs = [
         { kind: "nodes", title: "", name: id, ink, ring: false, size_px: NODE_PX, ...nodes },
@@ -348,7 +327,8 @@ function tree(plot) {
       // The first at the top.
       const y = { low: all + 0.6, high: 0.4, ticks: Array.from({ length: all }, (_, place) => ({ at: place + 1, text: String(place + 1) })) };
       const words = at === 0 ? "" : `${at} of ${weights.length} is shown, with ${number(100 * weights[at - 1], 0)} %.`;
-      return { traces: [back, links, ...discs], y, words, ...(shown && at > 0 && { chosen: { parameter: shown, at, most: weights.length } }) };
+      const handles = shown && at > 0 ? [{ parameter: shown, at, along: /** @type {const} */ ("y") }] : [];
+      return { traces: [back, linksOver({ name: `${id} edges`, ink, links }), ...discs], y, words, handles };
     },
     async choose({ able, steering, store }, frame, y) {
       const places = count(store.history, frame);
@@ -367,12 +347,11 @@ function tree(plot) {
  * @param {string} name Of the series.
  */
 export function treeOf(history, name) {
-  const all = everyHypothesis(history, name).map((each) => ({ ...each, alpha: FAINTEST_NODE + (1 - FAINTEST_NODE) * each.weight }));
+  const all = everyHypothesis(history, name).map((each) => ({ ...each, opacity: FAINTEST_NODE + (1 - FAINTEST_NODE) * each.weight }));
   const born = all.filter(({ parent }) => parent >= 0);
-  const edges = ways(born.map(({ frame, place, parent }) => ({ x0: frame - 1, y0: parent + 1, x1: frame, y1: place + 1 })));
   return {
-    nodes: { x: all.map(({ frame }) => frame), y: all.map(({ place }) => place + 1), opacity: all.map(({ alpha }) => alpha) },
-    edges: { ...edges, opacity: born.map(({ alpha }) => alpha) },
+    nodes: { x: all.map(({ frame }) => frame), y: all.map(({ place }) => place + 1), opacity: all.map(({ opacity }) => opacity) },
+    links: born.map(({ frame, place, parent, opacity }) => ({ x0: frame - 1, y0: parent + 1, x1: frame, y1: place + 1, opacity })),
     way: wayBack(history, name),
   };
 }
@@ -423,22 +402,15 @@ function knownOf(row, name) {
 }
 
 /**
- * In columns.
- *
- * @param {{x0: number, y0: number, x1: number, y1: number}[]} found
- */
-function ways(found) {
-  return { x0: found.map(({ x0 }) => x0), y0: found.map(({ y0 }) => y0), x1: found.map(({ x1 }) => x1), y1: found.map(({ y1 }) => y1) };
-}
-
-/**
  * The branches, the active one last, so that its line lies above, and is wider.
  *
  * @param {Store} store
  */
-export function branchesOf(store) {
-  const all = store.branches.map(({ id, colour }) => ({ id, ink: colour, history: store.historyOf(id), isActive: id === store.known.branch }));
-  return all.sort((one, other) => Number(one.isActive) - Number(other.isActive)).map((branch) => ({ ...branch, width: branch.isActive ? 1.8 : 1.2 }));
+function branchesOf(store) {
+  return store.branches.reverse().map(({ id, colour }) => {
+    const isActive = id === store.known.branch;
+    return { id, ink: colour, history: store.historyOf(id), isActive, width: isActive ? 1.8 : 1.2 };
+  });
 }
 
 /**
@@ -454,12 +426,11 @@ function inkOf({ known }) {
  * A line a branch.
  *
  * @param {Plot} plot
- * @param {string} unit
  * @param {Store} store
  * @param {Curve} read
  * @param {string} [name] What follows the branch in the name of each.
  */
-function lines({ id, title }, unit, store, read, name = "") {
+function lines({ id, title, unit }, store, read, name = "") {
   return branchesOf(store).map(({ id: branch, ink, width, history }) =>
     lineOver({ name: `${id} ${branch}${name}`, y: column(history, read), ink, width, said: title, unit }),
   );
@@ -484,7 +455,7 @@ function trueLine({ id, unit }, { history }, truth) {
  * @param {readonly number[]} [x] The frames, if not all.
  * @returns {Band}
  */
-export function band(name, ink, low, high, x = [...low.keys()]) {
+function band(name, ink, low, high, x = [...low.keys()]) {
   return { kind: "band", title: "", name, ink, opacity: 0.22, x, low, high };
 }
 
@@ -505,6 +476,17 @@ export function reader(name, place = null) {
 }
 
 /**
+ * What reads the number of a role.
+ *
+ * @param {SessionPublic} session
+ * @param {Role} role
+ * @returns {Curve}
+ */
+function readerOf(session, role) {
+  return (row) => numberOf(session, role, row);
+}
+
+/**
  * The smallest and the largest of what any branch has; the wrong way round where there is nothing.
  *
  * @param {Store} store
@@ -520,13 +502,24 @@ export function range(store, reads) {
  * @param {Store} store
  * @param {Curve[]} reads
  */
-export function most(store, reads) {
+function most(store, reads) {
   return Math.max(0, ...range(store, reads).filter(Number.isFinite).map(Math.abs));
 }
 
 /**
+ * From 0 to beyond all that any branch has.
+ *
+ * @param {Store} store
+ * @param {Curve[]} reads
+ * @param {...number} least What it reaches to at least.
+ */
+function fromZero(store, reads, ...least) {
+  return { low: 0, high: reach(Math.max(...least, most(store, reads))) };
+}
+
+/**
  * @param {SessionPublic} session
- * @param {Parameters<typeof ofRole>[1]} role
+ * @param {Role} role
  */
 function namesOf(session, role) {
   return ofRole(session, role).map(({ name }) => name);

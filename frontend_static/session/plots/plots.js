@@ -11,12 +11,13 @@ import { FigureView } from "../../shared/figure/figure.js";
 import { lineOver, told } from "../../shared/figure/kinds.js";
 import { explain } from "../../shared/terms.js";
 import { follow, throttle, until } from "../../shared/timing.js";
+import { signal } from "../../vendor/preact.js";
 import { samplers } from "../readings.js";
 import { curve } from "../store.js";
 import { KINDS } from "./kinds.js";
 
 /** @import { Panel, Spans, Trace } from "../../shared/figure/traces.js" */
-/** @import { Plot } from "../../shared/messages.js" */
+/** @import { Plot, SessionPublic } from "../../shared/messages.js" */
 /** @import { View } from "../mount.js" */
 /** @import { Curve, History, Row, Store } from "../store.js" */
 /** @import { Kind } from "./kinds.js" */
@@ -137,15 +138,6 @@ export function enclose([low, high], smallest) {
 
 /** @typedef {[low: number, high: number]} Frames */
 
-/**
- * What is to be known of the plots.
- *
- * @typedef {object} Plotted
- * @property {(event: MouseEvent) => {x: number, perPx: number}|null} at Which frame lies under the pointer, and how many in a px.
- * @property {() => number} position Of the frame that is shown.
- * @property {() => void} changed Is called after each change.
- */
-
 /** So much nearer for so many px of the wheel. */
 const RATE = 1 / 300;
 /** So few frames are never widened further. */
@@ -153,49 +145,49 @@ const FEWEST = 4;
 const MOVED_PX = 4;
 
 class Zoom {
-  #plotted;
-  /** @type {Frames|null} */
-  #window = null;
+  #at;
   #last = 1;
+  #window = signal(/** @type {Frames|null} */ (null));
   /** Whether the pointer that went down last has moved the window. */
   #isMoved = false;
 
   /**
    * @param {HTMLElement} place Has the plots in it.
-   * @param {Plotted} plotted
-   * @param {AbortSignal} signal
+   * @param {(event: MouseEvent) => {x: number, perPx: number}|null} at Which frame lies under the pointer, and how many in a px.
    */
-  constructor(place, plotted, signal) {
-    this.#plotted = plotted;
-    place.addEventListener("wheel", (event) => this.#wheel(event), { passive: false, signal });
-    place.addEventListener("dblclick", () => this.#set(null), { signal });
-    place.addEventListener("pointerdown", (event) => this.#drag(event), { signal });
-    place.addEventListener("click", (event) => this.#click(event), { capture: true, signal });
+  constructor(place, at) {
+    this.#at = at;
+    place.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
+    place.addEventListener("dblclick", () => this.by(0, null));
+    place.addEventListener("pointerdown", (event) => this.#drag(event));
+    place.addEventListener("click", (event) => this.#click(event), { capture: true });
   }
 
   /**
-   * The frames that are seen.
+   * The frames that are seen; what reads it follows it.
    *
    * @param {number} last Number of the last frame.
    * @returns {Frames}
    */
   within(last) {
     this.#last = last;
-    if (this.#window !== null && this.#window[1] > last) this.#window = clamped(this.#window, last);
-    return this.#window ?? [0, last];
+    return (this.#window.value && clamped(this.#window.value, last)) ?? [0, last];
+  }
+
+  /**
+   * @param {number} at
+   * @param {number|null} factor Above 1 to see more frames around this one; null for all.
+   */
+  by(at, factor) {
+    this.#window.value = factor === null ? null : clamped(scaled(this.within(this.#last), at, factor), this.#last);
   }
 
   /** @param {WheelEvent} event */
   #wheel(event) {
-    const found = event.ctrlKey || event.metaKey ? this.#plotted.at(event) : null;
+    const found = event.ctrlKey || event.metaKey ? this.#at(event) : null;
     if (found === null) return;
     event.preventDefault();
-    this.#set(scaled(this.within(this.#last), found.x, Math.exp(event.deltaY * RATE)));
-  }
-
-  /** @param {number|null} factor Above 1 to see more frames around the one that is shown; null for all. */
-  by(factor) {
-    this.#set(factor === null ? null : scaled(this.within(this.#last), this.#plotted.position(), factor));
+    this.by(found.x, Math.exp(event.deltaY * RATE));
   }
 
   /** @param {MouseEvent} event */
@@ -208,22 +200,16 @@ class Zoom {
   /** @param {PointerEvent} begun */
   #drag(begun) {
     this.#isMoved = false;
-    const [window, held] = [this.#window, this.#plotted.at(begun)];
+    const [window, held] = [this.#window.peek(), this.#at(begun)];
     if (window === null || held === null || begun.button !== 0 || begun.pointerType === "touch") return;
     const end = new AbortController();
     const move = (/** @type {PointerEvent} */ event) => {
       const px = event.clientX - begun.clientX;
       this.#isMoved ||= Math.abs(px) >= MOVED_PX;
-      if (this.#isMoved) this.#set([window[0] - px * held.perPx, window[1] - px * held.perPx]);
+      if (this.#isMoved) this.#window.value = clamped([window[0] - px * held.perPx, window[1] - px * held.perPx], this.#last);
     };
     document.addEventListener("pointermove", move, { signal: end.signal });
     for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) document.addEventListener(type, () => end.abort(), { signal: end.signal });
-  }
-
-  /** @param {Frames|null} window */
-  #set(window) {
-    this.#window = window && clamped(window, this.#last);
-    this.#plotted.changed();
   }
 }
 
@@ -255,7 +241,7 @@ export function clamped([low, high], last) {
   return [start, start + span];
 }
 
-/** @typedef {Kind & {plot: Plot, title: string}} Drawn */
+/** @typedef {Kind & {plot: Plot}} Drawn The plot has the unit in which it is drawn. */
 
 const REDRAW_MS = 100;
 /** In a narrower session the plots are a row of sparklines. */
@@ -270,138 +256,105 @@ const LETTERS = 11 / 16;
 const [PLOT_PX, BESIDE_PX, ROW_PX] = [66, 52, 15];
 
 /**
+ * Put the plots into a place, once it is known what there is to plot.
+ *
  * @param {HTMLElement} root
  * @param {View} view
  */
 export async function plots(root, view) {
-  // It is known then what there is to plot.
-  await until(() => view.store.session?.plots.length, view.signal);
-  return new Plots(root, view);
+  const { store, signal: end } = view;
+  await until(() => store.session?.plots.length, end);
+  const session = store.known;
+  const all = session.plots.filter(({ id }) => view.plots.length === 0 || view.plots.includes(id)).map((each) => {
+    const plot = { ...each, unit: unitOf(each, session.unit) };
+    return { plot, ...KINDS[plot.kind](plot, session) };
+  });
+  const place = build("div", { class: "plots-figure", role: "group", "aria-label": "Plots" });
+  root.append(build("h2", { class: "visually-hidden" }, "Plots"), place);
+  // The keyboard scrolls what is a tab stop.
+  root.tabIndex = 0;
+  const on = {
+    turn: (/** @type {string} */ parameter, /** @type {number} */ value) =>
+      attempt(() => sendCommand(session.id, { kind: "change", values: { [parameter]: value } })),
+    declared: () => ({ title: "hypothesis that is shown", unit: "", minimum: 1, maximum: null, step: 1 }),
+  };
+  const figure = new FigureView(place, on, end, { isCompact: true, letters: LETTERS, inks: samplers(session).map(({ colour }) => colour) });
+  const zoom = new Zoom(place, (event) => figure.valuesAt(event));
+  const frames = () => zoom.within(Math.max(1, store.known.frames - 1));
+  const outer = root.closest(".session-view, .comparison") ?? root;
+  const draw = throttle(() => {
+    if (document.hidden) return;
+    const measured = all.filter((each) => isMeasured(each, store));
+    const isFolded = root.dataset.shown === "first" || "presenting" in document.documentElement.dataset;
+    const isSparkline = outer.clientWidth < WIDE_PX;
+    root.classList.toggle("sparklines", isSparkline);
+    const look = { frames: frames(), isSparkline, isRoomy: root.clientWidth >= ROOMY_PX };
+    const panels = (isFolded ? firstOf(measured, store) : measured).map((each, row) => panelOf(each, store, look, row));
+    figure.show({ panels }, { locked: !view.able });
+    explainTitles(place, session);
+  }, REDRAW_MS, end);
+  place.addEventListener("click", (event) => {
+    const at = store.isReadOnly ? null : figure.valuesAt(event);
+    if (at !== null) all.find(({ plot }) => plot.id === at.panel)?.choose?.(view, Math.round(at.x), at.y);
+  });
+  follow(() => [store.connection, store.ensemble.value, store.lengths, frames(), DRAWN.map((name) => store.known[name])], draw, end);
+  document.addEventListener("visibilitychange", draw, { signal: end });
+  const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
+  for (const each of [outer, root]) sizes.observe(each);
+  asked.observe(root, { attributeFilter: ["data-shown"] });
+  for (const each of [sizes, asked]) end.addEventListener("abort", () => each.disconnect());
+  return { zoom: (/** @type {number|null} */ factor) => zoom.by(store.known.position, factor) };
 }
 
-class Plots {
-  #root;
-  #view;
-  #all;
-  #figure;
-  #zoom;
-  /** How many hypotheses there are to choose from. */
-  #most = 1;
-  /** Each plot in words, for screen readers: of the frame in which the run last stood.
-   *
-   * @type {Map<string, string>} */
-  #words = new Map();
-  #place = build("div", { class: "plots-figure", role: "group", "aria-label": "Plots" });
-  /** Its width decides whether there is room for axes. */
-  #outer;
+/**
+ * The unit of what is drawn.
+ *
+ * @param {Plot} plot
+ * @param {string} own That of the experiment's errors.
+ */
+function unitOf({ kind, unit }, own) {
+  if (kind === "frequency") return "%";
+  return kind === "error" || kind === "sigma" ? own : unit;
+}
 
-  /**
-   * @param {HTMLElement} root
-   * @param {View} view
-   */
-  constructor(root, view) {
-    const { store, signal } = view;
-    const session = store.known;
-    this.#root = root;
-    this.#view = view;
-    this.#outer = root.closest(".session-view, .comparison") ?? root;
-    this.#all = session.plots
-      .filter(({ id }) => view.plots.length === 0 || view.plots.includes(id))
-      .map((plot) => ({ plot, title: titleOf(plot, session.unit), ...KINDS[plot.kind](plot, session) }));
-    root.append(build("h2", { class: "visually-hidden" }, "Plots"), this.#place);
-    const draw = throttle(() => this.#draw(), REDRAW_MS, signal);
-    const on = {
-      turn: (/** @type {string} */ parameter, /** @type {number} */ value) =>
-        attempt(() => sendCommand(session.id, { kind: "change", values: { [parameter]: value } })),
-      declared: () => ({ title: "hypothesis that is shown", unit: "", minimum: 1, maximum: this.#most, step: 1 }),
-    };
-    const inks = samplers(session).map(({ colour }) => colour);
-    this.#figure = new FigureView(this.#place, on, signal, { isCompact: true, letters: LETTERS, inks });
-    this.#zoom = new Zoom(this.#place, { at: (event) => this.#figure.valuesAt(event), position: () => store.known.position, changed: draw }, signal);
-    this.#place.addEventListener("click", (event) => this.#choose(event));
-    follow(() => [store.connection, store.ensemble.value, store.lengths, DRAWN.map((name) => store.known[name])], draw, signal);
-    document.addEventListener("visibilitychange", draw, { signal });
-    const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
-    for (const each of [this.#outer, root, this.#place]) sizes.observe(each);
-    asked.observe(root, { attributeFilter: ["data-shown"] });
-    signal.addEventListener("abort", () => {
-      sizes.disconnect();
-      asked.disconnect();
-    });
-  }
-
-  /** @param {number|null} factor Above 1 to see more frames around the one that is shown; null for all. */
-  zoom(factor) {
-    this.#zoom.by(factor);
-  }
-
-  #draw() {
-    if (document.hidden) return;
-    const { store, able } = this.#view;
-    const measured = this.#all.filter((each) => isMeasured(each, store));
-    const isFolded = this.#root.dataset.shown === "first" || "presenting" in document.documentElement.dataset;
-    const shown = isFolded ? firstOf(measured, store) : measured;
-    const isSparkline = this.#outer.clientWidth < WIDE_PX;
-    this.#root.classList.toggle("sparklines", isSparkline);
-    this.#figure.show({ panels: shown.map((each, row) => this.#panel(each, isSparkline, row)) }, { locked: !able });
-    for (const { plot } of shown) {
-      const heading = this.#place.querySelector(`[data-panel="${CSS.escape(plot.id)}"] h3`);
-      if (heading instanceof HTMLElement && heading.textContent) explain(heading, { own: plot.description, experiment: store.known.recipe.experiment });
-    }
-    // The keyboard scrolls what is a tab stop.
-    this.#root.tabIndex = this.#root.scrollHeight > this.#root.clientHeight ? 0 : -1;
-  }
-
-  /**
-   * A plot as it is now, with a line at the frame that is shown.
-   *
-   * @param {Drawn} drawn
-   * @param {boolean} isSparkline Without axes.
-   * @param {number} row
-   * @returns {Panel}
-   */
-  #panel({ plot, title, rows = 1, show }, isSparkline, row) {
-    const { store } = this.#view;
-    const { frames, playing, position } = store.known;
-    const { traces, y, chosen, words = "" } = show(store, this.#root.clientWidth >= ROOMY_PX);
-    if (!playing) this.#words.set(plot.id, `${plot.description} ${inFrame(traces, position)} ${words}`);
-    if (chosen) this.#most = chosen.most;
-    const [low, high] = this.#zoom.within(Math.max(1, frames - 1));
-    const cursor = lineOver({ name: "position", ink: "muted", width: 1, x: [position, position], y: [y.low, y.high] });
-    return {
-      id: plot.id,
-      title: isTruthMissing(plot, store) ? `${title}: the truth is not known` : title,
-      words: this.#words.get(plot.id) ?? plot.description,
-      x: plainAxis({ low, high, hidden: isSparkline }),
-      y: plainAxis({ ...y, hidden: isSparkline }),
-      traces: [...traces, cursor],
-      handles: chosen && !store.isReadOnly ? [{ parameter: chosen.parameter, at: chosen.at, along: "y" }] : [],
-      row: isSparkline ? 0 : row,
-      // As high as its rows need, or twice as wide as what is beside it.
-      share: [rows > 1 && !isSparkline ? (BESIDE_PX + ROW_PX * rows) / PLOT_PX : 1, rows > 1 && isSparkline ? 2 : 1],
-    };
-  }
-
-  /**
-   * Choose what is clicked, in a plot where that has a meaning.
-   *
-   * @param {MouseEvent} event
-   */
-  #choose(event) {
-    const at = this.#view.store.isReadOnly ? null : this.#figure.valuesAt(event);
-    if (at !== null) this.#all.find(({ plot }) => plot.id === at.panel)?.choose?.(this.#view, Math.round(at.x), at.y);
+/**
+ * @param {HTMLElement} place
+ * @param {SessionPublic} session
+ */
+function explainTitles(place, { plots: all, recipe: { experiment } }) {
+  for (const { id, description: own } of all) {
+    const heading = place.querySelector(`[data-panel="${CSS.escape(id)}"] h3`);
+    if (heading instanceof HTMLElement && heading.textContent) explain(heading, { own, experiment });
   }
 }
 
 /**
- * @param {Plot} plot
- * @param {string} own Unit of the experiment's errors.
+ * A plot as it is now, with a line at the frame that is shown.
+ *
+ * @param {Drawn} drawn
+ * @param {Store} store
+ * @param {{frames: Frames, isSparkline: boolean, isRoomy: boolean}} look A sparkline has no axes.
+ * @param {number} row
+ * @returns {Panel}
  */
-function titleOf({ kind, title, unit }, own) {
-  /** @type {Record<string, string>} */
-  const units = { error: own, sigma: own, frequency: "%" };
+function panelOf({ plot, rows = 1, show }, store, { frames: [low, high], isSparkline, isRoomy }, row) {
+  const { playing, position } = store.known;
+  const { traces, y, handles = [], words = "" } = show(store, isRoomy);
+  const cursor = lineOver({ name: "position", ink: "muted", width: 1, x: [position, position], y: [y.low, y.high] });
   // Of samplers the key says it.
-  return kind === "samplers" ? "" : `${title} ${units[kind] ?? unit}`.trim();
+  const title = plot.kind === "samplers" ? "" : `${plot.title} ${plot.unit}`.trim();
+  return {
+    id: plot.id,
+    title: isTruthMissing(plot, store) ? `${title}: the truth is not known` : title,
+    words: playing ? plot.description : `${plot.description} ${inFrame(traces, position)} ${words}`,
+    x: plainAxis({ low, high, hidden: isSparkline }),
+    y: plainAxis({ ...y, hidden: isSparkline }),
+    traces: [...traces, cursor],
+    handles: store.isReadOnly ? [] : handles,
+    row: isSparkline ? 0 : row,
+    // As high as its rows need, or twice as wide as what is beside it.
+    share: [rows > 1 && !isSparkline ? (BESIDE_PX + ROW_PX * rows) / PLOT_PX : 1, rows > 1 && isSparkline ? 2 : 1],
+  };
 }
 
 /**

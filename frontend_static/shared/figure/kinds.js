@@ -310,22 +310,25 @@ const scatter = {
  */
 const segments = {
   over: 1,
-  paint: (sheet, { x0, y0, x1, y1, opacity, ink, width = 1.8 }) =>
-    links(sheet, [sheet.x.all(x0), sheet.y.all(y0), sheet.x.all(x1), sheet.y.all(y1)], { ink, width, opacity }),
+  paint: (sheet, { links, ink, width = 1.8 }) => {
+    const paths = byOpacity(links.length, links.map(({ opacity }) => opacity), (index, path) => {
+      const { x0, y0, x1, y1 } = links[index];
+      if (!Number.isFinite(x0 + y0 + x1 + y1)) return;
+      path.moveTo(sheet.x.at(x0), sheet.y.at(y0));
+      path.lineTo(sheet.x.at(x1), sheet.y.at(y1));
+    });
+    for (const [opacity, path] of paths) stroke(sheet, path, { ink, width, opacity });
+  },
 };
 
 /**
- * @param {Sheet} sheet
- * @param {readonly Float64Array[]} places From where to where each leads, px.
- * @param {{ink: string, width: number, opacity: readonly number[]}} look
+ * Lines from point to point, which say nothing.
+ *
+ * @param {Partial<Segments> & Pick<Segments, "ink"|"links">} trace
+ * @returns {Segments}
  */
-function links(sheet, [left, top, right, bottom], { ink, width, opacity }) {
-  const paths = byOpacity(left.length, opacity, (index, path) => {
-    if (!Number.isFinite(left[index] + top[index] + right[index] + bottom[index])) return;
-    path.moveTo(left[index], top[index]);
-    path.lineTo(right[index], bottom[index]);
-  });
-  for (const [share, path] of paths) stroke(sheet, path, { ink, width, opacity: share });
+export function linksOver(trace) {
+  return { kind: "segments", title: "", name: "", ...trace };
 }
 
 /**
@@ -400,8 +403,10 @@ const tree = {
     );
     const opacity = all.map(({ weight }) => FAINTEST + (1 - FAINTEST) * Math.min(Math.max(weight, 0), 1));
     const [x, y] = [sheet.x.all(all.map(({ generation }) => generation)), sheet.y.all(all.map(({ particle }) => particle))];
-    const [before, above] = [sheet.x.all(all.map(({ generation }) => generation - 1)), sheet.y.all(all.map(({ parent }) => parent))];
-    links(sheet, [before, above, x, y], { ink, width: 1.25, opacity });
+    const links = all.map(({ generation, particle, parent }, index) =>
+      ({ x0: generation - 1, y0: parent ?? NaN, x1: generation, y1: particle, opacity: opacity[index] }),
+    );
+    segments.paint(sheet, linksOver({ ink, width: 1.25, links }), []);
     points(sheet, x, y, { ink, opacity, radius: Math.min(NODE * sheet.unit, Math.abs(sheet.y.at(1) - sheet.y.at(0)) * 0.4), shape: "disc" });
   },
   near(sheet, trace, px, py) {

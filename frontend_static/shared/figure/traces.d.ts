@@ -42,11 +42,7 @@ export interface Band extends Live {
 /** Lines from point to point, each as opaque as it says. */
 export interface Segments extends Live {
   kind: "segments";
-  x0: readonly number[];
-  y0: readonly number[];
-  x1: readonly number[];
-  y1: readonly number[];
-  opacity: readonly number[];
+  links: readonly { x0: number; y0: number; x1: number; y1: number; opacity: number }[];
   width?: number;
 }
 
