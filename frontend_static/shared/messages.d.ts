@@ -2236,7 +2236,7 @@ export interface Requests {
   "GET experiments": { asked: {}; answer: ExperimentPublic[] };
   "GET plugins": { asked: {}; answer: Plugin[] };
   "GET experiments/{experiment}": { asked: { experiment: string; recording?: string | null }; answer: ExperimentDetail };
-  "GET experiments/{experiment}/thumbnail.png": { asked: { experiment: string }; answer: string };
+  "GET experiments/{experiment}/thumbnail.webp": { asked: { experiment: string }; answer: string };
   "GET glossary": { asked: {}; answer: Section[] };
   "GET filters": { asked: {}; answer: FilterPublic[] };
   "PUT filters/{name}": { asked: { name: string; body: FilterUpdate }; answer: FilterPublic };
@@ -2259,7 +2259,7 @@ export interface Requests {
   "GET sessions/{session}": { asked: { session: string }; answer: SessionPublic };
   "PATCH sessions/{session}": { asked: { session: string; body: SessionUpdate }; answer: SessionPublic };
   "DELETE sessions/{session}": { asked: { session: string }; answer: null };
-  "POST sessions/{session}/commands": { asked: { session: string; body: Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopAt | Restart | ChangeValues | MakeBranch | ShowBranch | Inspect }; answer: SessionPublic | Changed | InspectionPublic };
+  "POST sessions/{session}/commands": { asked: { session: string; body: Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopAt | Restart | ChangeValues | MoveBelief | MakeBranch | ShowBranch | Inspect }; answer: SessionPublic | Changed | InspectionPublic };
   "POST sessions/{session}/resume": { asked: { session: string }; answer: SessionPublic };
   "GET sessions/{session}/diagnostics": { asked: { session: string; branch?: string | null }; answer: Columns };
   "PUT sessions/{session}/truth": { asked: { session: string; body?: FormData }; answer: TruthPublic };
