@@ -10,9 +10,9 @@ from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.conftest import FEW_PIXELS
 
-MOMENTS = 500
+MOMENTS = 200
 """Looked at under each condition."""
-FRAMES = 5
+FRAMES = 2
 """Which at least are seen in these moments, so that it plays."""
 
 # Keeps the sockets of the page, and has what comes over them wait its turn where the line is slow: so many bytes a ms.
