@@ -230,7 +230,7 @@ class Sweeps:
         """
         if plan.footage is None:
             return None
-        upload = await asyncio.to_thread(upload_of, self._store, plan)
+        upload = await asyncio.to_thread(upload_of, self._store, plan.footage, "sweep")
         return await recording_of(self._store, self._settings, self._tasks, upload.id)
 
     # ------------------------------------------------------------ room

@@ -442,21 +442,20 @@ def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: in
     loss, last = _loss(plan, results, row, method), plan.frames - 1
     position, computed = (0, 0) if loss is None else (min(approach(loss), last), min(loss + APPROACH_FRAMES, last))
     recipe = single.recipe.model_copy(update={"tracker": method})
-    upload = None if plan.footage is None else upload_of(store, plan).id
+    upload = None if plan.footage is None else upload_of(store, plan.footage, "sweep").id
     return new_spec(recipe, sweep=sweep, upload=upload, position=position, computed=computed)
 
 
-def upload_of(store: Store, plan: Plan) -> UploadRow:
-    """Return the upload on which the runs of a plan are.
+def upload_of(store: Store, footage: Footage, user: str) -> UploadRow:
+    """Return the upload that a run or a sweep was made on.
 
     Raises:
         ConflictError: It is no longer here.
     """
-    footage = plan.footage or Footage()
     found = store.upload_of(footage.sha256 or "")
     if found is None:
-        name = footage.name or "a recording"
-        raise ConflictError(f"The sweep is on {name}, which is no longer on this server; upload it first.")
+        clip = f"the clip {footage.name}" if footage.name else "a clip"
+        raise ConflictError(f"This {user} used {clip}, which was deleted from this server. Upload it again first.")
     return found
 
 

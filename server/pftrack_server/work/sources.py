@@ -31,7 +31,7 @@ from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.store import Store
 from pftrack_server.store.database import RunRow
 from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.sweeps.results import session_spec
+from pftrack_server.sweeps.results import session_spec, upload_of
 from pftrack_server.work.run_functions import read_record
 
 
@@ -98,10 +98,7 @@ async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:
         raise ConflictError("The file of this run is missing.")
     saved = Record.model_validate(await tasks.run(read_record, str(path)))
     footage = saved.recipe.footage
-    upload = await asyncio.to_thread(store.upload_of, footage.sha256 or "") if footage else None
-    if footage is not None and upload is None:
-        name = footage.name or "a recording"
-        raise ConflictError(f"The run was made on {name}, which is no longer on this server; upload it first.")
+    upload = await asyncio.to_thread(upload_of, store, footage, "run") if footage else None
     return new_spec(
         saved.recipe.with_footage(name=upload.name) if upload else saved.recipe,
         upload=upload.id if upload else None,
