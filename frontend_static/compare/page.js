@@ -1,6 +1,7 @@
 /** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
 
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
+import { HELP } from "../session/keys.js";
 import { graphics, NO_GRAPHICS } from "../session/scene.js";
 import { messageOf, request } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison.js";
@@ -22,20 +23,9 @@ const EMPTY = "Compare a session with its branches or with other trackers (key C
 const RECORDING = "The link does not contain recordings: on another server, upload the recording first.";
 const LONGEST_TITLE = 200;
 const FILES = { icon: /** @type {const} */ ("files"), label: "Files", title: "Export this comparison", class: "tool", "data-tool": "files" };
-/** @type {readonly [keys: string, what: string][]} */
-const KEYS = [
-  ["space", "Play or pause all runs"],
-  ["← →", "One frame back or forward"],
-  ["shift ← →", "Ten frames back or forward"],
-  ["home end", "First frame, newest frame"],
-  ["D", "Go to the first frame in which two runs differ"],
-  ["L", "Go to before the first loss"],
-  ["E", "Go to the next event of any run, such as an identity switch; with shift, to the one before"],
-  ["[ ]", "Slower, faster"],
-  ["F", "Present in large type; escape ends it"],
-  ["pageup pagedown", "In a lecture: the item before, the next one"],
-  ["?", "This help"],
-];
+const IN_STEP = ["space", "← →", "shift ← →", "home end", "L", "E", "[ ]", "+ - 0", "F", "pageup pagedown", "?"];
+/** The keys of a session that move all runs, and one that a session does not have. */
+const KEYS = [...HELP.filter(({ keys }) => IN_STEP.includes(keys)), { keys: "D", what: "Go to the first frame in which two runs differ" }];
 const ARRANGEMENTS = [
   { value: "side", words: "Side by side", hint: "Each run has its own picture" },
   { value: "over", words: "Over each other", hint: "All runs on the picture of the first, each in its colour" },
@@ -60,13 +50,11 @@ const title = computed(() => givenTitle.value || (compared.value?.title ?? ""));
 /** What of a comparison is kept when it is saved, but for the frame that is shown. */
 const content = computed(() => compared.value && JSON.stringify([compared.value.runs, compared.value.arrangement.value]));
 const isSaved = computed(() => saved.value !== null && saved.value.content === content.value);
-/** Nothing ends what listens here but the page itself. */
-const { signal: whole } = new AbortController();
 const control = new ClassControl(() => {
   const shown = compared.peek();
   if (shown === null || sessions.peek().length === 0) return null;
   return { title: title.peek(), sessions: sessions.peek(), lesson: null, arrangement: { comparison: shown.told } };
-}, whole);
+});
 
 async function load() {
   try {
@@ -150,7 +138,7 @@ function share() {
   openCode("Share this comparison", words, () => request("POST source-code", { body: { runs: wanted.runs } }), linkTo({ ...wanted, title: givenTitle.value }));
 }
 
-const help = () => openKeys(KEYS);
+const help = () => openKeys(KEYS.map(({ keys, what }) => [keys, what]));
 
 /** What the header has at the right. */
 function Tools() {

@@ -81,13 +81,11 @@ function colourOf(side) {
 }
 
 const shown = signal(/** @type {Pair|null} */ (null));
-/** Nothing ends what listens here but the page itself. */
-const { signal: whole } = new AbortController();
 const control = new ClassControl(() => {
   const pair = shown.peek();
   if (pair === null || pair.sessions.length === 0) return null;
   return { title: pair.failure.title, sessions: pair.sessions, lesson: null, arrangement: { comparison: pair.told } };
-}, whole);
+});
 
 async function load() {
   const failure = await request("GET failures/{failure}", { failure: lastOfAddress() });

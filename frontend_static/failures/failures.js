@@ -20,8 +20,8 @@ const EMPTY = "None of the installed experiments declares a failure.";
 const BONE = html`<div class="failure-card" aria-hidden="true">
   <div class="bone short shimmer"></div><div class="curve-place shimmer"></div><div class="bone shimmer"></div>
 </div>`;
-/** Ends what waits when the page is left. */
-const end = new AbortController();
+/** Nothing ends what waits but the page itself. */
+const { signal: end } = new AbortController();
 
 /** @param {{failures: FailurePublic[]}} props */
 function Gallery({ failures }) {
@@ -94,9 +94,9 @@ function largestOf({ errors }) {
  */
 async function computeAll(courses) {
   for (const [{ id, experiment }, course] of courses) {
-    const ask = () => request("GET failures/{failure}/course", { failure: id, signal: end.signal });
+    const ask = () => request("GET failures/{failure}/course", { failure: id, signal: end });
     try {
-      course.value = await whenCompiled(experiment, ask, (sentence) => (course.value = sentence), end.signal);
+      course.value = await whenCompiled(experiment, ask, (sentence) => (course.value = sentence), end);
     } catch (error) {
       course.value = messageOf(error);
     }
@@ -108,7 +108,6 @@ async function load() {
   return failures.length > 0 ? h(Gallery, { failures }) : html`<p class="empty">${EMPTY}</p>`;
 }
 
-addEventListener("pagehide", () => end.abort());
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 const bones = html`<div class="failure-cards">${[BONE, BONE, BONE]}</div>`;
 showPage("failures", "failures", () => h(Loaded, { load, failed: "The failures could not be listed", bones }), h(PresentationButton, {}));

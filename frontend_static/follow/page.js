@@ -43,7 +43,7 @@ const stream = new Stream(
     // A class that is full may have room by the next try.
     lost: () => state.value.is !== "full" && become("lost"),
     closed: ({ code, reason }) => {
-      if (code === FULL) become("full", reason);
+      if (code === FULL) become("full", `${reason} This page joins automatically as soon as there is a place.`);
       if (code !== OVER) return;
       stream.stop();
       become("over", reason);
@@ -85,6 +85,9 @@ async function vote(answer) {
 function Follow() {
   const { is, sentence = "" } = state.value;
   const isThere = is !== "full" && is !== "over";
+  const title = is === "full" ? "This class is full" : "The class has ended";
+  const wait = html`<div class="late follow-wait"><div class="shimmer"></div></div>`;
+  const shown = follow.value === null ? wait : h(ClassView, { follow, figure, views });
   return html`
     <div class="bar-lost" role="status" hidden=${is !== "lost" || follow.value === null}>Reconnecting</div>
     <header class="top">
@@ -92,7 +95,7 @@ function Follow() {
       <h1>${follow.value?.title ?? "A class"}</h1>
       ${h(FollowingLine, {})}
     </header>
-    <main>${isThere ? h(Shown, {}) : h(Without, { isFull: is === "full", sentence })}</main>
+    <main>${isThere ? shown : h(Notice, { title, message: sentence, action: null, inline: true })}</main>
     ${isThere && follow.value !== null && h(Foot, { follow: follow.value })}
   `;
 }
@@ -104,18 +107,6 @@ function FollowingLine() {
   const playing = session?.playing && (session.speed === 0 ? "playing as fast as possible" : `playing ${speed(session.speed)}`);
   const position = session && `frame ${session.position} of ${session.frames}`;
   return html`<p class="following" data-state=${is}>${[WORDS[is], position, playing].filter(Boolean).join(" · ")}</p>`;
-}
-
-function Shown() {
-  if (follow.value === null) return html`<div class="late follow-wait"><div class="shimmer"></div></div>`;
-  return h(ClassView, { follow, figure, views });
-}
-
-/** @param {{isFull: boolean, sentence: string}} props Why there is nothing to be seen. */
-function Without({ isFull, sentence }) {
-  const again = `${sentence} This page joins automatically as soon as there is a place.`;
-  const words = isFull ? { title: "This class is full", message: again } : { title: "The class has ended", message: sentence };
-  return h(Notice, { ...words, action: null, inline: true });
 }
 
 /** @param {{follow: FollowPublic}} props */

@@ -3,7 +3,7 @@
 import { messageOf, request } from "../shared/api.js";
 import { CompilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { build, CopyButton, toast } from "../shared/dom.js";
-import { Failed, isTourKnown, showPage, tourLink } from "../shared/page.js";
+import { isTourKnown, Loaded, showPage, tourLink } from "../shared/page.js";
 import { linkTo, newSweep, presetRecipe } from "../shared/share_link.js";
 import { GLOSSARY, REFERENCES } from "../shared/terms.js";
 import { DropZone } from "../upload/drop_zone.js";
@@ -21,12 +21,12 @@ const SESSION = "session/new";
 const COMMANDS = document.documentElement.dataset.commands ?? "";
 /** So many presets stand on a card at once, the others in a fold. */
 const SHOWN = 2;
-const BONE = html`<div class="late card" aria-hidden="true">
+const BONE = html`<div class="card" aria-hidden="true">
   <div class="thumb shimmer"></div><div class="bone shimmer"></div><div class="bone short shimmer"></div>
 </div>`;
 
-/** The experiments; or why they cannot be listed; or nothing yet. */
-const experiments = signal(/** @type {ExperimentPublic[]|string|null} */ (null));
+/** The experiments, once they are known. */
+const experiments = signal(/** @type {ExperimentPublic[]|null} */ (null));
 /** How far compiling is; null where it is done, or not known. */
 const compilation = signal(/** @type {CompilationPublic|null} */ (null));
 /** What is wrong with the experiments of other packages. */
@@ -35,16 +35,13 @@ const problems = signal(/** @type {readonly string[]} */ ([]));
 const upload = signal(/** @type {UploadPublic|null} */ (null));
 
 async function load() {
-  try {
-    experiments.value = await request("GET experiments");
-  } catch (error) {
-    experiments.value = messageOf(error);
-    return;
-  }
-  await Promise.all([findProblems(), findUpload()]);
-  // Safari does not tell when it has nothing better to do.
-  if ("requestIdleCallback" in globalThis) requestIdleCallback(ahead, { timeout: 1000 });
-  else setTimeout(ahead);
+  const listed = (experiments.value = await request("GET experiments"));
+  Promise.all([findProblems(), findUpload()]).then(() => {
+    // Safari does not tell when it has nothing better to do.
+    if ("requestIdleCallback" in globalThis) requestIdleCallback(ahead, { timeout: 1000 });
+    else setTimeout(ahead);
+  });
+  return h(Families, { listed });
 }
 
 async function findProblems() {
@@ -93,11 +90,8 @@ function leave() {
 
 /** All of the page. */
 function Start() {
-  useEffect(() => void load(), []);
-  const known = experiments.value;
-  const listed = typeof known === "string" ? null : known;
+  const listed = experiments.value;
   const asked = listed && upload.value;
-  const without = typeof known === "string" ? h(Failed, { title: "The experiments could not be listed", message: known, again: load }) : [BONE, BONE];
   const isAsking = asked !== null;
   return html`
     <div class="welcome" hidden=${isAsking}>
@@ -110,7 +104,7 @@ function Start() {
       <h2>Experiments</h2>
       ${h(Compiling, {})}
       <div class="families" data-part="experiments">
-        ${listed ? h(Families, { listed }) : without}
+        ${h(Loaded, { load, failed: "The experiments could not be listed", bones: [BONE, BONE] })}
       </div>
       <div role="status" data-part="plugins">
         ${problems.value.length > 0 && html`<ul class="problems">${problems.value.map((problem) => html`<li>${problem}</li>`)}</ul>`}
@@ -214,7 +208,6 @@ function Compiling() {
 if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
 addEventListener("hashchange", findUpload);
 followCompiling((now) => (compilation.value = now)).catch(() => {}).then(() => (compilation.value = null));
-// A page that comes back from the browser's cache shows what was; ask again.
-addEventListener("pageshow", (event) => event.persisted && load());
+addEventListener("pageshow", (event) => event.persisted && location.reload());
 const links = html`<a class="link" href=${GLOSSARY}>Glossary</a><a class="link" href=${REFERENCES}>References</a>`;
 showPage("start", "experiments", Start, links);

@@ -50,9 +50,9 @@ export class ClassControl {
 
   /**
    * @param {() => Shown|null} look Finds what this page has to show.
-   * @param {AbortSignal} end
+   * @param {AbortSignal} [end] The page itself, if not given.
    */
-  constructor(look, end) {
+  constructor(look, end = new AbortController().signal) {
     this.#look = look;
     this.#end = end;
     this.#tellClass = new NewestRequest(() => this.#compare(), {}, end);
@@ -104,7 +104,6 @@ export class ClassControl {
    * Ask the class.
    *
    * @param {PollCreateRequest} poll
-   * @returns {Promise<boolean>} Whether it is asked.
    */
   ask(poll) {
     return this.#done((id) => asked(id, poll, this.#end));

@@ -154,11 +154,8 @@ class Held {
   async #forgetEnded() {
     const session = SESSION.exec(pageOf(this.walk.value))?.[1];
     if (session === undefined) return;
-    try {
-      await request("GET sessions/{session}", { session: decodeURIComponent(session) });
-    } catch {
-      this.walk.value = opened(this.walk.value, null);
-    }
+    const gone = () => (this.walk.value = opened(this.walk.value, null));
+    await request("GET sessions/{session}", { session: decodeURIComponent(session) }).catch(gone);
   }
 
   #finish() {
@@ -310,9 +307,7 @@ function Sheet({ control, close }) {
   const follow = control.follow.value;
   const mayBegin = control.mayBegin.value;
   const isOver = follow === null && !mayBegin;
-  useEffect(() => {
-    if (isOver) close();
-  }, [isOver]);
+  useEffect(() => void (isOver && close()), [isOver]);
   return html`
     <div class="class-sheet">${follow === null ? h(Begin, { control }) : h(Running, { key: follow.id, control, follow, close })}</div>
     ${mayBegin && h(AddToLecture, {})}

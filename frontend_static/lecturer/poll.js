@@ -66,14 +66,15 @@ export function ClassPoll({ control, tools = null }) {
   const { poll = null, followers } = control.follow.value ?? {};
   if (poll === null) return null;
   const reveal = html`<button type="button" class="primary" data-role="reveal" onClick=${() => control.reveal()}>Reveal</button>`;
-  const withdraw = html`<button type="button" data-role="withdraw" onClick=${() => control.withdraw()}>${poll.revealed ? "Close" : "Withdraw"}</button>`;
+  const words = poll.revealed ? "Close" : "Withdraw";
+  const withdraw = html`<button type="button" data-role="withdraw" onClick=${() => control.withdraw()}>${words}</button>`;
   return h(Poll, { poll, followers, tools: [tools, !poll.revealed && reveal, withdraw] });
 }
 
 /**
  * The form of a poll: a question, and two to eight answers.
  *
- * @param {{ask: (poll: {question: string, answers: string[]}) => Promise<boolean>, action: string}} props It is as new once it was asked.
+ * @param {{ask: (poll: {question: string, answers: string[]}) => unknown, action: string}} props It is as new once it was asked; `false` where it was not.
  */
 export function PollForm({ ask, action }) {
   const fields = useSignal(FIRST);
@@ -82,7 +83,7 @@ export function PollForm({ ask, action }) {
     event.preventDefault();
     const form = event.currentTarget;
     const [question, ...answers] = [...new FormData(form).values()].map((text) => String(text).trim());
-    if (!(await ask({ question, answers: answers.filter((answer) => answer !== "") }))) return;
+    if ((await ask({ question, answers: answers.filter(Boolean) })) === false) return;
     form.reset();
     fields.value = FIRST;
   };

@@ -148,7 +148,7 @@ function Ways({ walk, isEmpty }) {
 }
 
 /** The class that this tab leads; nothing of this page is for it. */
-const control = new ClassControl(() => null, end);
+const control = new ClassControl(() => null);
 
 /**
  * What a lecturer finds after a lecture: how long it took, and the class, which goes on following until it is ended.

@@ -115,12 +115,8 @@ function Line({ entry, note, isFirst, isLast, isDragged, grip, move, become, ren
     if (given > 0 && given <= MOST_MINUTES) become({ ...entry, minutes: given, item: { ...item, minutes: given } });
     else field.value = String(minutes);
   };
-  const mover = (/** @type {"up"|"down"} */ way, /** @type {boolean} */ isOff) => html`<button
-    type="button" class="quiet icon-only" title=${`Move ${title} ${way}`} aria-label=${`Move ${title} ${way}`} disabled=${isOff}
-    data-role=${way} onClick=${() => move(way === "up" ? -1 : 1, way)}
-  >
-    ${h(Icon, { name: way })}
-  </button>`;
+  const mover = (/** @type {"up"|"down"} */ way, /** @type {boolean} */ disabled) =>
+    h(IconButton, { name: way, title: `Move ${title} ${way}`, run: () => move(way === "up" ? -1 : 1, way), disabled, "data-role": way });
   return html`<li class="row" data-key=${key} data-kind=${kind} data-dragged=${isDragged || null}>
     <button
       type="button" class="quiet icon-only order-handle" title="Drag, or move with the arrow keys" aria-label=${`Move ${title}: arrow keys`}

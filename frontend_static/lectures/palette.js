@@ -25,7 +25,7 @@ const PLACES = [
   { id: "failures", title: "Failures", list: listFailures },
   { id: "sessions", title: "Sessions", list: listSessions },
   { id: "comparisons", title: "Comparisons", list: async (add) => h(Compared, { add, all: await mine() }) },
-  { id: "polls", title: "Polls", list: async (add) => h(PollForm, { ask: poll(add), action: "Add the poll" }) },
+  { id: "polls", title: "Polls", list: listPollForm },
 ];
 
 /** @param {{add: Add}} props */
@@ -80,6 +80,12 @@ async function listSessions(add) {
   `;
 }
 
+/** @param {Add} add */
+async function listPollForm(add) {
+  const ask = (/** @type {{question: string, answers: string[]}} */ { question, answers }) => add({ poll: question, answers }, question, POLL_MINUTES);
+  return h(PollForm, { ask, action: "Add the poll" });
+}
+
 /**
  * Runs to be chosen for a comparison.
  *
@@ -119,17 +125,6 @@ async function mine() {
       return { title, hint: `saved ${moment(created)}`, item: { session: run, title }, run };
     }),
   ];
-}
-
-/**
- * @param {Add} add
- * @returns {(poll: {question: string, answers: string[]}) => Promise<boolean>}
- */
-function poll(add) {
-  return async ({ question, answers }) => {
-    add({ poll: question, answers }, question, POLL_MINUTES);
-    return true;
-  };
 }
 
 /** @param {{add: Add}} props */

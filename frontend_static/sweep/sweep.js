@@ -45,11 +45,7 @@ const TESTS = [
   { value: "chi-square", words: "chi-square" },
   { value: "fisher", words: "Fisher exact" },
 ];
-const LEVELS = [
-  { value: "0.05", words: "5 %" },
-  { value: "0.01", words: "1 %" },
-  { value: "0.001", words: "0.1 %" },
-];
+const LEVELS = ["0.05", "0.01", "0.001"].map((value) => ({ value, words: `${100 * Number(value)} %` }));
 
 /** All of the page. */
 function Page() {

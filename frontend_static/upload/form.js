@@ -1,6 +1,7 @@
 /** After an upload: which frame to begin with, what to follow and how, and whether it can be followed. */
 
 import { messageOf, Meter, request } from "../shared/api.js";
+import { Select } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { Made } from "../shared/page.js";
 import { VIRIDIS } from "../shared/palette.js";
@@ -25,7 +26,6 @@ const STILL_MS = 250;
 const SLOW_MS = 400;
 const RAMP = `background: linear-gradient(90deg, ${VIRIDIS.map((colour) => `rgb(${colour.join(" ")})`).join(", ")})`;
 const CHECKING = "Checking whether this target can be tracked";
-const TRUTH = "Truth (CSV, optional)";
 const TRUTH_FILES = ".csv,.txt,.xml,.json,text/csv";
 
 /** @param {{upload: UploadPublic, experiments: ExperimentPublic[], leave: () => void}} props */
@@ -112,13 +112,13 @@ function Stage({ target }) {
   const { experiment: { finds, marks, advice, unmarked }, upload, picture } = target;
   const way = target.way.value;
   const known = target.finding.value;
-  const take = (/** @type {SelectEvent} */ { currentTarget: { value } }) => target.markBy(value);
+  const kinds = marks.map(({ kind, title }) => ({ value: kind, words: title }));
   const isAsked = known?.state === "marking";
   useEffect(() => void (isAsked && way?.editor.focus()), [isAsked]);
   return html`<div class="target-stage">
     ${finds === null && marks.length > 1 && html`<label class="mark-choice">
       Mark the target by
-      <select value=${way?.description.kind} onChange=${take}>${marks.map(({ kind, title }) => html`<option value=${kind}>${title}</option>`)}</select>
+      ${h(Select, { label: "Mark the target by", options: kinds, value: way?.description.kind ?? "", choose: (kind) => target.markBy(kind) })}
     </label>`}
     ${finds === null && html`<p class="hint">
       ${way?.description.instruction} ${advice} ${way && unmarked.includes(upload.kind) && "Leave them unchanged if the whole recording is the target."}
@@ -253,20 +253,13 @@ function Truth({ target }) {
     input.value = "";
   };
   const columns = `With the columns ${target.experiment.truth_columns.join(", ")}; frames count from\u00a00`;
-  const asked = html`
-    <label for="target-truth">${TRUTH}</label>
-    <input type="file" id="target-truth" accept=${TRUTH_FILES} aria-describedby="target-truth-words" aria-invalid=${String(refused !== "")} onChange=${give} />
-    <p class=${refused ? "wrong" : "hint"} role=${refused ? "alert" : null} id="target-truth-words">${refused || (isBusy ? "Checking the table" : columns)}</p>
-  `;
+  const known = kept ? `Truth of ${count(kept.frames, "frame")}, ${kept.first} to ${kept.last}` : columns;
   return html`<div class="target-truth" ref=${field}>
-    ${kept ? html`
-      <p class="truth-title">${TRUTH}</p>
-      <p class="truth-kept">
-        Truth of ${count(kept.frames, "frame")}, ${kept.first} to ${kept.last}
-        <button type="button" aria-label="Remove the truth" onClick=${() => target.removeTruth()}>Remove</button>
-      </p>
-      ${kept.warnings.map((warning) => html`<p class="note">${warning}</p>`)}
-    ` : asked}
+    <label for="target-truth">Truth (CSV, optional)</label>
+    <input type="file" id="target-truth" accept=${TRUTH_FILES} aria-describedby="target-truth-words" aria-invalid=${String(refused !== "")} onChange=${give} />
+    <p class=${refused ? "wrong" : "hint"} role=${refused ? "alert" : null} id="target-truth-words">${refused || (isBusy ? "Checking the table" : known)}</p>
+    ${kept && html`<button type="button" class="quiet" aria-label="Remove the truth" onClick=${() => target.removeTruth()}>Remove</button>`}
+    ${kept?.warnings.map((warning) => html`<p class="note">${warning}</p>`)}
   </div>`;
 }
 

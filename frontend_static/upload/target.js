@@ -13,7 +13,6 @@ import { computed, signal } from "../vendor/preact.js";
 /** @import { MarkEditor } from "../shared/marks/mark_editor.js" */
 /** @import { Description, Mark } from "../shared/marks/mark_json.js" */
 /** @import { ExperimentPublic, SightingPublic, TruthPublic, UploadPublic } from "../shared/messages.js" */
-/** @import { Signal } from "../vendor/preact.js" */
 
 /**
  * How far the search for a target is, and what to say of it.
@@ -32,12 +31,6 @@ const PICTURE_EVERY_MS = 80;
 const NO_TRUTH = { kept: null, refused: "", isBusy: false };
 
 export class Target {
-  /** @type {UploadPublic} */
-  upload;
-  /** @type {ExperimentPublic} */
-  experiment;
-  /** The frame to begin with. */
-  frame;
   /** Address of the picture that is shown of it. */
   picture = signal("");
   /** How the target is marked; null where there is nothing to mark. */
@@ -48,8 +41,6 @@ export class Target {
   left = signal(0);
   finding = signal(/** @type {Finding|null} */ (null));
   truth = signal(NO_TRUTH);
-  /** @type {Signal<string>} */
-  tracker;
   isStarting = signal(false);
   /** Why no session has begun. */
   wrong = signal("");
@@ -72,9 +63,11 @@ export class Target {
    * @param {string} [proposal] Why this experiment was chosen for a person, a sentence or more.
    */
   constructor(upload, experiment, frame = 0, proposal = "") {
-    [this.upload, this.experiment] = [upload, experiment];
+    this.upload = upload;
+    this.experiment = experiment;
     this.ids = { upload: upload.id, experiment: experiment.id };
     this.proposal = proposal;
+    /** The frame to begin with. */
     this.frame = signal(frame);
     this.tracker = signal(experiment.default_tracker);
     this.found = descriptionOf(experiment, experiment.finds);

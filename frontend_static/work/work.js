@@ -8,7 +8,7 @@ import { attempt, IconButton, Popover } from "../shared/dom.js";
 import { Exports } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
 import { Failed, showPage, Thumbnail } from "../shared/page.js";
-import { later } from "../shared/timing.js";
+import { throttle } from "../shared/timing.js";
 import { shortTitle } from "../sweep/store.js";
 import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.js";
 
@@ -25,20 +25,19 @@ import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.
  * @typedef {object} Item
  * @property {string} id
  * @property {string} name
- * @property {string} anchor In the page's address.
- * @property {string|null} picture Its address, where it has one.
- * @property {Child} title
+ * @property {string} [title] Its name, if not given.
+ * @property {string} [page] Its address, where it has one.
+ * @property {string} [open] What the link to its page says.
+ * @property {string} [picture] Its address, where it has one.
  * @property {string[]} facts The empty ones are left out.
- * @property {Child} ways What leads to it.
- * @property {((name: string) => Promise<unknown>)|null} rename
+ * @property {Child} [ways] What else leads to it.
+ * @property {(name: string) => Promise<unknown>} [rename]
  * @property {() => Promise<unknown>} remove
  */
 
-/** @type {Record<SessionPublic["state"], string>} */
+/** Those that are not called by their own names. @type {Partial<Record<SessionPublic["state"], string>>} */
 const SESSION_STATES = {
-  starting: "starting",
   ready: "paused",
-  playing: "playing",
   ended: "at the end",
   suspended: "sleeping",
   crashed: "stopped, can be restarted",
@@ -51,16 +50,16 @@ const SWEEP_STATES = { running: "running", stopped: "stopped, can be resumed", d
  * @returns {Item}
  */
 function sessionItem(session) {
-  const { id, name, page, created } = session;
-  const doing = session.goal === null ? SESSION_STATES[session.state] : "computing";
+  const { id, name, page, thumbnail, created } = session;
+  const doing = session.goal === null ? (SESSION_STATES[session.state] ?? session.state) : "computing";
   const experiment = name === session.title ? "" : session.title;
   return {
-    id, name,
-    anchor: `session-${id}`,
-    picture: session.thumbnail,
-    title: html`<a class="row-title" href=${page}>${name} · ${trackerTitle(session, session.tracker)}</a>`,
+    id,
+    name,
+    title: `${name} · ${trackerTitle(session, session.tracker)}`,
+    page,
+    picture: thumbnail,
     facts: [experiment, `seed ${session.recipe.seed}`, `frame ${session.position} / ${session.frames}`, doing, moment(created)],
-    ways: html`<a class="button" href=${page}>Open</a>`,
     rename: (to) => request("PATCH sessions/{session}", { session: id, body: { name: to } }),
     remove: () => request("DELETE sessions/{session}", { session: id }),
   };
@@ -79,9 +78,7 @@ function runItem(run) {
   return {
     id,
     name: title,
-    anchor: `run-${id}`,
     picture: run.thumbnail,
-    title: html`<span class="row-title">${title}</span>`,
     facts: [run.outcome, reproduced(run.summary), `seed ${run.seed}`, moment(created)],
     ways: [html`<button type="button" onClick=${open}>Open</button>`, h(Files, { run })],
     rename: (to) => request("PATCH runs/{run}", { run: id, body: { title: to } }),
@@ -111,11 +108,8 @@ function comparisonItem({ id, title, experiments, trackers, created, page }) {
   return {
     id,
     name: title,
-    anchor: `comparison-${id}`,
-    picture: null,
-    title: html`<a class="row-title" href=${page}>${title}</a>`,
+    page,
     facts: [experiments.join(", "), count(trackers.length, "run"), moment(created)],
-    ways: html`<a class="button" href=${page}>Open</a>`,
     rename: (to) => request("PATCH comparisons/saved/{saved}", { saved: id, body: { title: to } }),
     remove: () => request("DELETE comparisons/saved/{saved}", { saved: id }),
   };
@@ -131,12 +125,9 @@ function sweepItem({ id, title, page, trackers, outcome, state, created, done, r
   return {
     id,
     name: title,
-    anchor: `sweep-${id}`,
-    picture: null,
-    title: html`<a class="row-title" href=${page}>${title}</a>`,
+    page,
     facts: [methods, outcome, SWEEP_STATES[state], moment(created)],
-    ways: [state === "running" && meter, html`<a class="button" href=${page}>Open</a>`],
-    rename: null,
+    ways: state === "running" && meter,
     remove: () => request("DELETE sweeps/{sweep}", { sweep: id }),
   };
 }
@@ -145,38 +136,38 @@ function sweepItem({ id, title, page, trackers, outcome, state, created, done, r
  * @param {UploadPublic} upload
  * @returns {Item}
  */
-function uploadItem(upload) {
-  const { id, name } = upload;
-  const page = `${START}#upload/${encodeURIComponent(id)}`;
-  const size = upload.width > 0 ? `${upload.width} × ${upload.height} px` : "";
+function uploadItem({ id, name, kind, frames, width, height, size_bytes: size, created }) {
   return {
-    id, name,
-    anchor: `upload-${id}`,
+    id,
+    name,
+    page: `${START}#upload/${encodeURIComponent(id)}`,
+    open: "Track a target in it",
     picture: addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: id, frame: 0 }),
-    title: html`<a class="row-title" href=${page}>${name}</a>`,
-    facts: [upload.kind, count(upload.frames, "frame"), size, bytes(upload.size_bytes), moment(upload.created)],
-    ways: html`<a class="button" href=${page}>Track a target in it</a>`,
-    rename: null,
+    facts: [kind, count(frames, "frame"), width > 0 ? `${width} × ${height} px` : "", bytes(size), moment(created)],
     remove: () => request("DELETE uploads/{upload}", { upload: id }),
   };
 }
 
 /** @param {{kind: Kind, item: Item, isChosen: boolean, toggle: () => void, again: () => Promise<void>}} props `again` lists everything anew. */
 function Row({ kind, item, isChosen, toggle, again }) {
-  const { id, name, anchor, picture, title, facts, ways, rename } = item;
+  const { id, name, title = name, page, open = "Open", picture, facts, ways, rename } = item;
   const renaming = rename && (async () => {
     const answer = await askName(`Rename ${name}`, name);
     if (answer !== null) await attempt(() => rename(answer).then(again));
   });
-  const label = `${ABOUT[kind].verb} ${name}`;
-  return html`<li class="row" id=${anchor} ...${{ [`data-${ABOUT[kind].noun}`]: id }}>
+  const noun = nounOf(kind);
+  return html`<li class="row" id=${`${noun}-${id}`} ...${{ [`data-${noun}`]: id }}>
     <input type="checkbox" checked=${isChosen} aria-label=${`Choose ${name}`} onChange=${toggle} />
-    ${picture !== null && html`<div class="row-thumb">${h(Thumbnail, { address: picture })}</div>`}
-    <div class="row-words">${title}<span class="hint">${facts.filter(Boolean).join(", ")}</span></div>
+    ${picture && html`<div class="row-thumb">${h(Thumbnail, { address: picture })}</div>`}
+    <div class="row-words">
+      ${page ? html`<a class="row-title" href=${page}>${title}</a>` : html`<span class="row-title">${title}</span>`}
+      <span class="hint">${facts.filter(Boolean).join(", ")}</span>
+    </div>
     <div class="row-actions">
       ${ways}
+      ${page && html`<a class="button" href=${page}>${open}</a>`}
       ${renaming && h(IconButton, { name: "rename", title: `Rename ${name}`, run: renaming })}
-      ${h(IconButton, { name: "trash", title: label, run: () => remove(kind, [item], again) })}
+      ${h(IconButton, { name: "trash", title: `${verbOf(kind)} ${name}`, run: () => remove(kind, [item], again) })}
     </div>
   </li>`;
 }
@@ -189,7 +180,7 @@ function Row({ kind, item, isChosen, toggle, again }) {
  * @param {() => Promise<void>} again
  */
 async function remove(kind, items, again) {
-  const { verb, noun, loss } = ABOUT[kind];
+  const [verb, noun, { loss }] = [verbOf(kind), nounOf(kind), ABOUT[kind]];
   const isOne = items.length === 1;
   const names = items.map(({ name }) => name).join(", ");
   const question = {
@@ -226,15 +217,13 @@ const PLACEHOLDER = "Title, experiment, tracker, date or outcome";
 const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
 
 /**
- * What to say of a kind: how its things end and what is lost then, and what to do where there is nothing.
+ * What to say of a kind: what is lost when its things end, and what to do where there is nothing.
  *
  * @typedef {object} About
  * @property {string} title
- * @property {string} noun
- * @property {string} verb
  * @property {string} loss
  * @property {string} empty
- * @property {[words: string, href: string]} way
+ * @property {[words: string, href: string]} [way] To choose an experiment, if not given.
  * @property {(work: WorkPublic) => Item[]} items
  */
 
@@ -242,35 +231,24 @@ const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
 const ABOUT = {
   sessions: {
     title: "Running sessions",
-    noun: "session",
-    verb: "End",
     loss: "Anything you have not saved is lost.",
     empty: "No session is running. Start one with an experiment, and it is listed here until you end it.",
-    way: ["Choose an experiment", START],
     items: ({ sessions }) => sessions.map(sessionItem),
   },
   runs: {
     title: "Saved runs",
-    noun: "run",
-    verb: "Delete",
     loss: "What you have not downloaded is lost for good.",
     empty: "No runs are saved yet. Save one on a session's page, and it is listed here.",
-    way: ["Choose an experiment", START],
     items: ({ runs }) => runs.map(runItem),
   },
   comparisons: {
     title: "Comparisons",
-    noun: "comparison",
-    verb: "Delete",
     loss: "The runs themselves stay where they are.",
     empty: "No comparison is saved yet. Compare runs, and save what you see on that page.",
-    way: ["Choose an experiment", START],
     items: ({ comparisons }) => comparisons.map(comparisonItem),
   },
   sweeps: {
     title: "Sweeps",
-    noun: "sweep",
-    verb: "Delete",
     loss: "Runs and maps that you have not downloaded are lost for good.",
     empty: "A sweep runs an experiment over many conditions and draws a map of where each tracker succeeds. None has been started yet.",
     way: ["New sweep", "sweep/new"],
@@ -278,8 +256,6 @@ const ABOUT = {
   },
   uploads: {
     title: "Uploads",
-    noun: "upload",
-    verb: "Delete",
     loss: "The server deletes the recording. Sessions and saved runs of it cannot be computed any more.",
     empty: "No recording has been uploaded yet. Drop a video on the start page to track something in it.",
     way: ["Upload a video", START],
@@ -288,15 +264,23 @@ const ABOUT = {
 };
 const KINDS = /** @type {Kind[]} */ (Object.keys(ABOUT));
 
+/** @param {Kind} kind */
+function nounOf(kind) {
+  return kind.slice(0, -1);
+}
+
+/** @param {Kind} kind */
+function verbOf(kind) {
+  return kind === "sessions" ? "End" : "Delete";
+}
+
 /** The newest answer; or a sentence on why there is none; or nothing yet. */
 const answered = signal(/** @type {WorkPublic|string|null} */ (null));
 const wish = signal(parseQuery(new URLSearchParams(location.search)));
-/** The words as they stand in the field; they are looked for a moment later. */
-const typed = signal(wish.value.words);
 /** What is chosen, in that order, to be compared, ended or deleted at once; also what another search found. */
 const chosen = signal(/** @type {readonly {kind: Kind, item: Item}[]} */ ([]));
 let asked = new AbortController();
-let waiting = () => {};
+const lookSoon = throttle(load, TYPING_MS);
 
 /**
  * @param {URLSearchParams} address
@@ -320,16 +304,14 @@ function ownAddress({ words, show }) {
 
 /** @param {Partial<Query>} change */
 function search(change) {
-  waiting();
-  const before = ownAddress(wish.value);
-  const isOtherKind = change.show !== undefined && change.show !== wish.value.show;
-  const next = { ...wish.value, words: typed.value, ...change };
-  if (isOtherKind) next.limit = next.show === null ? FEW : MANY;
-  wish.value = next;
+  const before = wish.value;
+  const { show = before.show } = change;
+  const isOtherKind = show !== before.show;
+  wish.value = { ...before, ...(isOtherKind && { limit: show === null ? FEW : MANY }), ...change };
   // Another kind is a step that one may go back; each letter typed is none.
-  if (isOtherKind) history.pushState(null, "", ownAddress(next));
-  else if (ownAddress(next) !== before) history.replaceState(null, "", ownAddress(next));
-  load();
+  if (isOtherKind) history.pushState(null, "", ownAddress(wish.value));
+  else history.replaceState(null, "", ownAddress(wish.value));
+  lookSoon();
 }
 
 /** Ask for what is wished; of several questions only the newest is answered. */
@@ -351,25 +333,16 @@ function Work() {
   useEffect(() => void load().then(() => document.querySelector(":target")?.scrollIntoView({ block: "center" })), []);
   const work = answered.value;
   const found = work !== null && typeof work === "object" ? work.found : null;
-  const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: { value } }) => {
-    typed.value = value;
-    waiting();
-    waiting = later(() => search({}), TYPING_MS);
-  };
+  const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => search({ words: currentTarget.value });
   const clear = () => {
     field.current?.focus();
-    typed.value = "";
-    search({});
-  };
-  const submit = (/** @type {Event} */ event) => {
-    event.preventDefault();
-    search({});
+    search({ words: "" });
   };
   return html`
-    <form class="search" role="search" onSubmit=${submit}>
+    <form class="search" role="search" onSubmit=${(/** @type {Event} */ event) => event.preventDefault()}>
       <label>
         Search my work
-        <input ref=${field} type="search" value=${typed.value} maxlength="200" placeholder=${PLACEHOLDER} onInput=${type} />
+        <input ref=${field} type="search" value=${wish.value.words} maxlength="200" placeholder=${PLACEHOLDER} onInput=${type} />
       </label>
       <div class="kinds" role="group" aria-label="Show">
         ${h(Chip, { kind: null, title: "All", amount: found && sum(KINDS, found) })}
@@ -415,7 +388,7 @@ function Found({ work, clear }) {
 
 /** @param {{kind: Kind, work: WorkPublic}} props */
 function Section({ kind, work }) {
-  const { title, empty, way: [words, href] } = ABOUT[kind];
+  const { title, empty, way: [words, href] = ["Choose an experiment", START] } = ABOUT[kind];
   const items = ABOUT[kind].items(work);
   const rest = work.found[kind] - items.length;
   const isAlone = wish.value.show === kind;
@@ -444,7 +417,7 @@ function Section({ kind, work }) {
 function WithChosen({ kind }) {
   const some = chosen.value.filter((each) => each.kind === kind).map(({ item }) => item);
   if (some.length === 0) return null;
-  const { verb, noun } = ABOUT[kind];
+  const [verb, noun] = [verbOf(kind), nounOf(kind)];
   const compared = `Compare ${count(some.length, noun)}`;
   const isComparable = kind === "runs" && some.length > 1 && some.length <= MOST_COMPARED;
   return html`
@@ -475,7 +448,6 @@ function sum(kinds, found) {
 
 addEventListener("popstate", () => {
   wish.value = parseQuery(new URLSearchParams(location.search));
-  typed.value = wish.value.words;
   load();
 });
 // A page that comes back from the browser's cache shows what was; ask again.
