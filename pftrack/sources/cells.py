@@ -1,15 +1,21 @@
 """Tables as text: how a program saved one, its header, and its lines; what is wrong is told by line.
 
-Cells are separated by commas, semicolons or tabs, whichever the first line has most of. Names of columns are compared
-in small letters, with _ for spaces. Blank lines are passed over.
+Cells are separated by commas, semicolons or tabs, whichever the header has most of; a comma within a cell separates
+decimals. Names of columns are compared in small letters, with _ for spaces. Blank lines and comments, which begin with
+#, are passed over; a comment before the first line of numbers may be the header.
+
+All lines before the first with a number are the header. Of several the first counts, without those that have fewer
+cells: the others are titles and units, as in the tables of TrackMate. If names are repeated in the last two, the one
+says whose the others are, as in the tables of DeepLabCut: `nose, nose` and `x, y` are `nose_x, nose_y`.
 """
 
 import csv
 import io
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
@@ -19,6 +25,11 @@ from pftrack.core.texts import read_whole
 LARGEST_FRAME = 10_000_000
 MOST_COLUMNS = 16_384
 """As many as a spreadsheet can have."""
+LONGEST_HEADER = 12
+"""Lines before the first number that may be its header."""
+COMMENT = "#"
+DELIMITERS = ",;\t"
+SEPARATORS = re.compile(r"[,;\t]")
 UNKNOWN = {"", "na", "n/a", "none", "null", "-"}
 """Cells without a number."""
 
@@ -80,14 +91,16 @@ class Table(NamedTuple):
     """A table that is being read.
 
     Attributes:
-        header: Names of the columns.
+        header: Names of the columns; empty if it has none.
         rows: Number of the line, from 1, and cells of each line after the header; may raise RefusedError.
         delimiter: What separates the cells.
+        start: Where in the text the lines after the header begin.
     """
 
     header: list[str]
     rows: Iterator[tuple[int, list[str]]]
     delimiter: str
+    start: int
 
 
 def decode(data: bytes) -> str:
@@ -101,37 +114,94 @@ def decode(data: bytes) -> str:
         return data.decode("cp1252", "replace")
 
 
-def delimiter_of(line: str) -> str:
-    """Return what separates the cells of a table's header: the most frequent of comma, semicolon and tab."""
-    return max(",;\t", key=line.count)
-
-
 def read_table(text: str) -> Table:
-    """Return the header of a table and its lines; no names if the header is not one.
+    """Return the header of a table and its lines.
 
     Raises:
         RefusedError: It has more than `MOST_COLUMNS` columns.
     """
-    first = text.partition("\n")[0]
-    delimiter = delimiter_of(first)
-    if (count := first.count(delimiter) + 1) > MOST_COLUMNS:
+    lines = io.StringIO(text, newline="")
+    head: list[str] = []
+    comments: list[str] = []
+    start = before = 0
+    for line in lines:
+        if line.startswith(COMMENT):
+            comments.append(line.removeprefix(COMMENT).strip())
+        elif len(head) == LONGEST_HEADER or _has_number(line):
+            break
+        elif bare := line.strip():
+            head.append(bare)
+        start += len(line)
+        before += 1
+    head = head or comments[-1:]
+    widest = max(head, key=lambda line: max(map(line.count, DELIMITERS)), default="")
+    delimiter = max(DELIMITERS, key=widest.count) if any(mark in widest for mark in DELIMITERS) else " "
+    if (count := widest.count(delimiter) + 1) > MOST_COLUMNS:
         raise RefusedError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
-    lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    header = _header([line for line in head if line.count(delimiter) + 1 == count], delimiter)
+    lines.seek(start)
+    return Table(header, _rows(_cells(lines, delimiter), before), delimiter, start)
+
+
+def _has_number(line: str) -> bool:
+    if any(mark in line for mark in DELIMITERS):
+        return any(is_number(cell.strip().strip('"')) for cell in SEPARATORS.split(line))
+    return bool(line.strip()) and all(map(is_number, line.split()))
+
+
+def _cells(lines: Iterable[str], delimiter: str) -> Any:  # noqa: ANN401 - the reader of csv has no public type
+    return csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+
+
+def _header(lines: Sequence[str], delimiter: str) -> list[str]:
+    """Return the names of the columns that these lines of as many cells say."""
     try:
-        names = next(lines, [])
+        named = [[_name(cell) for cell in cells] for cells in _cells(lines, delimiter)]
     except csv.Error:
-        names = []
-    header = [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in names]
-    return Table(header, _rows(lines), delimiter)
+        return []
+    if len(named) > 1 and all(map(_repeats, named[-2:])):
+        return ["frame", *(f"{above}_{name}" for above, name in zip(named[-2][1:], named[-1][1:], strict=False))]
+    return named[0] if named else []
 
 
-def _rows(lines: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
+def _repeats(names: Iterable[str]) -> bool:
+    known = [name for name in names if name]
+    return len(set(known)) < len(known)
+
+
+def _name(cell: str) -> str:
+    return cell.strip().strip("\ufeff").lower().replace(" ", "_")
+
+
+def _rows(lines: Any, before: int) -> Iterator[tuple[int, list[str]]]:  # noqa: ANN401 - as above
     try:
-        for line, cells in enumerate(lines, start=2):
-            if any(cell.strip() for cell in cells):
-                yield line, cells
+        for cells in lines:
+            if any(cell.strip() for cell in cells) and not cells[0].startswith(COMMENT):
+                yield before + lines.line_num, cells
     except csv.Error as error:
         raise RefusedError(f"the table cannot be read ({error})") from None
+
+
+def lines_of(text: str) -> Iterator[tuple[int, str]]:
+    """Yield number, from 1, and content of each line of text that is neither blank nor a comment."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if (bare := line.strip()) and not bare.startswith(COMMENT):
+            yield number, bare
+
+
+def cells_of(line: str) -> list[str]:
+    """Return the cells of a line of numbers without a header.
+
+    They are separated by semicolons or tabs. Without these, commas separate them; but where spaces do and no comma
+    stands beside one, commas separate decimals.
+    """
+    for delimiter in ";\t":
+        if delimiter in line:
+            return [cell for cell in map(str.strip, line.split(delimiter)) if cell]
+    cells = line.split()
+    if len(cells) > 1 and not any(cell.startswith(",") or cell.endswith(",") for cell in cells):
+        return cells
+    return [cell for cell in map(str.strip, line.split(",")) if cell] if "," in line else cells
 
 
 def frame_in(line: int, text: str) -> int:
@@ -152,8 +222,8 @@ def frame_in(line: int, text: str) -> int:
     return frame
 
 
-def number_in(line: int, what: str, text: str, *, unit: str = "", delimiter: str = ",") -> float:
-    """Return a number, NaN for a cell without one; where commas do not separate cells, they may separate decimals.
+def number_in(line: int, what: str, text: str, *, unit: str = "") -> float:
+    """Return a number, NaN for a cell without one; a comma in a cell separates decimals.
 
     Raises:
         RefusedError: It is another text.
@@ -162,6 +232,24 @@ def number_in(line: int, what: str, text: str, *, unit: str = "", delimiter: str
     if bare.lower() in UNKNOWN:
         return math.nan
     try:
-        return float(bare if delimiter == "," else bare.replace(",", "."))
+        return number_of(bare)
     except ValueError:
         raise RefusedError(f"line {line}: {what} must be a number{unit and f' of {unit}'}, got {bare[:40]!r}") from None
+
+
+def number_of(text: str) -> float:
+    """Return the number that a cell has; a comma separates decimals.
+
+    Raises:
+        ValueError: It has none, or one with separators of thousands, which could be read in two ways.
+    """
+    return float(text if "." in text else text.replace(",", ".", 1))
+
+
+def is_number(text: str) -> bool:
+    """Return whether a cell has a number."""
+    try:
+        number_of(text)
+    except ValueError:
+        return False
+    return True

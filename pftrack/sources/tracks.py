@@ -162,7 +162,7 @@ def _long(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
         if not name:
             raise RefusedError(f"line {line} names no point")
         index = number if frame is None else frame_in(line, cells[frame])
-        yield line, index, name, _values(line, cells, places, table.delimiter)
+        yield line, index, name, _values(line, cells, places)
 
 
 def _wide(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
@@ -181,7 +181,7 @@ def _wide(table: Table, columns: Mapping[str, int]) -> Iterator[Row]:
     for line, cells in _fill(table):
         number = frame_in(line, cells[frame])
         for name, places in points:
-            yield line, number, name[:40], _values(line, cells, places, table.delimiter)
+            yield line, number, name[:40], _values(line, cells, places)
 
 
 def _places(found: Mapping[str, int]) -> _Places | None:
@@ -201,14 +201,14 @@ def _fill(table: Table) -> Iterator[tuple[int, list[str]]]:
         yield line, cells
 
 
-def _values(line: int, cells: Sequence[str], places: _Places, delimiter: str) -> tuple[float, float, float, float]:
-    x = number_in(line, "x", cells[places.x], delimiter=delimiter)
-    y = number_in(line, "y", cells[places.y], delimiter=delimiter)
+def _values(line: int, cells: Sequence[str], places: _Places) -> tuple[float, float, float, float]:
+    x = number_in(line, "x", cells[places.x])
+    y = number_in(line, "y", cells[places.y])
     if max(abs(x), abs(y)) > FURTHEST_PX and math.isfinite(x) and math.isfinite(y):
         raise RefusedError(f"line {line}: a position must lie within {FURTHEST_PX:,.0f} px, got {x:g}, {y:g}")
     if places.spread is None:
         return x, y, 1.0, 1.0
-    first, second = (number_in(line, "variance", cells[place], delimiter=delimiter) for place in places.spread)
+    first, second = (number_in(line, "variance", cells[place]) for place in places.spread)
     variances = (first, second) if places.squared else (first * first, second * second)
     # The square of a deviation that is above 0 may be too small for a number.
     if min(first, second, *variances) <= 0.0:

@@ -1,11 +1,10 @@
 """Truth for recorded clips: a table of numbers by frame, such as boxes drawn by hand.
 
-The file is comma-separated text with a header. Which columns it must have says its `TruthKind`, which an experiment
-declares; for boxes they are `frame, x, y, w, h`: the frame's number from 0, the left and upper edge of the box and its
-width and height, in px of the picture. Of polygons, `frame, x1, y1, x2, y2, x3, y3` and so on, the smallest upright box
-around the corners is taken, as of the sequences of VOT. Further columns are ignored. A frame that is not listed, or
-whose first value is empty, is a frame without truth: it counts neither for the tracker nor against it. Boxes are also
-read in the forms of other trackers and of annotators (`pftrack.sources.results`).
+Boxes are read in all forms of other trackers and of annotators (`pftrack.sources.results`). The shortest is a table
+with the columns `frame, x, y, w, h`: the frame's number from 0, the left and upper edge of the box and its width and
+height, in px of the picture. Which columns another table must have says its `TruthKind`, which an experiment declares.
+Further columns are ignored. A frame that is not listed, or whose values are empty, is a frame without truth: it counts
+neither for the tracker nor against it.
 
 A person may also mark the target in pictures of the clip: a `TruthKind` says by which kind of mark, and where in it the
 values of a frame stand.
@@ -25,8 +24,7 @@ from pftrack.core.model.source import Target, Truth
 from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import Table, decode, frame_in, number_in
 from pftrack.sources.cells import read_table as read_cells
-from pftrack.sources.results.table import form_of
-from pftrack.sources.results.writing import read_results
+from pftrack.sources.results.writing import read_results_file
 
 # A target may leave the picture, partly or for some frames entirely, and its true box with it. Where most boxes lie
 # wholly outside, they were drawn on a clip of another size, or hold other numbers than their columns say.
@@ -88,11 +86,6 @@ def _spans(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
 
 
 LARGEST_FILE_BYTES = 16 * 1024 * 1024
-FEWEST_CORNERS, MOST_CORNERS = 3, 1000
-LONGEST_HEADER = 20_000
-"""Characters, in which the names of so many corners have room."""
-LEAST_PX = 1.0
-"""Side of the box around a polygon that is a line."""
 
 
 class Form(NamedTuple):
@@ -159,82 +152,17 @@ class TruthTable:
 
 
 def read_truth(path: Path) -> TruthTable:
-    """Read a table of true boxes.
-
-    Args:
-        path: A comma-separated file with the columns frame, x, y, w, h and any others.
+    """Read true boxes in any form that results have; of several targets the first.
 
     Raises:
-        RefusedError: The file is missing, is not such a table, or has a wrong line.
+        RefusedError: The file is missing, has no boxes, or has a wrong line.
     """
-    if (table := _results(path)) is not None:
-        return table
-    corners = _corners_in(path)
-    if corners >= FEWEST_CORNERS:
-        rows, warnings = read_table(path, _polygon_form(corners))
-        boxes = {frame: _around(values) for frame, values in rows.items()}
-        return TruthTable(MappingProxyType(boxes), warnings)
-    rows, warnings = read_table(path, BOX_FORM)
-    boxes = {frame: (x, y, w, h) for frame, (x, y, w, h) in rows.items()}
-    return TruthTable(MappingProxyType(boxes), warnings)
-
-
-def _results(path: Path) -> TruthTable | None:
-    """Return the boxes of a file in one of the forms of trackers and annotators; None for a table of this module."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST_FILE_BYTES + 1)
-        form = form_of(data)
-        if len(data) > LARGEST_FILE_BYTES or form is None or (form == "csv" and _is_own(data)):
-            return None
-        found = read_results(data)
-    except OSError:
-        return None  # why it cannot be read is said by whoever reads it as a table
-    except RefusedError as error:
-        raise RefusedError(f"{path.name}: {error}") from None
-    first = found.targets[0]
-    boxes = {box.frame: (box.x, box.y, box.w, box.h) for box in found.boxes if box.target == first}
+    found = read_results_file(path)
+    first = found.boxes[0]
+    boxes = {box.frame: (box.x, box.y, box.w, box.h) for box in found.boxes if box.target == first.target}
     others = len(found.targets) - 1
-    left_out = f"{path.name} has several objects; those after {found.names.get(first, first)} were left out ({others})"
+    left_out = f"It has {others + 1} targets; only {first.label or f'target {first.target}'} counts."
     return TruthTable(MappingProxyType(boxes), (*found.remarks, *([left_out] if others else [])))
-
-
-def _is_own(data: bytes) -> bool:
-    """Return whether a table has the columns of this module, of boxes or of polygons."""
-    names = {name.strip() for name in decode(data[:LONGEST_HEADER]).partition("\n")[0].lower().split(",")}
-    return set(BOX_FORM.columns) <= names or {"x3", "y3"} <= names
-
-
-def _corners_in(path: Path) -> int:
-    """Return how many corners of a polygon the header of a table names; 0 if it is no table of polygons.
-
-    Raises:
-        RefusedError: It names more corners than are read.
-    """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            header = file.readline(LONGEST_HEADER)
-    except (OSError, UnicodeDecodeError):
-        return 0  # why it cannot be read is said by whoever reads all of it
-    names = {name.strip().lower() for name in header.split(",")}
-    if names >= set(BOX_FORM.columns):
-        return 0
-    corners = next(count for count in range(LONGEST_HEADER) if not names >= {f"x{count + 1}", f"y{count + 1}"})
-    if corners > MOST_CORNERS or (corners >= FEWEST_CORNERS and len(header) == LONGEST_HEADER):
-        raise RefusedError(f"{path.name}, line 1: a polygon may have at most {MOST_CORNERS:,} corners")
-    return corners
-
-
-def _polygon_form(corners: int) -> Form:
-    names = (f"{axis}{corner}" for corner in range(1, corners + 1) for axis in "xy")
-    return BOX_FORM._replace(columns=("frame", *names), one="polygon", several="polygons", positive=())
-
-
-def _around(values: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return the smallest upright box around the corners of a polygon."""
-    across, down = values[::2], values[1::2]
-    x, y = min(across), min(down)
-    return x, y, max(max(across) - x, LEAST_PX), max(max(down) - y, LEAST_PX)
 
 
 class TruthKind(NamedTuple):
@@ -299,11 +227,11 @@ def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[st
         raise RefusedError(f"{name}, {error}") from None
     if found is None:
         raise RefusedError(f"{name} lists no frames")
-    return found, (f"{name} {left_out}",) if left_out else ()
+    return found, (left_out,) if left_out else ()
 
 
 def _table(table: Table, form: Form) -> tuple[dict[int, list[float]] | None, str]:
-    """Return values by frame, None if no frame is listed, and what was left out, a clause."""
+    """Return values by frame, None if no frame is listed, and what was left out, a sentence."""
     wanted = form.columns
     found: dict[int, list[float]] = {}
     seen: set[int] = set()
@@ -329,7 +257,7 @@ def _table(table: Table, form: Form) -> tuple[dict[int, list[float]] | None, str
         seen.add(frame)
         if values is not None:
             found[frame] = values
-    left_out = f"has several objects; further {form.several} of the same frames were left out ({repeated})"
+    left_out = f"It has several objects; further {form.several} of the same frames were left out ({repeated})."
     return found if seen else None, left_out if repeated else ""
 
 

@@ -97,15 +97,82 @@ def test_vot_has_corners_and_frames_without_a_box() -> None:
 
 
 def test_cvat_ends_where_a_target_is_outside() -> None:
-    """Edges become sizes, a box that is outside is none, and what is no box is passed over and said."""
+    """Edges become sizes, a box that is outside is none, and a polygon is the box around its corners."""
     table = read_results(CVAT.encode())
-    assert (table.frames, table.names) == (4, {0: "person", 1: "dog"})
+    assert (table.frames, table.remarks) == (4, ())
+    assert {box.target: box.label for box in table.boxes} == {0: "person", 1: "dog"}
     assert [tuple(box[:6]) for box in table.boxes] == [
         (0, 0, 10.5, 20, 30, 40),
         (1, 0, 11.5, 20, 30, 40),
+        (1, 1, 1, 2, 4, 4),
         (3, 1, 1, 2, 2, 3),
     ]
-    assert table.remarks == ("1 shapes that are no boxes were passed over.",)
+
+
+def test_a_turned_box_is_the_upright_box_around_it() -> None:
+    """CVAT turns a box about its middle: a bar of 30 x 40 at 90 degrees is one of 40 x 30."""
+    table = read_results(CVAT.replace('xtl="10.50"', 'rotation="90.0" xtl="10.50"').encode())
+    assert tuple(table.boxes[0][2:6]) == pytest.approx((5.5, 25, 40, 30))
+
+
+def test_numbers_of_other_locales() -> None:
+    """Where semicolons, tabs or spaces separate cells, commas separate decimals; thousands are refused."""
+    wanted = (0, 1, 48.5, 78.5, 25.5, 20.0)
+    row = ("1", "1", "49,5", "79,5", "25,5", "20", "1", "-1", "-1", "-1")
+    for separator in (";", "\t", " ", "; "):
+        assert places(separator.join(row) + "\n") == [wanted]
+    assert places("frame;x;y;w;h\n0;48,5;78,5;25,5;20\n") == [wanted]
+    assert places('frame,x,y,w,h\n0,"48,5","78,5","25,5",20\n') == [wanted]
+    with pytest.raises(RefusedError, match=r"line 2: x must be a number of px, got '1.048,5'"):
+        read_results(b"frame;x;y;w;h\n0;1.048,5;78,5;25,5;20\n")
+
+
+def test_headers_of_several_lines_and_comments() -> None:
+    """All before the first number is the header; the widest line names the columns, and a comment may do so."""
+    wanted = [(0, 1, 10, 20, 30, 40)]
+    assert places("My tracker 2\nfirst run\n\nframe,x,y,w,h\n[1],[px],[px],[px],[px]\n0,10,20,30,40\n") == wanted
+    assert places("# frame, x, y, w, h\n0, 10, 20, 30, 40\n# end\n") == wanted
+    assert places("frame x y w h\n0 10 20 30 40\n") == wanted
+    assert places("# x y w h\n11,21,30,40\n") == wanted
+
+
+def test_what_a_column_surely_is_comes_before_what_it_may_be() -> None:
+    """In tables of the MOT challenge x, y, z are places in the world; the box is bb_left and so on."""
+    header = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z"
+    assert places(f"{header}\n0,7,10,20,30,40,1,-1,-1,-1\n") == [(0, 7, 10, 20, 30, 40)]
+
+
+def test_truth_of_2015_says_what_counts() -> None:
+    """It has as many columns as results; the seventh says 0 or 1 there, and both occur."""
+    rows = [f"{frame},1,10,20,30,40,{flag},-1,-1,-1\n" for frame, flag in ((1, 1), (2, 0), (3, 1))]
+    assert [box[0] for box in places("".join(rows))] == [0, 2]
+    assert len(places("".join(rows).replace(",0,-1", ",0.5,-1"))) == 3
+
+
+def test_shares_of_the_picture_are_no_pixels() -> None:
+    """Boxes between 0 and 1 are refused with what to do: the table does not say how large the picture is."""
+    with pytest.raises(RefusedError, match="multiply x and w by its width"):
+        read_results(b"frame,x,y,w,h\n0,.1,.2,.1,.1\n1,.1,.2,.1,.1\n")
+
+
+def test_targets_keep_number_and_name() -> None:
+    """Numbers stay, also as pandas writes them; names are numbered as they come, and do not take a number's place."""
+    head = "frame,id,x,y,w,h\n"
+    for ids, wanted in (
+        (("7", "9"), [(7, ""), (9, "")]),
+        (("7.0", "9.0"), [(7, ""), (9, "")]),
+        (("9", "a"), [(1, "9"), (2, "a")]),
+    ):
+        table = read_results((head + "".join(f"0,{one},1,2,3,4\n" for one in ids)).encode())
+        assert [(box.target, box.label) for box in table.boxes] == wanted
+
+
+def test_frames_that_may_count_from_one() -> None:
+    """A table whose first frame is 1 says what was taken, and counts from 1 if it is told so."""
+    data = b"frame,x,y,w,h\n1,1,2,3,4\n2,1,2,3,4\n"
+    table = read_results(data)
+    assert (table.boxes[0].frame, len(table.remarks)) == (1, 1)
+    assert read_results(data, first_frame=1).boxes[0].frame == 0
 
 
 def test_coco_in_its_three_forms() -> None:
@@ -114,6 +181,26 @@ def test_coco_in_its_three_forms() -> None:
     assert places(json.dumps(VIS)) == [(0, 4, 1, 2, 3, 4), (2, 4, 2, 2, 3, 4)]
     listed = [{**one, "track_id": 9, "score": 0.5} for one in COCO["annotations"]]
     assert [box[:2] for box in places(json.dumps(listed))] == [(0, 9), (1, 9)]
+
+
+def test_coco_tracks_by_attributes_or_one_box_an_image() -> None:
+    """CVAT has the track among the attributes; without one, boxes are of one target if no image has two."""
+    bare = [{key: value for key, value in one.items() if key != "instance_id"} for one in COCO["annotations"]]
+    for one in bare:
+        one["attributes"] = {"occluded": False, "track_id": 4}
+    assert [box[:2] for box in places(json.dumps({**COCO, "annotations": bare}))] == [(0, 4), (2, 4)]
+    for one in bare:
+        del one["attributes"]
+    assert [box[:2] for box in places(json.dumps({**COCO, "annotations": bare}))] == [(0, 1), (2, 1)]
+    twice = [*bare, {**bare[0], "id": 3, "bbox": [9, 9, 9, 9]}]
+    assert len(read_results(json.dumps({**COCO, "annotations": twice}).encode()).targets) == 3
+
+
+def test_one_broken_annotation_is_named() -> None:
+    """The others are read."""
+    broken = [COCO["annotations"][0], {**COCO["annotations"][1], "bbox": [1, 2]}]
+    table = read_results(json.dumps({**COCO, "annotations": broken}).encode())
+    assert (len(table.boxes), table.remarks[-1]) == (1, "No box with an area: annotation 2.")
 
 
 @pytest.mark.parametrize(
@@ -154,7 +241,11 @@ def test_what_is_written_is_read_again(form: str) -> None:
     several = (1, 4) if form not in {"otb", "vot"} else (1,)
     boxes = [
         Box(
-            frame, target, *(rng.uniform(1, 200, 4) + 0.5).tolist(), score=0.75 if form in {"mot", "coco"} else math.nan
+            frame,
+            target,
+            *(rng.uniform(1, 200, 4) + 0.5).tolist(),
+            score=0.75 if form in {"mot", "coco"} else math.nan,
+            label=f"a {target} & b" if form in {"cvat", "coco"} else "",
         )
         for frame in (0, 1, 3, 4)
         for target in several
@@ -162,6 +253,8 @@ def test_what_is_written_is_read_again(form: str) -> None:
     data = write_results(form, boxes, frames=6, size=(320, 240), rate_hz=25.0)  # type: ignore[arg-type]
     table = read_results(data, form=form if form == "otb" else None)  # type: ignore[arg-type]
     assert table.form == form
+    assert [box.label for box in table.boxes] == [box.label for box in boxes]
+    assert table.frames == (5 if form == "mot" else 6)
     assert np.array([box[:6] for box in table.boxes]) == pytest.approx(np.array([box[:6] for box in boxes]), abs=1e-4)
     if form in {"mot", "coco"}:
         assert {box.score for box in table.boxes} == {0.75}

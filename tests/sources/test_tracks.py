@@ -60,6 +60,18 @@ def test_as_other_programs_write_it(data: bytes) -> None:
     np.testing.assert_allclose(table.variances, wanted.variances)
 
 
+def test_headers_of_deeplabcut_and_trackmate() -> None:
+    """Three lines say whose x and y a column has; four lines say names, titles and units."""
+    deeplabcut = "scorer,net,net,net,net,net,net\nbodyparts,nose,nose,nose,tail,tail,tail\n"
+    deeplabcut += "coords,x,y,likelihood,x,y,likelihood\n0,1.5,2,.9,3,4,.9\n1,2.5,2,.9,3,4,.9\n"
+    table = read(deeplabcut)
+    assert table.names == ("nose", "tail")
+    np.testing.assert_array_equal(table.positions[:, 0], [(1.5, 2), (2.5, 2)])
+    trackmate = "LABEL,ID,TRACK_ID,POSITION_X,POSITION_Y,FRAME\nLabel,Spot ID,Track ID,X,Y,Frame\n"
+    trackmate += "Label,Spot ID,Track ID,X,Y,Frame\n,,,(micron),(micron),\nID7,7,0,1.5,2,0\nID8,8,0,2.5,2,1\n"
+    assert read(trackmate).names == ("0",)
+
+
 def test_the_wide_form() -> None:
     """A line for a frame, columns for each point."""
     header = ",".join(f"{name}_x,{name}_y,{name}_var_x,{name}_var_y" for name in SQUARE)

@@ -72,7 +72,7 @@ def boxes_of(state: BeliefState) -> list[Box]:
     for one in sorted(here, key=lambda one: one.target):
         if one.box is not None:
             x, y, w, h = one.box.tolist()
-            boxes.append(Box(0, one.target, x, y, w, h, one.score))
+            boxes.append(Box(0, one.target, x, y, w, h, one.score, one.label))
     return boxes
 
 
@@ -146,7 +146,7 @@ def _target(
         corner = _finite(_on(state.beliefs.plane, place_of(belief, state.beliefs.components)[None])[0])
         drawn[name] = sketch.circle(corner, dot, colour, layer, height=2.0)
     if named:
-        drawn[f"{name} number"] = Text(sketch.at_height(corner, 2.0), str(belief.target), colour, layer)
+        drawn[f"{name} number"] = Text(sketch.at_height(corner, 2.0), belief.label or str(belief.target), colour, layer)
     return drawn
 
 

@@ -182,6 +182,8 @@ class About:
         clip: Name of the clip's file; empty without one.
         clip_sha256: Digest of its content where the clip is a file of its own; empty otherwise.
         remarks: What a person should know, a sentence each.
+        frames: How many frames were looked at, from 0; 0 if it is not said, then as far as something is said.
+        labels: What targets are called, by number.
     """
 
     components: tuple[str, ...]
@@ -190,6 +192,8 @@ class About:
     clip: str
     clip_sha256: str
     remarks: tuple[str, ...]
+    frames: int
+    labels: Mapping[int, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -359,6 +363,7 @@ class Content:
             covariance=None if "covariance" not in arrays else arrays["covariance"][0].copy(),
             box=None if box is None else box[:4].copy(),
             score=float("nan") if box is None else float(box[4]),
+            label=self.about.labels.get(target, ""),
         )
 
 
@@ -379,6 +384,8 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         clip = str(raw["clip"] or "")[:200]
         digest = str(raw.get("clip_sha256") or "")[:64]
         remarks = tuple(str(one)[:400] for one in raw["remarks"][:20])
+        frames = int(raw.get("frames", 0))
+        labels = {int(target): str(label)[:80] for target, label in dict(raw.get("labels", {})).items()}
     except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
         raise RefusedError("the recording is damaged: its description cannot be read") from None
     if version != VERSION:
@@ -386,7 +393,7 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         raise RefusedError(f"the recording is of version {version}, this pftrack reads version {VERSION}; {remedy}")
     if not 0.001 <= rate <= 100_000.0:
         raise RefusedError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
-    return About(names, units, rate, clip, digest, remarks)
+    return About(names, units, rate, clip, digest, remarks, frames, labels)
 
 
 def _fits(counts: NDArray[Any]) -> bool:

@@ -17,7 +17,7 @@ from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from time import monotonic
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Any, BinaryIO, Literal, Self
 
 import cv2
@@ -147,6 +147,8 @@ class Recorder:
         frame_rate_hz: float = 30.0,
         precision: Literal["single", "double"] = "single",
         remarks: Sequence[str] = (),
+        frames: int = 0,
+        labels: Mapping[int, str] = MappingProxyType({}),
         embed: bool = True,
         on_written: Callable[[], None] = lambda: None,
         on_closed: Callable[[], None] = lambda: None,
@@ -162,6 +164,8 @@ class Recorder:
             frame_rate_hz: Of frames that have no clip and no times.
             precision: Of the particles and their weights in the file.
             remarks: What whoever opens it should know, a sentence each.
+            frames: How many frames there are, those included of which nothing is said; 0 if that is not known.
+            labels: What targets are called, by number.
             embed: Whether a clip goes along; else it is named, and known again by its content.
             on_written: Called whenever something has been written, by the thread that writes.
             on_closed: Called when all has.
@@ -194,6 +198,8 @@ class Recorder:
             "clip": clip.name if clip else None,
             "clip_sha256": None if clip is None or embed else _digest(clip),
             "remarks": list(remarks),
+            "frames": frames,
+            "labels": {str(target): label for target, label in labels.items()},
         }
         self._write_entry(RECORDING_ENTRY, json.dumps(about).encode())
         if times is not None:

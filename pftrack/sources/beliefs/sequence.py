@@ -86,8 +86,8 @@ class BeliefSequence(FrameSequence):
 
     @property
     def first(self) -> int:
-        """Number that the loop had for frame 0: 0 where a clip, pictures or times say what frame 0 is."""
-        counted = self._clip is not None or "times.npy" in self.content.entries
+        """Number that the loop had for frame 0: 0 where a clip, times or a number of frames say what frame 0 is."""
+        counted = self._clip is not None or "times.npy" in self.content.entries or self.content.about.frames > 0
         return 0 if counted else min([self.content.first, *self._pictures[:1]])
 
     @override
@@ -142,7 +142,8 @@ class BeliefSequence(FrameSequence):
             warnings += self._misfits(known.width, known.height, known.frame_count)
             return replace(known, kind="beliefs", sha256=sha256, warnings=tuple(warnings))
         times = content.times_s
-        count = (max([content.last, *self._pictures[-1:]]) + 1 - self.first) if times is None else len(times)
+        last = max([content.last, content.about.frames - 1, *self._pictures[-1:]])
+        count = (last + 1 - self.first) if times is None else len(times)
         if count > limits.frames:
             raise RefusedError(f"the recording spans {count:,} frames; at most {limits.frames:,} are allowed")
         rate = content.about.frame_rate_hz

@@ -160,7 +160,8 @@ def record_results(
     Raises:
         OSError: The file cannot be written, or the clip not be read.
     """
-    with Recorder(to, clip, remarks=table.remarks) as record:
+    labels = {box.target: box.label for box in table.boxes if box.label}
+    with Recorder(to, clip, remarks=table.remarks, frames=table.frames, labels=labels) as record:
         for box in table.boxes:
             record(box.frame, box=box[2:6], score=box.score, target=box.target)
         for box in truth.boxes if truth else ():

@@ -5,7 +5,6 @@ Columns of a table are found by the names that programs give them, or by what a 
 
 import itertools
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
@@ -29,6 +28,8 @@ FORMS: dict[Form, str] = {
 MOST_BOXES = 250_000
 LARGEST_NUMBER = 1_000_000
 FURTHEST_PX = 1e6
+PLACES_SHOWN = 5
+"""Of so many boxes without an area it is told where they stand."""
 
 
 class Box(NamedTuple):
@@ -42,6 +43,7 @@ class Box(NamedTuple):
         w: Width, px.
         h: Height, px.
         score: How sure the tracker says it is; NaN if it does not say.
+        label: What the target is called; empty if the file does not say.
     """
 
     frame: int
@@ -51,6 +53,7 @@ class Box(NamedTuple):
     w: float
     h: float
     score: float = math.nan
+    label: str = ""
 
 
 @dataclass(frozen=True)
@@ -61,14 +64,12 @@ class ResultTable:
         form: What kind of file it is.
         boxes: By ascending frame and target, one of a target in a frame.
         frames: How many frames it speaks of, those without a box included.
-        names: Names of targets that have one, by number.
         remarks: How it was read and what was passed over, a sentence each.
     """
 
     form: Form
     boxes: tuple[Box, ...]
     frames: int
-    names: dict[int, str]
     remarks: tuple[str, ...]
 
     @property
@@ -85,44 +86,52 @@ def around(corners: Iterable[float]) -> tuple[float, float, float, float]:
 
 
 def table_of(
-    form: Form,
-    boxes: Iterable[Box],
-    *,
-    remarks: Iterable[str] = (),
-    frames: int = 0,
-    names: dict[int, str] | None = None,
+    form: Form, boxes: Iterable[tuple[str, Box]], *, remarks: Iterable[str] = (), frames: int = 0
 ) -> ResultTable:
-    """Return the table of boxes as they come; those without an area, or that are not finite, are left out.
+    """Return the table of boxes as they come; those without an area, or that are not finite, are left out and told.
+
+    Args:
+        form: What the file is.
+        boxes: Where each stands in the file, such as "line 3", and the box.
+        remarks: How it was read, a sentence each.
+        frames: How many frames the file speaks of at least.
 
     Raises:
-        RefusedError: There are none or too many, or a target has two in a frame.
+        RefusedError: There are none or too many, one lies outside every picture, a target has two in a frame, or all
+            are shares of the picture's size.
     """
     found: dict[tuple[int, int], Box] = {}
-    empty = 0
-    for box in boxes:
+    empty: list[str] = []
+    for place, box in boxes:
         if not (0 <= box.frame <= cells.LARGEST_FRAME and 0 <= box.target <= LARGEST_NUMBER):
             raise RefusedError(
-                f"frames count from 0 to {cells.LARGEST_FRAME:,} and targets to {LARGEST_NUMBER:,}; "
+                f"{place}: frames count from 0 to {cells.LARGEST_FRAME:,} and targets to {LARGEST_NUMBER:,}; "
                 f"got frame {box.frame} and target {box.target}"
             )
         sides = (box.x, box.y, box.w, box.h)
         if not all(math.isfinite(side) for side in sides) or box.w <= 0 or box.h <= 0:
-            empty += 1
+            empty.append(place)
             continue
         if max(map(abs, sides)) > FURTHEST_PX:
-            raise RefusedError(f"frame {box.frame} has a box at {box.x:g}, {box.y:g}, which is outside every picture")
+            raise RefusedError(f"{place}: the box at {box.x:g}, {box.y:g} is outside every picture")
         if (box.frame, box.target) in found:
-            raise RefusedError(f"target {box.target} has two boxes in frame {box.frame}; one is allowed")
+            raise RefusedError(f"{place}: target {box.target} has two boxes in frame {box.frame}; one is allowed")
         found[box.frame, box.target] = box
         if len(found) > MOST_BOXES:
             raise RefusedError(f"there are more than the {MOST_BOXES:,} boxes that are allowed")
     if not found:
         raise RefusedError(f"the {FORMS[form]} has no box with an area")
+    if len(found) > 1 and all(max(box[2:6]) <= 1 and min(box[2:4]) >= 0 for box in found.values()):
+        raise RefusedError(
+            "all boxes lie between 0 and 1: they are shares of the picture's size; multiply x and w by its width, "
+            "y and h by its height"
+        )
     told = [*remarks]
     if empty:
-        told.append(f"{empty} {'line has' if empty == 1 else 'lines have'} no box with an area.")
+        more = f" and {len(empty) - PLACES_SHOWN:,} more" if len(empty) > PLACES_SHOWN else ""
+        told.append(f"No box with an area: {', '.join(empty[:PLACES_SHOWN])}{more}.")
     ordered = tuple(found[key] for key in sorted(found))
-    return ResultTable(form, ordered, max(frames, ordered[-1].frame + 1), names or {}, tuple(told))
+    return ResultTable(form, ordered, max(frames, ordered[-1].frame + 1), tuple(told))
 
 
 @dataclass(frozen=True)
@@ -136,7 +145,6 @@ class ColumnMeaning:
 MEANINGS = tuple(ColumnMeaning(what, column.asks) for what, column in cells.COLUMN_NAMES.boxes.items())
 
 WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
-MOST_NAMES = 10_000
 FEWEST_COLUMNS = 5
 """A frame and four numbers of a box."""
 ROWS_SHOWN = 4
@@ -169,56 +177,77 @@ def columns_in(header: Sequence[str]) -> dict[str, int] | None:
     return found
 
 
-def read_csv(data: bytes) -> ResultTable:
+def read_csv(data: bytes, first_frame: int | None = None) -> ResultTable:
     """Read a table.
+
+    Args:
+        data: Its content.
+        first_frame: Number of its first frame; 0 if not given.
 
     Raises:
         RefusedError: It has other columns, or a line of it is wrong.
     """
     table = cells.read_table(cells.decode(data))
     header = table.header
-    places = columns_in(header)
-    if places is None:
-        got = ", ".join(header)[:80] or "nothing"
+    columns = columns_in(header)
+    if columns is None:
+        got = ", ".join(header)[:80] or "numbers without names"
         raise RefusedError(f"expected columns such as frame, id, x, y, w, h, got {got}")
-    corners = [place for place, name in enumerate(header) if name[:1] in {"x", "y"} and name[1:].isdecimal()]
-    names: dict[str, int] = {}
-    boxes = []
+    corners = {name: place for place, name in enumerate(header) if name[:1] in {"x", "y"} and name[1:].isdecimal()}
+    rows = []
     for line, row in table.rows:
         if len(row) < len(header):
             raise RefusedError(f"line {line}: expected {len(header)} values, got {len(row)}")
-        boxes.append(_box_of(line, row, places, names, corners if len(places) == 1 else []))
-    called = {number: name for name, number in names.items() if name != str(number)}
-    return table_of("csv", boxes, names=called)
+        rows.append((line, row))
+    if not rows:
+        raise RefusedError("the table lists no frames")
+    frames = [cells.frame_in(line, row[columns["frame"]]) - (first_frame or 0) for line, row in rows]
+    targets = (
+        _targets([row[columns["target"]].strip() for _, row in rows]) if "target" in columns else [(1, "")] * len(rows)
+    )
+    boxes = []
+    for (line, row), frame, (target, label) in zip(rows, frames, targets, strict=True):
+        sides = _sides(line, row, columns, corners if len(columns) == 1 else {})
+        score = cells.number_in(line, "score", row[columns["score"]]) if "score" in columns else math.nan
+        boxes.append((f"line {line}", Box(frame, target, *sides, score, label)))
+    told = []
+    if first_frame is None and min(frames) == 1:
+        told.append("Its frames were taken to count from 0, and begin at 1; say so if the first frame is 1.")
+    return table_of("csv", boxes, remarks=told)
 
 
-def _box_of(
-    line: int, row: Sequence[str], places: Mapping[str, int], names: dict[str, int], corners: Sequence[int]
-) -> Box:
-    def number(what: str) -> float:
-        return cells.number_in(line, what, row[places[what]])
+def _targets(texts: Sequence[str]) -> list[tuple[int, str]]:
+    """Return number and name of the target of each line: names are numbered as they come, unless all are numbers."""
+    try:
+        numbers = [cells.number_of(text) for text in texts]
+    except ValueError:
+        numbers = [math.nan]
+    if all(number.is_integer() for number in numbers):
+        return [(int(number), "") for number in numbers]
+    places = {text: place for place, text in enumerate(dict.fromkeys(texts), start=1)}
+    return [(places[text], text[:80]) for text in texts]
 
-    frame = cells.frame_in(line, row[places["frame"]])
-    target = _target(row[places["target"]].strip(), names) if "target" in places else 1
-    score = number("score") if "score" in places else math.nan
+
+def _sides(
+    line: int, row: Sequence[str], columns: Mapping[str, int], corners: Mapping[str, int]
+) -> tuple[float, float, float, float]:
+    """Return x, y, w, h of a line; NaN if its cells are empty."""
+    way = next((way for way in WAYS if set(way) <= columns.keys()), ())
+    named = [(what, row[place]) for what, place in (corners or {what: columns[what] for what in way}).items()]
+    numbers = [cells.number_in(line, what, text, unit="px") for what, text in named]
+    if all(map(math.isnan, numbers)):
+        return math.nan, math.nan, math.nan, math.nan
+    for number, (what, text) in zip(numbers, named, strict=True):
+        if not math.isfinite(number):
+            raise RefusedError(f"line {line}: {what} must be a number of px, got {text.strip()[:40]!r}")
     if corners:
-        return Box(frame, target, *around(cells.number_in(line, "corner", row[place]) for place in corners), score)
-    if not {"w", "h"} <= places.keys():
-        x, y = number("x"), number("y")
-        return Box(frame, target, x, y, number("right") - x, number("bottom") - y, score)
-    w, h = number("w"), number("h")
-    if not {"x", "y"} <= places.keys():
-        return Box(frame, target, number("centre_x") - w / 2, number("centre_y") - h / 2, w, h, score)
-    return Box(frame, target, number("x"), number("y"), w, h, score)
-
-
-def _target(text: str, names: dict[str, int]) -> int:
-    """Return the number of a target, or the next free one of a name."""
-    if text.isdecimal() and len(text) <= 6:
-        return int(text)
-    if len(names) > MOST_NAMES:
-        raise RefusedError(f"there are more than {MOST_NAMES:,} names of targets")
-    return names.setdefault(text[:80], len(names) + 1)
+        return around(numbers)
+    first, second, third, fourth = numbers
+    if "right" in way:
+        return first, second, third - first, fourth - second
+    if "centre_x" in way:
+        return first - third / 2, second - fourth / 2, third, fourth
+    return first, second, third, fourth
 
 
 def preview(text: str) -> Preview:
@@ -249,40 +278,41 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
         RefusedError: A column does not exist, or these columns do not make a box.
     """
     text = cells.decode(data)
-    header = cells.read_table(text).header
-    unknown = [what for what, place in columns.items() if what not in cells.BOX_NAMES or not 0 <= place < len(header)]
+    table = cells.read_table(text)
+    count = len(table.header)
+    unknown = [what for what, place in columns.items() if what not in cells.BOX_NAMES or not 0 <= place < count]
     if unknown:
-        raise RefusedError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")
-    line, _, rest = text.partition("\n")
+        raise RefusedError(f"the table has no column for {', '.join(unknown)[:80]}; it has {count} columns")
     said = {place: what for what, place in columns.items()}
-    renamed = [said.get(place, f"other_{place}") for place in range(len(header))]
+    renamed = [said.get(place, f"other_{place}") for place in range(len(table.header))]
     if columns_in(renamed) is None:
         raise RefusedError(
             "expected the frame, and of the box two edges or its middle, and its size or the other edges"
         )
-    return f"{cells.delimiter_of(line).join(renamed)}\n{rest}".encode()
+    return f"{table.delimiter.join(renamed)}\n{text[table.start :]}".encode()
 
 
 # Text of nothing but numbers: MOTChallenge, OTB and VOT, told apart by how many there are in a line.
 #
 # Which form a file of results has is told by its beginning.
 
-SEPARATORS = re.compile(r"[,;\s]+")
 MOT_TRUTH_COLUMNS = 9
 """Of the ground truth of MOT16 and later: ..., whether it counts, class, visibility."""
+MOT15_COLUMNS = 10
+"""Of results, and of the ground truth of 2DMOT2015, which says in place of the score whether a box counts."""
 
 
 def numbers_of(line: str) -> list[float] | None:
-    """Return the numbers of a line, by commas, semicolons, tabs or spaces; None if it has anything else."""
+    """Return the numbers of a line; None if it has anything else."""
     try:
-        return [float(part) for part in SEPARATORS.split(line.strip()) if part]
+        return [cells.number_of(cell) for cell in cells.cells_of(line)]
     except ValueError:
         return None
 
 
 def form_of_lines(lines: Sequence[str]) -> Form | None:
     """Return what lines are; None if they are not text of numbers in one of these forms."""
-    rows = [numbers_of(line) for line in lines if line.strip()]
+    rows = [numbers_of(line) for line in lines if line.strip() and not line.startswith(cells.COMMENT)]
     if not rows or any(row is None for row in rows):
         return None
     known = [row for row in rows if row is not None and len(row) > 1]
@@ -306,11 +336,11 @@ def form_of_lines(lines: Sequence[str]) -> Form | None:
 def read_rows(data: bytes, form: Form, first_pixel: int | None = None) -> ResultTable:
     """Read OTB or VOT text: a line is a frame of the one target."""
     origin = first_pixel if first_pixel is not None else int(form == "otb")
-    lines = [line for line in cells.decode(data).splitlines() if line.strip()]
+    lines = list(cells.lines_of(cells.decode(data)))
     boxes = []
-    for frame, line in enumerate(lines):
-        x, y, w, h = rectangle(f"line {frame + 1}", line)
-        boxes.append(Box(frame, 1, x - origin, y - origin, w, h))
+    for frame, (number, line) in enumerate(lines):
+        x, y, w, h = rectangle(f"line {number}", line)
+        boxes.append((f"line {number}", Box(frame, 1, x - origin, y - origin, w, h)))
     guess = "Its first pixel was taken as {}; say so if it is {}."
     told = [] if first_pixel is not None else [guess.format(origin, 1 - origin)]
     return table_of(form, boxes, remarks=told, frames=len(lines))
@@ -336,27 +366,25 @@ def rectangle(place: str, line: str) -> tuple[float, float, float, float]:
 
 def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | None = None) -> ResultTable:
     """Read MOTChallenge text; of ground truth, what does not count is left out."""
-    rows: list[list[float]] = []
-    for number, line in enumerate(cells.decode(data).splitlines(), 1):
-        if not line.strip():
-            continue
+    rows: list[tuple[int, list[float]]] = []
+    for number, line in cells.lines_of(cells.decode(data)):
         numbers = numbers_of(line)
         if numbers is None or len(numbers) < 6 or not _finite(numbers[:2]):
             raise RefusedError(f"line {number}: expected frame, id, x, y, w, h and more, got {line.strip()[:40]!r}")
-        rows.append(numbers)
+        rows.append((number, numbers))
     told = []
     begin = first_frame
     if begin is None:
-        begin = 0 if any(row[0] == 0 for row in rows) else 1
+        begin = 0 if any(row[0] == 0 for _, row in rows) else 1
         told.append(f"Its first frame was taken as {begin}{', as there is a frame 0' if begin == 0 else ''}.")
     origin = 1 if first_pixel is None else first_pixel
-    truth = bool(rows) and all(len(row) == MOT_TRUTH_COLUMNS for row in rows)
-    left_out = sum(row[6] == 0 for row in rows) if truth else 0
+    truth = _says_what_counts([row for _, row in rows])
+    left_out = sum(row[6] == 0 for _, row in rows) if truth else 0
     if left_out:
         told.append(f"{left_out} boxes that the truth marks as not to be counted were left out.")
     boxes = []
     unnumbered = 0
-    for row in rows:
+    for number, row in rows:
         if truth and row[6] == 0:
             continue
         target = int(row[1])
@@ -364,10 +392,18 @@ def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | Non
             unnumbered += 1
             target = unnumbered
         score = row[6] if len(row) > 6 and not truth and row[6] != -1 else math.nan
-        boxes.append(Box(int(row[0]) - begin, target, row[2] - origin, row[3] - origin, row[4], row[5], score))
+        box = Box(int(row[0]) - begin, target, row[2] - origin, row[3] - origin, row[4], row[5], score)
+        boxes.append((f"line {number}", box))
     if unnumbered:
         told.append("Boxes without a target's number have one each: they are detections, not tracks.")
     return table_of("mot", boxes, remarks=told)
+
+
+def _says_what_counts(rows: Sequence[Sequence[float]]) -> bool:
+    """Return whether the seventh number says if a box counts: in truth, of which 2DMOT2015 has as many as results."""
+    return {len(row) for row in rows} == {MOT_TRUTH_COLUMNS} or (
+        {len(row) for row in rows} == {MOT15_COLUMNS} and {row[6] for row in rows} == {0.0, 1.0}
+    )
 
 
 def _finite(numbers: Sequence[float]) -> bool:

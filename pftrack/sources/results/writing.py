@@ -6,6 +6,7 @@
 - CVAT has XML for video: `<track id label>` with `<box frame outside keyframe xtl ytl xbr ybr>`, from 0.
 """
 
+import itertools
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,7 +16,9 @@ from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
 from pftrack.core.refusal import RefusedError
+from pftrack.sources import cells
 from pftrack.sources.cells import decode
+from pftrack.sources.limits import HEAD_BYTES
 from pftrack.sources.results import table
 
 Write = Callable[[Sequence[table.Box], int, tuple[int, int], float], str]
@@ -76,8 +79,8 @@ def _cvat(boxes: Sequence[table.Box], frames: int, size: tuple[int, int], _rate:
         f"  <meta><task><size>{frames}</size><mode>interpolation</mode>{shape}</task></meta>",
     ]
     for target in sorted({box.target for box in boxes}):
-        lines.append(f'  <track id="{target}" label={quoteattr("target")} source="file">')
         own = [box for box in boxes if box.target == target]
+        lines.append(f'  <track id="{target}" label={quoteattr(own[0].label or "target")} source="file">')
         for box, following in zip(own, [*own[1:], None], strict=True):
             lines.append(_cvat_box(box, box.frame, outside=0))
             ends = box.frame + 1 < frames and (following is None or following.frame > box.frame + 1)
@@ -95,13 +98,14 @@ def _cvat_box(box: table.Box, frame: int, *, outside: int) -> str:
 
 def _coco(boxes: Sequence[table.Box], frames: int, size: tuple[int, int], rate_hz: float) -> str:
     width, height = size
+    labels = list(dict.fromkeys(box.label or "target" for box in boxes))
     annotations = []
     for number, box in enumerate(boxes, 1):
         one: dict[str, object] = {
             "id": number,
             "image_id": box.frame + 1,
             "video_id": 1,
-            "category_id": 1,
+            "category_id": labels.index(box.label or "target") + 1,
             "track_id": box.target,
             "bbox": [round(side, 4) for side in box[2:6]],
             "area": round(box.w * box.h, 4),
@@ -123,7 +127,7 @@ def _coco(boxes: Sequence[table.Box], frames: int, size: tuple[int, int], rate_h
         {
             "info": {"description": "boxes by pftrack", "fps": rate_hz},
             "videos": [{"id": 1, "name": "clip", "width": width, "height": height, "length": frames}],
-            "categories": [{"id": 1, "name": "target"}],
+            "categories": [{"id": number, "name": label} for number, label in enumerate(labels, 1)],
             "images": images,
             "annotations": annotations,
         }
@@ -142,7 +146,7 @@ _WRITERS: Mapping[table.Form, Write] = {
     "coco": _coco,
 }
 
-TRACK = ("track_id", "instance_id", "id")
+TRACK = ("track_id", "instance_id")
 FRAME = ("frame_id", "frame_index", "mot_frame_id")
 
 
@@ -171,8 +175,7 @@ def _read(raw: Any) -> table.ResultTable:  # noqa: ANN401 - JSON
     names = {} if listed else {int(one["id"]): str(one.get("name", ""))[:80] for one in raw.get("categories", [])}
     told: list[str] = []
     if any("bboxes" in one for one in annotations):
-        boxes = list(_by_video(annotations, told))
-        return table.table_of("coco", boxes, remarks=told, names=_called(annotations, names))
+        return table.table_of("coco", list(_by_video(annotations, names, told)), remarks=told)
     videos = list(dict.fromkeys(one.get("video_id") for one in images))
     if len(videos) > 1:
         told.append(f"It has {len(videos)} videos; the first was taken.")
@@ -180,15 +183,55 @@ def _read(raw: Any) -> table.ResultTable:  # noqa: ANN401 - JSON
     frames = _frames(images or annotations, told, listed=not images)
     key = "id" if images else "image_id"
     place = {one[key]: frame for one, frame in zip(images or annotations, frames, strict=True)}
+    tracks = _tracks([one for one in annotations if one["image_id"] in place], told)
     boxes = []
     for number, one in enumerate(annotations):
         if one["image_id"] in place:
-            track = next((one[name] for name in TRACK if name in one), number + 1)
-            x, y, w, h = (float(side) for side in one["bbox"])
-            boxes.append(table.Box(place[one["image_id"]], int(track), x, y, w, h, float(one.get("score", math.nan))))
-    if not any("track_id" in one or "instance_id" in one for one in annotations):
-        told.append("Annotations have no track_id: each box has a number of its own.")
-    return table.table_of("coco", boxes, remarks=told, frames=len(images), names=_called(annotations, names))
+            sides = _sides(one.get("bbox"))
+            target = next(tracks)
+            boxes.append(
+                (
+                    f"annotation {one.get('id', number)}",
+                    table.Box(place[one["image_id"]], target, *sides, _score(one), _label(one, names)),
+                )
+            )
+    return table.table_of("coco", boxes, remarks=told, frames=len(images))
+
+
+def _sides(bbox: Any) -> tuple[float, float, float, float]:  # noqa: ANN401 - JSON
+    """Return x, y, w, h of an annotation; NaN if it has no box."""
+    try:
+        x, y, w, h = map(float, bbox)
+    except (TypeError, ValueError):
+        return math.nan, math.nan, math.nan, math.nan
+    return x, y, w, h
+
+
+def _score(one: Mapping[str, Any]) -> float:
+    return float(one.get("score", math.nan))
+
+
+def _label(one: Mapping[str, Any], names: Mapping[int, str]) -> str:
+    return names.get(one.get("category_id", -1), "")
+
+
+def _track(one: Mapping[str, Any]) -> int | None:
+    """Return the number of an annotation's track: its own, or among its attributes, as CVAT has it."""
+    found = next((said[name] for said in (one, one.get("attributes") or {}) for name in TRACK if name in said), None)
+    return None if found is None else int(found)
+
+
+def _tracks(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iterator[int]:
+    """Yield the target of each annotation; without numbers of tracks, all are of one if no image has two."""
+    tracks = [_track(one) for one in annotations]
+    images = [one["image_id"] for one in annotations]
+    if all(track is None for track in tracks) and len(set(images)) == len(images):
+        told.append("Annotations have no track_id: all are of one target, as no image has two.")
+        return iter([1] * len(images))
+    if None in tracks:
+        told.append("Annotations without a track_id have a target of their own each.")
+    free = itertools.count(max((track for track in tracks if track is not None), default=0) + 1)
+    return iter([next(free) if track is None else track for track in tracks])
 
 
 def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: bool) -> list[int]:
@@ -206,28 +249,22 @@ def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: boo
     return [number - first for number in numbers]
 
 
-def _by_video(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iterator[table.Box]:
+def _by_video(
+    annotations: Sequence[Mapping[str, Any]], names: Mapping[int, str], told: list[str]
+) -> Iterator[tuple[str, table.Box]]:
     videos = list(dict.fromkeys(one["video_id"] for one in annotations))
     if len(videos) > 1:
         told.append(f"It has {len(videos)} videos; the first was taken.")
     for number, one in enumerate(annotations):
         if one["video_id"] != videos[0]:
             continue
-        track = int(next((one[name] for name in TRACK if name in one), number + 1))
+        track = one.get("id") if _track(one) is None else _track(one)
         for frame, box in enumerate(one["bboxes"]):
             if box is not None:
-                x, y, w, h = (float(side) for side in box)
-                yield table.Box(frame, track, x, y, w, h, float(one.get("score", math.nan)))
-
-
-def _called(annotations: Sequence[Mapping[str, Any]], names: Mapping[int, str]) -> dict[int, str]:
-    """Return the name of the category of each track that has one."""
-    called: dict[int, str] = {}
-    for one in annotations:
-        track = next((one[name] for name in TRACK if name in one), None)
-        if track is not None and one.get("category_id") in names:
-            called[int(track)] = names[one["category_id"]]
-    return called
+                said = table.Box(
+                    frame, number + 1 if track is None else int(track), *_sides(box), _score(one), _label(one, names)
+                )
+                yield f"annotation {one.get('id', number)}, frame {frame}", said
 
 
 MOST_DIGITS = 9
@@ -252,18 +289,37 @@ def read_cvat(data: bytes) -> table.ResultTable:
     size = root.find(".//task/size")
     told_size = "" if size is None else size.text or ""
     frames = int(told_size) if _is_whole(told_size) else 0
-    boxes, names, passed = [], {}, 0
+    boxes, passed = [], 0
     for track in tracks:
-        target = _whole(track, "id")
-        names[target] = str(track.get("label", ""))[:80]
-        passed += sum(shape.tag != "box" for shape in track)
-        for box in track.findall("box"):
-            if box.get("outside") == "1":
-                continue
-            left, top, right, bottom = (_number(box, name) for name in ("xtl", "ytl", "xbr", "ybr"))
-            boxes.append(table.Box(_whole(box, "frame"), target, left, top, right - left, bottom - top))
-    told = [f"{passed} shapes that are no boxes were passed over."] if passed else []
-    return table.table_of("cvat", boxes, remarks=told, frames=min(frames, 10_000_000), names=names)
+        target, label = _whole(track, "id"), str(track.get("label", ""))[:80]
+        for shape in track:
+            if shape.tag not in {"box", "polygon"}:
+                passed += 1
+            elif shape.get("outside") != "1":
+                frame = _whole(shape, "frame")
+                sides = _box(shape) if shape.tag == "box" else _polygon(shape)
+                boxes.append((f"track {target}, frame {frame}", table.Box(frame, target, *sides, label=label)))
+    told = [f"{passed} shapes that are neither boxes nor polygons were passed over."] if passed else []
+    return table.table_of("cvat", boxes, remarks=told, frames=min(frames, 10_000_000))
+
+
+def _box(element: Any) -> tuple[float, float, float, float]:  # noqa: ANN401 - as below
+    """Return the smallest upright box around a box that may be turned, by degrees clockwise about its middle."""
+    left, top, right, bottom = (_number(element, name) for name in ("xtl", "ytl", "xbr", "ybr"))
+    if element.get("rotation") is None:
+        return left, top, right - left, bottom - top
+    angle = math.radians(_number(element, "rotation"))
+    cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
+    w, h = (right - left) * cos + (bottom - top) * sin, (right - left) * sin + (bottom - top) * cos
+    return (left + right - w) / 2, (top + bottom - h) / 2, w, h
+
+
+def _polygon(element: Any) -> tuple[float, float, float, float]:  # noqa: ANN401 - as below
+    text = element.get("points", "")
+    numbers = [number for point in text.split(";") for number in table.numbers_of(point) or ()]
+    if len(numbers) < 6 or len(numbers) != 2 * len(text.split(";")):
+        raise RefusedError(f"<polygon> must have points such as 1,2;3,4;5,6, got {text[:40]!r}")
+    return table.around(numbers)
 
 
 def _whole(element: Any, name: str) -> int:  # noqa: ANN401 - an element has no public type that all Pythons share
@@ -316,8 +372,10 @@ def read_results(
     readers: dict[str, Callable[[bytes], table.ResultTable]] = {
         "cvat": read_cvat,
         "coco": read_coco,
-        "csv": table.read_csv,
+        "csv": lambda data: table.read_csv(data, first_frame),
     }
+    if found is None and len(cells.read_table(decode(data[:HEAD_BYTES])).header) >= table.FEWEST_COLUMNS:
+        return table.read_csv(data)  # which says the columns that it has
     if found is None:
         raise RefusedError(f"the file does not hold results; expected {', '.join(table.FORMS.values())}")
     return readers[found](data)
@@ -335,6 +393,8 @@ def read_results_file(
         with path.open("rb") as file:
             data = file.read(LARGEST_FILE_BYTES + 1)
         return read_results(data, form=form, first_frame=first_frame, first_pixel=first_pixel)
+    except FileNotFoundError:
+        raise RefusedError(f"the file {path} does not exist") from None
     except OSError as error:
         raise RefusedError(f"{path.name} cannot be read: {error.strerror}") from None
     except RefusedError as error:

@@ -244,7 +244,7 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
         found = "lists none with any" if least is None else f"begins at frame {least}"
         raise RefusedError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
     view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
-    warnings = [f"The file{warning.removeprefix(name)}." for warning in table.warnings]
+    warnings = [*table.warnings]
     if beyond := len(table.rows) - len(rows):  # as of a table for a longer clip
         listed = "a frame" if beyond == 1 else f"{beyond:,} frames"
         warnings.append(f"The file lists {listed} after the last of the upload, {frames - 1}; they are left out.")
