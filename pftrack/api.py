@@ -14,7 +14,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from pftrack.core.files import read_text
+from pftrack.core.files import read_source, read_text
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.core.model.source import FrameSequence
@@ -219,7 +219,7 @@ def compare(*runs: Run) -> Comparison:
 def _with_filter(recipe: Recipe, file: Path) -> tuple[str, Recipe]:
     """Return the tracker that a file makes, and a recipe that brings it; whoever names a file trusts it."""
     name = name_of(file)
-    filters = {**recipe.filters, name: (file.read_text(encoding="utf-8"),)}
+    filters = {**recipe.filters, name: (read_source(file),)}
     changed = recipe.model_copy(update={"filters": filters})
     trust_filters(changed)
     return name, changed

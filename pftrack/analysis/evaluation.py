@@ -34,12 +34,13 @@ from pftrack.sources.truth import TruthTable
 #
 # | form | pictures | boxes | a line |
 # |---|---|---|---|
-# | OTB (Wu, Lim, Yang 2013) | `img/` | `groundtruth_rect.txt` | x, y, w, h; first pixel 1; commas, tabs or spaces |
+# | OTB (Wu, Lim, Yang 2013) | `img/` | `groundtruth_rect.txt`, or `groundtruth_rect.1.txt` and so on, a target each |
+# |   |   |   | x, y, w, h; first pixel 1; commas, tabs or spaces |
 # | VOT (Kristan et al. 2016) | the folder, or `color/` | `groundtruth.txt` | x, y, w, h, or x and y of four corners |
 #
 # Of four corners the smallest upright box around them is taken. A line whose numbers are not finite, or whose box has
-# no area, is a frame without truth. Where there are fewer lines than pictures, lines begin with the picture that
-# `cfg.json` names as `startFrame`, as jwlim/tracker_benchmark has it, or with the first.
+# no area, is a frame without truth. Where there are not as many lines as pictures, lines begin with the picture that
+# `cfg.json` names as `startFrame`, as jwlim/tracker_benchmark has it; without it the sequence is refused.
 
 Rectangle = tuple[float, float, float, float]
 
@@ -49,7 +50,7 @@ class BenchmarkSequence:
     """A sequence of a benchmark.
 
     Attributes:
-        name: Of its folder.
+        name: Of its folder, and the number of the target if it has several.
         pictures: The folder of its pictures.
         start: Number of the picture of the first line, from 0.
         frames: How many lines there are.
@@ -71,49 +72,57 @@ def find_sequences(folder: Path) -> list[BenchmarkSequence]:
     """
     if not folder.is_dir():
         raise RefusedError(f"the folder {folder} does not exist")
-    folders = [folder] if _form_of(folder) else sorted(place for place in folder.iterdir() if _form_of(place))
-    if not folders:
+    texts = _texts_in(folder) or [each for place in sorted(folder.iterdir()) for each in _texts_in(place)]
+    if not texts:
         raise RefusedError(
             f"{folder.name} is not a sequence and holds none: expected img/ with groundtruth_rect.txt (OTB), or "
             "pictures with groundtruth.txt (VOT)"
         )
-    return [_read(place) for place in folders]
+    return [_read(text) for text in texts]
 
 
-def _form_of(folder: Path) -> tuple[Form, Path, Path] | None:
-    """Return the form, the pictures and the text of a folder that is a sequence."""
-    otb, vot = folder / "groundtruth_rect.txt", folder / "groundtruth.txt"
-    if otb.is_file() and (folder / "img").is_dir():
-        return "otb", folder / "img", otb
-    if vot.is_file():
-        return "vot", folder / "color" if (folder / "color").is_dir() else folder, vot
-    return None
+def _texts_in(folder: Path) -> list[Path]:
+    """Return the texts of true boxes of a folder that is a sequence, one of each of its targets."""
+    if (folder / "img").is_dir():
+        return sorted(folder.glob("groundtruth_rect*.txt"))
+    return [text for text in (folder / "groundtruth.txt",) if text.is_file()]
 
 
-def _read(folder: Path) -> BenchmarkSequence:
-    known = _form_of(folder)
-    if known is None:
-        raise RefusedError(f"{folder.name} is not a sequence")
-    form, pictures, text = known
-    start = _start(folder, pictures)
+def _read(text: Path) -> BenchmarkSequence:
+    folder, (_, *targets) = text.parent, text.stem.split(".")
+    form: Form = "vot" if text.stem == "groundtruth" else "otb"
+    pictures = next((place for name in ("img", "color") if (place := folder / name).is_dir()), folder)
     try:
         found = read_results_file(text, form=form, first_pixel=int(form == "otb"))
     except RefusedError as error:
         raise RefusedError(f"{folder.name}/{error}") from None
+    start = _start(folder, pictures, text.name, found.frames)
     boxes = {start + box.frame: (box.x, box.y, box.w, box.h) for box in found.boxes}
     if start not in boxes:
         raise RefusedError(f"{folder.name}/{text.name}, line 1: a tracker begins there, so it must have a box")
-    return BenchmarkSequence(folder.resolve().name, pictures, start, found.frames, boxes)
+    name = "-".join([folder.resolve().name, *targets])
+    return BenchmarkSequence(name, pictures, start, found.frames, boxes)
 
 
-def _start(folder: Path, pictures: Path) -> int:
-    """Return which picture the first line is of: the one whose name is the number that `cfg.json` says."""
+def _start(folder: Path, pictures: Path, text: str, lines: int) -> int:
+    """Return which picture the first line is of: the one whose name is the number that `cfg.json` says.
+
+    Raises:
+        RefusedError: There are not as many lines as pictures, and nothing says which are meant.
+    """
+    numbers = sorted(int(path.stem) for path in pictures.iterdir() if path.stem.isdecimal())
     try:
         wanted = int(json.loads((folder / "cfg.json").read_text(encoding="utf-8"))["startFrame"])
     except (OSError, ValueError, KeyError, TypeError):
-        return 0
-    numbers = sorted(int(path.stem) for path in pictures.iterdir() if path.stem.isdecimal())
-    return numbers.index(wanted) if wanted in numbers else 0
+        wanted = None
+    if wanted in numbers:
+        return numbers.index(wanted)
+    if numbers and lines != len(numbers):
+        raise RefusedError(
+            f"{folder.name} has {len(numbers):,} pictures, and {text} has {lines:,} lines: write the number of the "
+            'picture of the first line into cfg.json, such as {"startFrame": 1}'
+        )
+    return 0
 
 
 # A tracker is given the true box of the first picture and nothing after it (one-pass evaluation, OPE, by Wu, Lim and

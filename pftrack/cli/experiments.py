@@ -225,6 +225,7 @@ def experiment_(
 
 def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
     """Return trackers by name, and texts of those that are files; whoever names one trusts it."""
+    from pftrack.core.files import read_source
     from pftrack.experiments.own.code import trust
     from pftrack.experiments.own.extension import name_of
 
@@ -236,7 +237,7 @@ def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple
             continue
         file = Path(each)
         with refusing(ValueError), reading(file):
-            name, text = name_of(file), file.read_text(encoding="utf-8")
+            name, text = name_of(file), read_source(file)
         if name in filters:
             raise wrong_use(f"two files are called {name}.py; call one of them otherwise")
         trust(text)

@@ -248,6 +248,7 @@ def check(
 
     With --json the report has the form of Gradescope's results.json.
     """
+    from pftrack.core.files import read_source
     from pftrack.experiments.own.extension import name_of
     from pftrack.teaching.exercises import exercise_named_in
     from pftrack.teaching.exercises.grading import check as check_file
@@ -257,7 +258,7 @@ def check(
     with output.refusing(ValueError):
         name_of(file)
     with output.reading(file):
-        named = exercise or exercise_named_in(file.read_text(encoding="utf-8"))
+        named = exercise or exercise_named_in(read_source(file))
     if named is None:
         raise output.wrong_use(
             f"{file} has no line EXERCISE = ..., by which it says what it answers; name it with --exercise"

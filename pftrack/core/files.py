@@ -13,11 +13,14 @@ import secrets
 import shutil
 import threading
 from collections.abc import Iterable
+from importlib.util import decode_source
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pftrack.core.refusal import RefusedError
 
 
 def free_bytes(folder: Path) -> int:
@@ -89,6 +92,19 @@ BEGINNING: Final = re.compile(r"(^\s*|[;\t\r\n])(?=[=+\-@＝＋－＠])")  # noq
 FIGURE: Final = r"[-+]?[\d.,]+(?:e[-+]?\d+)?"
 NUMBERS: Final = re.compile(rf"(?:{FIGURE}|[-+]?(?:inf|nan))(?: \({FIGURE} to {FIGURE}\))?")
 """A number, and one with its interval."""
+
+
+def read_source(path: Path) -> str:
+    """Return the text of a file of Python as Python reads it: by its byte order mark or its coding comment.
+
+    Raises:
+        OSError: It cannot be read.
+        RefusedError: It is not text in the encoding that it says.
+    """
+    try:
+        return decode_source(path.read_bytes())
+    except (SyntaxError, UnicodeDecodeError) as error:
+        raise RefusedError(f"{path.name} cannot be read as Python: {error}") from None
 
 
 def literal(text: str) -> str:

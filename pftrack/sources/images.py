@@ -12,8 +12,10 @@ Animated GIFs are read by `pftrack.sources.video`: FFmpeg composes their partial
 
 import hashlib
 import io
+import re
 import threading
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,6 +34,7 @@ _PICTURES = "PNG, JPEG, BMP, TIFF or WebP pictures"
 _RATE_HZ = 25.0
 _DEEP_GREY = {"I;16", "I;16L", "I;16B", "I;16N"}
 _DEPTHLESS = {"I", "F"}
+NUMBER = re.compile(r"[0-9]{1,15}(?=[^0-9]*$)")
 _ALBUMS = {"TIFF", "PNG", "WEBP"}  # a JPEG may carry its own preview as a second picture
 
 
@@ -89,6 +92,7 @@ class ImageSequence(FrameSequence):
             checksums.append(zlib.crc32(picture.data))
             if self._cache.used_bytes < self._limits.cache_bytes // 2:
                 self._cache.put(number, picture, picture.nbytes)
+        told = _missing([file.path.stem for file in self._files])
         others = "1 file that is no picture is" if left_out == 1 else f"{left_out} files that are no pictures are"
         return FrameIndex(
             kind="images",
@@ -98,7 +102,7 @@ class ImageSequence(FrameSequence):
             frame_rate_hz=_RATE_HZ,
             times_s=tuple(number / _RATE_HZ for number in range(len(checksums))),
             checksums=tuple(checksums),
-            warnings=(f"{others} passed over",) if left_out else (),
+            warnings=(*told, *([f"{others} passed over"] if left_out else [])),
         )
 
 
@@ -137,6 +141,22 @@ def _list(folder: Path, limits: Limits) -> tuple[list[_File], int]:
         what = "is empty" if not paths else "holds no pictures"
         raise RefusedError(f"the folder {what}; expected {_PICTURES}")
     return files, len(paths) - len(files)
+
+
+def _missing(stems: Sequence[str]) -> tuple[str, ...]:
+    """Return a warning if the numbers in the names of pictures, in order, have gaps; nothing otherwise."""
+    found = [NUMBER.search(stem) for stem in stems]
+    numbers = [int(one[0]) for one in found if one is not None]
+    steps = np.diff(numbers)
+    if len(numbers) < len(stems) or len(steps) == 0 or steps.min() <= 0 or steps.max() == steps.min():
+        return ()
+    step = int(steps.min())
+    gaps = [place for place, one in enumerate(steps) if one > step]
+    first = gaps[0]
+    last, following = stems[first], stems[first + 1]
+    more = f", and there are {len(gaps) - 1} more gaps" if len(gaps) > 1 else ""
+    told = f"pictures are missing between {last} and {following}{more}; frame {first + 1} is {following}"
+    return (told,)
 
 
 def _decode(file: _File, limits: Limits) -> NDArray[np.uint8]:

@@ -52,3 +52,23 @@ def test_folders_without_sequences_are_refused(tmp_path: Path) -> None:
         find_sequences(tmp_path)
     with pytest.raises(RefusedError, match="does not exist"):
         find_sequences(tmp_path / "none")
+
+
+def test_lines_that_nobody_can_place_are_refused(tmp_path: Path) -> None:
+    """Without cfg.json fewer lines than pictures may begin anywhere, and no score comes of a guess."""
+    folder = write_otb(tmp_path / "Clip")
+    text = folder / "groundtruth_rect.txt"
+    text.write_text("".join(text.read_text().splitlines(keepends=True)[:3]))
+    with pytest.raises(RefusedError, match=r"has 3 lines: write the number of the picture of the first line"):
+        find_sequences(tmp_path)
+    (folder / "cfg.json").write_text('{"startFrame": 2}')
+    assert find_sequences(tmp_path)[0].start == 1
+
+
+def test_two_targets_are_two_sequences(tmp_path: Path) -> None:
+    """As Jogging of OTB has it."""
+    folder = write_otb(tmp_path / "Clip")
+    text = folder / "groundtruth_rect.txt"
+    (folder / "groundtruth_rect.2.txt").write_text(text.read_text())
+    text.rename(folder / "groundtruth_rect.1.txt")
+    assert [found.name for found in find_sequences(tmp_path)] == ["Clip-1", "Clip-2"]

@@ -14,6 +14,7 @@ from time import monotonic
 from typing import Any, Final
 
 from pftrack import process
+from pftrack.core.files import read_source
 from pftrack.experiments.own.code import FilterFileError, trust
 from pftrack.experiments.own.extension import name_of
 from pftrack.teaching.exercises.library import exercise_named_in
@@ -80,7 +81,7 @@ def check(exercise: Exercise, file: Path, *, seed: int = 0, told: Callable[[int,
         seed: The first that draws and scenes are made of; another shows whether a solution hangs on it.
         told: Called with the checks that are done, and with all that there are.
     """
-    text = file.read_text(encoding="utf-8")
+    text = read_source(file)
     return check_text(exercise, name_of(file), text, seed=seed, told=told)
 
 
@@ -271,7 +272,7 @@ def _read(path: Path, exercises: Mapping[str, Exercise], exercise: str | None) -
     """
     if not path.is_file():  # a pipe would wait for a writer
         raise ValueError("It is not a regular file.")
-    text, tracker = path.read_text(encoding="utf-8"), name_of(path)
+    text, tracker = read_source(path), name_of(path)
     named = exercise or exercise_named_in(text)
     if named is None or named not in exercises:
         said = f"it names the exercise {named}, which there is not" if named else "it has no line EXERCISE = ..."
