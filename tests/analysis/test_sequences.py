@@ -21,7 +21,7 @@ def test_otb_counts_from_one(tmp_path: Path, separator: str) -> None:
 @pytest.mark.parametrize("colour", ["color", "."])
 def test_vot_may_have_corners(tmp_path: Path, colour: str) -> None:
     """Four corners of VOT become the upright box around them; what is not finite is a frame without truth."""
-    write_pictures(tmp_path / "clip" / colour)
+    write_pictures(tmp_path / "clip" / colour, frames=3)
     (tmp_path / "clip" / "groundtruth.txt").write_text("20,14,12,16\n22,14,34,15,33,30,21,29\nNaN,NaN,NaN,NaN\n")
     (found,) = find_sequences(tmp_path)
     assert found.frames == 3

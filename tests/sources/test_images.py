@@ -5,6 +5,7 @@ import io
 import struct
 import zlib
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import cv2
@@ -325,3 +326,17 @@ def test_the_real_hand_is_read(real_clips: Path) -> None:
     assert sequence.picture(0)[0, 0].tolist() == [0, 0, 0]
     changed = dataclasses.replace(sequence.index, sha256="0" * 64)
     assert open_sequence(real_clips / "hand_silhouette" / "img", index=changed).sha256 == sequence.sha256
+
+
+def test_missing_pictures_are_told(tmp_path: Path) -> None:
+    """Frames are counted as the pictures come, so a gap moves all that follow; every fifth is no gap."""
+    for numbers, told in (((1, 2, 5, 6, 8), 1), ((5, 10, 15), 0), ((1, 2, 3), 0)):
+        folder = tmp_path / str(len(numbers) + numbers[0])
+        folder.mkdir()
+        for number in numbers:
+            Image.new("RGB", (8, 8)).save(folder / f"{number:04}.png")
+        with closing(open_sequence(folder)) as sequence:
+            assert len(sequence.index.warnings) == told
+            if told:
+                wanted = "pictures are missing between 0002 and 0005, and there are 1 more gaps; frame 2 is 0005"
+                assert sequence.index.warnings == (wanted,)

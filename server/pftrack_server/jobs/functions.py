@@ -234,10 +234,9 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
         table = kind.read(Path(path))
     except RefusedError as error:
         # What the file is called here, and where it lies, is nobody's business.
-        said = str(error)
-        raise RefusedError(
-            f"the file{said.removeprefix(name) if said.startswith(name) else ' cannot be read'}"
-        ) from None
+        said = str(error).removeprefix(f"{name}: ")
+        told = said.replace(name, "the file", 1) if path not in said else "the file cannot be read"
+        raise RefusedError(told) from None
     rows = {frame: row for frame, row in table.rows.items() if frame < frames}
     if not rows:
         least = min(table.rows, default=None)

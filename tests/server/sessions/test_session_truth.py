@@ -88,7 +88,7 @@ def test_what_is_no_truth_changes_nothing(client: httpx.Client, upload: str, ses
     """A wrong table is refused with its line, and a scene that is simulated knows its own."""
     recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
     begun = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
-    assert "expected the columns" in error_of(give(client, begun["id"], "a,b\n1,2\n"), 422)["message"]
+    assert "does not hold results" in error_of(give(client, begun["id"], "a,b\n1,2\n"), 422)["message"]
     assert columns(client, begun["id"])["error"][0] is None
     assert "this session has none" in error_of(give(client, session["id"], BOXES), 409)["message"]
     table = client.get(f"/api/v1/uploads/{upload}/truth.csv?experiment=ball")

@@ -83,7 +83,7 @@ class TestTruth:
         """Of several objects the first is taken, and it is said that others were left out."""
         text = "frame,object,yaw_deg,pitch_deg,roll_deg\n0,a,1,2,3\n0,b,4,5,6\n"
         (warning,) = put_truth(client, judged, text).json()["warnings"]
-        assert warning.startswith("The file has several objects; further poses")
+        assert warning.startswith("It has several objects; further poses")
 
     def test_another_origin_may_not(self, client: httpx.Client, judged: str) -> None:
         """A page of another origin cannot give a truth."""
