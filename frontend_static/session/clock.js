@@ -83,30 +83,28 @@ const SLOWEST = 0.1;
 const FASTEST = 10;
 
 class Follower {
-  #store;
-  #steering;
+  #member;
   /** @type {Pace|null} While the leader plays. */
   #pace = null;
   #isBusy = false;
   #corrected = 0;
 
-  /**
-   * @param {Store} store
-   * @param {Steering} steering
-   */
-  constructor(store, steering) {
-    this.#store = store;
-    this.#steering = steering;
+  /** @param {Member} member */
+  constructor(member) {
+    this.#member = member;
+  }
+
+  get #steering() {
+    return this.#member.steering;
   }
 
   /**
    * Go to the leader's frame, or play along with it.
    *
    * @param {SessionPublic} leader
-   * @param {number} [first] The own frame that belongs to the leader's frame 0.
    */
-  follow(leader, first = 0) {
-    const { session: own, connection } = this.#store;
+  follow(leader) {
+    const { store: { session: own, connection }, first = 0 } = this.#member;
     if (own === null || connection !== "open") return;
     const lead = { ...leader, position: leader.position + first };
     // A long seek takes a while; both do it at the same time.
@@ -137,18 +135,14 @@ class Follower {
     const now = performance.now();
     this.#pace ??= new Pace(lead.frame_rate_hz * lead.speed);
     this.#pace.heard(now, lead.position, own.position);
-    if (Math.abs(lead.position - own.position) > AWAY_S * lead.frame_rate_hz * lead.speed) {
-      this.#once(() => this.#steering.seek(lead.position));
-      return;
-    }
-    if (!own.playing) {
-      this.#once(() => this.#steering.play());
-      return;
-    }
     const speed = Math.min(Math.max(this.#pace.rate / own.frame_rate_hz, SLOWEST), FASTEST);
-    if (now - this.#corrected < CORRECT_EVERY_MS || Math.abs(speed / own.speed - 1) < CORRECTION) return;
-    this.#corrected = now;
-    this.#once(() => this.#steering.setSpeed(speed));
+    const isAway = Math.abs(lead.position - own.position) > AWAY_S * lead.frame_rate_hz * lead.speed;
+    if (isAway) this.#once(() => this.#steering.seek(lead.position));
+    else if (!own.playing) this.#once(() => this.#steering.play());
+    else if (now - this.#corrected >= CORRECT_EVERY_MS && Math.abs(speed / own.speed - 1) >= CORRECTION) {
+      this.#corrected = now;
+      this.#once(() => this.#steering.setSpeed(speed));
+    }
   }
 
   /**
@@ -187,11 +181,11 @@ export class Clock {
    * @param {AbortSignal} end Ends the membership; if it led, the next one leads.
    */
   join(member, end) {
-    const follower = new Follower(member.store, member.steering);
+    const follower = new Follower(member);
     this.#members.value = [...this.#members.peek(), member];
     const move = () => {
       const lead = this.leader;
-      if (lead !== member && lead?.store.session) follower.follow(lead.store.session, member.first);
+      if (lead !== member && lead?.store.session) follower.follow(lead.store.session);
     };
     follow(() => [movesOf(this.leader), movesOf(member)], move, end);
     end.addEventListener("abort", () => this.#leave(member));

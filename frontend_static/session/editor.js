@@ -19,20 +19,8 @@ const COLOURS = HighlightStyle.define([
   { tag: [tags.function(tags.definition(tags.variableName)), tags.definition(tags.className)], fontWeight: "600" },
 ]);
 
-const THEME = EditorView.theme({
-  "&": { color: "var(--ink)", backgroundColor: "var(--surface)" },
-  ".cm-content": { caretColor: "var(--ink)", fontFamily: "ui-monospace, monospace" },
-  ".cm-cursor": { borderLeftColor: "var(--ink)" },
-  ".cm-gutters": { color: "var(--muted)", backgroundColor: "var(--well)", border: "0" },
-  ".cm-activeLine, .cm-activeLineGutter": { backgroundColor: "light-dark(#0000000a, #ffffff0f)" },
-  "&.cm-focused .cm-selectionBackground, .cm-selectionBackground, ::selection": { backgroundColor: "light-dark(#bcd9f5, #2f4d6b) !important" },
-  ".cm-tooltip": { color: "var(--ink)", backgroundColor: "var(--raised)", border: "1px solid var(--line)", maxWidth: "30rem" },
-});
-
 class CodeField {
   #view;
-  /** The mistake that has been brought into sight; one is told again whenever the run moves. */
-  #seen = "";
 
   /**
    * @param {HTMLElement} parent
@@ -56,7 +44,6 @@ class CodeField {
         autocompletion(),
         lintGutter(),
         syntaxHighlighting(COLOURS),
-        THEME,
         EditorView.contentAttributes.of({ "aria-label": file.file }),
         EditorView.updateListener.of((/** @type {{docChanged: boolean}} */ update) => update.docChanged && onChange(this.text)),
       ],
@@ -77,7 +64,7 @@ class CodeField {
   }
 
   /**
-   * Mark a mistake at its line, or none; one that is new comes into sight.
+   * Mark a mistake at its line, which comes into sight, or none.
    *
    * @param {SessionProblem|null} problem
    */
@@ -87,9 +74,7 @@ class CodeField {
     const line = number >= 1 && number <= state.doc.lines ? state.doc.line(number) : null;
     const marks = problem && line ? [{ from: line.from, to: line.to, severity: "error", message: problem.text }] : [];
     this.#view.dispatch(setDiagnostics(state, marks));
-    const seen = problem && line ? `${number} ${problem.text}` : "";
-    if (seen !== this.#seen && line) this.#view.dispatch({ effects: EditorView.scrollIntoView(line.from, { y: "center" }) });
-    this.#seen = seen;
+    if (line) this.#view.dispatch({ effects: EditorView.scrollIntoView(line.from, { y: "center" }) });
   }
 }
 

@@ -171,21 +171,6 @@ export class History {
     }
     return false;
   }
-
-  /**
-   * Largest of the numbers that `value` gives, over the frames from..to; null where there is none.
-   *
-   * @param {Curve} value
-   */
-  most(value, from = 0, to = this.length - 1) {
-    /** @type {number|null} */
-    let most = null;
-    for (let frame = from; frame <= to; frame += 1) {
-      const number = value(this.at(frame));
-      if (number !== null && (most === null || number > most)) most = number;
-    }
-    return most;
-  }
 }
 
 /** A part of a run's history as if it were all of it: so many frames from one on, counted from 0. */

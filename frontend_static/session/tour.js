@@ -8,11 +8,12 @@
 
 import { request } from "../shared/api.js";
 import { dialogIsOpen } from "../shared/dialog.js";
-import { build, fill, icon } from "../shared/dom.js";
+import { build, Icon } from "../shared/dom.js";
 import { leaveAddress, rememberTour } from "../shared/page.js";
 import { after, until } from "../shared/timing.js";
+import { h, html, render } from "../vendor/preact.js";
 
-/** @import { Child } from "../shared/elements.js" */
+/** @import { Child } from "../vendor/preact.js" */
 /** @import { Preset } from "../shared/messages.js" */
 /** @import { Mounted } from "./mount.js" */
 
@@ -47,8 +48,8 @@ class Callout {
    *
    * @param {string} selector What it points at; the scrubber, which is always there, where that does not come.
    * @param {string} title
-   * @param {Child[]} words
-   * @param {Child[]} actions
+   * @param {Child} words
+   * @param {Child} actions
    * @param {{takesFocus?: boolean}} [options] Whether it is read out at once, with the keyboard going on from it.
    */
   async show(selector, title, words, actions, { takesFocus = true } = {}) {
@@ -56,7 +57,7 @@ class Callout {
     const target = (this.#target = await seen(selector, this.#signal));
     target.classList.add("pointed-at");
     target.scrollIntoView({ block: "nearest", inline: "nearest" });
-    fill(this.#element, build("h2", { id: TITLE }, title), build("div", { id: WORDS, class: "callout-words" }, words), build("footer", {}, actions));
+    render(html`<h2 id=${TITLE}>${title}</h2><div id=${WORDS} class="callout-words">${words}</div><footer>${actions}</footer>`, this.#element);
     if (this.#element.nextElementSibling !== target) target.before(this.#element);
     this.#element.showPopover();
     if (takesFocus) this.#element.focus({ preventScroll: true });
@@ -80,20 +81,11 @@ export async function guide(view, name) {
     if (event.key === "Escape" && !dialogIsOpen() && !event.defaultPrevented) leave("left");
   }, { signal: end.signal });
   await until(() => view.able, end.signal);
-  const tour = await tourOf(view.store.known.recipe.experiment, name);
+  const { presets } = await request("GET experiments/{experiment}", { experiment: view.store.known.recipe.experiment });
+  const tour = presets.find((preset) => preset.name === name)?.tour;
   if (end.signal.aborted) return;
-  if (tour === null) leaveAddress();
-  else await lead(view, tour, end.signal, leave);
-}
-
-/**
- * @param {string} experiment
- * @param {string} name
- * @returns {Promise<Tour|null>}
- */
-async function tourOf(experiment, name) {
-  const { presets } = await request("GET experiments/{experiment}", { experiment });
-  return presets.find((preset) => preset.name === name)?.tour ?? null;
+  if (tour) await lead(view, tour, end.signal, leave);
+  else leaveAddress();
 }
 
 /**
@@ -102,62 +94,50 @@ async function tourOf(experiment, name) {
  * @param {AbortSignal} signal Ends it.
  * @param {(how: "done"|"left") => void} leave
  */
-async function lead(view, tour, signal, leave) {
-  const { store, steering } = view;
+async function lead({ store, steering }, tour, signal, leave) {
   const callout = new Callout(signal);
-  const way = build("button", { type: "button", class: "quiet leave", title: "Leave the tour (escape)", on: { click: () => leave("left") } }, "Leave the tour");
-  const step = (/** @type {number} */ number) => build("span", { class: "step" }, `Step ${number} of 3`);
   const come = (/** @type {() => unknown} */ holds) => until(holds, signal);
+  const step = (/** @type {number} */ number) => html`<span class="step">Step ${number} of 3</span>`;
+  const way = html`<button type="button" class="quiet leave" title="Leave the tour (escape)" onClick=${() => leave("left")}>Leave the tour</button>`;
+  const finish = html`<button type="button" class="primary" onClick=${() => leave("done")}>${h(Icon, { name: "check" })}Finish</button>`;
   const lostSince = () => store.history.at(store.known.position)?.lost_since ?? null;
+  const { target } = store.known;
 
   if (store.known.position === 0 && !store.known.playing) {
     await steering.slowDown();
-    const words = [build("p", {}, tour.begin), build("p", {}, "Press ", build("strong", {}, "Play"), ", and watch the points.")];
+    const words = html`<p>${tour.begin}</p><p>Press <strong>Play</strong>, and watch the points.</p>`;
     await callout.show(".play", "A tracker at work", words, [step(1), way]);
     await come(() => store.known.playing || store.known.position > 0);
   }
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
   if (!isLost()) {
-    const words = `Watch the ${store.known.target}, and the points. These words say how the tracker does; the run stops when something has happened.`;
-    await callout.show(".verdict", "It runs", [build("p", {}, words)], [step(2), way], { takesFocus: false });
+    const words = `Watch the ${target}, and the points. These words say how the tracker does; the run stops when something has happened.`;
+    await callout.show(".verdict", "It runs", html`<p>${words}</p>`, [step(2), way], { takesFocus: false });
   }
   await come(() => isLost() || steering.isAtEnd);
   await steering.pause();
   const since = lostSince();
   if (since === null) {
-    const again = build("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, "Finish");
-    await callout.show(".verdict", "Not lost this time", [build("p", {}, "With other parameters or another seed the tracker may keep its target.")], [again]);
+    await callout.show(".verdict", "Not lost this time", html`<p>With other parameters or another seed the tracker may keep its target.</p>`, finish);
     return;
   }
 
-  const words = [
-    build("p", {}, `The tracker has lost the ${store.known.target} in frame ${since}. This card says why, and what would have saved it.`),
-    build("p", {}, "Press ", build("strong", {}, "Go to frame"), ` in it, to go back to where the tracker still holds the ${store.known.target}.`),
-  ];
+  const words = html`
+    <p>The tracker has lost the ${target} in frame ${since}. This card says why, and what would have saved it.</p>
+    <p>Press <strong>Go to frame</strong> in it, to go back to where the tracker still holds the ${target}.</p>
+  `;
   await callout.show(".lost-card", "Lost", words, [step(2), way]);
   await come(() => store.known.position < since);
 
   const plot = `.plots [data-panel="${CSS.escape(tour.plot)}"]`;
   // It may be among those that are folded.
   if (document.querySelector(plot) === null) /** @type {HTMLElement|null} */ (document.querySelector(".side-folds button"))?.click();
-  await callout.show(plot, "Why", [build("p", {}, tour.reason), onward(tour.frame, steering)], [
-    step(3),
-    build("button", { type: "button", class: "primary", on: { click: () => leave("done") } }, icon("check"), "Finish"),
-  ]);
-}
-
-/**
- * What to do next.
- *
- * @param {number} frame In which the reason is to be seen.
- * @param {import("./steering.js").Steering} steering
- */
-function onward(frame, steering) {
-  /** @type {Child[]} */
-  const ways = [build("a", { href: "learn" }, "how particle filters work"), " or ", build("a", { href: "failures" }, "other ways to fail")];
-  const there = build("button", { type: "button", on: { click: () => steering.seek(frame) } }, `Go to frame ${frame}`);
-  return build("p", {}, there, " or step forward with ", build("kbd", {}, "→"), ", and watch it happen. Then see ", ways, ".");
+  const onward = html`<p>
+    <button type="button" onClick=${() => steering.seek(tour.frame)}>Go to frame ${tour.frame}</button> or step forward with <kbd>→</kbd>, and watch it
+    happen. Then see <a href="learn">how particle filters work</a> or <a href="failures">other ways to fail</a>.
+  </p>`;
+  await callout.show(plot, "Why", html`<p>${tour.reason}</p>${onward}`, [step(3), finish]);
 }
 
 /**

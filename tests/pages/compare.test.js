@@ -52,7 +52,8 @@ describe("several runs as one store", () => {
     assert.equal(joint.known.computed, 5);
     assert.equal(joint.historyOf("0").at(0).frame, 3);
     assert.equal(joint.historyOf("0").length, 10);
-    assert.equal(joint.historyOf("0").most((row) => row.error), 12);
+    assert.equal(joint.historyOf("0").at(9).error, 12);
+    assert.equal(joint.historyOf("0").at(10), undefined);
     assert.deepEqual(joint.known.timeline, [{ frame: 5, values: {} }]);
     late.receive({ type: "changes", session: { position: 4 }, rows: [] });
     assert.equal(joint.known.position, 4);

@@ -69,13 +69,6 @@ describe("a history of diagnostics", () => {
     assert.equal(history.some(isGone), true);
     assert.deepEqual(filled(3).spans(isGone), []);
   });
-
-  it("knows the largest value of a stretch, and null where there is none", () => {
-    const history = filled(6, (frame) => ({ error: frame === 4 ? null : frame }));
-    assert.equal(history.most(curve.error), 5);
-    assert.equal(history.most(curve.error, 0, 3), 3);
-    assert.equal(history.most(curve.error, 4, 4), null);
-  });
 });
 
 describe("values of a row", () => {

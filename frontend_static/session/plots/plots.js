@@ -388,7 +388,7 @@ function isMeasured({ needs, plot }, store) {
  * @param {Store} store
  */
 function isTruthMissing({ needs_truth: needsTruth }, { history }) {
-  return needsTruth && history.length > 0 && history.most(curve.error) === null;
+  return needsTruth && history.length > 0 && !history.some((row) => curve.error(row) !== null);
 }
 
 /**
