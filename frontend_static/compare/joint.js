@@ -9,8 +9,8 @@ import { Mounted } from "../session/mount.js";
 import { OVERLAID } from "../session/plots/kinds.js";
 import { plots } from "../session/plots/plots.js";
 import { scrubber } from "../session/scrubber.js";
-import { listen, moves } from "../session/keys.js";
-import { arrange, OwnSession, SessionStart } from "../session/session_start.js";
+import { listen } from "../session/keys.js";
+import { arrange, SessionStart } from "../session/session_start.js";
 import { transport } from "../session/transport.js";
 import { build } from "../shared/dom.js";
 import { JointSteering, JointStore } from "./joint_store.js";
@@ -33,9 +33,6 @@ const PARTS = /** @type {const} */ (["scene", "readout"]);
 /** The places of the runs, and all that they have together. */
 export class JointView {
   #end = new AbortController();
-  /** @type {OwnSession[]} */
-  #own = [];
-  /** @type {SessionStart[]} */
   #starts;
   #readOnly;
   /** @type {Awaited<ReturnType<typeof plots>>|null} */
@@ -53,10 +50,7 @@ export class JointView {
     this.overlays = members.map(({ first }) => new Overlay(first));
     this.#starts = members.map(({ place, recipe, session }, index) => {
       const look = { parts: PARTS, view: /** @type {const} */ ("flat"), overlay: this.overlays[index], isBare: true };
-      if (recipe === undefined) return new SessionStart(place, { session, ...look });
-      const own = new OwnSession(place, { recipe, ...look });
-      this.#own.push(own);
-      return own.start;
+      return new SessionStart(place, { session, recipe, isOwn: recipe !== undefined, ...look });
     });
     // One that has nothing before the common frames counts as all do together.
     const lead = Math.max(0, members.findIndex(({ first }) => first === 0));
@@ -134,7 +128,7 @@ export class JointView {
    * @param {Partial<Actions>} more What they do besides.
    */
   listen(more) {
-    listen(document.body, { ...moves(this), zoom: (factor) => this.#plots?.zoom(factor), ...more }, this.signal);
+    listen(document.body, this, { zoom: (factor) => this.#plots?.zoom(factor), ...more });
   }
 
   /**
@@ -151,7 +145,6 @@ export class JointView {
     if (this.signal.aborted) return;
     this.#end.abort();
     for (const view of this.views) view.dispose();
-    for (const session of this.#own) session.end();
   }
 
   async #all() {

@@ -3,7 +3,7 @@
  * a real session with only some parameters unlocked.
  */
 
-import { OwnSession } from "../session/session_start.js";
+import { SessionStart } from "../session/session_start.js";
 import { Mounted } from "../session/mount.js";
 import { Choice, DeclaredControl, NumberBox } from "../session/panel.js";
 import { Proposals, sendValues } from "../session/steering.js";
@@ -203,14 +203,11 @@ export class LessonRun extends Shown {
   make(gone) {
     const { recipe, frame, layers, plots } = this.scenario;
     const place = build("div", { class: "lesson-session", data: { part: "session" } });
-    const own = new OwnSession(place, { recipe: { recipe, position: frame }, parts: PARTS, view: "flat", layers });
-    const mounted = (this.#mounted = new Mounted(own.start, { plots }));
+    const start = new SessionStart(place, { recipe: { recipe, position: frame }, isOwn: true, parts: PARTS, view: "flat", layers });
+    const mounted = (this.#mounted = new Mounted(start, { plots }));
     const proposals = (this.#proposals = new Proposals((values) => sendValues(mounted.store.known.id, values), gone));
     gone.addEventListener("abort", effect(() => this.#told(mounted, proposals)));
-    gone.addEventListener("abort", () => {
-      mounted.dispose();
-      own.end();
-    });
+    gone.addEventListener("abort", () => mounted.dispose());
     return place;
   }
 

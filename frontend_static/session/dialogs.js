@@ -1,8 +1,8 @@
 /** Dialogs of a session: files to take away and to bring in, the link of a run, the keys, what an experiment is about, and branches. */
 
-import { addressOf, request, sendCommand } from "../shared/api.js";
+import { addressOf, request } from "../shared/api.js";
 import { openDialog, openKeys } from "../shared/dialog.js";
-import { attempt, toast } from "../shared/dom.js";
+import { toast } from "../shared/dom.js";
 import { Exports, openCode } from "../shared/exports.js";
 import { tourLink } from "../shared/page.js";
 import { linkTo } from "../shared/share_link.js";
@@ -12,6 +12,7 @@ import { h, html, useEffect, useSignal } from "../vendor/preact.js";
 import { giveTruth, markTruth } from "./marking.js";
 import { DeclaredControl } from "./panel.js";
 import { HELP } from "./keys.js";
+import { steer } from "./steering.js";
 
 /** @import { Declaration, SessionPublic } from "../shared/messages.js" */
 /** @import { Mounted } from "./mount.js" */
@@ -63,24 +64,25 @@ export function aboutDialog({ id, title, question, description, references }) {
 
 // The dialog that makes a branch: from which frame to go on, with which tracker and which parameters.
 
-/**
- * @param {Mounted} view
- * @param {string|undefined} preferred The tracker to offer first, unless it is the one in charge.
- */
-export function branchDialog({ store, commands, steering }, preferred) {
-  const { session } = store;
-  if (session === null) return;
+/** @param {Mounted} view */
+export async function branchDialog({ store, steering, signal }) {
+  const session = store.known;
+  // The tracker to offer first, unless it is the one in charge.
+  const { experiment } = session.recipe;
+  const { default_tracker: preferred } = await request("GET experiments/{experiment}", { experiment }).catch(() => ({ default_tracker: "" }));
+  if (signal.aborted) return;
   steering.pause();
   // After the last frame of a run there is nothing more to compute.
   const last = Math.min(session.computed, session.frames - 2);
   if (last < 0) return;
   const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
   const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
-  openDialog("Branch", (close) => h(Branch, { session, commands, last, first: other.id, close }));
+  openDialog("Branch", (close) => h(Branch, { store, last, first: other.id, close }));
 }
 
-/** @param {{session: SessionPublic, commands: Mounted["commands"], last: number, first: string, close: () => void}} props `first` is a tracker. */
-function Branch({ session, commands, last, first, close }) {
+/** @param {{store: Mounted["store"], last: number, first: string, close: () => void}} props `first` is a tracker. */
+function Branch({ store, last, first, close }) {
+  const session = store.known;
   const changed = useSignal(/** @type {Values} */ ({}));
   const isSending = useSignal(false);
   const submit = async (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
@@ -88,7 +90,7 @@ function Branch({ session, commands, last, first, close }) {
     const { frame, tracker, title } = /** @type {Record<string, string>} */ (Object.fromEntries(new FormData(event.currentTarget)));
     isSending.value = true;
     const values = { ...changed.value, tracker };
-    const made = await commands.branch({ frame: Number(frame), values, ...(title.trim() && { title: title.trim() }) });
+    const made = await steer(store, { kind: "branch", frame: Number(frame), values, ...(title.trim() && { title: title.trim() }) });
     isSending.value = false;
     if (made) close();
   };
@@ -150,7 +152,7 @@ function Files({ view, close }) {
     <h3>Bring in</h3>
     <ul class="menu-list">
       ${takesTruth && h(Truth, { view, upload, close })}
-      ${files.map((declaration) => h(BringIn, { key: declaration.name, session: id, declaration, isUsed: parameters[declaration.name] !== "" }))}
+      ${files.map((declaration) => h(BringIn, { key: declaration.name, store: view.store, declaration, isUsed: parameters[declaration.name] !== "" }))}
     </ul>
   </section>`;
   return html`<div class="files">
@@ -159,12 +161,12 @@ function Files({ view, close }) {
   </div>`;
 }
 
-/** @param {{session: string, declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
-function BringIn({ session, declaration: { name, title, description, accept }, isUsed }) {
+/** @param {{store: Mounted["store"], declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
+function BringIn({ store, declaration: { name, title, description, accept }, isUsed }) {
   const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
-    await sendCommand(session, { kind: "change", values: { [name]: text } });
-    const run = () => attempt(() => sendCommand(session, { kind: "restart" }));
-    toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
+    const taken = await steer(store, { kind: "change", values: { [name]: text } });
+    const run = () => steer(store, { kind: "restart" });
+    if (taken) toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
   };
   const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
     const file = input.files?.[0];
@@ -174,9 +176,9 @@ function BringIn({ session, declaration: { name, title, description, accept }, i
     if (file.size > LARGEST) toast(`${file.name} is too large for this kind of file`, { kind: "error" });
     // An empty text would take the file away.
     else if (text.trim() === "") toast(`${file.name} is empty`, { kind: "error" });
-    else await attempt(() => use(text, `${file.name} is used`));
+    else await use(text, `${file.name} is used`);
   };
-  const drop = () => attempt(() => use("", "The file is no longer used"));
+  const drop = () => use("", "The file is no longer used");
   return html`<li>
     <label class="button quiet grow" title=${description}>
       ${title}…${isUsed && html`<span class="hint">in use</span>`}

@@ -3,13 +3,12 @@
  * goes on meanwhile; what is found opens as a branch beside it.
  */
 
-import { cancelJob, followJob, messageOf, request, sendCommand } from "../shared/api.js";
+import { cancelJob, followJob, messageOf, request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
-import { attempt } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
 import { Explained } from "../shared/terms.js";
 import { h, html, useSignal } from "../vendor/preact.js";
-import { Commands } from "./steering.js";
+import { steer } from "./steering.js";
 
 /** @import { Declaration, Fit, Half } from "../shared/messages.js" */
 /** @import { Store } from "./store.js" */
@@ -100,11 +99,11 @@ function Result({ found, store, close }) {
   const isOpening = useSignal(false);
   const open = async () => {
     isOpening.value = true;
-    const made = await new Commands(store).branch({ frame: 0, values: { ...found.values, tracker: found.tracker }, title: "Fitted values" });
+    const made = await steer(store, { kind: "branch", frame: 0, values: { ...found.values, tracker: found.tracker }, title: "Fitted values" });
     isOpening.value = false;
     if (!made) return;
     close();
-    await attempt(() => sendCommand(session.id, { kind: "seek", frame: session.position }));
+    await steer(store, { kind: "seek", frame: session.position });
   };
   const numbers = found.numbers.map((each) => {
     const note = each.at_bound && " (at its bound: the best may lie beyond)";

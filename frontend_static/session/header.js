@@ -1,9 +1,9 @@
 /** The line above a session: what runs, its presets, and a menu with everything that can be done with the run. */
 
 import { FollowChip } from "../lecturer/class_control.js";
-import { request } from "../shared/api.js";
+import { addressOf, request } from "../shared/api.js";
 import { askName } from "../shared/dialog.js";
-import { attempt, Icon, Popover } from "../shared/dom.js";
+import { attempt, Icon, Popover, toast } from "../shared/dom.js";
 import { END_FORK, endFork, PLACES } from "../shared/page.js";
 import { PresentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
@@ -39,6 +39,7 @@ import { headingOf } from "./steering.js";
  * @property {string} [tool] Its name for tests and styles.
  * @property {IconName} [icon]
  * @property {string} [keys]
+ * @property {string} [hint] What kind of thing it is.
  * @property {string} [title]
  * @property {string} [href]
  * @property {() => unknown} [run]
@@ -89,9 +90,10 @@ function Menu({ page }) {
   return h(Popover, { icon: "more", label: "Menu", title: "All that can be done here", content });
 }
 
-/** @param {{entry: Entry, isOff: boolean}} props */
-function Line({ entry: { words, tool, icon, keys, title, href, run }, isOff }) {
-  const content = html`${icon && h(Icon, { name: icon })}<span>${words}</span>${keys && html`<kbd>${keys}</kbd>`}`;
+/** @param {{entry: Entry, isOff?: boolean}} props */
+export function Line({ entry: { words, tool, icon, keys, hint, title, href, run }, isOff = false }) {
+  const more = html`${keys && html`<kbd>${keys}</kbd>`}${hint && html`<span class="hint">${hint}</span>`}`;
+  const content = html`${icon && h(Icon, { name: icon })}<span>${words}</span>${more}`;
   if (href !== undefined) return html`<li><a class="button quiet grow" href=${href} title=${title} data-tool=${tool}>${content}</a></li>`;
   const press = (/** @type {Event & {currentTarget: HTMLElement}} */ { currentTarget }) => {
     /** @type {HTMLElement|null} */ (currentTarget.closest("[popover]"))?.hidePopover();
@@ -107,41 +109,41 @@ function Line({ entry: { words, tool, icon, keys, title, href, run }, isOff }) {
  * @returns {[title: string, entries: Entry[]][]}
  */
 export function menuOf({ view, experiment, actions, editor }) {
-  const { session } = view.store;
-  const { actions: keys, commands } = view;
-  const detail = experiment.value;
-  const about = async () => detail && (await import("./dialogs.js")).aboutDialog(detail);
-  /** @type {Entry[]} */
+  const { store: { session }, actions: keys, hasNote } = view;
+  const dialogs = () => import("./dialogs.js");
+  const about = async () => experiment.value && (await dialogs()).aboutDialog(experiment.value);
+  const note = { title: "Show the note below the picture, or put it away", run: () => (hasNote.value = !hasNote.peek()) };
+  const code = { title: "Write your filter beside the scene", run: editor.toggle };
+  const mayKeep = !isParticipant;
+  /** @type {(Entry|false)[]} */
   const run = [
     { words: "Branch from this frame…", tool: "branch", icon: "branch", keys: "N", needsRun: true, run: keys.branch },
     { words: "Look into the frame", tool: "inspect", icon: "inspect", keys: "I", title: "Likelihood, particles, ancestors", needsRun: true, run: keys.inspect },
+    Boolean(session?.watch) && { words: "What to look at", tool: "watch", ...note },
+    isFollower && { words: "End", tool: "close", icon: "close", title: END_FORK, run: endFork },
+    mayKeep && { words: "Save", tool: "save", icon: "save", needsRun: true, run: () => save(view) },
+    mayKeep && { words: "Share…", tool: "share", icon: "share", needsRun: true, run: async () => (await dialogs()).shareDialog(view.store.known) },
+    mayKeep && { words: "Export and import…", tool: "files", icon: "files", needsRun: true, run: async () => (await dialogs()).filesDialog(view) },
+    mayKeep && session !== null && sweepOf(session),
+    editor.isOffered.value && { words: "Code", tool: "code", icon: "code", ...code },
+    mayKeep && { words: "Rename…", tool: "rename", icon: "rename", needsRun: true, run: () => rename(view) },
   ];
-  if (session !== null && session.watch !== "") {
-    const turn = () => (view.hasNote.value = !view.hasNote.peek());
-    run.push({ words: "What to look at", tool: "watch", title: "Show the note below the picture, or put it away", run: turn });
-  }
-  if (isFollower) run.push({ words: "End", tool: "close", icon: "close", title: END_FORK, run: endFork });
-  if (!isParticipant) {
-    const share = async () => (await import("./dialogs.js")).shareDialog(view.store.known);
-    const files = async () => (await import("./dialogs.js")).filesDialog(view);
-    run.push(
-      { words: "Save", tool: "save", icon: "save", needsRun: true, run: () => commands.save() },
-      { words: "Share…", tool: "share", icon: "share", needsRun: true, run: share },
-      { words: "Export and import…", tool: "files", icon: "files", needsRun: true, run: files },
-    );
-    if (session !== null) run.push({ ...sweepOf(session), tool: "sweep", icon: "sweep" });
-    if (editor.isOffered.value) run.push({ words: "Code", tool: "code", icon: "code", title: "Write your filter beside the scene", run: editor.toggle });
-    run.push({ words: "Rename…", tool: "rename", icon: "rename", needsRun: true, run: () => rename(view) });
-  }
   /** @type {Entry[]} */
   const page = [
     { words: "About this experiment", tool: "about", icon: "about", title: "What it is about, and how to cite it", run: about },
     { words: `Colours: ${themeWords()}`, tool: "theme", icon: "auto", run: changeTheme },
     { words: "Keys", tool: "help", icon: "menu", keys: "?", run: actions.help },
   ];
-  if (isParticipant) return [["This run", run], ["This page", page]];
-  const places = PLACES.map(({ title, href }) => ({ words: title, href }));
-  return [["This run", run], ["This page", page], ["pftrack", [...places, { words: "Glossary", href: GLOSSARY }]]];
+  /** @type {Entry[]} */
+  const places = isParticipant ? [] : [...PLACES.map(({ title, href }) => ({ words: title, href })), { words: "Glossary", href: GLOSSARY }];
+  const groups = { "This run": run.filter((each) => each !== false), "This page": page, pftrack: places };
+  return Object.entries(groups).filter(([, entries]) => entries.length > 0);
+}
+
+/** @param {Mounted} view */
+async function save({ store: { known } }) {
+  const run = await attempt(() => request("POST runs", { body: { session: known.id } }));
+  if (run) toast("Saved; My work lists it", { action: { label: "Download", href: addressOf("GET runs/{run}/download", { run: run.id }) } });
 }
 
 /** @param {Mounted} view */
@@ -158,7 +160,8 @@ async function rename({ store: { known } }) {
  * @returns {Entry}
  */
 function sweepOf({ sweep, recipe, tracker, upload }) {
-  if (sweep) return { words: "Sweep", title: "The sweep that this run comes from", href: `sweep/${encodeURIComponent(sweep)}` };
+  const look = /** @type {const} */ ({ words: "Sweep", tool: "sweep", icon: "sweep" });
+  if (sweep) return { ...look, title: "The sweep that this run comes from", href: `sweep/${encodeURIComponent(sweep)}` };
   const [first] = recipe.timeline ?? [];
   const last = recipe.timeline?.findLast(({ frame, values }) => frame > 0 && !("move" in values));
   const plan = {
@@ -169,5 +172,5 @@ function sweepOf({ sweep, recipe, tracker, upload }) {
     trackers: [recipe.tracker ?? tracker],
     parameters: first?.frame === 0 ? first.values : {},
   };
-  return { words: "Sweep", title: "Repeat this run with other seeds, parameters and trackers", href: newSweep(plan) };
+  return { ...look, title: "Repeat this run with other seeds, parameters and trackers", href: newSweep(plan) };
 }

@@ -9,12 +9,12 @@
 
 import { addressOf, formOf, request } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
-import { attempt, build, toast } from "../shared/dom.js";
+import { attempt, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { markEditor } from "../shared/marks/mark_editor.js";
 import { markOf, valueAt } from "../shared/marks/mark_json.js";
-import { Made } from "../shared/page.js";
-import { h, html, render, signal, useEffect, useSignalEffect } from "../vendor/preact.js";
+import { Doing, Made } from "../shared/page.js";
+import { computed, h, html, signal, useEffect, useSignalEffect } from "../vendor/preact.js";
 import { readTable, tableText } from "./truth_table.js";
 
 /** @import { Mark } from "../shared/marks/mark_json.js" */
@@ -52,113 +52,101 @@ export async function markTruth(view) {
   if (upload === null || kind === null) return;
   await attempt(async () => {
     await view.steering.pause();
-    const rows = await knownRows(upload, recipe.experiment);
-    if (!view.signal.aborted) begin(view, upload, kind, rows);
+    const about = { upload, experiment: recipe.experiment };
+    const isKnown = (await request("GET uploads/{upload}/truth", about)) !== null;
+    const text = isKnown ? await request("GET uploads/{upload}/truth.csv", about) : "";
+    if (view.signal.aborted) return;
+    const marking = new Marking(view, upload, kind, readTable(text));
+    const leave = view.lay(h(TruthMarking, { marking, leave: () => leave() }));
   });
 }
 
-/**
- * @param {string} upload
- * @param {string} experiment
- * @returns {Promise<Rows>}
- */
-async function knownRows(upload, experiment) {
-  if ((await request("GET uploads/{upload}/truth", { upload, experiment })) === null) return new Map();
-  return readTable(await request("GET uploads/{upload}/truth.csv", { upload, experiment }));
-}
-
-/**
- * @param {Mounted} view
- * @param {string} upload
- * @param {TruthMark} kind
- * @param {Rows} known
- */
-function begin(view, upload, kind, known) {
-  const place = build("div", { class: "made" });
-  const leave = () => {
-    render(null, place);
-    place.remove();
-  };
-  view.scene?.lay(place);
-  view.signal.addEventListener("abort", leave);
-  render(h(TruthMarking, { marking: new Marking(view, kind, known, leave), upload }), place);
-}
-
-/** What is marked, as signals, and what can be done to it. */
+/** What is marked, as signals, and what can be done to it. What a person moves is marked at once, and undone as one. */
 class Marking {
-  /** What was marked here, the newest last, with what was known of the frame before. */
-  done = signal(/** @type {{frame: number, before: number[]|undefined}[]} */ ([]));
-  mark = signal(/** @type {Mark|null} */ (null));
+  /** What was marked here, the newest last, with what was known of the frame before, and what was proposed for it. */
+  done = signal(/** @type {{frame: number, before: number[]|undefined, last: Mark|null}[]} */ ([]));
+  /** The mark from which that of a frame begins which has none. */
+  last = signal(/** @type {Mark|null} */ (null));
   every = signal(EVERY);
-  isGiving = signal(false);
   #view;
+  #upload;
   #kind;
-  /**
-   * The mark from which that of a frame begins which has none.
-   *
-   * @type {Mark|null}
-   */
-  #last = null;
+  /** Whether the frame was marked since it came. */
+  #isTouched = false;
 
   /**
    * @param {Mounted} view
+   * @param {string} upload
    * @param {TruthMark} kind
    * @param {Rows} known What was marked before.
-   * @param {() => void} leave
    */
-  constructor(view, kind, known, leave) {
+  constructor(view, upload, kind, known) {
     this.#view = view;
+    this.#upload = upload;
     this.#kind = kind;
-    this.leave = leave;
     this.rows = signal(known);
     const { recipe, target } = view.store.known;
     const begun = recipe.footage?.mark;
-    if (begun?.kind === kind.editor.kind) this.#last = begun;
-    this.editor = markEditor(kind.editor, target, () => (this.mark.value = this.editor.mark));
+    if (begun?.kind === kind.editor.kind) this.last.value = begun;
+    this.editor = markEditor(kind.editor, target, () => this.#take());
   }
 
   get #first() {
     return this.#view.store.known.recipe.footage?.start ?? 0;
   }
 
-  /** Number of the picture in the recording. */
+  /** Number of the picture in the recording; it stays the same when the run arrives where it was sent. */
   get frame() {
-    return this.#first + this.#view.store.known.position;
+    return this.#frame.value;
   }
 
-  /** Whether the mark is that of the frame. */
-  get isKept() {
-    const values = this.rows.value.get(this.frame);
-    return values !== undefined && valuesOf(this.#kind, this.mark.value)?.join() === values.join();
+  #frame = computed(() => this.#first + this.#view.steering.frame);
+
+  /** The picture where the run stands or goes to, with its mark, or with the last one as a proposal. */
+  show() {
+    const { width, height } = this.#view.store.known;
+    const values = this.rows.peek().get(this.frame);
+    const { parts, editor } = this.#kind;
+    this.#isTouched = false;
+    this.editor.show(addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: this.#upload, frame: this.frame }), width, height);
+    this.editor.set(values === undefined ? this.last.peek() : markOf(editor.kind, parts.map((part, place) => [part, values[place]])));
+  }
+
+  /** The mark is true of this frame, if it has all its parts. */
+  #take() {
+    const { mark } = this.editor;
+    const values = this.#kind.parts.map((part) => valueAt(mark, part)).filter((value) => typeof value === "number");
+    if (values.length < this.#kind.parts.length) return false;
+    this.#put(values);
+    this.last.value = mark;
+    return true;
+  }
+
+  /** @param {number[]} [values] Left out where the frame has no truth. */
+  #put(values) {
+    const { frame } = this;
+    const step = { frame, before: this.rows.value.get(frame), last: this.last.value };
+    if (!this.#isTouched) this.done.value = [...this.done.value, step];
+    this.#isTouched = true;
+    this.#set(frame, values);
   }
 
   /**
-   * The picture where the run stands, with its mark, or with the last one as a proposal.
-   *
-   * @param {string} upload
+   * @param {number} frame
+   * @param {number[]|undefined} values
    */
-  show(upload) {
-    const { width, height } = this.#view.store.known;
-    const values = this.rows.value.get(this.frame);
-    const { parts, editor } = this.#kind;
-    this.editor.show(addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload, frame: this.frame }), width, height);
-    this.editor.set(values === undefined ? this.#last : markOf(editor.kind, parts.map((part, place) => [part, values[place]])));
-    this.mark.value = this.editor.mark;
+  #set(frame, values) {
+    const others = [...this.rows.value].filter(([other]) => other !== frame);
+    this.rows.value = new Map(values === undefined ? others : [...others, [frame, values]]);
   }
 
-  /** The mark is true of this frame; go on. */
   keep() {
-    const values = valuesOf(this.#kind, this.editor.mark);
-    if (values === null) return;
-    this.#last = this.editor.mark;
-    this.put(values);
+    if (this.#take()) this.step(1);
   }
 
-  /** @param {number[]} [values] Left out where the frame has no truth, as when the target is hidden. Goes on. */
-  put(values) {
-    const { frame } = this;
-    this.done.value = [...this.done.value, { frame, before: this.rows.value.get(frame) }];
-    this.rows.value = withRow(this.rows.value, frame, values);
+  /** The target is not to be seen in this frame. */
+  skip() {
+    this.#put();
     this.step(1);
   }
 
@@ -167,7 +155,9 @@ class Marking {
     const newest = this.done.value.at(-1);
     if (newest === undefined) return;
     this.done.value = this.done.value.slice(0, -1);
-    this.rows.value = withRow(this.rows.value, newest.frame, newest.before);
+    this.#set(newest.frame, newest.before);
+    this.last.value = newest.last;
+    if (newest.frame === this.frame) this.show();
     this.#go(newest.frame);
   }
 
@@ -182,61 +172,57 @@ class Marking {
     this.editor.focus();
   }
 
-  async cancel() {
-    const text = `${count(this.done.value.length, "change")} of the truth would be lost.`;
-    if (this.done.value.length === 0 || (await confirmLoss({ title: "Leave without the marks?", text, action: "Leave" }))) this.leave();
-    else this.editor.focus();
+  /** @returns {Promise<boolean>} Whether nothing is lost by leaving, or it may be. */
+  async mayLeave() {
+    const { length } = this.done.value;
+    const text = `${count(length, "change")} of the truth would be lost.`;
+    if (length === 0 || (await confirmLoss({ title: "Leave without the marks?", text, action: "Leave" }))) return true;
+    this.editor.focus();
+    return false;
   }
 
-  async give() {
+  /** @returns {Promise<boolean>} Whether the marks were taken. */
+  give() {
     const { id, truth_columns: columns } = this.#view.store.known;
-    this.isGiving.value = true;
-    const table = new File([tableText(columns, this.rows.value)], "truth.csv", { type: "text/csv" });
-    if (await giveTruth(id, [table])) this.leave();
-    this.isGiving.value = false;
-  }
-
-  /** @param {KeyboardEvent} event */
-  press(event) {
-    const isWithin = event.target instanceof Node && this.editor.element.contains(event.target);
-    const within = { Enter: () => this.keep(), Backspace: () => this.undo(), Delete: () => this.put() };
-    const actions = { Escape: () => this.cancel(), ...(isWithin && within) };
-    const action = /** @type {Record<string, () => void>} */ (actions)[event.key];
-    if (action === undefined) return;
-    event.preventDefault();
-    event.stopPropagation();
-    action();
+    return giveTruth(id, [new File([tableText(columns, this.rows.value)], "truth.csv", { type: "text/csv" })]);
   }
 }
 
-/** @param {{marking: Marking, upload: string}} props */
-function TruthMarking({ marking, upload }) {
-  const { frame, rows, done, editor, every } = marking;
-  useSignalEffect(() => marking.show(upload));
+/** @param {{marking: Marking, leave: () => void}} props */
+function TruthMarking({ marking, leave }) {
+  const { frame, rows, done, editor, every, last } = marking;
+  useSignalEffect(() => marking.show());
   useEffect(() => editor.focus(), []);
-  const changed = rows.value.has(frame) ? "changed" : "not marked";
-  const state = marking.isKept ? "marked" : changed;
+  const isKept = rows.value.has(frame);
   const clicked = editor.centre ? "Click the target: the mark goes there, and the next frame comes. Or " : "";
   const by = clicked ? "drag a new one or move it by the arrows, and press Enter" : "Move it by mouse or by the arrows, and press Enter";
   const setEvery = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (every.value = currentTarget.valueAsNumber);
+  const cancel = async () => (await marking.mayLeave()) && leave();
+  const give = async () => (await marking.give()) && leave();
+  const press = (/** @type {KeyboardEvent} */ event) => {
+    const isWithin = event.target instanceof Node && editor.element.contains(event.target);
+    const within = { Enter: () => marking.keep(), Backspace: () => marking.undo(), Delete: () => marking.skip() };
+    const act = /** @type {Record<string, () => void>} */ ({ Escape: cancel, ...(isWithin && within) })[event.key];
+    if (act === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    act();
+  };
   const hasNone = done.value.length === 0;
-  const keep = html`<button type="button" class="primary" disabled=${marking.mark.value === null} onClick=${() => marking.keep()}>Keep and go on</button>`;
-  const isOff = marking.isGiving.value || hasNone || rows.value.size === 0;
-  const press = (/** @type {KeyboardEvent} */ event) => marking.press(event);
-  return html`<section class="truth-marking" aria-label="Mark truth" data-state=${marking.isKept ? "kept" : "proposed"} onKeyDown=${press}>
+  return html`<section class="truth-marking" aria-label="Mark truth" data-state=${isKept ? "kept" : "proposed"} onKeyDown=${press}>
     <div class="truth-stage">${h(Made, { make: () => clickable(marking) })}</div>
     <div class="truth-tools">
-      <p class="truth-state" role="status">Picture ${frame} is ${state}. ${count(rows.value.size, "frame")} marked.</p>
+      <p class="truth-state" role="status">Picture ${frame} is ${isKept ? "marked" : "not marked"}. ${count(rows.value.size, "frame")} marked.</p>
       <p class="hint">${clicked}${by}. Frames in between stay without truth: they count neither for the tracker nor against it.</p>
       <div class="truth-row">
         <label>Every <input type="number" id="truth-every" min="1" max="1000" step="1" value=${every.value} onInput=${setEvery} /> frames</label>
         <button type="button" onClick=${() => marking.step(-1)}>Back</button>
         <button type="button" disabled=${hasNone} onClick=${() => marking.undo()}>Undo</button>
-        <button type="button" onClick=${() => marking.put()}>Not in the picture</button>
-        ${keep}
+        <button type="button" onClick=${() => marking.skip()}>Not in the picture</button>
+        <button type="button" class="primary" disabled=${!isKept && last.value === null} onClick=${() => marking.keep()}>Keep and go on</button>
         <span class="spring"></span>
-        <button type="button" onClick=${() => marking.cancel()}>Cancel</button>
-        <button type="button" class="primary" disabled=${isOff} onClick=${() => marking.give()}>Done</button>
+        <button type="button" onClick=${cancel}>Cancel</button>
+        ${h(Doing, { label: "Done", class: "primary", disabled: hasNone || rows.value.size === 0, run: give })}
       </div>
     </div>
   </section>`;
@@ -255,28 +241,4 @@ function clickable(marking) {
     if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) < CLICK_PX && marking.editor.centre?.(event)) marking.keep();
   });
   return surface;
-}
-
-/**
- * @param {Rows} rows
- * @param {number} frame
- * @param {number[]|undefined} values
- * @returns {Rows}
- */
-function withRow(rows, frame, values) {
-  const next = new Map(rows);
-  if (values === undefined) next.delete(frame);
-  else next.set(frame, values);
-  return next;
-}
-
-/**
- * The values of a table's row, in the order of its columns; null where the mark lacks one.
- *
- * @param {TruthMark} kind
- * @param {Mark|null} mark
- */
-function valuesOf({ parts }, mark) {
-  const values = parts.map((part) => valueAt(mark, part)).filter((value) => typeof value === "number");
-  return values.length === parts.length ? values : null;
 }

@@ -9,13 +9,13 @@ import { count } from "../shared/format.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { follow, later, until } from "../shared/timing.js";
 import { isParticipant, remember, remembered } from "../shared/visitor.js";
-import { h, html, options as drawing, render, signal as newSignal, useEffect, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
+import { h, html, options as drawing, render, signal as newSignal, useEffect, useMemo, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
 import { Panel } from "./panel.js";
 import { plots } from "./plots/plots.js";
 import { isMeasured, readingWords, state } from "./readings.js";
 import { scrubber } from "./scrubber.js";
-import { listen, moves } from "./keys.js";
-import { Commands, Steering } from "./steering.js";
+import { listen } from "./keys.js";
+import { bookmark, steer, Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { Bookmarks, Branches, Folded, Numbers, Status, transport } from "./transport.js";
 import { Loss } from "./why/loss.js";
@@ -124,33 +124,22 @@ const STAYS_S = 5;
 /** A frame that a note names is played to, slowly, from so many before it. */
 const BEFORE = 2;
 
-/** @param {{view: Mounted}} props */
-function SceneNotes({ view }) {
-  return html`
-    <div class="scene-notes">${h(OnTheWay, { view })}</div>
-    ${h(WatchNote, { view })}
-    ${h(SpokenFrame, { view })}
-  `;
-}
-
 /**
  * What a run is busy with that takes a while: many frames on its way to where it was or to a frame that was asked for, with the
  * button that stops it; or compiling what it uses for the first time.
  *
  * @param {{view: Mounted}} props
  */
-function OnTheWay({ view: { store, commands } }) {
+function OnTheWay({ view: { store } }) {
   const { session } = store;
   const compiled = session?.compiling ?? null;
   const goal = compiled === null ? (session?.goal ?? null) : COMPILED;
   const isBusy = goal !== null && store.connection === "open" && store.isAwake;
   const isLong = useSignal(false);
-  const begun = useRef({ frame: 0, at: 0 });
+  const [frame, at] = useMemo(() => [session?.position ?? 0, performance.now()], [goal, isBusy]);
   useEffect(() => {
     isLong.value = false;
-    if (!isBusy) return undefined;
-    begun.current = { frame: store.known.position, at: performance.now() };
-    return later(() => (isLong.value = true), SHOWN_AFTER_MS);
+    return isBusy ? later(() => (isLong.value = true), SHOWN_AFTER_MS) : undefined;
   }, [goal, isBusy]);
   if (session === null || !isBusy || !isLong.value) return null;
   if (compiled !== null) {
@@ -160,12 +149,11 @@ function OnTheWay({ view: { store, commands } }) {
     </div>`;
   }
   const { position } = session;
-  const { frame, at } = begun.current;
-  const stop = html`<button type="button" title="Stop at the current frame" onClick=${() => commands.stop()}>Stop here</button>`;
+  const stop = () => steer(store, { kind: "pause" });
   return html`<div class="on-the-way">
     <p role="status">${progressWords(position, goal, (performance.now() - at) / 1000, position - frame)}</p>
     <progress max="1" value=${goal > 0 ? position / goal : 1} aria-label="How far it is"></progress>
-    ${!store.isReadOnly && stop}
+    ${!store.isReadOnly && html`<button type="button" title="Stop at the current frame" onClick=${stop}>Stop here</button>`}
   </div>`;
 }
 
@@ -232,7 +220,7 @@ drawing.debounceRendering = (draw) => requestAnimationFrame(draw);
 
 /** The experiments that were seen in this browser: the first time they play slowly. */
 const SEEN = "pftrack-seen";
-const WAY = isParticipant ? { label: "Back to the class", href: START } : { label: "Back to the experiments", href: START };
+const WAY = { label: isParticipant ? "Back to the class" : "Back to the experiments", href: START };
 const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
 
 /**
@@ -246,7 +234,6 @@ function isFirstVisit(experiment) {
   remember(SEEN, [...seen, experiment].join(" ").trim());
   return true;
 }
-
 
 /**
  * @typedef {object} Options
@@ -269,7 +256,6 @@ export class Mounted {
   #start;
   #clock;
   #steering;
-  #keys;
   /** @type {import("./inspector.js").Inspector|null} */
   #inspector = null;
   /** @type {Awaited<ReturnType<typeof plots>>|null} */
@@ -283,7 +269,6 @@ export class Mounted {
    */
   constructor(start, { clock, first = 0, plots: ids = [], actions = {}, readOnly = false, keys = readOnly ? null : start.element }) {
     this.#start = start;
-    this.#keys = keys;
     this.#clock = clock;
     this.signal = start.signal;
     this.scene = start.scene;
@@ -292,11 +277,22 @@ export class Mounted {
     /** Whether to say what to look at. */
     this.hasNote = newSignal(true);
     this.store = new Store({ readOnly });
-    this.commands = new Commands(this.store);
     this.#steering = new Steering(this.store, this.signal);
     clock?.join({ store: this.store, steering: this.#steering, first }, this.signal);
-    this.actions = { ...this.#ownActions(), ...actions };
+    /** @type {Partial<import("./keys.js").Actions>} */
+    this.actions = {
+      bookmark: () => bookmark(this.store),
+      branch: async () => this.able && (await import("./dialogs.js")).branchDialog(this),
+      inspect: () => this.#look(),
+      why: () => this.#ask(),
+      zoom: (factor) => this.#plots?.zoom(factor),
+      truth: async () => !isParticipant && (await import("./marking.js")).markTruth(this),
+      ...actions,
+    };
     this.#fill();
+    if (keys) listen(keys, this, this.actions);
+    const { refused } = this.store;
+    follow(() => refused.value, () => refused.value && toast(refused.value.message, { kind: "error" }), this.signal);
     this.#begin();
   }
 
@@ -313,6 +309,22 @@ export class Mounted {
   /** Take the session from the page; nothing of it goes on here. The session itself stays. */
   dispose() {
     this.#start.end();
+  }
+
+  /**
+   * Lay something over the scene.
+   *
+   * @param {Child} content
+   * @returns {() => void} Takes it away.
+   */
+  lay(content) {
+    const place = made("div", { class: "made" });
+    this.scene?.lay(place);
+    this.#show(place, content);
+    return () => {
+      render(null, place);
+      place.remove();
+    };
   }
 
   /** Look into the frame, or no more; one card at a time takes the place of the plots. */
@@ -337,50 +349,24 @@ export class Mounted {
 
   #fill() {
     const { places } = this.#start;
+    const loss = (this.#loss = places.why && !this.store.isReadOnly ? new Loss(this) : null);
+    const status = h(Status, { view: this, ask: loss && h(WhyButton, { loss }) });
+    const numbers = places.status ? h(Folded, { view: this, plots: places.plots ?? null }) : [status, h(Numbers, { view: this })];
     if (places.transport) transport(places.transport, this, h(Bookmarks, { view: this }));
     if (places.scrubber) scrubber(places.scrubber, this);
     if (places.panel) this.#show(places.panel, h(Panel, { view: this }));
-    if (places.why && !this.store.isReadOnly) this.#questions(places.why);
-    this.#fillReadout(places);
+    if (places.why && loss) this.#show(places.why, h(Beside, { loss }));
+    if (places.status) this.#show(places.status, status);
+    if (places.readout) this.#show(places.readout, numbers);
     if (places.branches) this.#show(places.branches, h(Branches, { view: this, place: places.branches }));
     if (places.plots) plots(places.plots, this).then((drawn) => (this.#plots = drawn));
-    if (this.scene) {
-      this.scene.follow(this);
-      this.scene.lay(this.#placeOf(h(SceneNotes, { view: this })));
-    }
-    if (this.#keys) listen(this.#keys, this.actions, this.signal);
-    const { refused } = this.store;
-    follow(() => refused.value, () => refused.value && toast(refused.value.message, { kind: "error" }), this.signal);
-  }
-
-  /**
-   * What can be asked about a loss: why, and what would have saved the run.
-   *
-   * @param {HTMLElement} place
-   */
-  #questions(place) {
-    const loss = (this.#loss = new Loss(this));
-    this.#show(place, h(Beside, { loss }));
-    this.scene?.lay(this.#placeOf(h(LostCard, { loss })));
-  }
-
-  /**
-   * A component in a place of its own, beside parts that are not components.
-   *
-   * @param {Child} content
-   */
-  #placeOf(content) {
-    const place = made("div", { class: "made" });
-    this.#show(place, content);
-    return place;
-  }
-
-  /** @param {import("./session_start.js").Places} places */
-  #fillReadout({ status, readout, plots: beside }) {
-    const ask = this.#loss && h(WhyButton, { loss: this.#loss });
-    if (status) this.#show(status, h(Status, { view: this, ask }));
-    if (status && readout) this.#show(readout, h(Folded, { view: this, plots: beside ?? null }));
-    else if (readout) this.#show(readout, html`${h(Status, { view: this, ask })}${h(Numbers, { view: this })}`);
+    this.scene?.follow(this);
+    this.lay(html`
+      <div class="scene-notes">${h(OnTheWay, { view: this })}</div>
+      ${h(WatchNote, { view: this })}
+      ${h(SpokenFrame, { view: this })}
+      ${loss && h(LostCard, { loss })}
+    `);
   }
 
   /**
@@ -395,14 +381,8 @@ export class Mounted {
   }
 
   async #begin() {
-    let begun;
-    try {
-      begun = await this.#start.begun;
-    } catch (error) {
-      if (!this.signal.aborted) this.#refuse(error);
-      return;
-    }
-    if (this.signal.aborted) return;
+    const begun = await this.#start.begun.catch((error) => this.#refuse(error));
+    if (!begun || this.signal.aborted) return;
     const { session, recipe } = begun;
     const on = {
       lost: () => (this.store.connection = "lost"),
@@ -421,8 +401,9 @@ export class Mounted {
 
   /** @param {unknown} error */
   #refuse(error) {
-    if (statusOf(error) === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have ended. ${KEPT}`.trim());
-    else this.#fail(this.#start.isNew ? "This session could not be started" : "This session cannot be shown", messageOf(error));
+    const { isNew } = this.#start;
+    if (statusOf(error) === 404 && !isNew) this.#fail("There is no such session", `It may have ended. ${KEPT}`.trim());
+    else this.#fail(isNew ? "This session could not be started" : "This session cannot be shown", messageOf(error));
   }
 
   /**
@@ -430,30 +411,9 @@ export class Mounted {
    * @param {string} message
    */
   #fail(title, message) {
+    if (this.signal.aborted) return;
     const way = this.store.isReadOnly ? null : WAY;
     if (this.scene) this.scene.fail(title, message, way);
     else fill(this.#start.element, elementOf(h(Notice, { title, message, action: way, inline: false })));
-  }
-
-  /** @returns {Partial<import("./keys.js").Actions>} */
-  #ownActions() {
-    return {
-      ...moves(this),
-      bookmark: () => this.commands.bookmark(),
-      branch: () => this.#branch(),
-      inspect: () => this.#look(),
-      why: () => this.#ask(),
-      zoom: (factor) => this.#plots?.zoom(factor),
-      truth: async () => {
-        if (!isParticipant) (await import("./marking.js")).markTruth(this);
-      },
-    };
-  }
-
-  async #branch() {
-    if (!this.able) return;
-    const experiment = await request("GET experiments/{experiment}", { experiment: this.store.known.recipe.experiment }).catch(() => null);
-    const { branchDialog } = await import("./dialogs.js");
-    if (!this.signal.aborted) branchDialog(this, experiment?.default_tracker);
   }
 }

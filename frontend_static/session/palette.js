@@ -6,7 +6,7 @@ import { attempt } from "../shared/dom.js";
 import { linkTo, presetRecipe } from "../shared/share_link.js";
 import { isParticipant } from "../shared/visitor.js";
 import { h, html, useEffect, useSignal } from "../vendor/preact.js";
-import { menuOf } from "./header.js";
+import { Line, menuOf } from "./header.js";
 import { readBy } from "./panel.js";
 
 /** @import { ExperimentPublic, LessonsPublic, Preset } from "../shared/messages.js" */
@@ -14,8 +14,6 @@ import { readBy } from "./panel.js";
 
 /** So many lines are shown of what fits the words. */
 const MOST = 12;
-
-/** @typedef {Entry & {kind: string}} Found */
 
 /** @param {Page} page */
 export function openPalette(page) {
@@ -25,15 +23,15 @@ export function openPalette(page) {
 /** @param {{page: Page, close: () => void}} props */
 function Palette({ page, close }) {
   const words = useSignal("");
-  const far = useSignal(/** @type {Found[]} */ ([]));
+  const far = useSignal(/** @type {Entry[]} */ ([]));
   useEffect(() => void distant().then((found) => (far.value = found)), []);
   const find = () => {
     const asked = words.value.toLowerCase().split(/\s+/u).filter(Boolean);
-    const fits = (/** @type {Found} */ entry) => asked.every((word) => `${entry.words} ${entry.kind}`.toLowerCase().includes(word));
+    const fits = (/** @type {Entry} */ entry) => asked.every((word) => `${entry.words} ${entry.hint}`.toLowerCase().includes(word));
     return [...near(page), ...far.value].filter(fits).slice(0, MOST);
   };
   const found = find();
-  const press = (/** @type {Found} */ { href, run }) => {
+  const press = (/** @type {Entry} */ { href, run }) => {
     close();
     if (href !== undefined) location.assign(href);
     else run?.();
@@ -48,9 +46,7 @@ function Palette({ page, close }) {
   return html`<form class="palette" onSubmit=${submit} onKeyDown=${walk}>
     <input type="search" autofocus aria-label="What to find" placeholder="Parameter, preset, lesson, run…" value=${words.value} onInput=${type} />
     <ul class="menu-list" aria-label="Found">
-      ${found.map((entry) => html`<li>
-        <button type="button" class="quiet grow" onClick=${() => press(entry)}><span>${entry.words}</span><span class="hint">${entry.kind}</span></button>
-      </li>`)}
+      ${found.map((entry) => h(Line, { entry: { words: entry.words, hint: entry.hint, run: () => press(entry) } }))}
     </ul>
     ${found.length === 0 && html`<p class="hint" role="status">Nothing here is called that. Try fewer words.</p>`}
   </form>`;
@@ -60,23 +56,23 @@ function Palette({ page, close }) {
  * What belongs to this page.
  *
  * @param {Page} page
- * @returns {Found[]}
+ * @returns {Entry[]}
  */
 function near(page) {
   const { view, experiment, openPreset } = page;
   const { session } = view.store;
-  const menu = menuOf(page).flatMap(([kind, entries]) => entries.filter(({ needsRun }) => view.able || !needsRun).map((entry) => ({ ...entry, kind })));
+  const menu = menuOf(page).flatMap(([hint, entries]) => entries.filter(({ needsRun }) => view.able || !needsRun).map((entry) => ({ ...entry, hint })));
   if (session === null) return menu;
-  const turned = readBy(session).map(({ label }) => ({ words: label, kind: "Parameter", run: () => turn(label) }));
+  const turned = readBy(session).map(({ label }) => ({ words: label, hint: "Parameter", run: () => turn(label) }));
   const listed = isParticipant ? [] : (experiment.value?.presets ?? []);
-  const presets = listed.map((preset) => ({ words: preset.title, kind: "Preset", run: () => openPreset(preset) }));
+  const presets = listed.map((preset) => ({ words: preset.title, hint: "Preset", run: () => openPreset(preset) }));
   return [...menu, ...turned, ...presets];
 }
 
 /**
  * What is elsewhere on this server: lessons, other experiments' presets, saved runs.
  *
- * @returns {Promise<Found[]>}
+ * @returns {Promise<Entry[]>}
  */
 async function distant() {
   if (isParticipant) return [];
@@ -85,12 +81,12 @@ async function distant() {
     request("GET experiments").catch(() => []),
     request("GET work", { show: "runs", limit: 100 }).catch(() => null),
   ]);
-  const learned = (course?.lessons ?? []).map(({ id, title }) => ({ words: title, kind: "Lesson", href: `learn/${encodeURIComponent(id)}` }));
+  const learned = (course?.lessons ?? []).map(({ id, title }) => ({ words: title, hint: "Lesson", href: `learn/${encodeURIComponent(id)}` }));
   const address = (/** @type {ExperimentPublic} */ each, /** @type {Preset} */ preset) => linkTo({ recipe: presetRecipe(each, preset), play: true });
   const begun = experiments.flatMap((each) =>
-    each.presets.map((preset) => ({ words: `${each.title} · ${preset.title}`, kind: "Preset", href: address(each, preset) })),
+    each.presets.map((preset) => ({ words: `${each.title} · ${preset.title}`, hint: "Preset", href: address(each, preset) })),
   );
-  const saved = (work?.runs ?? []).map(({ id, title }) => ({ words: title, kind: "Saved run", run: () => open(id) }));
+  const saved = (work?.runs ?? []).map(({ id, title }) => ({ words: title, hint: "Saved run", run: () => open(id) }));
   return [...learned, ...begun, ...saved];
 }
 

@@ -13,7 +13,7 @@ import { LayerBoxes } from "./panel.js";
 import { Playback } from "./playback.js";
 import { plots } from "./plots/plots.js";
 import { scrubber } from "./scrubber.js";
-import { listen, moves } from "./keys.js";
+import { listen } from "./keys.js";
 import { arrange } from "./session_start.js";
 import { Steering } from "./steering.js";
 import { Store } from "./store.js";
@@ -60,7 +60,7 @@ async function begin() {
   scrubber(places.scrubber, view);
   render(html`${h(Status, { view })}${h(Numbers, { view })}`, places.readout);
   const plotted = plots(places.plots, view);
-  listen(document.body, { ...moves(view), zoom: async (factor) => (await plotted).zoom(factor) }, signal);
+  listen(document.body, view, { zoom: async (factor) => (await plotted).zoom(factor) });
   store.receive(hello);
   await playback.show(0);
 }

@@ -3,7 +3,8 @@
  * crashed, suspended, gone.
  */
 
-import { build, fill, Notice } from "../shared/dom.js";
+import { request } from "../shared/api.js";
+import { attempt, build, fill, Notice } from "../shared/dom.js";
 import { later } from "../shared/timing.js";
 import { remember, remembered } from "../shared/visitor.js";
 import { h, html, render, signal as live } from "../vendor/preact.js";
@@ -265,7 +266,7 @@ export class Scene {
   /** @returns {Child} What lies over it. */
   #covering() {
     if (this.#failure.value !== null) return html`<div class="cover">${h(Notice, { ...this.#failure.value, inline: false })}</div>`;
-    const { store, commands } = this.#mounted.value ?? {};
+    const { store } = this.#mounted.value ?? {};
     const phase = store?.session?.state ?? "starting";
     const isShown = this.#shows.value;
     if (phase === "crashed" || phase === "suspended") {
@@ -273,7 +274,7 @@ export class Scene {
         phase === "crashed"
           ? ["The tracker stopped", "Its process ended unexpectedly. Nothing up to this frame is lost."]
           : ["This session is suspended", "Session paused after inactivity. It resumes at the same frame."];
-      const action = store?.isReadOnly ? null : { label: "Resume", run: () => commands?.resume() };
+      const action = store?.isReadOnly ? null : { label: "Resume", run: () => attempt(() => request("POST sessions/{session}/resume", { session: this.#id })) };
       return html`<div class="cover">${h(Notice, { title, message: store?.session?.message ?? why, action, inline: false })}</div>`;
     }
     const isWaiting = isShown ? store?.session?.state === "starting" : this.#isLate.value;

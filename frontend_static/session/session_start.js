@@ -70,7 +70,7 @@ export function arrange(element, parts) {
  * @typedef {object} Beginning
  * @property {string} [session] Id of a session that there is.
  * @property {NewSession|Promise<NewSession>} [recipe] Otherwise what to start one with.
- * @property {string} [name] What a session that is started shall be called; the server's choice if not given.
+ * @property {boolean} [isOwn] Whether the session that is started ends with the element.
  * @property {readonly Part[]} [parts] What of it to show; everything if not given.
  * @property {import("./scene.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {boolean} [isBare] Whether the 3-D scene's own panel stays away.
@@ -78,22 +78,36 @@ export function arrange(element, parts) {
  * @property {readonly string[]} [layers] Names of layers that the flat view shows from the beginning, beside those declared so.
  */
 
+/**
+ * A session in an element. One that is the element's own ends with it, on the server as well, also when the page is left. Where
+ * its answer is under way then, it is ended by its name, which is chosen here; one that has yet to begin is ended by the server,
+ * which sees that nobody waits for it.
+ */
 export class SessionStart {
   #end = new AbortController();
+  #hasBegun = false;
 
   /**
    * @param {HTMLElement} element What holds the session.
    * @param {Beginning} beginning
    */
-  constructor(element, { session, recipe, name, parts = PARTS, view, layers, overlay, isBare }) {
+  constructor(element, { session, recipe, isOwn = false, parts = PARTS, view, layers, overlay, isBare }) {
     this.element = element;
     this.places = arrange(element, parts);
     this.isNew = recipe !== undefined;
     /** The scene, if it is among the parts. */
     this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasLegend: parts.includes("panel"), layers, overlay, isBare }) : null;
+    const name = isOwn ? newName() : undefined;
     this.begun = recipe === undefined ? this.#find(session ?? "") : this.#start(recipe, name);
     // A failure is reported by the code that awaits this promise.
-    this.begun.catch(() => {});
+    this.begun.then(() => (this.#hasBegun = true), () => {});
+    if (name === undefined) return;
+    this.signal.addEventListener("abort", () => this.begun.then(() => forget("DELETE sessions/{session}", { session: name }), () => {}));
+    // Also when the page goes where it could be brought back from: it is begun anew then.
+    globalThis.addEventListener("pagehide", () => {
+      this.end();
+      if (!this.#hasBegun) forget("DELETE sessions/{session}", { session: name });
+    }, { signal: this.signal });
   }
 
   /** Aborted when the session is taken from the page. */
@@ -101,7 +115,7 @@ export class SessionStart {
     return this.#end.signal;
   }
 
-  /** Take the session from the page. What it is on the server stays. */
+  /** Take the session from the page. What it is on the server stays, unless it is the element's own. */
   end() {
     this.#end.abort();
     this.element.replaceChildren();
@@ -109,7 +123,7 @@ export class SessionStart {
 
   /**
    * @param {NewSession|Promise<NewSession>} given
-   * @param {string} [name]
+   * @param {string} [name] What it shall be called; the server's choice if not given.
    * @returns {Promise<Begun>}
    */
   async #start(given, name) {
@@ -144,39 +158,6 @@ export class SessionStart {
     const session = request("GET sessions/{session}", { session: id });
     this.scene?.open(id, session, false);
     return { session: await session, recipe: null };
-  }
-}
-
-// A session that belongs to what shows it: it begins with that, and ends with it, on the server as well, also when the page
-// is left. One that is left before it has begun is ended by the server, which sees that nobody waits for it; or, where its
-// answer was under way, by its name, which is chosen here.
-
-export class OwnSession {
-  #left = new AbortController();
-  #hasBegun = false;
-
-  /**
-   * @param {HTMLElement} element What holds the session.
-   * @param {Beginning} beginning
-   */
-  constructor(element, beginning) {
-    const name = newName();
-    this.start = new SessionStart(element, { ...beginning, name });
-    this.start.begun.then(() => (this.#hasBegun = true), () => {});
-    const leave = () => {
-      this.end();
-      if (beginning.recipe && !this.#hasBegun) forget("DELETE sessions/{session}", { session: name });
-    };
-    // Also when the page goes where it could be brought back from: it is begun anew then.
-    globalThis.addEventListener("pagehide", leave, { signal: this.#left.signal });
-  }
-
-  /** End it. */
-  end() {
-    if (this.#left.signal.aborted) return;
-    this.#left.abort();
-    this.start.end();
-    this.start.begun.then(({ session }) => forget("DELETE sessions/{session}", { session: session.id }), () => {});
   }
 }
 

@@ -1,6 +1,6 @@
 /** What a person can do to a session: move through its run, by buttons, keys and the scrubber, and all else. */
 
-import { addressOf, request, sendCommand } from "../shared/api.js";
+import { request, sendCommand } from "../shared/api.js";
 import { attempt, toast } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
 import { follow, later, NewestRequest } from "../shared/timing.js";
@@ -8,7 +8,8 @@ import { signal as newSignal } from "../vendor/preact.js";
 import { eventFramesOf } from "./readings.js";
 
 /** @import { Value } from "../shared/format.js" */
-/** @import { Command, MakeBranch } from "../shared/messages.js" */
+/** @import { Command, CommandAnswer } from "../shared/messages.js" */
+/** @import { Store } from "./store.js" */
 
 // Reading a timeline of parameter changes: what a change did, in words.
 
@@ -24,50 +25,39 @@ import { eventFramesOf } from "./readings.js";
  * @returns {Mark[]}
  */
 export function marks(session) {
-  const isDrawn = (/** @type {string} */ name) => session.declarations.some((each) => each.name === name && each.role === "drawing");
+  const isDrawn = (/** @type {string} */ name) => declared(session, name)?.role === "drawing";
   return session.timeline
     .filter(({ frame, values, moved }) => frame > 0 && (moved.length > 0 || !Object.keys(values).every(isDrawn)))
-    .map(({ frame, values, before, moved }) => {
-      const lines = trackerFirst(values).map(([name, value]) => {
-        const what = done(session, name, value);
-        if (what !== null) return what;
-        const [title, old, now] = inWords(session, name, before[name], value);
-        return old === null || old === now ? `${title} ${now}` : `${title} ${old} → ${now}`;
-      });
-      return { frame, lines: [...lines, ...moved] };
+    .map(({ frame, values: { tracker, ...values }, before, moved }) => {
+      const changed = Object.entries(tracker === undefined ? values : { tracker, ...values });
+      return { frame, lines: [...changed.map(([name, value]) => inWords(session, name, before[name], value)), ...moved] };
     });
 }
 
 /**
- * What was done, where the value says nothing to a person: the text of a file.
+ * What a change did: of a file only that, since its text says nothing to a person.
  *
  * @param {SessionPublic} session
  * @param {string} name
- * @param {Value} value
+ * @param {Value|undefined} before
+ * @param {Value} after
  */
-function done(session, name, value) {
-  const declaration = session.declarations.find((candidate) => candidate.name === name);
-  if (declaration?.kind === "file") return value === "" ? `${declaration.title}: none` : declaration.title;
-  return null;
-}
-
-/** @param {Record<string, Value>} values */
-function trackerFirst(values) {
-  return Object.entries(values).sort(([a], [b]) => Number(b === "tracker") - Number(a === "tracker"));
+function inWords(session, name, before, after) {
+  const declaration = declared(session, name);
+  const title = name === "tracker" ? "Tracker" : (declaration?.title ?? name);
+  if (declaration?.kind === "file") return after === "" ? `${title}: none` : title;
+  const told = (/** @type {Value} */ value, /** @type {typeof declaration|null} */ unit) =>
+    name === "tracker" ? trackerTitle(session, String(value)) : parameterValue(value, unit);
+  const [old, now] = [before === undefined ? null : told(before, null), told(after, declaration)];
+  return old === null || old === now ? `${title} ${now}` : `${title} ${old} → ${now}`;
 }
 
 /**
  * @param {SessionPublic} session
  * @param {string} name
- * @param {Value|undefined} before
- * @param {Value} after
- * @returns {[string, string|null, string]} Title, old value and new one.
  */
-function inWords(session, name, before, after) {
-  if (name === "tracker") return ["Tracker", before === undefined ? null : trackerTitle(session, String(before)), trackerTitle(session, String(after))];
-  const declaration = session.declarations.find((candidate) => candidate.name === name);
-  const old = before === undefined ? null : parameterValue(before, null);
-  return [declaration?.title ?? name, old, parameterValue(after, declaration)];
+function declared(session, name) {
+  return session.declarations.find((each) => each.name === name);
 }
 
 /**
@@ -98,6 +88,30 @@ export function trackerTitle(session, id) {
   return session.trackers.find((tracker) => tracker.id === id)?.title ?? id ?? "–";
 }
 
+/**
+ * Ask a session for something; a refusal is shown.
+ *
+ * @param {Pick<Store, "known">} store
+ * @param {Command} command
+ * @returns {Promise<CommandAnswer|undefined>} Undefined where it was refused.
+ */
+export function steer({ known: { id } }, command) {
+  return attempt(() => sendCommand(id, command));
+}
+
+/**
+ * @param {Store} store
+ * @param {string} [note]
+ */
+export async function bookmark(store, note = "") {
+  if (!store.isSteerable) return;
+  const { id, position } = store.known;
+  await attempt(async () => {
+    await request("POST sessions/{session}/bookmarks", { session: id, body: { note } });
+    toast(`Bookmarked frame ${position}`);
+  });
+}
+
 /** The position mostly comes before the answer to the request for it, sometimes a little after it. */
 const GOAL_MS = 1000;
 const SLOW = 0.25;
@@ -106,26 +120,22 @@ export class Steering {
   #store;
   #signal;
   #seeking;
-  /** The frame that was asked for and is not shown yet; keys that come meanwhile count from there. */
+  /** The frame that was asked for and is not shown yet. */
   goal = newSignal(/** @type {number|null} */ (null));
   #forget = () => {};
 
   /**
-   * @param {import("./store.js").Store} store
+   * @param {Store} store
    * @param {AbortSignal} signal
    */
   constructor(store, signal) {
     this.#store = store;
     this.#signal = signal;
-    this.#seeking = new NewestRequest((/** @type {number} */ frame) => this.#send({ kind: "seek", frame }), {}, signal);
+    this.#seeking = new NewestRequest((/** @type {number} */ frame) => this.send({ kind: "seek", frame }), {}, signal);
     const arrive = () => {
       if (store.session?.position === this.goal.value) this.goal.value = null;
     };
     follow(() => store.session?.position, arrive, signal);
-  }
-
-  get #session() {
-    return this.#store.session;
   }
 
   /** Whether there is a session that listens. */
@@ -134,34 +144,36 @@ export class Steering {
   }
 
   get isPlaying() {
-    return this.#session?.playing ?? false;
+    return this.#store.session?.playing ?? false;
   }
 
   /** Whether the last frame is shown, so that playing means playing again. */
   get isAtEnd() {
-    return this.#session !== null && this.#session.position >= this.#session.frames - 1;
+    const { session } = this.#store;
+    return session !== null && session.position >= session.frames - 1;
   }
 
-  /** The speeds that are offered, times real time; 0 is as fast as possible. */
-  get speeds() {
-    return this.#session?.speeds ?? [];
+  /** The frame that is shown, or was asked for; keys that come before it is shown count from there. */
+  get frame() {
+    return this.goal.value ?? this.#store.session?.goal ?? this.#store.session?.position ?? 0;
   }
 
-  get speed() {
-    return this.#session?.speed ?? 1;
+  /** @param {Command} command Asked for if there is a session that listens. */
+  async send(command) {
+    return this.#able ? steer(this.#store, command) : undefined;
   }
 
   async toggle() {
-    await this.#send({ kind: this.isPlaying ? "pause" : "play" });
+    await this.send({ kind: this.isPlaying ? "pause" : "play" });
   }
 
   /** Play from here; nothing happens at the end. */
   async play() {
-    if (!this.isPlaying && !this.isAtEnd) await this.#send({ kind: "play" });
+    if (!this.isPlaying && !this.isAtEnd) await this.toggle();
   }
 
   async pause() {
-    if (this.isPlaying) await this.#send({ kind: "pause" });
+    if (this.isPlaying) await this.toggle();
   }
 
   /**
@@ -170,8 +182,7 @@ export class Steering {
    * @param {number} direction
    */
   async step(direction) {
-    if (!this.#able) return;
-    if (direction > 0 ? !this.isAtEnd : this.#store.known.position > 0) await this.#send({ kind: direction > 0 ? "step" : "back" });
+    if (direction > 0 ? !this.isAtEnd : (this.#store.session?.position ?? 0) > 0) await this.send({ kind: direction > 0 ? "step" : "back" });
   }
 
   /**
@@ -181,9 +192,12 @@ export class Steering {
    */
   async seek(frame) {
     if (!this.#able) return;
-    const goal = Math.min(Math.max(0, Math.round(frame)), this.#store.known.frames - 1);
+    const { position, frames, goal: onTheWay } = this.#store.known;
+    const goal = Math.min(Math.max(0, Math.round(frame)), frames - 1);
     this.#forget();
-    this.goal.value = goal === this.#store.known.position ? null : goal;
+    // One that is on its way elsewhere passes through the frame where it stands.
+    const isThere = goal === position && (this.goal.peek() ?? onTheWay ?? position) === position;
+    this.goal.value = isThere ? null : goal;
     await this.pause();
     await this.#seeking.ask(goal);
     this.#forget();
@@ -192,11 +206,7 @@ export class Steering {
 
   /** @param {number} frames */
   async jump(frames) {
-    if (this.#able) await this.seek((this.goal.peek() ?? this.#store.known.position) + frames);
-  }
-
-  async first() {
-    await this.seek(0);
+    await this.seek(this.frame + frames);
   }
 
   /** The newest frame that has been computed; computing all the rest could take long. */
@@ -205,7 +215,7 @@ export class Steering {
   }
 
   async beforeLoss() {
-    await this.#send({ kind: "before_loss" });
+    await this.send({ kind: "before_loss" });
   }
 
   /**
@@ -215,8 +225,7 @@ export class Steering {
    */
   async event(direction) {
     if (!this.#able) return;
-    const from = this.goal.peek() ?? this.#store.known.position;
-    const frames = this.eventFrames().filter((frame) => (frame - from) * direction > 0);
+    const frames = this.eventFrames().filter((frame) => (frame - this.frame) * direction > 0);
     const goal = direction > 0 ? frames[0] : frames.at(-1);
     if (goal === undefined) toast(`No event ${direction > 0 ? "after" : "before"} this frame`);
     else await this.seek(goal);
@@ -227,102 +236,30 @@ export class Steering {
     return eventFramesOf(this.#store);
   }
 
-  /** @param {number} value */
+  /** @param {number} value Times real time; 0 is as fast as possible. */
   async setSpeed(value) {
     if (!this.#able) return;
-    const before = this.speed;
+    const { known } = this.#store;
+    const before = known.speed;
     // Shown until the server says otherwise.
-    this.#store.known.speed = value;
-    const accepted = await this.#send({ kind: "speed", speed: value });
-    if (accepted === undefined && this.speed === value) this.#store.known.speed = before;
+    known.speed = value;
+    const accepted = await this.send({ kind: "speed", speed: value });
+    if (accepted === undefined && known.speed === value) known.speed = before;
   }
 
   /** Play slowly enough for eyes that do not know yet where to look. */
   async slowDown() {
-    const slow = this.speeds.filter((speed) => speed > 0 && speed <= SLOW).at(-1);
+    const slow = this.#store.session?.speeds.findLast((speed) => speed > 0 && speed <= SLOW);
     if (slow !== undefined) await this.setSpeed(slow);
-  }
-
-  /**
-   * Stop playing where the target is lost with this probability; null to go on whatever it is.
-   *
-   * @param {number|null} probability
-   */
-  async stopAt(probability) {
-    await this.#send({ kind: "stop_at", probability });
   }
 
   /** @param {number} direction */
   async faster(direction) {
     if (!this.#able) return;
-    const now = this.speed === 0 ? Infinity : this.speed;
-    const rank = this.speeds.map((speed) => (speed === 0 ? Infinity : speed));
-    const next = direction > 0 ? rank.find((speed) => speed > now) : rank.findLast((speed) => speed < now);
-    if (next !== undefined) await this.setSpeed(next === Infinity ? 0 : next);
-  }
-
-  /** @param {Command} command Asked for if there is a session that listens. */
-  async #send(command) {
-    return this.#able ? attempt(() => sendCommand(this.#store.known.id, command)) : undefined;
-  }
-}
-
-export class Commands {
-  #store;
-
-  /** @param {import("./store.js").Store} store */
-  constructor(store) {
-    this.#store = store;
-  }
-
-  get #session() {
-    return this.#store.known;
-  }
-
-  async bookmark(note = "") {
-    if (!this.#store.isSteerable) return;
-    const { position } = this.#session;
-    await attempt(async () => {
-      await request("POST sessions/{session}/bookmarks", { session: this.#session.id, body: { note } });
-      toast(`Bookmarked frame ${position}`);
-    });
-  }
-
-  /**
-   * Leave the past for a new branch.
-   *
-   * @param {Omit<MakeBranch, "kind">} wanted
-   * @returns {Promise<boolean>} Whether that was possible.
-   */
-  async branch(wanted) {
-    return (await this.#send({ kind: "branch", ...wanted })) !== undefined;
-  }
-
-  /** @param {string} branch */
-  async activate(branch) {
-    await this.#send({ kind: "activate", branch });
-  }
-
-  async resume() {
-    await attempt(() => request("POST sessions/{session}/resume", { session: this.#session.id }));
-  }
-
-  /** Stay at the frame that a run has come to on its way. */
-  async stop() {
-    await this.#send({ kind: "pause" });
-  }
-
-  /** @param {Command} command */
-  #send(command) {
-    return attempt(() => sendCommand(this.#session.id, command));
-  }
-
-  async save() {
-    if (this.#store.session === null) return;
-    await attempt(async () => {
-      const run = await request("POST runs", { body: { session: this.#session.id } });
-      toast("Saved; My work lists it", { action: { label: "Download", href: addressOf("GET runs/{run}/download", { run: run.id }) } });
-    });
+    const { speed, speeds } = this.#store.known;
+    const rank = (/** @type {number} */ each) => (each === 0 ? Infinity : each);
+    const next = direction > 0 ? speeds.find((each) => rank(each) > rank(speed)) : speeds.findLast((each) => rank(each) < rank(speed));
+    if (next !== undefined) await this.setSpeed(next);
   }
 }
 

@@ -7,6 +7,7 @@ import { Explained } from "../shared/terms.js";
 import { isParticipant, remember, remembered } from "../shared/visitor.js";
 import { h, html, render, useLayoutEffect, useSignal } from "../vendor/preact.js";
 import { isMeasured, ofRole, readingWords, state } from "./readings.js";
+import { bookmark, steer } from "./steering.js";
 
 /** @import { IconName } from "../shared/dom.js" */
 /** @import { Bookmark, BranchPublic, MeasurePublic, SessionPublic } from "../shared/messages.js" */
@@ -123,12 +124,12 @@ export function Branches({ view, place }) {
 }
 
 /** @param {{branch: BranchPublic, view: Mounted}} props */
-function Chip({ branch: { id, title, parent, frame, colour }, view: { store, commands } }) {
+function Chip({ branch: { id, title, parent, frame, colour }, view: { store } }) {
   const active = id === store.known.branch;
   const hint = parent ? `Branched from frame ${frame}` : "The run as it began";
   const content = html`<span class="swatch" style=${`background: ${colour}`}></span><span>${title}</span>`;
   if (store.isReadOnly) return html`<span class="chip" title=${hint} aria-current=${active ? "true" : null}>${content}</span>`;
-  const activate = () => active || commands.activate(id);
+  const activate = () => active || steer(store, { kind: "activate", branch: id });
   return html`<button type="button" class="chip" aria-pressed=${String(active)} title=${hint} onClick=${activate}>${content}</button>`;
 }
 
@@ -174,7 +175,7 @@ function Transport({ view, extras }) {
   const hasEvents = session !== null && ofRole(session, "event").length > 0;
   return html`
     <div class="group">
-      ${button("first", "First frame (home)", () => view.steering.first())}
+      ${button("first", "First frame (home)", () => view.steering.seek(0))}
       ${button("previous", "One frame back (left arrow)", () => view.steering.step(-1))}
       <button type="button" class="primary play" title=${`${LABELS[look]} (space)`} disabled=${!able} onClick=${() => view.steering.toggle()}>
         ${h(Icon, { name: look })}<span>${LABELS[look]}</span>
@@ -198,8 +199,8 @@ function Transport({ view, extras }) {
  *
  * @param {{view: View}} props
  */
-function Speed({ view: { able, steering } }) {
-  const { speed, speeds } = steering;
+function Speed({ view: { able, steering, store } }) {
+  const { speed = 1, speeds = [] } = store.session ?? {};
   const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => steering.setSpeed(Number(currentTarget.value));
   const offered = speeds.includes(speed) ? speeds : [...speeds, speed];
   return html`<select aria-label="Speed" title="Speed ([ and ])" disabled=${!able} onChange=${choose}>
@@ -238,8 +239,9 @@ export function StopAtLoss({ view: { store, steering } }) {
   if (session === null || store.isReadOnly || !(isRecording || ofRole(session, "loss_probability").length > 0)) return null;
   const [words, why] = isRecording ? RECORDING : SCENE;
   const at = session.stop_at;
-  const toggle = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => steering.stopAt(currentTarget.checked ? LIMITS[0] : null);
-  const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => steering.stopAt(Number(currentTarget.value));
+  const stop = (/** @type {number|null} */ probability) => steering.send({ kind: "stop_at", probability });
+  const toggle = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => stop(currentTarget.checked ? LIMITS[0] : null);
+  const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => stop(Number(currentTarget.value));
   const limits = at === null || LIMITS.includes(at) ? LIMITS : [...LIMITS, at];
   return html`<div class="control stop-at-loss">
     <label title=${why}><input type="checkbox" checked=${at !== null} onChange=${toggle} /><span>${words}</span></label>
@@ -259,7 +261,7 @@ export function Bookmarks({ view }) {
   const marks = [...(view.store.session?.bookmarks ?? [])].sort((a, b) => a.frame - b.frame);
   const add = (/** @type {Event} */ event) => {
     event.preventDefault();
-    view.commands.bookmark(note.value.trim());
+    bookmark(view.store, note.value.trim());
     note.value = "";
   };
   const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (note.value = currentTarget.value);
@@ -278,9 +280,9 @@ export function Bookmarks({ view }) {
 }
 
 /** @param {{mark: Bookmark, view: Mounted}} props */
-function Marked({ mark, view: { store, commands, steering } }) {
+function Marked({ mark, view: { store, steering } }) {
   const go = async () => {
-    if (mark.branch && mark.branch !== store.known.branch) await commands.activate(mark.branch);
+    if (mark.branch && mark.branch !== store.known.branch) await steer(store, { kind: "activate", branch: mark.branch });
     await steering.seek(mark.frame);
   };
   const remove = () => attempt(() => request("DELETE sessions/{session}/bookmarks/{bookmark}", { session: store.known.id, bookmark: mark.id }));

@@ -3,12 +3,11 @@
  * figure, and how far the axis upwards reaches.
  */
 
-import { sendCommand } from "../../shared/api.js";
-import { attempt } from "../../shared/dom.js";
 import { written } from "../../shared/figure/axes.js";
 import { lineOver, linksOver } from "../../shared/figure/kinds.js";
 import { number, smallestSpan } from "../../shared/format.js";
 import { declared as declaredIn, frequencies, hypothesesOf, numberOf, ofRole, samplers, samplesOf, valueOf } from "../readings.js";
+import { steer } from "../steering.js";
 import { curve, isGone } from "../store.js";
 import { column, enclose, extent, reach, remembered, shades } from "./plots.js";
 
@@ -335,7 +334,7 @@ function tree(plot) {
       if (!able || places === 0) return;
       await steering.seek(frame);
       const values = { [shown]: Math.min(Math.max(1, Math.round(y)), places) };
-      if (shown !== "") await attempt(() => sendCommand(store.known.id, { kind: "change", values }));
+      if (shown !== "") await steer(store, { kind: "change", values });
     },
   };
 }

@@ -4,8 +4,7 @@
  * closely (`Zoom`).
  */
 
-import { sendCommand } from "../../shared/api.js";
-import { attempt, build } from "../../shared/dom.js";
+import { build } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
 import { FigureView } from "../../shared/figure/figure.js";
 import { lineOver, told } from "../../shared/figure/kinds.js";
@@ -13,6 +12,7 @@ import { explain } from "../../shared/terms.js";
 import { follow, throttle, until } from "../../shared/timing.js";
 import { signal } from "../../vendor/preact.js";
 import { samplers } from "../readings.js";
+import { steer } from "../steering.js";
 import { curve } from "../store.js";
 import { KINDS } from "./kinds.js";
 
@@ -274,8 +274,7 @@ export async function plots(root, view) {
   // The keyboard scrolls what is a tab stop.
   root.tabIndex = 0;
   const on = {
-    turn: (/** @type {string} */ parameter, /** @type {number} */ value) =>
-      attempt(() => sendCommand(session.id, { kind: "change", values: { [parameter]: value } })),
+    turn: (/** @type {string} */ parameter, /** @type {number} */ value) => steer(store, { kind: "change", values: { [parameter]: value } }),
     declared: () => ({ title: "hypothesis that is shown", unit: "", minimum: 1, maximum: null, step: 1 }),
   };
   const figure = new FigureView(place, on, end, { isCompact: true, letters: LETTERS, inks: samplers(session).map(({ colour }) => colour) });

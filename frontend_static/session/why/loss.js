@@ -3,11 +3,11 @@
  * the picture and the tab in the place of the plots show the answers.
  */
 
-import { cancelJob, followJob, messageOf, request, sendCommand } from "../../shared/api.js";
-import { attempt } from "../../shared/dom.js";
+import { cancelJob, followJob, messageOf, request } from "../../shared/api.js";
 import { follow, later } from "../../shared/timing.js";
 import { isParticipant } from "../../shared/visitor.js";
 import { batch, computed, effect, signal } from "../../vendor/preact.js";
+import { steer } from "../steering.js";
 import { isGone } from "../store.js";
 
 /** @import { Value } from "../../shared/format.js" */
@@ -225,12 +225,12 @@ export class Loss {
    * @param {ToldFinding} finding
    */
   async tryOut({ values, seed, title }) {
-    const { store, commands } = this.view;
+    const { store } = this.view;
     const [found, report] = [this.exploration.found.peek(), this.report.peek()];
     if (found === null || report === null) return;
     if (this.isAway.peek() === false) this.isAway.value = null;
-    if (found.branch !== store.known.branch) await commands.activate(found.branch);
-    const made = await commands.branch({ frame: report.begin, values, seed, title });
-    if (made) await attempt(() => sendCommand(store.known.id, { kind: "seek", frame: report.end }));
+    if (found.branch !== store.known.branch) await steer(store, { kind: "activate", branch: found.branch });
+    const made = await steer(store, { kind: "branch", frame: report.begin, values, seed, title });
+    if (made) await steer(store, { kind: "seek", frame: report.end });
   }
 }
