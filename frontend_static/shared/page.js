@@ -4,7 +4,7 @@ import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.
 import { here, messageOf, request, START, statusOf } from "./api.js";
 import { attempt, build, elementOf, Icon, Notice, part } from "./dom.js";
 import "./presentation.js";
-import { linkTo } from "./share_link.js";
+import { linkTo, presetRecipe } from "./share_link.js";
 import { ThemeButton } from "./theme.js";
 import { Brand, isParticipant, remember, remembered } from "./visitor.js";
 
@@ -91,11 +91,10 @@ const KEY = "pftrack-tour";
  * @param {ExperimentPublic[]} experiments
  */
 export function tourLink(experiments) {
-  for (const { id, presets } of experiments) {
-    const preset = presets.find(({ tour }) => tour !== null);
+  for (const experiment of experiments) {
+    const preset = experiment.presets.find(({ tour }) => tour !== null);
     if (preset === undefined) continue;
-    const { tracker, seed, parameters } = preset;
-    const [page, recipe] = linkTo({ recipe: { experiment: id, tracker, seed, timeline: [{ frame: 0, values: parameters }] } }).split("#");
+    const [page, recipe] = linkTo({ recipe: presetRecipe(experiment, preset) }).split("#");
     return `${page}?${NAME}=${encodeURIComponent(preset.name)}#${recipe}`;
   }
   return null;

@@ -6,15 +6,22 @@ import { START } from "./api.js";
 // What this browser keeps for a person, and a tab beyond one page. Where the browser keeps nothing, it lasts as long as the page.
 
 /**
- * @param {string} name
- * @returns {string|null}
+ * What the browser's storage gives; null where there is none, or it is full.
+ *
+ * @template Value
+ * @param {() => Value} use
  */
-export function remembered(name) {
+function stored(use) {
   try {
-    return localStorage.getItem(name);
+    return use();
   } catch {
     return null;
   }
+}
+
+/** @param {string} name */
+export function remembered(name) {
+  return stored(() => localStorage.getItem(name));
 }
 
 /**
@@ -22,11 +29,7 @@ export function remembered(name) {
  * @param {string} value
  */
 export function remember(name, value) {
-  try {
-    localStorage.setItem(name, value);
-  } catch {
-    // Storage is full or disabled.
-  }
+  stored(() => localStorage.setItem(name, value));
 }
 
 /**
@@ -44,21 +47,12 @@ export class KeptInTab {
 
   /** @returns {Value|null} */
   get() {
-    try {
-      return JSON.parse(sessionStorage.getItem(this.#key) ?? "null");
-    } catch {
-      return null;
-    }
+    return stored(() => JSON.parse(sessionStorage.getItem(this.#key) ?? "null"));
   }
 
   /** @param {Value|null} value Null to forget it. */
   set(value) {
-    try {
-      if (value === null) sessionStorage.removeItem(this.#key);
-      else sessionStorage.setItem(this.#key, JSON.stringify(value));
-    } catch {
-      // Storage is full or disabled.
-    }
+    stored(() => sessionStorage.setItem(this.#key, JSON.stringify(value)));
   }
 }
 

@@ -173,7 +173,7 @@ function Looking({ target, finding: { notes: [words], share } }) {
 
 /** @param {{target: Target}} props Looks at a target once it stands still. */
 function Suitability({ target }) {
-  const { upload, experiment, footage } = target;
+  const { upload, footage } = target;
   /** What was found, or why nothing was. */
   const known = useSignal(/** @type {SuitabilityPublic|string|null} */ (null));
   /** Whether the answer about what is marked now takes long. */
@@ -189,8 +189,8 @@ function Suitability({ target }) {
     const { signal } = (end.current = new AbortController());
     const look = async (/** @type {Mark} */ about) => {
       later(() => (isLate.value = true), SLOW_MS, signal);
-      const question = { upload: upload.id, experiment: experiment.id, frame: Number(start), mark: JSON.stringify(about) };
-      const answer = await request("GET uploads/{upload}/suitability", { ...question, signal }).catch(messageOf);
+      const question = { ...target.ids, frame: Number(start), mark: JSON.stringify(about), signal };
+      const answer = await request("GET uploads/{upload}/suitability", question).catch(messageOf);
       if (signal.aborted) return;
       forget();
       known.value = answer;
