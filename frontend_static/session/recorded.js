@@ -44,11 +44,10 @@ async function begin() {
   const places = /** @type {Record<string, HTMLElement>} */ (
     arrange(/** @type {HTMLElement} */ (document.querySelector("main")), ["scene", "plots", "readout", "transport", "scrubber"])
   );
-  const scene = build("div", { class: "flat-scene" });
   const drawn = build("details", { class: "layers" }, build("summary", {}, "What to draw"));
   render(h(LayerBoxes, { layers }), drawn.appendChild(build("div", {})));
-  places.scene.append(scene, drawn);
-  const flat = new FlatView(scene, { layers, onPainted: () => {}, hasLegend: true }, signal);
+  const flat = new FlatView({ layers: Promise.resolve(layers), hasLegend: true }, signal);
+  places.scene.append(flat.element, drawn);
   const playback = new Playback(store, flat, recording, await unpack());
   answers["POST sessions/{session}/commands"] = async ({ body }) => {
     await playback.carryOut(body);

@@ -5,16 +5,17 @@
 
 import { request } from "../shared/api.js";
 import { attempt, build, fill, Notice } from "../shared/dom.js";
-import { later } from "../shared/timing.js";
+import { until } from "../shared/timing.js";
 import { remember, remembered } from "../shared/visitor.js";
 import { h, html, render, signal as live } from "../vendor/preact.js";
-import { FlatScene } from "./flat/flat_view.js";
+import { Layers } from "./flat/drawing.js";
+import { FlatView } from "./flat/flat_view.js";
 import { SpatialScene } from "./spatial_scene.js";
 
 /** @import { Action } from "../shared/dom.js" */
 /** @import { SessionPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
-/** @import { Layers, Overlay } from "./flat/drawing.js" */
+/** @import { Overlay } from "./flat/drawing.js" */
 /** @import { Mounted } from "./mount.js" */
 
 // Which view of a session a page shows: what its address says, else what a person chose before, else what the browser can
@@ -29,7 +30,16 @@ const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /** @returns {ViewKind} */
 function chosenView() {
-  return viewNamed(new URLSearchParams(location.search).get(NAME)) ?? viewNamed(remembered(KEY)) ?? (graphics() === "fast" ? "scene" : "flat");
+  const named = [new URLSearchParams(location.search).get(NAME), remembered(KEY)].find(isView);
+  return named ?? (graphics() === "fast" ? "scene" : "flat");
+}
+
+/**
+ * @param {string|null} name
+ * @returns {name is ViewKind}
+ */
+function isView(name) {
+  return name === "flat" || name === "scene";
 }
 
 /**
@@ -63,48 +73,29 @@ export function graphics() {
   }
 }
 
-/**
- * @param {string|null} name
- * @returns {ViewKind|null}
- */
-function viewNamed(name) {
-  return name === "flat" || name === "scene" ? name : null;
-}
-
-/**
- * What a view tells while it comes up.
- *
- * @typedef {object} Progress
- * @property {() => void} seen There is a picture of the run to see, or will be none before the view itself.
- * @property {(layers: Layers) => void} layers What its drawings show.
- */
-
-/** Later than elsewhere: a skeleton just before the picture would only make it flicker. */
-const SKELETON_AFTER_MS = 500;
 export const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on hardware acceleration, or use another browser, to see the scene.";
 const SKELETON = html`<div class="skeleton-scene" role="img" aria-label="Loading the scene"><div class="shimmer"></div></div>`;
 
 export class Scene {
   /** What holds it. */
   root;
-  #fixed;
   #options;
-  #cover = build("div", { class: "made" });
-  /** @type {FlatScene|SpatialScene|null} */
+  #signal;
+  #hasSwitch;
+  #over = build("div", { class: "made" });
+  /** @type {FlatView|SpatialScene|null} */
   #view = null;
   #endView = new AbortController();
   #id = "";
-  /** @type {ViewKind|null} */
-  #kind = null;
   /** @type {Promise<SessionPublic>} */
   #session = new Promise(() => {});
+  #kind = live(/** @type {ViewKind|null} */ (null));
   #mounted = live(/** @type {Mounted|null} */ (null));
   #layers = live(/** @type {Layers|null} */ (null));
   #shows = live(false);
-  #isLate = live(false);
+  #hasNoGraphics = live(false);
   #failure = live(/** @type {{title: string, message: string, action: Action|null}|null} */ (null));
   #onView = () => {};
-  #resolveSeen = () => {};
 
   /**
    * @param {HTMLElement} root
@@ -114,32 +105,32 @@ export class Scene {
    *     it shows from the beginning, beside those declared so; what says how it is painted where several lie over each other; and
    *     whether the 3-D scene's own panel stays away.
    */
-  constructor(root, signal, { view, ...options } = {}) {
+  constructor(root, signal, options = {}) {
     this.root = root;
-    this.#fixed = view;
-    this.#options = options;
-    fill(root, this.#cover);
-    render(h(() => this.#covering(), {}), this.#cover);
+    this.#options = { ...options };
+    this.#signal = signal;
+    this.#hasSwitch = options.view === undefined;
+    fill(root, this.#over);
+    render(h(() => [this.#cover(), this.#switch()], {}), this.#over);
     signal.addEventListener("abort", () => {
       this.#endView.abort();
-      render(null, this.#cover);
+      render(null, this.#over);
     });
-    later(() => (this.#isLate.value = true), SKELETON_AFTER_MS, signal);
   }
 
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */
-  seen = /** @type {Promise<void>} */ (new Promise((resolve) => {
-    this.#resolveSeen = resolve;
-  }));
+  get seen() {
+    return until(() => this.#shows.value || this.#failure.value !== null, this.#signal);
+  }
 
   /** The window of the scene's frame, if it has one. */
   get window() {
-    return this.#view?.window ?? null;
+    return this.#view instanceof SpatialScene ? this.#view.window : null;
   }
 
   /** The flat view, if that is what is shown. */
   get flat() {
-    return this.#view instanceof FlatScene ? this.#view : null;
+    return this.#view instanceof FlatView ? this.#view : null;
   }
 
   /** What the flat view's drawings show, if that is what is shown; components that read it follow it. */
@@ -175,9 +166,7 @@ export class Scene {
   open(id, session, isFresh) {
     this.#id = id;
     this.#session = session;
-    const kind = this.#fixed ?? chosenView();
-    if (this.#fixed === undefined) this.root.append(viewSwitch(kind, (chosen) => this.#choose(chosen)));
-    this.#put(kind, isFresh);
+    this.#put(this.#options.view ?? chosenView(), isFresh);
   }
 
   /**
@@ -199,8 +188,6 @@ export class Scene {
    */
   fail(title, message, action) {
     this.#remove();
-    this.root.querySelector(".view-switch")?.remove();
-    this.#resolveSeen();
     this.#failure.value = { title, message, action };
   }
 
@@ -210,9 +197,8 @@ export class Scene {
    * @param {ViewKind} kind
    */
   show(kind) {
-    if (kind === this.#kind) return;
-    this.#fixed = kind;
-    if (this.#id !== "") this.#put(kind, false);
+    this.#options.view = kind;
+    if (kind !== this.#kind.peek() && this.#id !== "") this.#put(kind);
   }
 
   /**
@@ -224,36 +210,35 @@ export class Scene {
     this.root.append(element);
   }
 
-  /** @param {ViewKind} kind */
-  #choose(kind) {
-    rememberView(kind);
-    this.#put(kind, false);
-  }
-
   /**
    * @param {ViewKind} kind
-   * @param {boolean} isFresh
+   * @param {boolean} [isFresh]
    */
-  #put(kind, isFresh) {
-    this.#kind = kind;
+  #put(kind, isFresh = false) {
     this.#remove();
     this.#endView = new AbortController();
-    const { signal } = this.#endView;
-    const on = {
-      // Nothing has to be said about loading any more.
-      seen: () => {
-        this.#shows.value = true;
-        this.#resolveSeen();
-      },
-      layers: (/** @type {Layers} */ layers) => (this.#layers.value = layers),
-    };
-    const { layers = [], isBare = false, ...flat } = this.#options;
-    if (kind === "flat") this.#view = new FlatScene(this.#session, on, signal, { layers, ...flat });
-    else this.#view = new SpatialScene(this.#id, isFresh, on, signal, isBare);
-    this.#cover.before(this.#view.element);
+    this.#view = kind === "flat" ? this.#flatView(this.#endView.signal) : this.#spatialScene(this.#endView.signal, isFresh);
+    this.#over.before(this.#view.element);
+    this.#kind.value = kind;
     const mounted = this.#mounted.peek();
     if (mounted) this.follow(mounted);
     this.#onView();
+  }
+
+  /** @param {AbortSignal} signal */
+  #flatView(signal) {
+    const { layers: named = [], overlay, hasLegend } = this.#options;
+    const layers = this.#session.then(({ layers: declared }) => {
+      const known = new Layers(declared.map((layer) => ({ ...layer, shown: layer.shown || named.includes(layer.name) })));
+      if (!signal.aborted) this.#layers.value = known;
+      return known;
+    });
+    return new FlatView({ layers, overlay, hasLegend, onPainted: () => (this.#shows.value = true) }, signal);
+  }
+
+  /** @param {AbortSignal} signal @param {boolean} isFresh */
+  #spatialScene(signal, isFresh) {
+    return new SpatialScene(this.#id, { isFresh, isBare: this.#options.isBare, onSeen: () => (this.#shows.value = true) }, signal);
   }
 
   #remove() {
@@ -264,11 +249,10 @@ export class Scene {
   }
 
   /** @returns {Child} What lies over it. */
-  #covering() {
+  #cover() {
     if (this.#failure.value !== null) return html`<div class="cover">${h(Notice, { ...this.#failure.value, inline: false })}</div>`;
     const { store } = this.#mounted.value ?? {};
     const phase = store?.session?.state ?? "starting";
-    const isShown = this.#shows.value;
     if (phase === "crashed" || phase === "suspended") {
       const [title, why] =
         phase === "crashed"
@@ -277,43 +261,32 @@ export class Scene {
       const action = store?.isReadOnly ? null : { label: "Resume", run: () => attempt(() => request("POST sessions/{session}/resume", { session: this.#id })) };
       return html`<div class="cover">${h(Notice, { title, message: store?.session?.message ?? why, action, inline: false })}</div>`;
     }
-    const isWaiting = isShown ? store?.session?.state === "starting" : this.#isLate.value;
-    return isWaiting && html`<div class="cover">${SKELETON}</div>`;
+    const isWaiting = !this.#shows.value || store?.session?.state === "starting";
+    return isWaiting && html`<div class="cover late">${SKELETON}</div>`;
   }
-}
 
-/**
- * @param {ViewKind} kind Which is shown.
- * @param {(kind: ViewKind) => void} choose
- */
-function viewSwitch(kind, choose) {
-  const buttons = [button("flat", "Flat", "The picture from the front"), button("scene", "3-D", "The scene in three dimensions")];
-  /**
-   * @param {ViewKind} is
-   * @param {string} text
-   * @param {string} title
-   */
-  function button(is, text, title) {
-    const press = () => {
-      if (element.getAttribute("aria-pressed") === "true") return;
-      if (is === "scene" && graphics() === "none") {
-        element.disabled = true;
-        element.title = NO_GRAPHICS;
-        return;
-      }
-      mark(is);
-      choose(is);
-    };
-    const element = build("button", { type: "button", title, data: { view: is }, on: { click: press } }, text);
-    return element;
+  /** @returns {Child} What chooses a view. */
+  #switch() {
+    const shown = this.#kind.value;
+    if (!this.#hasSwitch || shown === null || this.#failure.value !== null) return null;
+    /** @param {ViewKind} kind @param {string} words @param {string} title */
+    const button = (kind, words, title, disabled = false) =>
+      // The tab key skips the pressed one, which does nothing.
+      html`<button type="button" data-view=${kind} title=${title} aria-pressed=${kind === shown} tabindex=${kind === shown ? -1 : 0}
+        disabled=${disabled} onClick=${() => this.#choose(kind)}>${words}</button>`;
+    const isMissing = this.#hasNoGraphics.value;
+    return html`<div class="view-switch" role="group" aria-label="View">
+      ${button("flat", "Flat", "The picture from the front")}
+      ${button("scene", "3-D", isMissing ? NO_GRAPHICS : "The scene in three dimensions", isMissing)}
+    </div>`;
   }
-  // The tab key skips the pressed one, which does nothing.
-  const mark = (/** @type {ViewKind} */ is) => {
-    for (const each of buttons) {
-      each.setAttribute("aria-pressed", String(each.dataset.view === is));
-      each.tabIndex = each.dataset.view === is ? -1 : 0;
-    }
-  };
-  mark(kind);
-  return build("div", { class: "view-switch", role: "group", "aria-label": "View" }, buttons);
+
+  /** @param {ViewKind} kind */
+  #choose(kind) {
+    if (kind === this.#kind.peek()) return;
+    this.#hasNoGraphics.value = kind === "scene" && graphics() === "none";
+    if (this.#hasNoGraphics.value) return;
+    rememberView(kind);
+    this.#put(kind);
+  }
 }

@@ -4,10 +4,10 @@ import { addressOf } from "../shared/api.js";
 import { build, fill } from "../shared/dom.js";
 import { beforePrinting } from "../shared/presentation.js";
 import { isDark, onTheme } from "../shared/theme.js";
-import { after, follow, later, throttle } from "../shared/timing.js";
+import { after, follow, later } from "../shared/timing.js";
 
 /** How long the scene's script, which keeps the browser busy, waits for the still picture. */
-const PREVIEW_FIRST_MS = 400;
+const STILL_FIRST_MS = 400;
 /** How often to look which frame the scene shows, and how long to wait for a frame that may never come. */
 const LOOK_EVERY_MS = 8;
 const PATIENCE_MS = 5000;
@@ -20,44 +20,50 @@ const SETTLED_MS = 250;
 
 export class SpatialScene {
   #id;
-  #on;
+  #onSeen;
   #signal;
   /** @type {HTMLIFrameElement|null} */
   #frame = null;
-  /** @type {Preview|null} */
-  #preview = null;
-  /** The frames that are waited for, in their order.
+  /** Aborted when the scene is there, or is loaded again; null while it is there.
    *
-   * @type {{frame: number, since: number, resolve: () => void}[]} */
-  #waiting = [];
+   * @type {AbortController|null} */
+  #loading = null;
+  /** Which frame was asked for last, how many were, and how many of those need not be waited for any more. */
   #told = 0;
+  #asked = 0;
+  #reached = 0;
 
   element = build("div", { class: "spatial-scene" });
+  /** The library's own picture of the current frame: the run is seen at once, and lives. */
+  #still = build("div", { class: "scene-still" });
+  /** When it was asked for last, and whether it has not come yet. */
+  #stillAt = 0;
+  #isAsking = false;
+  #onStill = () => {};
+  #unsettle = () => {};
   #opener = build(
     "button",
     { type: "button", class: "panel-opener", "aria-pressed": "false", title: "Layers and views of the scene", on: { click: () => this.#unfold() } },
     "Scene panel",
   );
-  /** What is printed in place of the frame, whose graphics are not there for paper. */
-  #paper = build("img", { class: "scene-paper", alt: "The current frame with what the tracker believes" });
 
   /**
    * @param {string} id The session.
-   * @param {boolean} isFresh Whether it stands still at its beginning.
-   * @param {import("./scene.js").Progress} on
+   * @param {{isFresh: boolean, isBare?: boolean, onSeen: () => void}} options Whether it stands still at its beginning, so that its
+   *     picture can be asked for at once; whether its own panel stays away, otherwise a button shows it; and what is called when
+   *     there is a picture of the run to see, or will be none before the scene.
    * @param {AbortSignal} signal
-   * @param {boolean} isBare Whether its own panel stays away; otherwise a button shows it.
    */
-  constructor(id, isFresh, on, signal, isBare) {
+  constructor(id, { isFresh, isBare = false, onSeen }, signal) {
     this.#id = id;
-    this.#on = on;
+    this.#onSeen = onSeen;
     this.#signal = signal;
     if (!isBare) this.element.append(this.#opener);
-    signal.addEventListener("abort", () => this.#release(this.#waiting.length));
     globalThis.addEventListener("message", (event) => this.#press(event), { signal });
     onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
     beforePrinting(() => this.#print(), signal);
-    this.#load(isFresh);
+    this.#load();
+    if (isFresh) this.#ask();
   }
 
   get window() {
@@ -81,48 +87,41 @@ export class SpatialScene {
    * @param {import("./mount.js").Mounted} view
    */
   follow({ store }) {
-    let down = false;
-    let alive = true;
+    let isStale = false;
     const hear = () => {
-      if (store.connection === "lost") down = true;
-      if (store.session === null || store.connection !== "open") return;
+      const isOpen = store.session !== null && store.connection === "open";
+      if (store.connection === "lost" || (isOpen && !store.isAwake)) isStale = true;
       // A frame without focus does not look for its server again, and a revived worker has a new one: load it again.
-      if (store.isAwake && (down || !alive)) this.#load();
-      alive = store.isAwake;
-      if (this.#preview) this.#preview.stopped = !alive;
-      if (alive) down = false;
+      if (!isStale || !isOpen || !store.isAwake) return;
+      isStale = false;
+      this.#load();
     };
     follow(() => [store.connection, store.isAwake], hear, this.#signal);
-    const shown = () => store.session && [store.session.position, store.session.playing, store.session.branch];
-    follow(shown, () => store.session && this.#preview?.refresh(store.session.playing), this.#signal);
+    const renew = () => {
+      this.#unsettle();
+      if (this.#loading === null || !store.session) return;
+      // A run that stands is asked only once it does so for a while, because that would end a seek that is under way.
+      const wait = store.session.playing ? this.#stillAt + EVERY_MS - performance.now() : SETTLED_MS;
+      this.#unsettle = later(() => store.isAwake && !this.#isAsking && this.#ask(), wait, this.#loading.signal);
+    };
+    follow(() => store.session && [store.session.position, store.session.playing, store.session.branch], renew, this.#signal);
   }
 
   /**
-   * Resolve when the scene shows this frame or a later request; at once while no scene is loaded.
+   * Resolve when the scene shows this frame or that of a later request; at once while no scene is loaded.
    *
    * @param {number} [frame] The one asked for last if not given.
    * @returns {Promise<void>}
    */
-  comesTo(frame = this.#told) {
+  async comesTo(frame = this.#told) {
     this.#told = frame;
-    if (this.#preview !== null || this.#signal.aborted) return Promise.resolve();
-    return new Promise((resolve) => {
-      this.#waiting.push({ frame, since: performance.now(), resolve });
-      if (this.#waiting.length === 1) this.#look();
-    });
-  }
-
-  #look() {
-    const shown = this.window?.pftrackScene?.frame();
-    const late = performance.now() - PATIENCE_MS;
-    const last = this.#waiting.findLastIndex(({ frame, since }) => frame === shown || since < late);
-    this.#release(last + 1);
-    if (this.#waiting.length > 0) later(() => this.#look(), LOOK_EVERY_MS, this.#signal);
-  }
-
-  /** @param {number} count How many need not wait any more. */
-  #release(count) {
-    for (const { resolve } of this.#waiting.splice(0, count)) resolve();
+    this.#asked += 1;
+    const [request, late] = [this.#asked, performance.now() + PATIENCE_MS];
+    while (this.#loading === null && !this.#signal.aborted && this.#reached < request && performance.now() < late) {
+      if (this.window?.pftrackScene?.frame() === frame) this.#reached = Math.max(this.#reached, request);
+      // Without the signal: whoever waits goes on when the scene is gone.
+      else await after(LOOK_EVERY_MS);
+    }
   }
 
   /**
@@ -137,31 +136,56 @@ export class SpatialScene {
     this.#frame?.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey: shiftKey === true, bubbles: true, cancelable: true }));
   }
 
+  /** The graphics of the frame are not there for paper. */
   async #print() {
-    this.#paper.src = `${addressOf("GET sessions/{session}/frame.png", { session: this.#id })}?at=${Date.now()}`;
-    this.element.append(this.#paper);
-    await this.#paper.decode();
+    const paper = this.#picture("scene-paper");
+    this.element.querySelector(".scene-paper")?.remove();
+    this.element.append(paper);
+    await paper.decode();
   }
 
-  async #load(isFresh = false) {
-    const preview = new Preview(this.#id, isFresh, this.#signal);
-    const isNewest = () => this.#preview === preview && !this.#signal.aborted;
-    this.#preview?.element.remove();
-    this.#preview = preview;
-    this.element.append(preview.element);
-    await Promise.race([preview.first, after(PREVIEW_FIRST_MS, this.#signal)]);
-    if (!isNewest()) return;
-    this.#on.seen();
+  /** @param {string} className */
+  #picture(className) {
+    const src = `${addressOf("GET sessions/{session}/frame.png", { session: this.#id })}?at=${Date.now()}`;
+    return build("img", { class: className, src, alt: "The current frame with what the tracker believes", fetchpriority: "high" });
+  }
+
+  /** Renew the still picture. The old one stays until the new one can be painted: nothing flashes. */
+  async #ask() {
+    this.#isAsking = true;
+    this.#stillAt = performance.now();
+    const image = this.#picture("");
+    try {
+      await image.decode();
+      fill(this.#still, image);
+      this.#onStill();
+    } catch {
+      // The next one, or the scene.
+    } finally {
+      this.#isAsking = false;
+    }
+  }
+
+  async #load() {
+    this.#loading?.abort();
+    const loading = (this.#loading = new AbortController());
+    const signal = AbortSignal.any([loading.signal, this.#signal]);
+    this.element.append(fill(this.#still));
+    const first = /** @type {Promise<void>} */ (new Promise((resolve) => {
+      this.#onStill = resolve;
+    }));
+    await Promise.race([first, after(STILL_FIRST_MS, signal)]);
+    if (signal.aborted) return;
+    this.#onSeen();
     const src = `viz/${encodeURIComponent(this.#id)}/?theme=${theme()}&panel=none`;
-    const frame = build("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
-    frame.addEventListener("load", () => this.#showPanel());
+    const frame = build("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen", on: { load: () => this.#showPanel() } });
     if (this.#frame) this.#frame.replaceWith(frame);
     else this.element.prepend(frame);
     this.#frame = frame;
-    if (await viewerReady(frame, isNewest, this.#signal)) {
-      this.#preview.element.remove();
-      this.#preview = null;
-    }
+    await viewerReady(frame, signal);
+    this.#still.remove();
+    this.#loading = null;
+    loading.abort();
   }
 }
 
@@ -170,98 +194,18 @@ function theme() {
 }
 
 /**
- * The library's own picture of the current frame, in the scene's place while the scene is still loading: the run is seen
- * at once, and lives.
- */
-class Preview {
-  #id;
-  #signal;
-  #often;
-  #resolveFirst = () => {};
-  #asked = 0;
-  #busy = false;
-
-  /** Whether to leave it at the picture there is, because nobody would answer. */
-  stopped = false;
-
-  /** What is put into the page. */
-  element = build("div", { class: "scene-still" });
-
-  /** Resolves when the first picture is there. */
-  first = /** @type {Promise<void>} */ (new Promise((resolve) => {
-    this.#resolveFirst = resolve;
-  }));
-
-  /**
-   * @param {string} id The session.
-   * @param {boolean} isFresh Whether it stands still at its beginning, so that its picture can be asked for at once.
-   * @param {AbortSignal} signal
-   */
-  constructor(id, isFresh, signal) {
-    this.#id = id;
-    this.#signal = signal;
-    this.#often = throttle(() => this.#again(), EVERY_MS, signal);
-    if (isFresh) this.#ask();
-  }
-
-  /**
-   * Show the frame that is the current one now. While the run plays that is done at a modest rate; otherwise only once
-   * it stands, because asking for a picture would end a seek that is under way.
-   *
-   * @param {boolean} isPlaying
-   */
-  refresh(isPlaying) {
-    this.#unsettle();
-    if (isPlaying) this.#often();
-    else this.#unsettle = later(() => this.#again(), SETTLED_MS, this.#signal);
-  }
-
-  #unsettle = () => {};
-
-  #again() {
-    if (this.element.isConnected && !this.#busy && !this.stopped) this.#ask();
-  }
-
-  async #ask() {
-    this.#busy = true;
-    this.#asked += 1;
-    const image = build("img", {
-      src: `${addressOf("GET sessions/{session}/frame.png", { session: this.#id })}?picture=${this.#asked}`,
-      alt: "The current frame with what the tracker believes",
-      fetchpriority: "high",
-    });
-    try {
-      // The old picture stays until the new one can be painted: nothing flashes.
-      await image.decode();
-      fill(this.element, image);
-      this.#resolveFirst();
-    } catch {
-      // The next one, or the scene.
-    } finally {
-      this.#busy = false;
-    }
-  }
-}
-
-/**
  * Resolves when the scene in a frame has been drawn, with its camera in place and nothing fading.
  *
  * @param {HTMLIFrameElement} frame
- * @param {() => boolean} isWanted Looking goes on as long as this holds.
  * @param {AbortSignal} signal Ends the looking, without an answer.
- * @returns {Promise<boolean>} False when it is not wanted any more.
  */
-async function viewerReady(frame, isWanted, signal) {
-  /** @type {number|null} */
-  let since = null;
-  while (isWanted()) {
+async function viewerReady(frame, signal) {
+  let late = Infinity;
+  while (performance.now() < late) {
     const found = frame.contentWindow?.pftrackScene?.drawn() ?? null;
-    if (found !== null) since ??= performance.now();
     // The camera is put in place by a message of its own; it is not when somebody has already turned it.
-    if (found === "in place" || (since !== null && performance.now() - since > READY_PATIENCE_MS)) {
-      return isWanted();
-    }
+    if (found === "in place") return;
+    if (found !== null) late = Math.min(late, performance.now() + READY_PATIENCE_MS);
     await after(READY_EVERY_MS, signal);
   }
-  return false;
 }

@@ -125,9 +125,9 @@ export function inkOn(colour) {
   return 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.2 ? "#000" : "#fff";
 }
 
-/** @param {Readonly<Colour>} colour */
-export function css([red, green, blue]) {
-  return `rgb(${red} ${green} ${blue})`;
+/** @param {ArrayLike<number>} colour RGB, 0 to 255 */
+export function css(colour) {
+  return `rgb(${colour[0]} ${colour[1]} ${colour[2]})`;
 }
 
 /**

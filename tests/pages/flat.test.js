@@ -3,7 +3,8 @@ import { describe, it } from "node:test";
 
 import { decode, Layers } from "../../frontend_static/session/flat/drawing.js";
 import { nameAt } from "../../frontend_static/session/flat/flat_view.js";
-import { css, placed } from "../../frontend_static/session/flat/paint.js";
+import { placed } from "../../frontend_static/session/flat/paint.js";
+import { css } from "../../frontend_static/shared/theme.js";
 import { follow } from "../../frontend_static/shared/timing.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };

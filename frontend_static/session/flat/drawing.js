@@ -10,14 +10,14 @@ import { html, signal } from "../../vendor/preact.js";
 // Which layers of a session's drawings are shown, as signals; views paint by it, panels switch it.
 
 export class Layers {
-  /** Whether each layer is shown, by name. */
-  shown;
-  #legend = signal(/** @type {readonly DrawnKey[]} */ ([]));
+  /** What the colours mean of the drawing that is painted. */
+  keys = signal(/** @type {readonly DrawnKey[]} */ ([]));
 
   /** @param {readonly Layer[]} [declared] A layer that is not among them is shown. */
   constructor(declared = []) {
     /** Those that can be seen from the front. */
     this.declared = declared.filter(({ role }) => role !== "through time");
+    /** Whether each layer is shown, by name. */
     this.shown = signal(Object.fromEntries(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"])));
   }
 
@@ -33,29 +33,20 @@ export class Layers {
   set(layer, shown) {
     if (this.isShown(layer) !== shown) this.shown.value = { ...this.shown.peek(), [layer]: shown };
   }
-
-  /** What the colours mean on layers that are shown, each meaning once. */
-  get legend() {
-    const shown = this.#legend.value.filter(({ layer }) => this.isShown(layer));
-    return [...new Map(shown.map((key) => [`${key.colour} ${key.meaning}`, key])).values()];
-  }
-
-  /** @param {readonly DrawnKey[]} legend That of the drawing that is painted. */
-  tell(legend) {
-    const known = this.#legend.peek();
-    const isSame = legend.length === known.length && legend.every(({ meaning }, place) => meaning === known[place].meaning);
-    if (!isSame) this.#legend.value = legend;
-  }
 }
 
 /**
- * What the colours mean that are drawn.
+ * What the colours mean on layers that are shown, each meaning once.
  *
  * @param {{layers: Layers}} props
  */
 export function LayerLegend({ layers }) {
-  const keys = layers.legend.map(({ colour, meaning }) => html`<li class="legend-key"><i style=${`background: var(--${colour})`}></i>${meaning}</li>`);
-  return html`<ul class="legend" aria-label="Legend">${keys}</ul>`;
+  const shown = layers.keys.value.filter(({ layer }) => layers.isShown(layer));
+  const once = new Map(shown.map((key) => [`${key.colour} ${key.meaning}`, key]));
+  const items = [...once].map(([name, { colour, meaning }]) =>
+    html`<li key=${name} class="legend-key"><i style=${`background: var(--${colour})`}></i>${meaning}</li>`,
+  );
+  return html`<ul class="legend" aria-label="Legend">${items}</ul>`;
 }
 
 // Flat views that lie over each other, each in one colour: the lowest has the picture and what is truly there, the others
@@ -85,24 +76,13 @@ export class Overlay {
  */
 export function coated(item, { tint, isLowest }) {
   if (item.kind === "picture") return isLowest ? item : null;
-  if ("colours" in item) return { ...item, colours: filled(item.colours.length, tint) };
+  if ("colours" in item) return { ...item, colours: item.colours.map((_, at) => tint[at % 3]) };
   if (!("colour" in item) || item.colour instanceof Uint8Array) return item;
   if (String(item.colour) === TRUTH) return isLowest ? item : null;
   return { ...item, colour: tint };
 }
 
-/**
- * @param {number} length
- * @param {Colour} colour
- */
-function filled(length, colour) {
-  const colours = new Uint8Array(length);
-  for (let at = 0; at < length; at += 1) colours[at] = colour[at % 3];
-  return colours;
-}
-
 /** @typedef {[number, number, number]} Colour RGB, 0 to 255 */
-/** @typedef {Float32Array|Int32Array|Uint8Array} Numbers */
 
 /**
  * What all primitives have.
@@ -182,26 +162,10 @@ export function decode(message) {
   if (version !== VERSION) throw new Error(`This page reads drawings of version ${VERSION}, the server sends version ${version}; reload the page`);
   const base = START_BYTES + view.getUint32(4, true);
   const text = new TextDecoder().decode(new Uint8Array(message, START_BYTES, base - START_BYTES));
-  const { arrays, primitives, worlds, ...head } = JSON.parse(text);
-  /** @param {Record<string, unknown>[]} items */
-  const read = (items) => items.map((item) => withArrays(item, message, base));
-  return {
-    ...head,
-    primitives: read(primitives),
-    worlds: worlds.map((/** @type {{world: ShownWorld, primitives: Record<string, unknown>[]}} */ each) => ({ ...each, primitives: read(each.primitives) })),
-    files: files(message, view, base + arrays),
-  };
-}
-
-/**
- * @param {Record<string, unknown>} item
- * @param {ArrayBuffer} message
- * @param {number} base Where the arrays begin.
- * @returns {Primitive}
- */
-function withArrays(item, message, base) {
-  const entries = Object.entries(item).map(([name, value]) => [name, isReference(value) ? array(value, message, base) : value]);
-  return Object.fromEntries(entries);
+  /** @param {string} _ @param {unknown} value */
+  const withArray = (_, value) => (isReference(value) ? array(value, message, base) : value);
+  const { arrays, ...drawing } = JSON.parse(text, withArray);
+  return { ...drawing, files: files(message, view, base + arrays) };
 }
 
 /** @typedef {{type: keyof typeof ARRAYS, at: number, shape: number[]}} Reference */
@@ -211,14 +175,13 @@ function withArrays(item, message, base) {
  * @returns {value is Reference}
  */
 function isReference(value) {
-  return typeof value === "object" && value !== null && "type" in value;
+  return typeof value === "object" && value !== null && "shape" in value && "type" in value && String(value.type) in ARRAYS;
 }
 
 /**
  * @param {Reference} reference
  * @param {ArrayBuffer} message
- * @param {number} base
- * @returns {Numbers}
+ * @param {number} base Where the arrays begin.
  */
 function array({ type, at, shape }, message, base) {
   return new ARRAYS[type](message, base + at, shape.reduce((product, extent) => product * extent, 1));

@@ -6,17 +6,16 @@
  * shows in worlds of their own stands beside the picture, and is painted together with it.
  */
 
-import { build, fill, setText } from "../../shared/dom.js";
+import { build, setText } from "../../shared/dom.js";
 import { enlargement, watchCanvasSize } from "../../shared/theme.js";
 import { coalesce, follow, later } from "../../shared/timing.js";
-import { h, render } from "../../vendor/preact.js";
+import { h, html, render } from "../../vendor/preact.js";
 import { decode, LayerLegend, Layers } from "./drawing.js";
 import { paint } from "./paint.js";
 import { WorldView } from "./world_view.js";
 
-/** @import { SessionPublic } from "../../shared/messages.js" */
 /** @import { CanvasSize } from "../../shared/theme.js" */
-/** @import { Drawing, Overlay, Primitive, WorldDrawing } from "./drawing.js" */
+/** @import { Drawing, Overlay, Primitive } from "./drawing.js" */
 
 /** So near the pointer has to be, in pixels of the page. */
 const REACH = 9;
@@ -40,7 +39,7 @@ export function nameAt(primitives, x, y, scale) {
   return name;
 }
 
-/** @typedef {{decoded: Promise<ImageBitmap|null>, bitmap: ImageBitmap|null, needed: number}} Kept */
+/** @typedef {{decoded: Promise<ImageBitmap|null>, needed: number}} Kept */
 
 /** The pictures of drawings, decoded outside the page's thread and freed as soon as no drawing needs them any more. */
 export class Pictures {
@@ -58,18 +57,17 @@ export class Pictures {
    */
   async of(drawing, number) {
     for (const [key, file] of drawing.files) this.#newest.set(key, this.#decoding(file));
-    /** @type {Map<number, Kept>} */
-    const needed = new Map();
-    for (const item of drawing.primitives) {
-      const kept = item.kind === "picture" ? this.#newest.get(item.image_rgb.key) : undefined;
-      if (item.kind === "picture" && kept !== undefined) needed.set(item.image_rgb.key, kept);
-    }
+    const named = new Set(drawing.primitives.flatMap((item) => (item.kind === "picture" ? [item.image_rgb.key] : [])));
     // A key that the newest drawing does not name is sent again when it is needed again.
-    this.#newest = needed;
+    const needed = (this.#newest = new Map([...this.#newest].filter(([key]) => named.has(key))));
     for (const kept of needed.values()) kept.needed = number;
-    await Promise.all([...needed.values()].map(({ decoded }) => decoded));
-    const bitmaps = [...needed].flatMap(([key, { bitmap }]) => (bitmap === null ? [] : [/** @type {const} */ ([key, bitmap])]));
-    return new Map(bitmaps);
+    /** @type {Map<number, ImageBitmap>} */
+    const bitmaps = new Map();
+    for (const [key, { decoded }] of needed) {
+      const bitmap = await decoded;
+      if (bitmap !== null) bitmaps.set(key, bitmap);
+    }
+    return bitmaps;
   }
 
   /**
@@ -90,45 +88,39 @@ export class Pictures {
    * @returns {Kept}
    */
   #decoding(file) {
-    /** @type {Kept} */
-    const kept = { decoded: Promise.resolve(null), bitmap: null, needed: 0 };
-    kept.decoded = createImageBitmap(new Blob([/** @type {BlobPart} */ (file)], { type: "image/jpeg" })).then(
-      (bitmap) => (kept.bitmap = bitmap),
-      () => null,
-    );
+    const decoded = createImageBitmap(new Blob([/** @type {BlobPart} */ (file)], { type: "image/jpeg" })).catch(() => null);
+    const kept = { decoded, needed: 0 };
     this.#all.add(kept);
     return kept;
   }
 }
-
-/** @typedef {import("../../shared/messages.js").SessionMessage} SessionMessage */
-
-/**
- * @typedef {object} Options
- * @property {Layers} layers Which layers are shown.
- * @property {Overlay} [overlay] Says how it is painted where several lie over each other; it has no ground then.
- * @property {() => void} onPainted Called when a drawing was painted.
- * @property {boolean} [hasLegend] Whether the line below the picture says what its colours mean, instead of what it shows.
- */
 
 /** A playing run shows its next frame sooner than this. */
 const QUIET_MS = 400;
 
 /** @typedef {{drawing: Drawing, bitmaps: Map<number, ImageBitmap>, number: number, painted: () => void}} Ready */
 
+/**
+ * @typedef {object} Options
+ * @property {Promise<Layers>} layers Which layers are shown, as soon as it is known.
+ * @property {Overlay} [overlay] Says how it is painted where several lie over each other; it has no ground then.
+ * @property {() => void} [onPainted] Called when a drawing was painted.
+ * @property {boolean} [hasLegend] Whether the line below the picture says what its colours mean, instead of what it shows.
+ */
+
 export class FlatView {
+  /** Whether it shows a picture. */
+  hasPicture = false;
+
   #canvas = build("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is loading" });
   #caption = build("p", { class: "flat-caption" });
   #place = build("div", { class: "flat-place small-print" }, this.#canvas);
-  /** @type {WorldView[]} */
-  #worlds = [];
   #beside = build("div", { class: "worlds" });
-  #main = build("div", { class: "flat-main" }, build("div", { class: "flat-body" }, this.#place, this.#beside));
-  #line = build("div", { class: "flat-line" }, this.#caption);
-  #root = build("div", { class: "flat-view" }, this.#main, this.#line);
+  #legend = build("div", { class: "made" });
   #pictures = new Pictures();
   #unsettle = () => {};
-  #layers;
+  #layers = new Layers();
+  #known;
   #overlay;
   #onPainted;
   #signal;
@@ -142,22 +134,30 @@ export class FlatView {
   #soon;
 
   /**
-   * @param {HTMLElement} element Gives the view its size.
    * @param {Options} options
    * @param {AbortSignal} signal
    */
-  constructor(element, { layers, overlay, onPainted, hasLegend = false }, signal) {
-    this.#layers = layers;
+  constructor({ layers, overlay, onPainted = () => {}, hasLegend = false }, signal) {
+    const main = build("div", { class: "flat-main" }, build("div", { class: "flat-body" }, this.#place, this.#beside));
+    const line = build("div", { class: "flat-line", "data-legend": hasLegend }, this.#legend, this.#caption);
+    this.element = build("div", { class: "flat-scene" }, build("div", { class: "flat-view" }, main, line));
     this.#overlay = overlay;
     this.#onPainted = onPainted;
     this.#signal = signal;
     this.#soon = coalesce(() => this.#paint(), signal);
-    fill(element, this.#root);
+    this.#known = layers.then((known) => {
+      this.#layers = known;
+      follow(() => [known.shown.value, overlay?.coat.value], this.#soon, signal);
+      if (hasLegend && !signal.aborted) render(h(LayerLegend, { layers: known }), this.#legend);
+    });
+    // Why there is none is said for all of the session.
+    this.#known.catch(() => {});
     watchCanvasSize(this.#place, (room) => this.#resize(room), signal);
-    follow(() => [layers.shown.value, overlay?.coat.value], this.#soon, signal);
-    if (hasLegend) this.#addLegend();
     this.#nameWhatIsPointedAt();
-    signal.addEventListener("abort", () => this.#pictures.free(Infinity));
+    signal.addEventListener("abort", () => {
+      this.#pictures.free(Infinity);
+      for (const place of [this.#legend, this.#beside]) render(null, place);
+    });
   }
 
   /**
@@ -165,11 +165,13 @@ export class FlatView {
    *
    * @param {ArrayBuffer} data As it has come.
    * @param {() => void} painted Called when it was painted, or will never be.
-   * @returns {Promise<{messages: SessionMessage[], show: () => void}>} What was told up to it, and what has it painted with the
-   *     next frame of the display.
+   * @returns {Promise<{messages: import("../../shared/messages.js").SessionMessage[], show: () => void}>} What was told up to it, and
+   *     what has it painted with the next frame of the display.
    * @throws {Error} It is not a drawing that this page can read.
    */
   async prepare(data, painted) {
+    // Without knowing which layers are shown the first picture would flash all of them.
+    await this.#known;
     this.#came += 1;
     const number = this.#came;
     let drawing;
@@ -210,23 +212,17 @@ export class FlatView {
     this.#fit(width, height);
     /** @param {number} key */
     const picture = (key) => bitmaps.get(key);
+    // Another function each time: a component that reads signals is rendered again only for other properties.
+    const isShown = (/** @type {string} */ layer) => this.#layers.isShown(layer);
     const surface = { context, width, height, scale, density: devicePixelRatio * enlargement(this.#place), picture };
-    paint(surface, drawing, (layer) => this.#layers.isShown(layer), this.#overlay?.coat.value);
-    this.#showWorlds(drawing.worlds);
+    paint(surface, drawing, isShown, this.#overlay?.coat.value);
+    render(html`${drawing.worlds.map((drawn) => h(WorldView, { key: drawn.world.name, drawn, isShown }))}`, this.#beside);
     this.#say(drawing);
-    this.#layers.tell(drawing.legend);
+    this.#layers.keys.value = drawing.legend;
     painted();
     this.#pictures.free(number);
+    this.hasPicture = true;
     this.#onPainted();
-  }
-
-  /** The caption stays: it serves screen readers and names what the pointer is at. */
-  #addLegend() {
-    const place = build("div", { class: "made" });
-    this.#line.prepend(place);
-    this.#line.dataset.legend = "";
-    render(h(LayerLegend, { layers: this.#layers }), place);
-    this.#signal.addEventListener("abort", () => render(null, place));
   }
 
   /** On hover the browser shows the name; a finger has no hover, so the line below the picture says it, too. */
@@ -241,21 +237,6 @@ export class FlatView {
     canvas.addEventListener("pointermove", (event) => (canvas.title = named(event)));
     canvas.addEventListener("pointerdown", (event) => {
       if (this.#ready !== null) setText(this.#caption, named(event) || wordsOf(this.#ready.drawing, this.#overlay));
-    });
-  }
-
-  /** @param {readonly WorldDrawing[]} drawn What there is beside the picture. */
-  #showWorlds(drawn) {
-    for (const gone of this.#worlds.filter(({ world }) => !drawn.some((each) => each.world.name === world.name))) gone.remove();
-    this.#worlds = drawn.map((each) => {
-      const known = this.#worlds.find(({ world }) => world.name === each.world.name);
-      if (known !== undefined) {
-        known.show(each);
-        return known;
-      }
-      const view = new WorldView(each, this.#layers, this.#signal);
-      this.#beside.append(view.element);
-      return view;
     });
   }
 
@@ -295,49 +276,4 @@ export class FlatView {
 function wordsOf({ caption, frame }, overlay) {
   const counted = `frame ${frame - (overlay?.first ?? 0)}`;
   return caption ? caption.replace(`frame ${frame}`, counted) : counted;
-}
-
-/** The flat view as what a page shows of a run. */
-export class FlatScene {
-  /** @type {Promise<FlatView>} */
-  #view;
-
-  /** Whether it shows a picture. */
-  hasPicture = false;
-
-  element = build("div", { class: "flat-scene" });
-  window = null;
-
-  /**
-   * @param {Promise<SessionPublic>} session What is known of it.
-   * @param {import("../scene.js").Progress} on
-   * @param {AbortSignal} signal
-   * @param {{hasLegend?: boolean, layers: readonly string[], overlay?: import("./drawing.js").Overlay}} options Whether it says what its
-   *     colours mean; names of layers to show from the beginning, beside those declared so; and what says how it is painted where
-   *     several lie over each other.
-   */
-  constructor(session, on, signal, { layers: named, ...options }) {
-    const onPainted = () => {
-      this.hasPicture = true;
-      on.seen();
-    };
-    // Without knowing which layers are shown the first picture would flash all of them.
-    this.#view = session.then(({ layers: declared }) => {
-      const layers = new Layers(declared.map((layer) => ({ ...layer, shown: layer.shown || named.includes(layer.name) })));
-      if (!signal.aborted) on.layers(layers);
-      return new FlatView(this.element, { layers, onPainted, ...options }, signal);
-    });
-    // Why there is none is said for all of the session.
-    this.#view.catch(() => {});
-  }
-
-  /**
-   * Read a drawing and unpack its pictures.
-   *
-   * @param {ArrayBuffer} data As it has come.
-   * @param {() => void} painted Called when it was painted, or will never be.
-   */
-  async prepare(data, painted) {
-    return (await this.#view).prepare(data, painted);
-  }
 }

@@ -7,6 +7,7 @@
  * colour of its corners; what lies behind a triangle of the same mesh is not seen through it.
  */
 
+import { css } from "../../shared/theme.js";
 import { coated } from "./drawing.js";
 
 /** @import { Arrows, Axes, Colour, Drawing, Ellipse, Ellipsoids, Mesh, Picture, Points, Primitive, Text } from "./drawing.js" */
@@ -22,11 +23,6 @@ const FAR_PX = 30_000;
  */
 export function placed(value, scale) {
   return Math.min(Math.max(scale * (value + 0.5), -FAR_PX), FAR_PX);
-}
-
-/** @param {ArrayLike<number>} colour RGB, 0 to 255 */
-export function css(colour) {
-  return `rgb(${colour[0]} ${colour[1]} ${colour[2]})`;
 }
 
 /**
@@ -174,10 +170,10 @@ function outline({ centre: [x, y], half_axes: [ax, ay, bx, by], dashed }) {
 
 /**
  * @param {Axes} axes
- * @returns {number[][]}
+ * @returns {number[][]} From the origin to the end of each.
  */
-function rays({ origin: [x, y], rotation, length }) {
-  return [0, 1, 2].map((axis) => [x, y, 0, x + length * rotation[axis], y + length * rotation[3 + axis], 0]);
+export function rays({ origin, rotation, length }) {
+  return [0, 1, 2].map((axis) => [...origin, ...[0, 3, 6].map((row, at) => origin[at] + length * rotation[row + axis])]);
 }
 
 /**
@@ -255,19 +251,21 @@ function discs({ context, width, height, scale }, { positions, colours }, radius
  */
 function stamp({ context, width, height, scale }, { positions, colours }, radius) {
   const reach = Math.max(0, Math.round(radius - 0.5));
-  const [left, top, right, bottom] = extent(positions, scale, reach, width, height);
+  const [left, right] = covered(positions.filter((_, at) => at % 3 === 0), scale, reach, width);
+  const [top, bottom] = covered(positions.filter((_, at) => at % 3 === 1), scale, reach, height);
   if (right <= left || bottom <= top) return;
   const [wide, high] = [right - left, bottom - top];
   const image = new ImageData(wide, high);
   const pixels = new Uint32Array(image.data.buffer);
-  const brush = offsets(reach);
+  const halves = Array.from({ length: 2 * reach + 1 }, (_, row) => Math.floor(Math.sqrt(reach ** 2 - (row - reach) ** 2)));
   for (let at = 0; at < positions.length; at += 3) {
     const x = Math.floor(placed(positions[at], scale)) - left;
-    const y = Math.floor(placed(positions[at + 1], scale)) - top;
+    const y = Math.floor(placed(positions[at + 1], scale)) - top - reach;
     const colour = OPAQUE | (colours[at + 2] << 16) | (colours[at + 1] << 8) | colours[at];
-    for (const [dx, dy] of brush) {
-      if (x + dx >= 0 && x + dx < wide && y + dy >= 0 && y + dy < high) pixels[(y + dy) * wide + x + dx] = colour;
-    }
+    halves.forEach((half, row) => {
+      const start = wide * (y + row);
+      if (y + row >= 0 && y + row < high) pixels.fill(colour, start + Math.max(x - half, 0), start + Math.max(Math.min(x + half + 1, wide), 0));
+    });
   }
   const layer = new OffscreenCanvas(wide, high);
   layer.getContext("2d")?.putImageData(image, 0, 0);
@@ -275,41 +273,16 @@ function stamp({ context, width, height, scale }, { positions, colours }, radius
 }
 
 /**
- * The part of the canvas that a cloud covers: left, top, right, bottom in its pixels.
+ * The part of a canvas that a cloud covers along one direction: its first pixel, and the one after its last.
  *
- * @param {Float32Array} positions
+ * @param {Float32Array} places
  * @param {number} scale
  * @param {number} reach
- * @param {number} width
- * @param {number} height
+ * @param {number} extent Of the canvas.
  */
-function extent(positions, scale, reach, width, height) {
-  let [left, top, right, bottom] = [width, height, 0, 0];
-  for (let at = 0; at < positions.length; at += 3) {
-    const x = Math.floor(placed(positions[at], scale));
-    const y = Math.floor(placed(positions[at + 1], scale));
-    if (!Number.isFinite(x + y)) continue;
-    left = Math.min(left, x - reach);
-    top = Math.min(top, y - reach);
-    right = Math.max(right, x + reach + 1);
-    bottom = Math.max(bottom, y + reach + 1);
-  }
-  return [Math.max(left, 0), Math.max(top, 0), Math.min(right, width), Math.min(bottom, height)];
-}
-
-/**
- * The pixels of a disc about its middle.
- *
- * @param {number} reach
- * @returns {[number, number][]}
- */
-function offsets(reach) {
-  /** @type {[number, number][]} */
-  const found = [];
-  for (let dy = -reach; dy <= reach; dy += 1) {
-    for (let dx = -reach; dx <= reach; dx += 1) if (dx * dx + dy * dy <= reach * reach) found.push([dx, dy]);
-  }
-  return found;
+function covered(places, scale, reach, extent) {
+  const pixels = places.filter(Number.isFinite).map((place) => Math.floor(placed(place, scale)));
+  return [Math.max(Math.min(extent, ...pixels) - reach, 0), Math.min(Math.max(0, ...pixels) + reach + 1, extent)];
 }
 
 const OUTLINE_PX = 1;
@@ -407,7 +380,8 @@ function paintMesh({ context, width, height, scale }, mesh) {
   target.lineWidth = OVERLAP_PX;
   target.lineJoin = "round";
   const { opacity } = mesh;
-  for (const face of fromFarToNear(vertices, faces)) {
+  const nearness = (/** @type {number} */ face) => [0, 1, 2].reduce((sum, corner) => sum + vertices[3 * faces[3 * face + corner] + 2], 0);
+  for (const face of farToNear(faces.length / 3, nearness)) {
     const [a, b, c] = [faces[3 * face], faces[3 * face + 1], faces[3 * face + 2]];
     const light = AMBIENT + (1 - AMBIENT) * facing(vertices, a, b, c);
     target.fillStyle = target.strokeStyle = css(colourOf(mesh, a, b, c).map((value) => value * light));
@@ -432,14 +406,13 @@ function paintMesh({ context, width, height, scale }, mesh) {
 }
 
 /**
- * @param {Float32Array} vertices
- * @param {Int32Array} faces
- * @returns {number[]} Numbers of the faces.
+ * Numbers from 0 to a count, the furthest from the viewer first.
+ *
+ * @param {number} count
+ * @param {(number: number) => number} height Towards the viewer.
  */
-function fromFarToNear(vertices, faces) {
-  const heights = Array.from({ length: faces.length / 3 }, (_, face) =>
-    [0, 1, 2].reduce((sum, corner) => sum + vertices[3 * faces[3 * face + corner] + 2], 0),
-  );
+export function farToNear(count, height) {
+  const heights = Float64Array.from({ length: count }, (_, number) => height(number));
   return [...heights.keys()].sort((one, other) => heights[one] - heights[other]);
 }
 

@@ -4,13 +4,13 @@
  * primitive stays one of its kind.
  */
 
-import { build, icon } from "../../shared/dom.js";
+import { IconButton } from "../../shared/dom.js";
 import { enlargement, onTheme, watchCanvasSize } from "../../shared/theme.js";
-import { coalesce } from "../../shared/timing.js";
-import { paint } from "./paint.js";
+import { h, html, useEffect, useLayoutEffect, useRef, useSignal } from "../../vendor/preact.js";
+import { farToNear, paint, rays } from "./paint.js";
 
 /** @import { Viewpoint } from "../../shared/messages.js" */
-/** @import { Axes, Colour, Ellipsoids, Layers, Points, Primitive, ShownWorld, WorldDrawing } from "./drawing.js" */
+/** @import { Colour, Primitive, ShownWorld, WorldDrawing } from "./drawing.js" */
 
 /** @typedef {[number, number, number]} Vector */
 
@@ -42,7 +42,7 @@ const RADIANS = Math.PI / 180;
  * @param {number} side Of the picture, px.
  * @returns {Projection}
  */
-export function projection(world, azimuth, elevation, side) {
+function projection(world, azimuth, elevation, side) {
   const [up, front] = [unit(world.up), unit(world.front)];
   const right = cross(up, front);
   const [a, e] = [azimuth * RADIANS, elevation * RADIANS];
@@ -57,28 +57,17 @@ export function projection(world, azimuth, elevation, side) {
 }
 
 /**
- * Map the primitives of a world; clouds are put in order, the furthest first, so that the nearest lies on top.
- *
- * @param {Projection} view
- * @param {readonly Primitive[]} items
- * @returns {Primitive[]}
- */
-export function projected(view, items) {
-  return items.map((item) => primitive(view, item));
-}
-
-/**
  * A world's ruler, in the lower left corner of its picture.
  *
  * @param {ShownWorld} world
- * @param {Projection} view
+ * @param {number} scale px of the picture per unit.
  * @param {number} side Of the picture, px.
  * @returns {Primitive[]}
  */
-export function ruler(world, view, side) {
+function ruler(world, scale, side) {
   const left = RULER_MARGIN * side;
   const low = side - 1 - left;
-  const segments = new Float32Array([left, low, 0, left + world.ruler * view.scale, low, 0]);
+  const segments = new Float32Array([left, low, 0, left + world.ruler * scale, low, 0]);
   const position = new Float32Array([left, low - TEXT_ABOVE_PX, 0]);
   const look = { layer: "ruler", colour: RULER_COLOUR };
   return [
@@ -88,27 +77,36 @@ export function ruler(world, view, side) {
 }
 
 /**
+ * Map a primitive of a world; clouds are put in order, the furthest first, so that the nearest lies on top.
+ *
  * @param {Projection} view
  * @param {Primitive} item
  * @returns {Primitive}
  */
-function primitive(view, item) {
+function projected(view, item) {
   switch (item.kind) {
-    case "points":
-      return farToNear(view, item);
-    case "ellipsoids":
-      return spread(view, item);
+    case "points": {
+      const positions = places(view, item.positions);
+      const order = byDepth(positions);
+      return { ...item, positions: picked(positions, order, 3), colours: picked(item.colours, order, 3), size: item.size * view.scale };
+    }
+    case "ellipsoids": {
+      const centres = places(view, item.centres);
+      const order = byDepth(centres);
+      const covariances = turnedSpreads(view, picked(item.covariances, order, 9));
+      return { ...item, centres: picked(centres, order, 3), covariances, colours: picked(item.colours, order, 3) };
+    }
     case "polyline":
       return { ...item, positions: places(view, item.positions) };
     case "links":
     case "arrows":
       return { ...item, segments: places(view, item.segments) };
+    case "axes":
+      return { ...item, kind: "links", segments: places(view, rays(item).flat()) };
     case "mesh":
       return { ...item, vertices: places(view, item.vertices) };
     case "text":
       return { ...item, position: places(view, item.position), point: item.point && places(view, item.point) };
-    case "axes":
-      return turnedAxes(view, item);
     default:
       return item;
   }
@@ -116,76 +114,34 @@ function primitive(view, item) {
 
 /**
  * @param {Projection} view
- * @param {Float32Array} positions One after the other.
+ * @param {ArrayLike<number>} positions One after the other.
  * @returns {Float32Array}
  */
-function places({ turn: [right, down, towards], middle: [mx, my, mz], scale, centre }, positions) {
+function places({ turn, middle: [mx, my, mz], scale, centre }, positions) {
   const mapped = new Float32Array(positions.length);
-  for (let at = 0; at < positions.length; at += 3) {
-    const [x, y, z] = [positions[at] - mx, positions[at + 1] - my, positions[at + 2] - mz];
-    mapped[at] = scale * (right[0] * x + right[1] * y + right[2] * z) + centre;
-    mapped[at + 1] = scale * (down[0] * x + down[1] * y + down[2] * z) + centre;
-    mapped[at + 2] = scale * (towards[0] * x + towards[1] * y + towards[2] * z);
-  }
+  turn.forEach(([a, b, c], axis) => {
+    const origin = axis < 2 ? centre : 0;
+    for (let at = 0; at < positions.length; at += 3) {
+      mapped[at + axis] = scale * (a * (positions[at] - mx) + b * (positions[at + 1] - my) + c * (positions[at + 2] - mz)) + origin;
+    }
+  });
   return mapped;
 }
 
 /**
- * @param {Projection} view
- * @param {Points} item
- * @returns {Points}
- */
-function farToNear(view, item) {
-  const positions = places(view, item.positions);
-  const order = byDepth(positions);
-  return { ...item, positions: picked(positions, order, 3), colours: picked(item.colours, order, 3), size: item.size * view.scale };
-}
-
-/**
- * @param {Projection} view
- * @param {Ellipsoids} item
- * @returns {Ellipsoids}
- */
-function spread(view, item) {
-  const centres = places(view, item.centres);
-  const order = byDepth(centres);
-  const covariances = new Float32Array(item.covariances.length);
-  for (let at = 0; at < covariances.length; at += 9) {
-    const seen = turnedSpread(view, item.covariances.subarray(at, at + 9));
-    covariances.set(seen, at);
-  }
-  return { ...item, centres: picked(centres, order, 3), covariances: picked(covariances, order, 9), colours: picked(item.colours, order, 3) };
-}
-
-/**
- * A covariance, nine numbers row by row, as it is seen, px^2.
+ * Covariances, nine numbers each, as they are seen, px^2.
  *
  * @param {Projection} view
- * @param {ArrayLike<number>} covariance
+ * @param {Float32Array} covariances
  */
-function turnedSpread({ turn, scale }, covariance) {
-  /** @param {Vector} one @param {Vector} other */
-  const between = (one, other) => {
+function turnedSpreads({ turn, scale }, covariances) {
+  return covariances.map((_, at) => {
+    const first = at - (at % 9);
+    const [one, other] = [turn[Math.floor((at - first) / 3)], turn[at % 3]];
     let total = 0;
-    for (let row = 0; row < 3; row += 1) for (let column = 0; column < 3; column += 1) total += one[row] * covariance[3 * row + column] * other[column];
+    for (let entry = 0; entry < 9; entry += 1) total += one[Math.floor(entry / 3)] * covariances[first + entry] * other[entry % 3];
     return scale * scale * total;
-  };
-  return turn.flatMap((one) => turn.map((other) => between(one, other)));
-}
-
-/**
- * @param {Projection} view
- * @param {Axes} item
- * @returns {Axes}
- */
-function turnedAxes(view, item) {
-  const rotation = new Float32Array(9);
-  view.turn.forEach((direction, row) => {
-    for (let axis = 0; axis < 3; axis += 1) {
-      rotation[3 * row + axis] = direction[0] * item.rotation[axis] + direction[1] * item.rotation[3 + axis] + direction[2] * item.rotation[6 + axis];
-    }
   });
-  return { ...item, origin: places(view, item.origin), rotation, length: item.length * view.scale };
 }
 
 /**
@@ -194,8 +150,7 @@ function turnedAxes(view, item) {
  * @param {Float32Array} positions
  */
 function byDepth(positions) {
-  const order = Array.from({ length: positions.length / 3 }, (_, number) => number);
-  return order.sort((one, other) => positions[3 * one + 2] - positions[3 * other + 2]);
+  return farToNear(positions.length / 3, (number) => positions[3 * number + 2]);
 }
 
 /**
@@ -208,9 +163,7 @@ function byDepth(positions) {
  * @returns {T}
  */
 function picked(values, order, width) {
-  const taken = /** @type {T} */ (values.slice());
-  order.forEach((from, to) => taken.set(values.subarray(width * from, width * (from + 1)), width * to));
-  return taken;
+  return /** @type {T} */ (values.map((_, at) => values[width * order[Math.floor(at / width)] + (at % width)]));
 }
 
 /** @param {Vector} vector @returns {Vector} */
@@ -235,158 +188,118 @@ const HINT = "Drag to turn; arrow keys, too, and Enter for the next side";
 /** @type {Record<string, [azimuth: number, elevation: number]>} */
 const TURNS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
-export class WorldView {
-  #layers;
-  /** @type {WorldDrawing} */
-  #drawn;
-  #azimuth = 0;
-  #elevation = 0;
+/** @typedef {{azimuth: number, elevation: number}} Direction From which a world is seen, degrees. */
+
+/**
+ * @param {number} azimuth Beyond half a turn it comes from the other side.
+ * @param {number} elevation Not beyond the top.
+ * @returns {Direction}
+ */
+function direction(azimuth, elevation) {
+  return { azimuth: ((azimuth + 540) % 360) - 180, elevation: Math.min(Math.max(elevation, -90), 90) };
+}
+
+/** @param {Viewpoint} viewpoint */
+function directionOf({ azimuth_deg: azimuth, elevation_deg: elevation }) {
+  return direction(azimuth, elevation);
+}
+
+/** @param {{drawn: WorldDrawing, isShown: (layer: string) => boolean}} props */
+export function WorldView({ drawn, isShown }) {
+  const { world } = drawn;
+  const seen = useSignal(directionOf(world.viewpoints[0]));
+  const isLarge = useSignal(false);
+  const { azimuth, elevation } = seen.value;
+  const [right, above] = [Math.round(azimuth), Math.round(elevation)];
+  const [place, canvas] = usePainting(drawn, isShown, seen.value);
+  const sides = world.viewpoints.map(directionOf);
+  const shown = sides.findIndex((each) => each.azimuth === azimuth && each.elevation === elevation);
+  const turning = useTurning(seen, sides[(shown + 1) % sides.length]);
+  const buttons = world.viewpoints.map(({ name, title }, at) => {
+    const look = () => (seen.value = sides[at]);
+    return html`<button type="button" tabindex="-1" aria-pressed=${at === shown} data-viewpoint=${name} onClick=${look}>${title}</button>`;
+  });
+  const from = `${right} degrees to the right, ${above} above`;
+  const label = `${world.title}, in ${world.unit}, seen from ${from}; arrow keys turn it, and Enter shows the next side`;
+  const enlarge = { name: /** @type {const} */ ("enlarge"), title: "Larger", run: () => (isLarge.value = !isLarge.value) };
+  return html`<details class="world" open data-world=${world.name} data-large=${isLarge.value ? "" : null}>
+    <summary>${world.title}, ${world.unit}</summary>
+    ${h(IconButton, { ...enlarge, class: "world-size quiet", "aria-pressed": isLarge.value })}
+    <div class="world-sides" role="group" aria-label=${`Sides of ${world.title}`}>${buttons}</div>
+    <div class="world-place small-print" ref=${place}>
+      <canvas ref=${canvas} class="world-canvas" role="img" tabindex="0" title=${HINT} aria-label=${label}
+        data-azimuth=${right} data-elevation=${above} ...${turning}></canvas>
+    </div>
+  </details>`;
+}
+
+/**
+ * A canvas that fills its place, and is painted whenever its world is rendered: together with the picture.
+ *
+ * @param {WorldDrawing} drawn
+ * @param {(layer: string) => boolean} isShown
+ * @param {Direction} seen
+ */
+function usePainting(drawn, isShown, { azimuth, elevation }) {
+  const place = useRef(/** @type {HTMLElement|null} */ (null));
+  const canvas = useRef(/** @type {HTMLCanvasElement|null} */ (null));
   /** Side of the canvas, pixels of the display. */
-  #side = 0;
-  #soon;
-  #end = new AbortController();
-  #canvas = build("canvas", { class: "world-canvas", role: "img", tabindex: 0, title: HINT });
-  #place = build("div", { class: "world-place small-print" }, this.#canvas);
-  /** @type {Map<string, HTMLButtonElement>} */
-  #buttons;
-  #size = build(
-    "button",
-    { type: "button", class: "world-size quiet", title: "Larger", "aria-label": "Larger", "aria-pressed": "false", on: { click: () => this.#resize() } },
-    icon("enlarge"),
-  );
-
-  /**
-   * @param {WorldDrawing} drawn The first that it shows.
-   * @param {Layers} layers
-   * @param {AbortSignal} signal
-   */
-  constructor(drawn, layers, signal) {
-    const { world } = drawn;
-    this.#drawn = drawn;
-    this.#layers = layers;
-    this.#soon = coalesce(() => this.#paint(), this.#end.signal);
-    this.#buttons = new Map(world.viewpoints.map((viewpoint) => [viewpoint.name, this.#button(viewpoint)]));
-    this.element = build(
-      "details",
-      { class: "world", open: true, data: { world: world.name } },
-      build("summary", {}, `${world.title}, ${world.unit}`),
-      this.#size,
-      build("div", { class: "world-sides", role: "group", "aria-label": `Sides of ${world.title}` }, [...this.#buttons.values()]),
-      this.#place,
-    );
-    this.#look(world.viewpoints[0]);
-    this.#turnByHand();
-    signal.addEventListener("abort", () => this.#end.abort());
-    watchCanvasSize(this.#place, ({ width, height }) => this.#fit(Math.min(width, height)), this.#end.signal);
+  const pixels = useRef(0);
+  const paintNow = useRef(() => {});
+  paintNow.current = () => {
+    const context = canvas.current?.getContext("2d", { alpha: false });
+    if (!context || !place.current || pixels.current === 0) return;
+    if (context.canvas.width !== pixels.current) context.canvas.width = context.canvas.height = pixels.current;
+    paintWorld(context, drawn, azimuth, elevation, isShown, devicePixelRatio * enlargement(place.current));
+  };
+  useLayoutEffect(() => paintNow.current());
+  useEffect(() => {
+    const end = new AbortController();
+    const around = /** @type {HTMLElement} */ (place.current);
+    // At once: until the next frame of the display the canvas would be shown at its old size.
+    const fit = (/** @type {number} */ side) => {
+      pixels.current = side;
+      paintNow.current();
+    };
+    watchCanvasSize(around, ({ width, height }) => fit(Math.min(width, height)), end.signal);
     // Paper has another size, and no observer reports it.
-    onTheme(() => this.#fit(Math.round(this.#place.clientWidth * devicePixelRatio)), this.#end.signal);
-  }
+    onTheme(() => fit(Math.round(around.clientWidth * devicePixelRatio)), end.signal);
+    return () => end.abort();
+  }, []);
+  return /** @type {const} */ ([place, canvas]);
+}
 
-  get world() {
-    return this.#drawn.world;
-  }
-
-  /**
-   * Show what there is in the world now.
-   *
-   * @param {WorldDrawing} drawn
-   */
-  show(drawn) {
-    this.#drawn = drawn;
-    this.#paint();
-  }
-
-  /** Take it from the page. */
-  remove() {
-    this.#end.abort();
-    this.element.remove();
-  }
-
-  /**
-   * @param {Viewpoint} viewpoint
-   * @returns {HTMLButtonElement}
-   */
-  #button(viewpoint) {
-    const { name, title } = viewpoint;
-    const click = () => this.#look(viewpoint);
-    return build("button", { type: "button", tabindex: -1, "aria-pressed": "false", data: { viewpoint: name }, on: { click } }, title);
-  }
-
-  /** @param {Viewpoint} viewpoint */
-  #look({ name, azimuth_deg: azimuth, elevation_deg: elevation }) {
-    this.#turn(azimuth, elevation);
-    this.#buttons.get(name)?.setAttribute("aria-pressed", "true");
-  }
-
-  #lookOn() {
-    const { viewpoints } = this.world;
-    const at = viewpoints.findIndex(({ name }) => this.#buttons.get(name)?.getAttribute("aria-pressed") === "true");
-    this.#look(viewpoints[(at + 1) % viewpoints.length]);
-  }
-
-  /**
-   * @param {number} azimuth
-   * @param {number} elevation
-   */
-  #turn(azimuth, elevation) {
-    this.#azimuth = ((azimuth + 540) % 360) - 180;
-    this.#elevation = Math.min(Math.max(elevation, -90), 90);
-    for (const button of this.#buttons.values()) button.setAttribute("aria-pressed", "false");
-    this.#say();
-    this.#soon();
-  }
-
-  /** What is dragged follows the pointer: the viewer goes the other way. */
-  #turnByHand() {
-    const canvas = this.#canvas;
-    /** @type {{x: number, y: number}|null} */
-    let held = null;
-    canvas.addEventListener("pointerdown", ({ pointerId, clientX: x, clientY: y }) => {
-      canvas.setPointerCapture(pointerId);
-      held = { x, y };
-    });
-    canvas.addEventListener("pointermove", ({ clientX: x, clientY: y }) => {
-      if (held === null) return;
-      this.#turn(this.#azimuth - DEGREES_PER_PX * (x - held.x), this.#elevation + DEGREES_PER_PX * (y - held.y));
-      held = { x, y };
-    });
-    for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) canvas.addEventListener(type, () => (held = null));
-    canvas.addEventListener("keydown", (event) => {
+/**
+ * Turning by pointer and keys: what is dragged follows the pointer, so the viewer goes the other way.
+ *
+ * @param {import("../../vendor/preact.js").Signal<Direction>} seen
+ * @param {Direction} next The side that Enter shows.
+ */
+function useTurning(seen, next) {
+  const held = useRef({ clientX: 0, clientY: 0 });
+  /** @param {number} right @param {number} up */
+  const turn = (right, up) => {
+    const { azimuth, elevation } = seen.peek();
+    seen.value = direction(azimuth + right, elevation + up);
+  };
+  return {
+    onPointerDown: (/** @type {PointerEvent & {currentTarget: HTMLElement}} */ event) => {
+      event.currentTarget.setPointerCapture(event.pointerId);
+      held.current = event;
+    },
+    onPointerMove: (/** @type {PointerEvent & {currentTarget: HTMLElement}} */ event) => {
+      if (!event.currentTarget.hasPointerCapture(event.pointerId)) return;
+      turn(DEGREES_PER_PX * (held.current.clientX - event.clientX), DEGREES_PER_PX * (event.clientY - held.current.clientY));
+      held.current = event;
+    },
+    onKeyDown: (/** @type {KeyboardEvent} */ event) => {
       const way = TURNS[event.key];
       if ((way === undefined && event.key !== "Enter") || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault(); // Without the focus here they move through the run.
-      if (way === undefined) this.#lookOn();
-      else this.#turn(this.#azimuth + DEGREES_PER_KEY * way[0], this.#elevation + DEGREES_PER_KEY * way[1]);
-    });
-  }
-
-  #resize() {
-    const large = this.element.toggleAttribute("data-large");
-    this.#size.setAttribute("aria-pressed", String(large));
-  }
-
-  /** @param {number} side */
-  #fit(side) {
-    this.#side = side;
-    // At once: until the next frame of the display the canvas would be shown at its old size.
-    this.#paint();
-  }
-
-  #paint() {
-    const context = this.#canvas.getContext("2d", { alpha: false });
-    const pixels = this.#side;
-    if (context === null || pixels === 0) return;
-    if (this.#canvas.width !== pixels) this.#canvas.width = this.#canvas.height = pixels;
-    paintWorld(context, this.#drawn, this.#azimuth, this.#elevation, (layer) => this.#layers.isShown(layer), devicePixelRatio * enlargement(this.#place));
-  }
-
-  #say() {
-    const from = `${Math.round(this.#azimuth)} degrees to the right, ${Math.round(this.#elevation)} above`;
-    const keys = "arrow keys turn it, and Enter shows the next side";
-    this.#canvas.setAttribute("aria-label", `${this.world.title}, in ${this.world.unit}, seen from ${from}; ${keys}`);
-    this.#canvas.dataset.azimuth = String(Math.round(this.#azimuth));
-    this.#canvas.dataset.elevation = String(Math.round(this.#elevation));
-  }
+      if (way === undefined) seen.value = next;
+      else turn(DEGREES_PER_KEY * way[0], DEGREES_PER_KEY * way[1]);
+    },
+  };
 }
 
 /**
@@ -397,12 +310,12 @@ export class WorldView {
  * @param {number} azimuth
  * @param {number} elevation
  * @param {(layer: string) => boolean} isShown
- * @param {number} [density] Pixels of the canvas per px of the drawing.
+ * @param {number} density Pixels of the canvas per px of the drawing.
  */
-export function paintWorld(context, { world, primitives }, azimuth, elevation, isShown, density = devicePixelRatio) {
+export function paintWorld(context, { world, primitives }, azimuth, elevation, isShown, density) {
   const { width, height } = context.canvas;
   const side = width / density;
   const view = projection(world, azimuth, elevation, side);
   const surface = { context, width, height, scale: density, density, picture: () => undefined };
-  paint(surface, { primitives: [...projected(view, primitives), ...ruler(world, view, side)] }, isShown);
+  paint(surface, { primitives: [...primitives.map((item) => projected(view, item)), ...ruler(world, view.scale, side)] }, isShown);
 }
