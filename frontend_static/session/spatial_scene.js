@@ -28,10 +28,11 @@ export class SpatialScene {
    *
    * @type {AbortController|null} */
   #loading = null;
-  /** Which frame was asked for last, how many were, and how many of those need not be waited for any more. */
+  /** The frames that are waited for, in their order, and the one asked for last.
+   *
+   * @type {{frame: number, since: number, resolve: () => void}[]} */
+  #waiting = [];
   #told = 0;
-  #asked = 0;
-  #reached = 0;
 
   element = build("div", { class: "spatial-scene" });
   /** The library's own picture of the current frame: the run is seen at once, and lives. */
@@ -59,6 +60,7 @@ export class SpatialScene {
     this.#onSeen = onSeen;
     this.#signal = signal;
     if (!isBare) this.element.append(this.#opener);
+    signal.addEventListener("abort", () => this.#release(this.#waiting.length));
     globalThis.addEventListener("message", (event) => this.#press(event), { signal });
     onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
     beforePrinting(() => this.#print(), signal);
@@ -113,15 +115,27 @@ export class SpatialScene {
    * @param {number} [frame] The one asked for last if not given.
    * @returns {Promise<void>}
    */
-  async comesTo(frame = this.#told) {
+  comesTo(frame = this.#told) {
     this.#told = frame;
-    this.#asked += 1;
-    const [request, late] = [this.#asked, performance.now() + PATIENCE_MS];
-    while (this.#loading === null && !this.#signal.aborted && this.#reached < request && performance.now() < late) {
-      if (this.window?.pftrackScene?.frame() === frame) this.#reached = Math.max(this.#reached, request);
-      // Without the signal: whoever waits goes on when the scene is gone.
-      else await after(LOOK_EVERY_MS);
-    }
+    if (this.#loading !== null || this.#signal.aborted) return Promise.resolve();
+    return new Promise((resolve) => {
+      this.#waiting.push({ frame, since: performance.now(), resolve });
+      if (this.#waiting.length === 1) this.#look();
+    });
+  }
+
+  /** All that need not wait any more go on at once: one after the other, the page would say what is past. */
+  #look() {
+    const shown = this.window?.pftrackScene?.frame();
+    const late = performance.now() - PATIENCE_MS;
+    const last = this.#waiting.findLastIndex(({ frame, since }) => frame === shown || since < late);
+    this.#release(last + 1);
+    if (this.#waiting.length > 0) later(() => this.#look(), LOOK_EVERY_MS, this.#signal);
+  }
+
+  /** @param {number} count How many need not wait any more. */
+  #release(count) {
+    for (const { resolve } of this.#waiting.splice(0, count)) resolve();
   }
 
   /**
