@@ -191,7 +191,10 @@ def _rgb(image: Image.Image) -> NDArray[np.uint8]:
     if deep:
         grey = (np.asarray(image).astype(np.uint16) >> 8).astype(np.uint8)
         return np.repeat(grey[:, :, np.newaxis], 3, axis=2)
-    if image.has_transparency_data:
-        paper = Image.new("RGBA", image.size, "white")
-        image = Image.alpha_composite(paper, image.convert("RGBA"))
-    return np.asarray(image.convert("RGB"))
+    return np.asarray(on_paper(image) if image.has_transparency_data else image.convert("RGB"))
+
+
+def on_paper(image: Image.Image) -> Image.Image:
+    """Return a picture whose transparent parts lie on white paper."""
+    paper = Image.new("RGBA", image.size, "white")
+    return Image.alpha_composite(paper, image.convert("RGBA")).convert("RGB")

@@ -34,14 +34,16 @@ import numpy as np
 from av.sidedata.sidedata import SideData, Type
 from av.stream import Discard, Disposition
 from av.video.frame import VideoFrame
-from av.video.reformatter import VideoReformatter
+from av.video.reformatter import ColorTrc, VideoReformatter
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
+from PIL import Image
 from typing_extensions import override
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import ALLOWED, Format
+from pftrack.sources.images import on_paper
 from pftrack.sources.limits import Limits, check_pixels
 from pftrack.sources.sequence import BoundedCache
 
@@ -78,6 +80,10 @@ _HEADROOM = 16
 """FFmpeg itself stops at this many times the allowed pixels; what exceeds them by less is refused with the limit."""
 
 
+WIDE = {int(ColorTrc.SMPTE2084), int(ColorTrc.ARIB_STD_B67)}
+PALE = "its brightness is stored for HDR displays (HLG or PQ); pictures are shown as stored, paler than in a player"
+
+
 class Decoder:
     """One pass over the pictures of a video stream, from any point where decoding can begin.
 
@@ -85,6 +91,7 @@ class Decoder:
         damaged: Pictures of this pass that were found damaged and left out.
         skip_before: Pictures before this time need not come out, in ticks; those that no other picture rests on are
             then not decoded.
+        remarks: What a person should know of the stream, a sentence each.
     """
 
     def __init__(self, file: BinaryIO, container_format: Format, max_pixels: int) -> None:
@@ -99,6 +106,7 @@ class Decoder:
             RefusedError: It is broken, holds no pictures, or has an unsupported codec.
         """
         self.damaged = 0
+        self.remarks: list[str] = []
         self.skip_before: int | None = None
         file.seek(0)
         options = {"codec_whitelist": ",".join(_CODECS), "max_pixels": str(_HEADROOM * max_pixels)}
@@ -128,6 +136,13 @@ class Decoder:
     def duration_us(self) -> int | None:
         """How long the container says it lasts, in microseconds."""
         return self._container.duration
+
+    @property
+    def announced(self) -> int:
+        """How many pictures the container says it shows, those that an edit list cuts off left out; 0 if unsaid."""
+        entries = self.stream.index_entries if self._container.format.name.startswith("mov") else ()
+        shown = sum(not entry.is_discard for entry in entries)
+        return min(self.stream.frames, shown) if shown else self.stream.frames
 
     def seek(self, stamp: int) -> None:
         """Go on from the keyframe at a time, or the nearest before it.
@@ -196,9 +211,9 @@ class Decoder:
             orientation: How it is turned upright, see `orientation_of`.
             size: Width and height before that, px; `square_size` makes its pixels square.
         """
-        image: NDArray[np.uint8] = np.asarray(
-            self._reformatter.reformat(frame, format="rgb24").to_ndarray(), dtype=np.uint8
-        )
+        has_alpha = any(component.is_alpha for component in frame.format.components)
+        stored = self._reformatter.reformat(frame, format="rgba" if has_alpha else "rgb24").to_ndarray()
+        image: NDArray[np.uint8] = np.asarray(on_paper(Image.fromarray(stored)) if has_alpha else stored, np.uint8)
         if size != (frame.width, frame.height):  # the interpolation whose results do not depend on the processor
             image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR_EXACT), dtype=np.uint8)
         if orientation & _TRANSPOSED:
@@ -213,7 +228,8 @@ class Decoder:
 
     def _choose(self) -> VideoStream:
         cover = Disposition.attached_pic
-        stream = next((each for each in self._container.streams.video if not each.disposition & cover), None)
+        streams = [each for each in self._container.streams.video if not each.disposition & cover]
+        stream = max(streams, key=lambda each: each.frames, default=None)  # the first of equals, or if none is said
         if stream is None:
             kinds = {each.type for each in self._container.streams}
             what = "sound, but no pictures" if "audio" in kinds else "no pictures"
@@ -222,6 +238,11 @@ class Decoder:
         if getattr(context, "name", None) not in _CODECS:  # there is no context where FFmpeg has no decoder
             known = ", ".join(dict.fromkeys(_CODECS.values()))
             raise RefusedError(f"the video has an unsupported codec; expected one of {known}")
+        if len(streams) > 1:
+            place = streams.index(stream) + 1
+            self.remarks.append(f"the file has {len(streams)} streams of pictures; number {place} was taken")
+        if context.color_trc in WIDE:
+            self.remarks.append(PALE)
         for other in self._container.streams:
             if other.index != stream.index:
                 other.discard = Discard.all
@@ -342,7 +363,7 @@ def _unsteady(times_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]], tick_s
 
 
 def _missing(frames: int, lasting_s: float, decoder: Decoder) -> list[str]:
-    announced, announced_s = decoder.stream.frames, (decoder.duration_us or 0) / 1e6
+    announced, announced_s = decoder.announced, (decoder.duration_us or 0) / 1e6
     if announced > frames:
         return [f"the file announces {announced} frames and {frames} decode; it is cut short or damaged"]
     if announced == 0 and lasting_s < _SHORT * announced_s:
@@ -481,7 +502,7 @@ class VideoSequence(FrameSequence):
             stamps=timing.stamps,
             keyframes=tuple(keyframes) if timing.stamps else (),
             orientation=orientation,
-            warnings=timing.warnings + ((remark,) if remark else ()),
+            warnings=(*timing.warnings, *([remark] if remark else []), *decoder.remarks),
         )
 
     def _begin(self) -> Decoder:

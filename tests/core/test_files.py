@@ -4,7 +4,20 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.files import part_of, read_text, settle, write_whole
+from pftrack.core.files import part_of, read_source, read_text, settle, write_whole
+from pftrack.core.refusal import RefusedError
+
+
+def test_a_file_of_python_is_read_as_python_reads_it(tmp_path: Path) -> None:
+    """By its byte order mark or its coding comment, whatever ends its lines; else it is refused by name."""
+    path = tmp_path / "mine.py"
+    path.write_bytes(b"\xef\xbb\xbfa = 1\r\nb = 2\r\n")
+    assert read_source(path) == "a = 1\nb = 2\n"
+    path.write_bytes(b"# -*- coding: latin-1 -*-\na = '\xe9'\n")
+    assert read_source(path).endswith("a = 'é'\n")
+    path.write_bytes(b"# -*- coding: none-such -*-\n")
+    with pytest.raises(RefusedError, match=r"mine\.py cannot be read as Python"):
+        read_source(path)
 
 
 def test_a_file_is_replaced(tmp_path: Path) -> None:

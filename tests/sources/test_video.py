@@ -4,12 +4,14 @@ import concurrent.futures
 import dataclasses
 import itertools
 import zlib
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
 import pytest
+from PIL import Image
 
 from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import RefusedError
@@ -358,3 +360,35 @@ def test_the_real_clips_are_read(real_clips: Path, name: str, frames: int, size:
     for number in np.random.default_rng(2).integers(0, frames, 25).tolist():
         np.testing.assert_array_equal(sequence.picture(number), reference[number])
     sequence.close()
+
+
+def test_transparent_parts_lie_on_paper(tmp_path: Path, make_film: Film) -> None:
+    """A video with transparency has the colours of the same picture as PNG: it lies on white."""
+    picture = np.zeros((16, 32, 4), np.uint8)
+    picture[:, :, 0], picture[:, 16:, 3], picture[:, 8:16, 3] = 200, 255, 100
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    Image.fromarray(picture).save(folder / "one.png")
+    made = make_film(tmp_path / "alpha.mov", [picture], "png", "rgba", source="rgba")
+    with closing(open_sequence(made)) as video, closing(open_sequence(folder)) as pictures:
+        np.testing.assert_array_equal(video.picture(0), pictures.picture(0))
+        assert video.picture(0)[0, 0].tolist() == [255, 255, 255]
+
+
+def test_brightness_for_other_displays_is_told(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
+    """HLG and PQ are shown as they are stored, and a sentence says so."""
+    options = {"x264-params": "transfer=smpte2084"}
+    made = make_film(tmp_path / "wide.mp4", [make_picture(0)], codec_options=options)
+    with closing(open_sequence(made)) as sequence:
+        assert "HDR" in " ".join(sequence.index.warnings)
+
+
+@pytest.mark.parametrize(
+    ("name", "frames", "told"), [("editlist.mp4", 50, ""), ("anim.avif", 10, "number 2 was taken")]
+)
+def test_files_of_other_programs(real_clips: Path, name: str, frames: int, told: str) -> None:
+    """What an edit list cuts off is not missing; of several streams that with the most pictures is taken."""
+    with closing(open_sequence(real_clips / "files_of_others" / name)) as sequence:
+        assert sequence.frame_count == frames
+        assert told in " ".join(sequence.index.warnings)
+        assert bool(sequence.index.warnings) == bool(told)
