@@ -144,7 +144,7 @@ export function filesDialog(view) {
 /** @param {{view: Mounted, close: () => void}} props */
 function Files({ view, close }) {
   const { id, exports, plots, declarations, parameters, upload, truth_columns: columns } = view.store.known;
-  const begin = (/** @type {string} */ name, /** @type {string} */ plot) =>
+  const begin = (/** @type {string} */ name, /** @type {string|undefined} */ plot) =>
     request("POST sessions/{session}/exports/{export}", { session: id, export: name, plot });
   const files = declarations.filter(({ kind }) => kind === "file");
   const takesTruth = upload !== null && columns.length > 0;

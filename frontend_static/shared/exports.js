@@ -50,7 +50,7 @@ async function codeLines(ask) {
 
 /** @typedef {{id: string, title: string}} Plot */
 
-/** @typedef {(name: string, plot: string) => Promise<ExportJob>} Begin Has the server write a file; all plots if that is "". */
+/** @typedef {(name: string, plot?: string) => Promise<ExportJob>} Begin Has the server write a file; of all plots if none is named. */
 
 /** @type {[FileKind["group"], string][]} In the order of the list. */
 const GROUPS = [
@@ -67,7 +67,7 @@ const GROUPS = [
 export function Exports({ offered, plots = [], begin }) {
   const plot = useSignal("");
   const writing = useSignal(/** @type {readonly ExportJob[]} */ ([]));
-  const write = (/** @type {string} */ name, /** @type {string} */ of) => attempt(async () => {
+  const write = (/** @type {string} */ name, /** @type {string|undefined} */ of) => attempt(async () => {
     const begun = await begin(name, of);
     writing.value = [...writing.value, begun];
   });
@@ -75,8 +75,9 @@ export function Exports({ offered, plots = [], begin }) {
   const groups = GROUPS.map(([group, title]) => {
     const some = offered.filter((one) => one.group === group);
     const isChosen = group === "plots" && plots.length > 0;
+    const of = () => (isChosen && plot.value) || undefined;
     const buttons = some.map(({ name, title: long, short }) =>
-      html`<button type="button" title=${long} data-export=${name} onClick=${() => write(name, isChosen ? plot.value : "")}>${short || long}</button>`);
+      html`<button type="button" title=${long} data-export=${name} onClick=${() => write(name, of())}>${short || long}</button>`);
     return some.length > 0 && html`<div class="export-group" role="group" aria-label=${title}>
       <h3>${title}</h3>
       <div class="export-row">

@@ -90,7 +90,7 @@ function runItem(run) {
 function Files({ run: { id: run, title } }) {
   const found = useSignal(/** @type {ExportsPublic|null} */ (null));
   const look = () => attempt(async () => (found.value ??= await request("GET runs/{run}/exports", { run })));
-  const begin = (/** @type {string} */ name, /** @type {string} */ plot) => request("POST runs/{run}/exports/{export}", { run, export: name, plot });
+  const begin = (/** @type {string} */ name, /** @type {string|undefined} */ plot) => request("POST runs/{run}/exports/{export}", { run, export: name, plot });
   const own = html`<a class="button quiet grow" href=${addressOf("GET runs/{run}/download", { run })} download="">The saved run, to open it again (.pft)</a>`;
   const content = html`<section>
     <h2>Take away</h2>

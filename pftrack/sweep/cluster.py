@@ -5,6 +5,7 @@ version and nothing else: no shared disk. A recording travels once to each worke
 worker to another one, and gives up on a task that has ended several of them.
 """
 
+import gc
 import logging
 from collections.abc import Callable
 from contextlib import suppress
@@ -65,7 +66,8 @@ class ClusterWorkers:
             self._client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)  # type: ignore[no-untyped-call]
         except Exception as error:  # noqa: BLE001 - what a wrong address raises depends on what is wrong with it
             refused = f"no Dask scheduler answers at {address}: {_first_line(error)}"
-        if refused:  # raised here, as the traceback would keep the client, which waits for the lock of the next one
+        if refused:
+            gc.collect()  # a client that did not connect holds itself, and may close within the lock of the next
             raise SweepError(refused)
         try:
             self._greet()

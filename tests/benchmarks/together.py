@@ -8,10 +8,8 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import Any
 
-from tests.browser.host import draw_nothing
 from tests.conftest import FRUGAL
 from tests.installing import ROOT
 
@@ -25,7 +23,6 @@ def main(names: list[str]) -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         server = _server.Server(folder)
-        draw_nothing(Path(folder))
         close, server.close = server.close, lambda: None
         _server.Server = lambda _: server
         _server.chromium = frugal(_server.chromium)

@@ -298,7 +298,7 @@ def test_without_webgl_there_is_no_scene_to_choose(unchosen: Any, server: Server
     view = FlatPage(unchosen, server).ready()
     button = view.page.get_by_role("group", name="View").get_by_text("3-D")
     button.click()
-    assert button.is_disabled()
+    view.until(button.is_disabled, "the button cannot be pressed again")
     assert "no 3-D graphics" in button.get_attribute("title")
     view.press("ArrowRight")
     view.paints(1)

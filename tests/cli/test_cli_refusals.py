@@ -118,7 +118,7 @@ def test_files_that_are_missing_or_wrong_are_named(call: Call, clip: Path, tmp_p
         refused(call("replay", wrong), 1, "wrong.mp4")
     broken = tmp_path / "truth.csv"
     broken.write_text("frame,x,y,w,h\n0,a,2,3,4\n")
-    refused(call(*on_clip(clip, "--truth", broken)), 1, "truth.csv, line 2: x must be a number of px, got 'a'")
+    refused(call(*on_clip(clip, "--truth", broken)), 1, "truth.csv: line 2: x must be a number of px, got 'a'")
 
 
 def test_places_that_cannot_be_written_are_refused_before_anything_is_computed(call: Call, tmp_path: Path) -> None:

@@ -69,7 +69,10 @@ def server() -> Iterator[ForkServer]:
 
 def has_ended(pid: int) -> bool:
     """Whether a process has ended, also while nobody has taken note of it."""
-    return not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
 
 
 ENDINGS = {"exit": 3, "fail": 1, "return": 0, "kill": -signal.SIGKILL, "terminate": -signal.SIGTERM}

@@ -54,7 +54,7 @@ class TestKilledWorkers:
             assert (resumed["state"], resumed["position"], resumed["computed"]) == ("ready", 50, 60)
             hello = until(socket, lambda message: message["type"] == "hello")[-1]
             assert hello["session"]["timeline"] == [
-                {"frame": 31, "values": {"sample_count": 200}, "before": {"sample_count": 800}}
+                {"frame": 31, "values": {"sample_count": 200}, "before": {"sample_count": 800}, "moved": []}
             ]
         assert diagnostics(client, victim["id"]) == before
         assert steer(client, victim["id"], "step")["position"] == 51

@@ -157,7 +157,7 @@ def test_a_change_is_echoed(ear: Ear) -> None:
     timeline = [snapshots.ChangePublic(frame=1, values={"n": 5}, before={"n": 1})]
     (told,) = ear.told(parameters={"n": 5, "m": 2}, recipe=recipe, timeline=timeline)
     assert told["parameters"] == {"n": 5, "m": 2}
-    assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {"n": 1}}]
+    assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {"n": 1}, "moved": []}]
     assert told["recipe"]["timeline"] == [{"frame": 1, "values": {"n": 5}}]
     assert ear.panel == 1
     assert ear.state.spec.recipe.timeline[0].values == {"n": 5}

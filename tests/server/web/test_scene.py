@@ -67,7 +67,7 @@ def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: 
         server.uvicorn.loop.call_soon_threadsafe(found.scene_feed.ask, command)
     wait_for(lambda: found.spec.run.parameters["sample_count"] == 159)
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
-        {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}}
+        {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}, "moved": []}
     ]
 
 
