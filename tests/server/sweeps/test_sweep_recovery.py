@@ -207,11 +207,12 @@ def test_deleted_while_it_begins(served: Server, own: tuple[httpx.Client, Path])
 def test_cancelled_while_it_begins(served: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep whose request is cancelled once it computes leaves neither a process nor a row behind."""
     sweeps, store = served.app.state.services.sweeps, served.app.state.services.store
-    save, runs = store.save, threading.Event()
+    save, runs, cancelled = store.save, threading.Event(), threading.Event()
 
     def store_and_tell(row: SweepRow) -> None:
-        if row.state == "running":
+        if row.state == "running" and not runs.is_set():
             runs.set()
+            cancelled.wait(60)
         save(row)
 
     async def cancel() -> Any:
@@ -219,6 +220,7 @@ def test_cancelled_while_it_begins(served: Server, monkeypatch: pytest.MonkeyPat
         assert await asyncio.to_thread(runs.wait, 60)
         [begun] = [it for it in sweeps.all if it.row.state == "running"]
         creating.cancel()
+        cancelled.set()
         with contextlib.suppress(asyncio.CancelledError):
             await creating
         return begun
