@@ -59,16 +59,20 @@ def maximise(
         )
         if place not in asked:
             if len(asked) >= evaluations:
-                raise StopIteration
+                raise _SpentError
             asked[place] = objective(place)
         return -asked[place]
 
     start = tuple(float(it) for it in begin)
     asked[start] = objective(start)
-    with contextlib.suppress(StopIteration):
+    with contextlib.suppress(_SpentError):
         _descend(ask, np.log(np.asarray(start)), limits)
     best = max(asked, key=lambda place: (asked[place], place == start))
     return best, asked[best]
+
+
+class _SpentError(Exception):
+    """All values that may be asked for have been asked for."""
 
 
 def _descend(ask: Loss, start: Floats, limits: Floats) -> None:

@@ -317,7 +317,9 @@ class Trial:
         if self.state is None:
             self.state = self._start(frame)
         else:
-            before = self._tracker(index - 1).moved(self.state, self._timeline.moves_at(index))
+            before = self.state
+            if moves := self._timeline.moves_at(index):
+                before = self._tracker(index - 1).moved(before, moves)
             clock = thread_time()
             self.state = tracker.step(before, frame, parameters, Stream(self.seed, index, Purpose.TRACK))
             self.seconds += thread_time() - clock

@@ -19,6 +19,7 @@ import numpy as np
 
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.band import Direction
+from pftrack.core.model.drawing import drawn_particles
 from pftrack.core.model.measures import evaluate
 from pftrack.core.model.parameters import flat, read_particles, with_role
 from pftrack.core.model.recipe import LONGEST_RUN, Change, Move, Recipe, Timeline
@@ -28,7 +29,6 @@ from pftrack.core.model.tracker import Diagnostics, Step, Tracker, TrackState, d
 from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.sketch import drawn_particles
 from pftrack.runs.checkpoint import Checkpoint, Keyframes
 from pftrack.runs.loss import judge_state
 from pftrack.runs.record import save
@@ -257,7 +257,7 @@ class Run:
 
         Raises:
             ConflictError: The run is at another frame.
-            ParameterError: There is no such particle, or nothing can be moved.
+            ParameterError: The drawing has no such particle, or the tracker allows no moves.
         """
         if frame != self.position:
             raise ConflictError(f"frame {frame} is not shown any more; pause before you move what is in it")
@@ -268,7 +268,7 @@ class Run:
         if drawn is not None:
             chosen = [] if cloud is None else drawn_particles(len(cloud)).tolist()
             if not 0 <= drawn < len(chosen):
-                raise ParameterError("particle", drawn, f"one of those drawn, of which there are {len(chosen)}")
+                raise ParameterError("particle", drawn, f"a particle of the drawing, 0 to {len(chosen) - 1}")
             particle = chosen[drawn]
         width = len(state.estimate)
         current = state.estimate if particle is None or cloud is None else cloud.states[particle, :width]
@@ -477,18 +477,17 @@ class Run:
         """Return the state of a frame, given that of the frame before; None in frame 0."""
         index, parameters = frame.index, self.parameters_at(frame.index)
         tracker = self.experiment.trackers[self.tracker_at(index)]
-        if previous is not None:
-            moves = self.timeline.moves_at(index)
+        if previous is not None and (moves := self.timeline.moves_at(index)):
             previous = self.experiment.trackers[self.tracker_at(index - 1)].moved(previous, moves)
         if previous is None:
             return tracker.start(self.source.start, frame, parameters, Stream(self.seed, index, Purpose.START))
         return tracker.step(previous, frame, parameters, Stream(self.seed_at(index), index, Purpose.TRACK))
 
     def _check_moves(self, timeline: Timeline) -> None:
-        """Refuse moves of what does not exist in their frame, or cannot be moved, or not to where they say.
+        """Check the moves of a timeline against the trackers, the numbers of particles and the bounds of places.
 
         Raises:
-            ParameterError: There is one.
+            ParameterError: A particle does not exist, a place is out of bounds, or a tracker allows no moves.
         """
         for segment in timeline.segments:
             before = segment.start - 1

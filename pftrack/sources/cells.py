@@ -5,8 +5,8 @@ decimals. Names of columns are compared in small letters, with _ for spaces. Bla
 #, are passed over; a comment before the first line of numbers may be the header.
 
 All lines before the first with a number are the header. Of several the first counts, without those that have fewer
-cells: the others are titles and units, as in the tables of TrackMate. If names are repeated in the last two, the one
-says whose the others are, as in the tables of DeepLabCut: `nose, nose` and `x, y` are `nose_x, nose_y`.
+cells: the others are titles and units, as in the tables of TrackMate. If the last two lines repeat names, they are
+joined, as in the tables of DeepLabCut: `nose, nose` above `x, y` become `nose_x, nose_y`.
 """
 
 import csv
@@ -30,6 +30,8 @@ LONGEST_HEADER = 12
 COMMENT = "#"
 DELIMITERS = ",;\t"
 SEPARATORS = re.compile(r"[,;\t]")
+THOUSANDS = re.compile(r"[+-]?[0-9]{1,3}(,[0-9]{3})+")
+"""In a table whose cells are separated by commas, a comma in quotes may separate thousands or decimals."""
 UNKNOWN = {"", "na", "n/a", "none", "null", "-"}
 """Cells without a number."""
 
@@ -140,7 +142,7 @@ def read_table(text: str) -> Table:
         raise RefusedError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
     header = _header([line for line in head if line.count(delimiter) + 1 == count], delimiter)
     lines.seek(start)
-    return Table(header, _rows(_cells(lines, delimiter), before), delimiter, start)
+    return Table(header, _rows(_cells(lines, delimiter), before, delimiter), delimiter, start)
 
 
 def _has_number(line: str) -> bool:
@@ -173,11 +175,14 @@ def _name(cell: str) -> str:
     return cell.strip().strip("\ufeff").lower().replace(" ", "_")
 
 
-def _rows(lines: Any, before: int) -> Iterator[tuple[int, list[str]]]:  # noqa: ANN401 - as above
+def _rows(lines: Any, before: int, delimiter: str) -> Iterator[tuple[int, list[str]]]:  # noqa: ANN401 - as above
     try:
         for cells in lines:
             if any(cell.strip() for cell in cells) and not cells[0].startswith(COMMENT):
-                yield before + lines.line_num, cells
+                line = before + lines.line_num
+                if delimiter == "," and (found := next(filter(THOUSANDS.fullmatch, map(str.strip, cells)), None)):
+                    raise RefusedError(f"line {line}: {found} can be read in two ways; write it without a comma")
+                yield line, cells
     except csv.Error as error:
         raise RefusedError(f"the table cannot be read ({error})") from None
 
@@ -238,10 +243,10 @@ def number_in(line: int, what: str, text: str, *, unit: str = "") -> float:
 
 
 def number_of(text: str) -> float:
-    """Return the number that a cell has; a comma separates decimals.
+    """Return the number in a cell; a comma separates decimals.
 
     Raises:
-        ValueError: It has none, or one with separators of thousands, which could be read in two ways.
+        ValueError: There is none, or it has a comma and a point.
     """
     return float(text if "." in text else text.replace(",", ".", 1))
 

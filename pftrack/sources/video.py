@@ -139,7 +139,7 @@ class Decoder:
 
     @property
     def announced(self) -> int:
-        """How many pictures the container says it shows, those that an edit list cuts off left out; 0 if unsaid."""
+        """Number of pictures that the container shows, without those that an edit list cuts off; 0 if unknown."""
         entries = self.stream.index_entries if self._container.format.name.startswith("mov") else ()
         shown = sum(not entry.is_discard for entry in entries)
         return min(self.stream.frames, shown) if shown else self.stream.frames
@@ -229,7 +229,7 @@ class Decoder:
     def _choose(self) -> VideoStream:
         cover = Disposition.attached_pic
         streams = [each for each in self._container.streams.video if not each.disposition & cover]
-        stream = max(streams, key=lambda each: each.frames, default=None)  # the first of equals, or if none is said
+        stream = max(streams, key=lambda each: each.frames, default=None)  # the first, if they are equal or unknown
         if stream is None:
             kinds = {each.type for each in self._container.streams}
             what = "sound, but no pictures" if "audio" in kinds else "no pictures"

@@ -331,3 +331,15 @@ def test_many_images_are_put_in_order_at_once() -> None:
     begun = time.process_time()
     table = read_results(json.dumps([{"image_id": 3 * n, "bbox": [1, 2, 3, 4]} for n in range(count)]).encode())
     assert (table.frames, time.process_time() - begun < 5.0) == (count, True)
+
+
+def test_thousands_are_not_taken_for_decimals() -> None:
+    """In quotes between commas, 1,234 may be either; between semicolons it is a decimal."""
+    with pytest.raises(RefusedError, match=r"line 2: 1,234 can be read in two ways"):
+        read_results(b'frame,x,y,w,h\n0,"1,234",2,3,4\n')
+    assert places("frame;x;y;w;h\n0;1,234;2;3;4\n") == [(0, 1, 1.234, 2, 3, 4)]
+
+
+def test_edges_come_before_a_width_that_may_be_the_picture_s() -> None:
+    """Tables of object detection have width and height of the picture beside the edges of the box."""
+    assert places("frame,width,height,xmin,ymin,xmax,ymax\n0,640,480,10,20,40,60\n") == [(0, 1, 10, 20, 30, 40)]

@@ -530,6 +530,15 @@ class Drawing:
         return next((item.apex for item in self.primitives.values() if isinstance(item, Frustum)), None)
 
 
+MOST_DRAWN = 5000
+"""A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
+
+
+def drawn_particles(count: int) -> NDArray[np.int64]:
+    """Return the numbers (n,) of the particles that a drawing of `count` particles shows, n <= `MOST_DRAWN`."""
+    return np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(np.int64)
+
+
 def from_front(drawing: Drawing, layers: Iterable[Layer]) -> Drawing:
     """Return a drawing without what is worth seeing from aside only, on layers as its experiment declares them."""
     deep = {layer.name for layer in layers if layer.role == "through time"}

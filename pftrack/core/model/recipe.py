@@ -47,11 +47,11 @@ MOST_MOVES = 100
 
 
 class Move(BaseModel):
-    """What a person puts elsewhere in the belief of the frame before, from which the tracker then takes its step.
+    """A particle or the estimate moved by hand, in the belief of the frame before; the next step starts from there.
 
     Attributes:
         particle: Its number; None for all of them, which are shifted until the estimate lies at the place.
-        place: Where to, in the coordinates of the estimate.
+        place: Where to, in the coordinates and units of the estimate: px of the picture, or the values of a signal.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -199,7 +199,7 @@ def _check_seed(frame: int, seed: object) -> int:
 
 def _read_moves(frame: int, given: object) -> tuple[Move, ...]:
     if frame == 0:
-        raise ParameterError("move", given, "made in a later frame: before frame 0 there is no belief")
+        raise ParameterError("move", given, "made before frame 1 or later; frame 0 is the first belief")
     try:
         return _MOVES.validate_python([given] if isinstance(given, Mapping | Move) else given)
     except ValidationError:

@@ -31,7 +31,7 @@ class Belief:
         covariance: (d, d) of the same.
         box: (4,) left and upper edge, width and height, px; the first pixel is 0.
         score: How sure the tracker says it is of the box; NaN if it does not say.
-        label: What the target is called; empty if nobody says.
+        label: Name of the target; empty if it has none.
     """
 
     target: int = 0

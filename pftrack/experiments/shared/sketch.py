@@ -28,6 +28,7 @@ from pftrack.core.model.drawing import (
     Viewpoint,
     World,
     WorldDrawing,
+    drawn_particles,
     from_front,
 )
 from pftrack.core.model.setup import WELL, Suitability
@@ -36,9 +37,6 @@ from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.filters.particles import ParticleSet
 from pftrack.vision.likelihoods.separation import Separation
 from pftrack.vision.rendering import Projection, viridis
-
-MOST_DRAWN = 5000
-"""A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
 
 DOT = 1.0 / 160.0
 """Size of a particle, as a share of the picture's longer side."""
@@ -178,11 +176,6 @@ def past_frames(size: tuple[int, int], layer: str) -> dict[str, Primitive]:
     # Within the outlines, so that a narrow window does not cut it off.
     drawn[f"axis {TICKS[-1]}"] = Text(axis[0], f"{TICKS[-1]} frames ago", colour, layer)
     return drawn
-
-
-def drawn_particles(count: int) -> NDArray[np.int64]:
-    """Return which of so many particles are drawn."""
-    return np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(np.int64)
 
 
 def particle_clouds(

@@ -182,8 +182,8 @@ class About:
         clip: Name of the clip's file; empty without one.
         clip_sha256: Digest of its content where the clip is a file of its own; empty otherwise.
         remarks: What a person should know, a sentence each.
-        frames: How many frames were looked at, from 0; 0 if it is not said, then as far as something is said.
-        labels: What targets are called, by number.
+        frames: Number of frames, including frames without a belief; 0 if the recording does not say it.
+        labels: Names of targets, by number.
     """
 
     components: tuple[str, ...]

@@ -164,8 +164,8 @@ class Recorder:
             frame_rate_hz: Of frames that have no clip and no times.
             precision: Of the particles and their weights in the file.
             remarks: What whoever opens it should know, a sentence each.
-            frames: How many frames there are, those included of which nothing is said; 0 if that is not known.
-            labels: What targets are called, by number.
+            frames: Number of frames, including frames without a belief; 0 if it is unknown.
+            labels: Names of targets, by number.
             embed: Whether a clip goes along; else it is named, and known again by its content.
             on_written: Called whenever something has been written, by the thread that writes.
             on_closed: Called when all has.

@@ -29,7 +29,7 @@ MOST_BOXES = 250_000
 LARGEST_NUMBER = 1_000_000
 FURTHEST_PX = 1e6
 PLACES_SHOWN = 5
-"""Of so many boxes without an area it is told where they stand."""
+"""Boxes without an area whose lines are told."""
 
 
 class Box(NamedTuple):
@@ -144,7 +144,8 @@ class ColumnMeaning:
 
 MEANINGS = tuple(ColumnMeaning(what, column.asks) for what, column in cells.COLUMN_NAMES.boxes.items())
 
-WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
+# Edges come first: beside them, width and height may be those of the picture.
+WAYS = (("x", "y", "right", "bottom"), ("x", "y", "w", "h"), ("centre_x", "centre_y", "w", "h"))
 FEWEST_COLUMNS = 5
 """A frame and four numbers of a box."""
 ROWS_SHOWN = 4
@@ -400,7 +401,7 @@ def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | Non
 
 
 def _says_what_counts(rows: Sequence[Sequence[float]]) -> bool:
-    """Return whether the seventh number says if a box counts: in truth, of which 2DMOT2015 has as many as results."""
+    """Return whether column 7 flags the boxes that count, as ground truth does; truth of 2015 has 10 columns, too."""
     return {len(row) for row in rows} == {MOT_TRUTH_COLUMNS} or (
         {len(row) for row in rows} == {MOT15_COLUMNS} and {row[6] for row in rows} == {0.0, 1.0}
     )
