@@ -64,7 +64,7 @@ class CodeField {
   }
 
   /**
-   * Mark a mistake at its line, which comes into sight, or none.
+   * Mark an error at its line and scroll to it; null clears the mark.
    *
    * @param {SessionProblem|null} problem
    */

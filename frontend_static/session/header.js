@@ -163,12 +163,12 @@ function sweepOf({ sweep, recipe, tracker, upload }) {
   const look = /** @type {const} */ ({ words: "Sweep", tool: "sweep", icon: "sweep" });
   if (sweep) return { ...look, title: "The sweep that this run comes from", href: `sweep/${encodeURIComponent(sweep)}` };
   const [first] = recipe.timeline ?? [];
-  const last = recipe.timeline?.findLast(({ frame, values }) => frame > 0 && !("move" in values));
+  const changed = (recipe.timeline ?? []).flatMap(({ frame, values }) => (frame > 0 ? Object.keys(values) : []));
   const plan = {
     experiment: recipe.experiment,
     upload,
     footage: recipe.footage,
-    axes: Object.keys(last?.values ?? {}).slice(-1).map((name) => ({ name })),
+    axes: changed.filter((name) => name !== "move").slice(-1).map((name) => ({ name })),
     trackers: [recipe.tracker ?? tracker],
     parameters: first?.frame === 0 ? first.values : {},
   };

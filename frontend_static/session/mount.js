@@ -320,11 +320,14 @@ export class Mounted {
   lay(content) {
     const place = made("div", { class: "made" });
     this.scene?.lay(place);
-    this.#show(place, content);
-    return () => {
+    const remove = () => {
+      this.signal.removeEventListener("abort", remove);
       render(null, place);
       place.remove();
     };
+    this.signal.addEventListener("abort", remove);
+    render(content, place);
+    return remove;
   }
 
   /** Look into the frame, or no more; one card at a time takes the place of the plots. */
@@ -360,7 +363,8 @@ export class Mounted {
     if (places.readout) this.#show(places.readout, numbers);
     if (places.branches) this.#show(places.branches, h(Branches, { view: this, place: places.branches }));
     if (places.plots) plots(places.plots, this).then((drawn) => (this.#plots = drawn));
-    this.scene?.follow(this);
+    if (!this.scene) return;
+    this.scene.follow(this);
     this.lay(html`
       <div class="scene-notes">${h(OnTheWay, { view: this })}</div>
       ${h(WatchNote, { view: this })}

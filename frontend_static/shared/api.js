@@ -55,8 +55,10 @@ export function here(fragment) {
  * @property {() => void} stop
  */
 
+const NOT_FOUND = 404;
+
 /** Where the interface is. */
-export const ROOT = "api/v1/";
+const ROOT = "api/v1/";
 
 export class ApiError extends Error {
   /**
@@ -92,8 +94,9 @@ export function statusOf(error) {
 }
 
 /**
- * Where a request leads.
+ * The URL of a request, relative to the `<base>`. Null and undefined parameters are left out.
  *
+ * @throws {ApiError} A path parameter is missing or would change the route.
  * @template {Route} R
  * @param {R} route
  * @param {Given<R>} given
@@ -102,16 +105,18 @@ export function addressOf(route, ...[given = /** @type {Asked<R>} */ ({})]) {
   const { body: _, signal: __, ...said } = /** @type {{body?: unknown, signal?: AbortSignal, [name: string]: unknown}} */ (given);
   const names = new Map(Object.entries(said).filter(([, value]) => value !== undefined && value !== null));
   const path = route.slice(route.indexOf(" ") + 1).replace(/\{(\w+)\}/g, (_whole, name) => {
-    const value = encodeURIComponent(String(names.get(name)));
+    const value = String(names.get(name) ?? "");
+    // A browser resolves "." and "..", which would lead to another route.
+    if (/^\.{0,2}$/.test(value)) throw new ApiError(NOT_FOUND, { message: `Not a valid ${name}: "${value}"` });
     names.delete(name);
-    return value;
+    return encodeURIComponent(value);
   });
   const query = new URLSearchParams(Array.from(names, ([name, value]) => [name, String(value)]));
   return `${ROOT}${path}${names.size > 0 ? `?${query}` : ""}`;
 }
 
 /**
- * What answers in place of the server on a page that has none.
+ * Handlers that replace the server on an exported page, by route.
  *
  * @type {{[R in Route]?: (asked: Asked<R>) => Promise<Messages.Requests[R]["answer"]>}}
  */
@@ -123,8 +128,9 @@ function methodOf(route) {
 }
 
 /**
- * Ask the server for something and return its answer: JSON, or the text of a file; null for an empty one.
+ * Send a request and return its answer: JSON, the text of a file, or null if it is empty.
  *
+ * @throws {ApiError} The server refused, or did not answer (status 0).
  * @template {Route} R
  * @param {R} route
  * @param {Given<R>} given A file or a form is sent as it is, any other body as JSON.
@@ -137,15 +143,16 @@ export async function request(route, ...given) {
   const raw = body instanceof Blob || body instanceof FormData ? body : null;
   const headers = { accept: "application/json", ...(body !== undefined && raw === null && { "content-type": "application/json" }) };
   const options = { method: methodOf(route), headers, signal, body: raw ?? JSON.stringify(body) };
+  const address = addressOf(route, ...given);
   let response;
   let text;
   try {
-    response = await fetch(addressOf(route, ...given), options);
+    response = await fetch(address, options);
     text = await response.text();
   } catch {
     throw new ApiError(0, { message: "The server does not answer" });
   }
-  return read(response.status, text);
+  return read(response.status, text, response.headers.get("content-type"));
 }
 
 /**
@@ -192,7 +199,7 @@ export function send(route, asked, files, onProgress) {
     transfer.upload.addEventListener("progress", (event) => onProgress(event.loaded, event.total));
     transfer.addEventListener("load", () => {
       try {
-        resolve(read(transfer.status, transfer.responseText));
+        resolve(read(transfer.status, transfer.responseText, transfer.getResponseHeader("content-type")));
       } catch (error) {
         reject(error);
       }
@@ -212,15 +219,17 @@ export function send(route, asked, files, onProgress) {
  * @template Answer
  * @param {number} status
  * @param {string} text
+ * @param {string|null} type Content type of the answer.
  * @returns {Answer}
  */
-function read(status, text) {
+function read(status, text, type) {
   const isFine = status >= 200 && status < 300;
   let answer = null;
   try {
     answer = text === "" ? null : JSON.parse(text);
   } catch {
-    // A file; or not ours (a proxy's page, say), and the status has to speak for itself.
+    // A file of text; a page (HTML) is a proxy's answer, not the server's.
+    if (isFine && (type === null || /html|json/.test(type))) throw new ApiError(0, { message: `Expected JSON from the server, got ${type}` });
     if (isFine) answer = text;
   }
   if (isFine) return answer;
@@ -232,7 +241,6 @@ function read(status, text) {
 /** The first answer is soon asked for, since much takes a moment only. */
 const ASK_FIRST_MS = 50;
 const ASK_EVERY_MS = 250;
-const NOT_FOUND = 404;
 /** A rate is a rate only after a while. */
 const RATE_AFTER_S = 2;
 

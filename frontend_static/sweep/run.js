@@ -14,7 +14,7 @@ const bones = html`<div class="notice" role="status">
 </div>`;
 
 async function open() {
-  const session = await request("POST sweeps/{sweep}/rows/{run}/open", { sweep, run: Number(run), body: { tracker } });
+  const session = await request("POST sweeps/{sweep}/rows/{run}/open", { sweep, run: Number(run), body: { tracker: tracker || null } });
   location.replace(session.page);
   return bones;
 }

@@ -319,7 +319,7 @@ export function viewOf(wanted, known, map) {
  * @returns {View}
  */
 export function wishOf(address) {
-  return { ...USUAL, ...Object.fromEntries(address) };
+  return { ...USUAL, ...Object.fromEntries([...address].filter(([name]) => name in USUAL)) };
 }
 
 /** @param {View} view */
@@ -420,7 +420,7 @@ const compare = throttle(async () => {
   const { show: _, of: measure, ...asked } = now.view;
   const isNewest = () => JSON.stringify(seen.value?.view) === JSON.stringify(now.view);
   try {
-    const { comparison: found } = await request("GET sweeps/{sweep}/cells", { sweep: now.sweep.id, ...asked, measure });
+    const { comparison: found } = await request("GET sweeps/{sweep}/cells", { ...asked, measure, sweep: now.sweep.id });
     if (isNewest()) comparison.value = found;
   } catch (error) {
     if (isNewest()) comparison.value = messageOf(error);

@@ -280,7 +280,10 @@ const wish = signal(parseQuery(new URLSearchParams(location.search)));
 /** What is chosen, in that order, to be compared, ended or deleted at once; also what another search found. */
 const chosen = signal(/** @type {readonly {kind: Kind, item: Item}[]} */ ([]));
 let asked = new AbortController();
-const lookSoon = throttle(load, TYPING_MS);
+const lookSoon = throttle(() => {
+  history.replaceState(null, "", ownAddress(wish.value));
+  void load();
+}, TYPING_MS);
 
 /**
  * @param {URLSearchParams} address
@@ -308,9 +311,8 @@ function search(change) {
   const { show = before.show } = change;
   const isOtherKind = show !== before.show;
   wish.value = { ...before, ...(isOtherKind && { limit: show === null ? FEW : MANY }), ...change };
-  // Another kind is a step that one may go back; each letter typed is none.
+  // Another kind of work is a history step; a typed letter is not.
   if (isOtherKind) history.pushState(null, "", ownAddress(wish.value));
-  else history.replaceState(null, "", ownAddress(wish.value));
   lookSoon();
 }
 

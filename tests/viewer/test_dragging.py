@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Drawing, Points
-from pftrack_server.viewer.dragging import sight
+from pftrack_server.viewer.dragging import intersect
 from tests.viewer.host import Peer, Session, Site, drawing
 from tests.viewer.test_viser_contracts import SAID
 from tests.waiting import wait_for
@@ -26,17 +26,20 @@ def drag(peer: Peer, **more: object) -> None:
 
 
 def test_a_dragged_grip_asks_for_a_move_in_its_frame(session: Session, peer: Peer) -> None:
-    """A particle by its number, the last grip as the estimate; where nothing can be moved there are no grips."""
+    """A particle by its number, the last grip as the estimate; nothing for other numbers or without grips."""
     session.show(movable(3), 3)
     wait_for(lambda: "/grips" in peer.nodes)
     (client,) = session.viewer._server.get_clients().values()
+    drag(peer, instance_index=-1, end_position=[100.0, -50.0, 7.0])
+    drag(peer, instance_index=10**9, end_position=[100.0, -50.0, 7.0])
+    drag(peer, end_position=[100.0, -50.0])
     drag(peer, end_position=[100.0, -50.0, 7.0])
     drag(peer, instance_index=800, end_position=[100.0, -50.0, 7.0])
     wait_for(lambda: len(session.transport) == 2)
     first, second = session.transport
     assert (first["kind"], first["frame"], first["particle"], second["particle"]) == ("move", 3, 7, None)
     above_px = 30.0 * 7 / 799 + 2.0  # by its weight, and by half of its size to be seen whole
-    assert first["place"] == pytest.approx(sight(client.camera.position, np.array((100.0, -50.0, 7.0)), above_px))
+    assert first["place"] == pytest.approx(intersect(client.camera.position, np.array((100.0, -50.0, 7.0)), above_px))
     session.show(drawing(4), 4)
     wait_for(lambda: "/grips" not in peer.nodes)
     drag(peer)
@@ -62,7 +65,7 @@ def test_who_only_looks_on_moves_nothing(session: Session, site: Site) -> None:
 def test_a_line_of_sight_ends_at_the_height_of_what_is_dragged() -> None:
     """It meets the height in one place; one that runs beside it, or away from it, in none."""
     eye = np.array((0.0, 0.0, 100.0))
-    assert sight(eye, np.array((10.0, -20.0, 50.0)), 0.0) == (20.0, 40.0)
-    assert sight(eye, np.array((10.0, 0.0, 100.0)), 0.0) is None
-    assert sight(eye, np.array((10.0, 0.0, 120.0)), 0.0) is None
-    assert sight(eye, np.array((np.nan, 0.0, 50.0)), 0.0) is None
+    assert intersect(eye, np.array((10.0, -20.0, 50.0)), 0.0) == (20.0, 40.0)
+    assert intersect(eye, np.array((10.0, 0.0, 100.0)), 0.0) is None
+    assert intersect(eye, np.array((10.0, 0.0, 120.0)), 0.0) is None
+    assert intersect(eye, np.array((np.nan, 0.0, 50.0)), 0.0) is None

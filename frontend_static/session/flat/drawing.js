@@ -175,7 +175,7 @@ export function decode(message) {
  * @returns {value is Reference}
  */
 function isReference(value) {
-  return typeof value === "object" && value !== null && "shape" in value && "type" in value && String(value.type) in ARRAYS;
+  return typeof value === "object" && value !== null && "shape" in value && "type" in value && Object.hasOwn(ARRAYS, String(value.type));
 }
 
 /**

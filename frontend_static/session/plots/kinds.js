@@ -406,7 +406,8 @@ function knownOf(row, name) {
  * @param {Store} store
  */
 function branchesOf(store) {
-  return store.branches.reverse().map(({ id, colour }) => {
+  const [active, ...others] = store.branches;
+  return (active ? [...others, active] : []).map(({ id, colour }) => {
     const isActive = id === store.known.branch;
     return { id, ink: colour, history: store.historyOf(id), isActive, width: isActive ? 1.8 : 1.2 };
   });

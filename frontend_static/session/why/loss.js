@@ -104,7 +104,7 @@ export class Exploration {
       if (now.state === "failed") this.#fail(now.error ?? "This could not be found out.");
     });
     // Changes to another branch can still be tried; changes to a run that was replaced cannot.
-    if (now.stale && now.branch === this.#store.known.branch) this.stop();
+    if (now.branch === this.#store.known.branch && run !== settingsOf(this.#store.session)) this.stop();
   }
 }
 

@@ -233,10 +233,13 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
     try:
         table = kind.read(Path(path))
     except RefusedError as error:
-        # What the file is called here, and where it lies, is nobody's business.
-        said = str(error).removeprefix(f"{name}: ")
-        told = said.replace(name, "the file", 1) if path not in said else "the file cannot be read"
-        raise RefusedError(told) from None
+        # Hide the server's own name and path of the file.
+        message = str(error).removeprefix(f"{name}: ")
+        if path in message:
+            message = "the file cannot be read"
+        elif message.startswith(name):
+            message = f"the file{message.removeprefix(name)}"
+        raise RefusedError(message) from None
     rows = {frame: row for frame, row in table.rows.items() if frame < frames}
     if not rows:
         least = min(table.rows, default=None)

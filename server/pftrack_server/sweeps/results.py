@@ -447,15 +447,20 @@ def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: in
 
 
 def upload_of(store: Store, footage: Footage, user: str) -> UploadRow:
-    """Return the upload that a run or a sweep was made on.
+    """Return the upload with the content of a clip.
+
+    Args:
+        store: Where uploads are kept.
+        footage: The clip, by its hash.
+        user: What needs the clip, for the message: "run" or "sweep".
 
     Raises:
-        ConflictError: It is no longer here.
+        ConflictError: The clip is not on this server.
     """
     found = store.upload_of(footage.sha256 or "")
     if found is None:
         clip = f"the clip {footage.name}" if footage.name else "a clip"
-        raise ConflictError(f"This {user} used {clip}, which was deleted from this server. Upload it again first.")
+        raise ConflictError(f"This {user} needs {clip}, which is not on this server. Upload it first.")
     return found
 
 

@@ -1,8 +1,8 @@
-"""What people drag in the scene: a particle or the estimate, with Shift held so that all else turns the camera.
+"""Drag particles and the estimate in the scene: Shift and the left button; without Shift the camera turns.
 
-viser lets one instance of a batched mesh be dragged, and no point of a cloud. So once a frame is shown for a while each
-particle that is seen, and the estimate, is given a grip: an instance that nobody sees and that viser outlines under the
-pointer. Where it is let go is looked at along the line of sight, at its own height above the picture.
+viser can drag one instance of a batched mesh but not a point of a cloud. Once a frame has been shown for a moment, each
+visible particle and the estimate therefore get a grip: an invisible instance that viser outlines under the pointer. On
+release, the line of sight through the pointer is intersected with the plane at the height of the grip.
 """
 
 from collections.abc import Callable
@@ -18,8 +18,9 @@ from pftrack_server.viewer.scene import Scene
 from pftrack_server.viewer.shapes import Stance
 
 ESTIMATE_SIZE = 3.0
-"""Of the grip of the estimate, in those of a particle's."""
+"""Size of the estimate's grip relative to that of a particle."""
 SMALLEST_PX = 2.0
+"""Smallest size of a grip, px."""
 
 CORNERS = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float32)
 FACES = np.array(
@@ -41,13 +42,20 @@ class Grips:
         self._node: viser.BatchedMeshHandle | None = None
 
     def remove(self) -> None:
-        """Let go of whatever is held, since another frame or another view comes."""
+        """Remove the grips, which ends a drag without a move."""
         node, self._node = self._node, None
         if node is not None:
             node.remove()
 
     def place(self, scene: Scene, drawing: Drawing, frame: int, relief: float) -> None:
-        """Give grips to what is seen of a drawing, if it lets itself be moved."""
+        """Place grips on the visible particles of a drawing and on its estimate, if these can be moved.
+
+        Args:
+            scene: Tells which layers are shown.
+            drawing: What is shown.
+            frame: Its frame number.
+            relief: 0 for a flat scene to 1 for full height.
+        """
         self.remove()
         if drawing.grip is None or not np.isfinite(drawing.grip).all():
             return
@@ -73,18 +81,26 @@ class Grips:
 
         @node.on_drag("left", modifier="shift")
         async def _(event: viser.SceneNodeDragEvent[viser.BatchedMeshHandle]) -> None:
-            # A drag also ends where its node goes: nothing was let go then.
-            if event.phase != "end" or self._node is not node or event.instance_index is None:
+            # Removing the node also ends a drag; nothing was released then.
+            index, through = event.instance_index, np.asarray(event.end_position, np.float64)
+            if event.phase != "end" or self._node is not node or index is None:
                 return
-            height, eye = positions[event.instance_index, 2], event.client.camera.position
-            place = sight(eye, np.array(event.end_position), float(height))
+            if not 0 <= index < len(positions) or through.shape != (3,):  # a browser may send anything
+                return
+            place = intersect(event.client.camera.position, through, float(positions[index, 2]))
             if place is not None:
-                particle = event.instance_index if event.instance_index < len(places) else None
+                particle = index if index < len(places) else None
                 self._on_command({"kind": "move", "frame": frame, "particle": particle, "place": place})
 
 
-def sight(eye: Floats, through: Floats, height: float) -> tuple[float, float] | None:
-    """Return where a line of sight comes to a height above the picture, px of the drawing; None if it never does."""
+def intersect(eye: Floats, through: Floats, height: float) -> tuple[float, float] | None:
+    """Return where a line of sight meets a plane parallel to the picture, px of the drawing; None if it never does.
+
+    Args:
+        eye: (3,) position of the camera, px of the scene.
+        through: (3,) another point of the line, px of the scene.
+        height: Height of the plane above the picture, px.
+    """
     with np.errstate(all="ignore"):
         reach = (height - eye[2]) / (through[2] - eye[2])
         x, y, _ = eye + reach * (through - eye)

@@ -9,7 +9,7 @@ from typing import Any
 
 import structlog
 from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
+from fastapi.exceptions import RequestValidationError, WebSocketRequestValidationError
 from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
@@ -92,6 +92,10 @@ def install(app: FastAPI) -> None:
         if "integer string conversion" in str(error.__cause__):
             return response(HTTPStatus.UNPROCESSABLE_ENTITY, _long_number(await request.body()))
         return response(error.status_code, shape(_sentence(error)), dict(error.headers or {}))
+
+    @app.exception_handler(WebSocketRequestValidationError)
+    async def _socket(websocket: WebSocket, _: WebSocketRequestValidationError) -> None:
+        await _answer(websocket, HTTPStatus.NOT_FOUND, shape("This address has no stream."))
 
     app.add_exception_handler(ClientDisconnected, _leave)
     # The innermost of all, so that the answer passes through those that add headers and count.

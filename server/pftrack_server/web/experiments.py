@@ -125,6 +125,8 @@ def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: Filt
         for each in filters.served
         if each.experiment == experiment.id
     ]
+    picture = experiment.display.thumbnail
+    has_picture = picture is not None and picture.is_file()
     return fields_of(model, video, experiment.texts, experiment.display, experiment) | {
         "clip_title": video.clip_title or experiment.title,
         "references": [citation.as_dict() for citation in experiment.texts.references],
@@ -134,7 +136,7 @@ def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: Filt
         "hints": [kind.name() for kind in finder.hints] if finder else [],
         "suits": video.suits is not None,
         "truth_columns": video.truth.form.columns if video.truth else [],
-        "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.webp" if experiment.display.thumbnail else None,
+        "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.webp" if has_picture else None,
     }
 
 

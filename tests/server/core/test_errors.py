@@ -1,10 +1,11 @@
 """What a refusal becomes: an answer of a status in the one shape, or a closed websocket of a code."""
 
-from typing import Any
+import asyncio
+from typing import Annotated, Any
 
 import httpx
 import pytest
-from fastapi import FastAPI, WebSocket
+from fastapi import FastAPI, Path, WebSocket
 
 from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.sweep.axis import SweepError
@@ -72,3 +73,16 @@ async def said(app: FastAPI, path: str) -> list[Any]:
 
     await app(scope, receive, send)
     return messages
+
+
+def test_a_websocket_with_a_wrong_name_hears_why() -> None:
+    """A name that its pattern refuses is closed with a code and a sentence, as an unknown one is."""
+    app = FastAPI()
+    install(app)
+
+    @app.websocket("/{name}")
+    async def _stream(websocket: WebSocket, name: Annotated[str, Path(max_length=4)]) -> None:
+        await websocket.accept()
+
+    _, closed = asyncio.run(said(app, "/" + "x" * 5))
+    assert (closed["code"], closed["reason"]) == (4404, "This address has no stream.")

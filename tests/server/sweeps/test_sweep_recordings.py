@@ -59,7 +59,7 @@ def test_it_is_computed_and_opened(server: Server, client: httpx.Client, upload:
     client.delete(f"/api/v1/sessions/{session['id']}")
     assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
     gone = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open")
-    assert "This sweep used the clip " in error_of(gone, 409)["message"]
+    assert "This sweep needs the clip " in error_of(gone, 409)["message"]
 
 
 def test_other_seeds_alone(server: Server, client: httpx.Client, upload: dict[str, Any]) -> None:
@@ -86,7 +86,7 @@ def test_it_needs_its_upload(start_server: Any) -> None:
         until_state(client, sweep["id"], "stopped")
         assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
         refused = client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-        assert "was deleted from this server. Upload it again first." in error_of(refused, 409)["message"]
+        assert "is not on this server. Upload it first." in error_of(refused, 409)["message"]
         send(client, ("again.mp4", clip))
         assert client.post(f"/api/v1/sweeps/{sweep['id']}/resume").status_code == 200
         wait_for(lambda: client.get(f"/api/v1/sweeps/{sweep['id']}").json()["done"] > 0, 60)

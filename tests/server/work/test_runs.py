@@ -172,7 +172,7 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     client.delete(f"/api/v1/sessions/{opened['id']}")
     client.delete(f"/api/v1/uploads/{upload['id']}")
     message = error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
-    assert message.startswith(f"This run used the clip {upload['name']}, which was deleted from this server.")
+    assert message.startswith(f"This run needs the clip {upload['name']}, which is not on this server.")
     assert "upload it first" in import_refusal(client, content)
     again = send(client, ("other name.mp4", clip)).json()
     answer = client.post(f"/api/v1/runs/{run['id']}/open")
