@@ -78,12 +78,13 @@ export class Target {
   }
 
   /**
-   * What is followed as something else, from the same frame on.
+   * What is followed as something else, from the same frame on, or as the same.
    *
    * @param {ExperimentPublic} experiment
    * @param {string} [proposal]
    */
   as(experiment, proposal) {
+    if (experiment === this.experiment) return this;
     this.leave();
     return new Target(this.upload, experiment, this.frame.value, proposal);
   }

@@ -61,8 +61,8 @@ def test_an_open_hand_is_found_on_a_film_and_followed(gallery: Gallery, server: 
     """Nothing is marked: the form finds the five tips and says how well the hand covers what is seen."""
     page = gallery.page
     gallery.choose("hand.mp4", film, "video/mp4")
-    page.locator(".mark-surface").wait_for()
-    page.select_option("#target-experiment", "hand")
+    gallery.until(lambda: page.input_value("#target-experiment") == "hand", "it is proposed")
+    page.select_option("#target-experiment", "hand")  # and chosen again
     gallery.until(lambda: page.locator(".point[data-handle]").count() == 5, "five tips are found")
     gallery.until(lambda: "5 fingers are seen" in page.inner_text(".suits-words"), "it is judged")
     go = page.locator("button:has-text('Track it')")
