@@ -14,7 +14,8 @@ import { count } from "../shared/format.js";
 import { markEditor } from "../shared/marks/mark_editor.js";
 import { markOf, valueAt } from "../shared/marks/mark_json.js";
 import { Doing, Made } from "../shared/page.js";
-import { computed, h, html, signal, useEffect, useSignalEffect } from "../vendor/preact.js";
+import { follow } from "../shared/timing.js";
+import { computed, h, html, signal, useEffect } from "../vendor/preact.js";
 import { readTable, tableText } from "./truth_table.js";
 
 /** @import { Mark } from "../shared/marks/mark_json.js" */
@@ -191,8 +192,12 @@ class Marking {
 /** @param {{marking: Marking, leave: () => void}} props */
 function TruthMarking({ marking, leave }) {
   const { frame, rows, done, editor, every, last } = marking;
-  useSignalEffect(() => marking.show());
-  useEffect(() => editor.focus(), []);
+  useEffect(() => {
+    const end = new AbortController();
+    follow(() => marking.frame, () => marking.show(), end.signal);
+    editor.focus();
+    return () => end.abort();
+  }, []);
   const isKept = rows.value.has(frame);
   const clicked = editor.centre ? "Click the target: the mark goes there, and the next frame comes. Or " : "";
   const by = clicked ? "drag a new one or move it by the arrows, and press Enter" : "Move it by mouse or by the arrows, and press Enter";
