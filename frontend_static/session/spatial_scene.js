@@ -33,6 +33,8 @@ export class SpatialScene {
    * @type {{frame: number, since: number, resolve: () => void}[]} */
   #waiting = [];
   #told = 0;
+  /** What the scene shows, and since when. */
+  #seen = { frame: /** @type {number|null|undefined} */ (null), since: 0 };
 
   element = build("div", { class: "spatial-scene" });
   /** The library's own picture of the current frame: the run is seen at once, and lives. */
@@ -127,8 +129,10 @@ export class SpatialScene {
   /** All that need not wait any more go on at once: one after the other, the page would say what is past. */
   #look() {
     const shown = this.window?.pftrackScene?.frame();
+    if (shown !== this.#seen.frame) this.#seen = { frame: shown, since: performance.now() };
     const late = performance.now() - PATIENCE_MS;
-    const last = this.#waiting.findLastIndex(({ frame, since }) => frame === shown || since < late);
+    // One that is slow is waited for; one that shows nothing new for long is not.
+    const last = this.#waiting.findLastIndex(({ frame, since }) => frame === shown || Math.max(since, this.#seen.since) < late);
     this.#release(last + 1);
     if (this.#waiting.length > 0) later(() => this.#look(), LOOK_EVERY_MS, this.#signal);
   }

@@ -200,6 +200,7 @@ export class Steering {
     this.goal.value = isThere ? null : goal;
     await this.pause();
     await this.#seeking.ask(goal);
+    if (this.goal.peek() !== goal) return; // it is there, or goes elsewhere by now
     this.#forget();
     this.#forget = later(() => (this.goal.value = null), GOAL_MS, this.#signal);
   }
