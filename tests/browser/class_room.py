@@ -61,6 +61,10 @@ class Lecturer(SessionPage):
         assert re.fullmatch(r"[0-9a-z]{4}-[0-9a-z]{4}-[0-9a-z]{4}", name)
         return link
 
+    def sees_the_code(self) -> None:
+        code = self.page.locator(".class-qr img")
+        self.until(lambda: code.evaluate("it => it.naturalWidth") > 0, "the code is drawn")
+
     def counts(self, words: str) -> None:
         self.until(lambda: self.page.inner_text(".follow-chip") == words, f"the chip says {words}")
 

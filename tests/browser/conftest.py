@@ -153,7 +153,10 @@ def unchosen(
     # A browser remembers 250 files by itself, and the start page with what it fetches ahead has more.
     page.add_init_script("performance.setResourceTimingBufferSize(1000)")
     page.on("pageerror", lambda error: complaints.hear(str(error)))
-    page.on("console", lambda line: complaints.hear(line.text) if line.type == "error" else None)
+    page.on(
+        "console",
+        lambda line: complaints.hear(f"{line.text} {line.location['url']}") if line.type == "error" else None,
+    )
     yield page
     complaints.is_leaving = True
     first, *opened = context.pages

@@ -45,9 +45,7 @@ def test_a_lecturer_and_three_followers(
     lecturer = Lecturer(watch().page, server)
     link = lecturer.lead()
     complaints.expected = ("/commands", "/nowhere", "410 (Gone)", "response code: 403", f"{link}0")
-    lecturer.until(
-        lambda: lecturer.page.locator(".class-qr img").evaluate("it => it.naturalWidth") > 0, "the code is drawn"
-    )
+    lecturer.sees_the_code()
     assert "Only this machine" in lecturer.page.inner_text("[data-role=reach]")
     check(lecturer.page)
     lecturer.press("Escape")
@@ -89,6 +87,7 @@ def test_a_lecturer_and_three_followers(
     late.until(lambda: late.text(".follow-chip") == "3 follow", "the lecturer's other device leads")
 
     lecturer.page.locator(".follow-chip").click()
+    lecturer.sees_the_code()  # which nobody gets once the class has ended
     lecturer.page.get_by_role("button", name="End", exact=True).click()
     lecturer.page.get_by_role("button", name="End for all").click()
     all_of(followers, lambda one: "The lecturer has ended this class" in one.text("main"), "the class has ended")

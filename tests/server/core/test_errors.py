@@ -1,10 +1,10 @@
 """What a refusal becomes: an answer of a status in the one shape, or a closed websocket of a code."""
 
-import asyncio
 from typing import Annotated, Any
 
 import httpx
 import pytest
+from anyio.from_thread import start_blocking_portal
 from fastapi import FastAPI, Path, WebSocket
 
 from pftrack.core.refusal import ConflictError, ParameterError
@@ -84,5 +84,7 @@ def test_a_websocket_with_a_wrong_name_hears_why() -> None:
     async def _stream(websocket: WebSocket, name: Annotated[str, Path(max_length=4)]) -> None:
         await websocket.accept()
 
-    _, closed = asyncio.run(said(app, "/" + "x" * 5))
+    # Not in this thread: in that of the browser's tests a loop runs already.
+    with start_blocking_portal() as portal:
+        _, closed = portal.call(said, app, "/" + "x" * 5)
     assert (closed["code"], closed["reason"]) == (4404, "This address has no stream.")
