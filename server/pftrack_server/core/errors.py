@@ -52,7 +52,7 @@ gone = partial(ApiError, status=HTTPStatus.GONE)
 """The resource existed and has ended, or its record cannot be read and can only be deleted."""
 too_large = partial(ApiError, status=HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
 """The body or file has more bytes than allowed."""
-crowded = partial(ApiError, status=HTTPStatus.TOO_MANY_REQUESTS)
+too_many = partial(ApiError, status=HTTPStatus.TOO_MANY_REQUESTS)
 """A limit on clients or connections is reached."""
 client_gone = partial(ApiError, status=499)
 """The client hung up before the answer was ready; web servers log this status, which is in no standard."""
@@ -61,8 +61,8 @@ unavailable = partial(ApiError, status=HTTPStatus.SERVICE_UNAVAILABLE)
 disk_full = partial(ApiError, status=HTTPStatus.INSUFFICIENT_STORAGE)
 """The disk, or the server's share of it, is full."""
 
-GONE = 4404
-CLOSE_CODES: dict[int, int] = {HTTPStatus.GONE: GONE, HTTPStatus.UNAUTHORIZED: 4403}
+ENDED = 4404
+CLOSE_CODES: dict[int, int] = {HTTPStatus.GONE: ENDED, HTTPStatus.UNAUTHORIZED: 4403}
 """Codes of closed websockets by the status of an answer; those of all other statuses are 4000 plus the status."""
 MOST_REASON_BYTES = 123
 """Of a close frame, by RFC 6455, section 5.5."""

@@ -17,7 +17,7 @@ from fastapi import WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from pftrack_server.core.base_path import route_path
-from pftrack_server.core.errors import GONE
+from pftrack_server.core.errors import ENDED
 
 VERSION: Literal[1] = 1
 
@@ -162,7 +162,7 @@ async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], fare
         log.exception("a stream failed", path=route_path(websocket.scope))
         await websocket.close(FAILED, "The server failed unexpectedly; details are in its log.")
         return
-    await websocket.close(GONE, farewell)
+    await websocket.close(ENDED, farewell)
 
 
 async def _send(websocket: WebSocket, message: str | bytes) -> bool:

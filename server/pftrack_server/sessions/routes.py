@@ -16,7 +16,7 @@ from pftrack.experiments import find as find_experiment
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.core.base_path import address_of
 from pftrack_server.core.bodies import RequestBody, Title
-from pftrack_server.core.errors import GONE, not_found
+from pftrack_server.core.errors import not_found
 from pftrack_server.core.requests import MULTIPART, AName, TakesFiles, service, unless_client_gone
 from pftrack_server.jobs.child_tasks import TheTasks
 from pftrack_server.sessions.create import SessionCreate, as_spec
@@ -204,26 +204,22 @@ async def forget_bookmark(session: ASession, bookmark: AName, manager: AManager)
 
 @router.websocket("/{session}/stream")
 async def stream(
-    websocket: WebSocket, session: str, manager: AManager, *, paints: bool = False, has_picture: bool = False
+    websocket: WebSocket, session: ASession, manager: AManager, *, paints: bool = False, has_picture: bool = False
 ) -> None:
     """Greet a page, then tell it everything that happens until one of the two leaves.
 
     Args:
         websocket: To the page.
-        session: Its name.
-        manager: Where the session is found.
+        session: What it shows.
+        manager: Resumes it where it is suspended.
         paints: Whether the page is sent drawings, each with what was told up to it, as fast as it paints them.
         has_picture: Whether it shows a drawing of an earlier connection, so that the greeting comes with the next one.
     """
-    found = manager.find(session)
     await websocket.accept()
-    if found is None:
-        await websocket.close(GONE, "This session does not exist; it may have been ended.")
-        return
     # A suspended session goes on, since somebody is here again.
-    waking = asyncio.ensure_future(_wake(found, manager))
+    waking = asyncio.ensure_future(_wake(session, manager))
     try:
-        with found.stream.join(paints=paints, has_picture=has_picture) as page:
+        with session.stream.join(paints=paints, has_picture=has_picture) as page:
             await converse(websocket, page, FAREWELL, page.note_painted)
     finally:
         waking.cancel()

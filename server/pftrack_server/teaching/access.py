@@ -96,7 +96,7 @@ class AccessGuard:
                 # It may have closed just before by itself.
                 with contextlib.suppress(RuntimeError, OSError):
                     reason = follow.ended or ELSEWHERE
-                    await send({"type": "websocket.close", "code": errors.GONE, "reason": reason})
+                    await send({"type": "websocket.close", "code": errors.ENDED, "reason": reason})
 
 
 def _follows(scope: Scope) -> Follows:

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 from pftrack.core.refusal import ConflictError
 from pftrack_server.core.base_path import GUEST, LINKS
-from pftrack_server.core.errors import crowded, forbidden
+from pftrack_server.core.errors import forbidden, too_many
 from pftrack_server.sessions.duplex import Listener, Listeners, encode
 from pftrack_server.sessions.session import Session
 from pftrack_server.teaching import messages
@@ -105,12 +105,12 @@ class Followers:
 
     def _check_room(self, seat: str, path: str, most: int) -> None:
         if seat not in {LECTURER, *self._sockets} and len(self) >= most:
-            raise crowded(f"The class has its limit of followers, {most}. Try again in a while.")
+            raise too_many(f"The class has its limit of followers, {most}. Try again in a while.")
         if len(self._sockets.get(seat, ())) >= MOST_SOCKETS:
-            raise crowded(f"This browser holds {MOST_SOCKETS} connections already; close other class pages.")
+            raise too_many(f"This browser holds {MOST_SOCKETS} connections already; close other class pages.")
         held = [socket for sockets in self._sockets.values() for socket in sockets]
         if path.startswith(SCENES) and sum(socket.path.startswith(SCENES) for socket in held) >= MOST_SCENES:
-            raise crowded(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
+            raise too_many(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
 
 
 @dataclass(slots=True)

@@ -12,7 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from pftrack.core.refusal import ConflictError, ParameterError, RefusedError
 from pftrack_server.core.bodies import printable
-from pftrack_server.core.errors import crowded, forbidden, gone, not_found, unavailable
+from pftrack_server.core.errors import forbidden, gone, not_found, too_many, unavailable
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.core.resource_limits import most_connections
 from pftrack_server.core.settings import Settings
@@ -149,7 +149,7 @@ class Follows:
             ApiError: They do (429).
         """
         if sum(follow.followers.sockets for follow in self._follows.values()) >= SOCKETS_SHARE * most_connections():
-            raise crowded("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
+            raise too_many("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
 
     def resolve(self, link: str) -> tuple[Claim, Follow]:
         """Return what a link says, and the class that it leads to.

@@ -24,7 +24,7 @@ from pftrack_server.web.errors import install
         (errors.not_found("Not here."), 404, 4404, "Not here."),
         (errors.gone("Over."), 410, 4404, "Over."),
         (errors.too_large("Too large."), 413, 4413, "Too large."),
-        (errors.crowded("Full."), 429, 4429, "Full."),
+        (errors.too_many("Full."), 429, 4429, "Full."),
         (errors.client_gone("Left."), 499, 4499, "Left."),
         (errors.unavailable("Later."), 503, 4503, "Later."),
         (errors.disk_full("No room."), 507, 4507, "No room."),
