@@ -109,7 +109,7 @@ class Marking {
     const values = this.rows.peek().get(this.frame);
     const { parts, editor } = this.#kind;
     this.#isTouched = false;
-    this.editor.show(addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: this.#upload, frame: this.frame }), width, height);
+    this.editor.picture.show(addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: this.#upload, frame: this.frame }), width, height);
     this.editor.set(values === undefined ? this.last.peek() : markOf(editor.kind, parts.map((part, place) => [part, values[place]])));
   }
 

@@ -37,8 +37,6 @@ export function Segments({ label, options, value, choose }) {
   return html`<span class="segments" role="group" aria-label=${label}>${buttons}</span>`;
 }
 
-const SVG = "http://www.w3.org/2000/svg";
-
 /**
  * Make an element.
  *
@@ -47,20 +45,16 @@ const SVG = "http://www.w3.org/2000/svg";
  * @param {Properties} [properties]
  * @param {...Child} children
  */
-export function build(tag, properties = {}, ...children) {
-  return dress(document.createElement(tag), properties, children);
-}
-
-/**
- * The same for SVG.
- *
- * @template {keyof SVGElementTagNameMap} Tag
- * @param {Tag} tag
- * @param {Properties} [properties]
- * @param {...Child} children
- */
-export function svg(tag, properties = {}, ...children) {
-  return dress(document.createElementNS(SVG, tag), properties, children);
+export function build(tag, { on = {}, data = {}, ...attributes } = {}, ...children) {
+  const element = document.createElement(tag);
+  // Each listener takes the events of its own type, which are not told apart here.
+  for (const [type, listener] of Object.entries(on)) element.addEventListener(type, /** @type {EventListener} */ (listener));
+  Object.assign(element.dataset, data);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, String(value));
+  }
+  return fill(element, ...children);
 }
 
 /**
@@ -106,6 +100,29 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** @typedef {Record<string, [right: number, down: number]>} Ways Where keys go, by their place on the keyboard or their name. */
+
+/** @type {Ways} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+/** With shift. */
+const FAR = 10;
+
+/**
+ * How far a key goes: one, or with shift ten; null for any other key.
+ *
+ * @param {KeyboardEvent} event
+ * @param {Ways} [ways]
+ * @returns {[right: number, down: number]|null}
+ */
+export function step(event, ways = ARROWS) {
+  const way = event.ctrlKey || event.metaKey || event.altKey ? undefined : (ways[event.code] ?? ways[event.key]);
+  if (way === undefined) return null;
+  event.preventDefault();
+  event.stopPropagation();
+  const far = event.shiftKey ? FAR : 1;
+  return [far * way[0], far * way[1]];
+}
+
 /**
  * The element that a component makes, for a page that is not made of components.
  *
@@ -117,24 +134,6 @@ export function elementOf(component) {
   const place = document.createElement("div");
   render(component, place);
   return /** @type {E} */ (place.firstElementChild);
-}
-
-/**
- * @template {HTMLElement|SVGElement} E
- * @param {E} element
- * @param {Properties} properties
- * @param {readonly Child[]} children
- */
-function dress(element, { on = {}, data = {}, ...attributes }, children) {
-  // Each listener takes the events of its own type, which are not told apart here.
-  for (const [type, listener] of Object.entries(on)) element.addEventListener(type, /** @type {EventListener} */ (listener));
-  Object.assign(element.dataset, data);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (value === true) element.setAttribute(name, "");
-    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, String(value));
-  }
-  element.append(...flat(children));
-  return element;
 }
 
 /**
@@ -239,11 +238,6 @@ export function Neighbours({ kind, previous, next, title, go }) {
   return [previous && link(previous, "previous", "prev", "Previous"), next && link(next, "next", "next", "Next")];
 }
 
-/** @param {IconName} name */
-export function icon(name) {
-  return elementOf(h(Icon, { name }));
-}
-
 // Short messages at the lower edge. News goes away by itself; what went wrong stays until it is read.
 
 const NEWS_MS = 5000;
@@ -263,20 +257,17 @@ function stackOfPage() {
 export function toast(message, { kind = "news", action } = {}) {
   const stack = stackOfPage();
   for (const shown of stack.querySelectorAll(".toast")) if (shown instanceof HTMLElement && shown.dataset.message === message) shown.remove();
-  const element = build("div", { class: `toast ${kind}`, role: kind === "error" ? "alert" : null });
-  element.dataset.message = message;
   const close = () => element.remove();
   const run = () => {
     close();
     action?.run?.();
   };
-  fill(
-    element,
-    build("span", { class: "toast-text" }, message),
-    action?.href && build("a", { class: "button quiet", href: action.href, on: { click: close } }, action.label),
-    action?.run && build("button", { class: "quiet", type: "button", on: { click: run } }, action.label),
-    build("button", { class: "quiet icon-only", type: "button", "aria-label": "Close this message", on: { click: close } }, icon("close")),
-  );
+  const element = elementOf(html`<div class=${`toast ${kind}`} role=${kind === "error" ? "alert" : null} data-message=${message}>
+    <span class="toast-text">${message}</span>
+    ${action?.href && html`<a class="button quiet" href=${action.href} onClick=${close}>${action.label}</a>`}
+    ${action?.run && html`<button type="button" class="quiet" onClick=${run}>${action.label}</button>`}
+    ${h(IconButton, { name: "close", title: "Close this message", run: close })}
+  </div>`);
   stack.append(element);
   while (stack.children.length > 3) stack.firstElementChild?.remove();
   if (kind === "news") setTimeout(close, NEWS_MS);

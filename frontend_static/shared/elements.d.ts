@@ -1,4 +1,4 @@
-/** What `h` and `svg` of dom.js are given. */
+/** What `build` of dom.js is given. */
 
 /** What becomes of an attribute: true and false switch it, null and undefined leave it out, the rest is its text. */
 export type Attribute = string | number | boolean | null | undefined;
@@ -9,11 +9,9 @@ type HtmlName =
   | "name" | "novalidate" | "open" | "placeholder" | "popover" | "popovertarget" | "readonly" | "rel" | "required"
   | "role" | "rows" | "scope" | "selected"
   | "src" | "step" | "style" | "tabindex" | "target" | "title" | "type" | "value" | "width";
-type SvgName =
-  | "d" | "fill" | "preserveAspectRatio" | "stroke" | "stroke-linecap" | "stroke-linejoin" | "stroke-width" | "viewBox";
 
 /** Attributes by name. One that is not among these yet is added to the lists above. */
-export type Attributes = { [Name in HtmlName | SvgName | `aria-${string}` | `data-${string}`]?: Attribute };
+export type Attributes = { [Name in HtmlName | `aria-${string}` | `data-${string}`]?: Attribute };
 
 /** What to call, by the type of the event. */
 export type Listeners = { [Type in keyof HTMLElementEventMap]?: (event: HTMLElementEventMap[Type]) => unknown };

@@ -273,6 +273,6 @@ export class Target {
   #show() {
     const { id, width, height } = this.upload;
     this.picture.value = addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: id, frame: this.frame.value });
-    this.way.value?.editor.show(this.picture.value, width, height);
+    this.way.value?.editor.picture.show(this.picture.value, width, height);
   }
 }

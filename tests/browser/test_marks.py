@@ -46,7 +46,7 @@ EDIT = """async ([description, [width, height]]) => {
     window.changes = 0;
     window.editor = markEditor(description, "target", () => (window.changes += 1));
     document.querySelector("main").append(editor.element);
-    editor.show("api/v1/experiments/ball/thumbnail.webp", width, height);
+    editor.picture.show("api/v1/experiments/ball/thumbnail.webp", width, height);
     editor.offer();
 }"""
 
@@ -169,8 +169,8 @@ def test_a_picture_that_cannot_be_shown_is_told_of(bare: Any, complaints: Any) -
     complaints.expected = ("the server responded with a status of 404",)
     editing = Editing(bare, CIRCLE)
     missing = editing.page.locator(".picture-missing")
-    editing.page.evaluate("editor.show('api/v1/uploads/none/frames/0.jpg', 320, 240)")
+    editing.page.evaluate("editor.picture.show('api/v1/uploads/none/frames/0.jpg', 320, 240)")
     missing.wait_for()
     assert "loading" not in editing.surface.get_attribute("class")
-    editing.page.evaluate("editor.show('static/shared/icon.svg', 320, 240)")
+    editing.page.evaluate("editor.picture.show('static/shared/icon.svg', 320, 240)")
     missing.wait_for(state="hidden")

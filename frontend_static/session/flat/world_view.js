@@ -4,7 +4,7 @@
  * primitive stays one of its kind.
  */
 
-import { IconButton } from "../../shared/dom.js";
+import { IconButton, step } from "../../shared/dom.js";
 import { enlargement, onTheme, watchCanvasSize } from "../../shared/theme.js";
 import { h, html, useEffect, useLayoutEffect, useRef, useSignal } from "../../vendor/preact.js";
 import { farToNear, paint, rays } from "./paint.js";
@@ -185,8 +185,6 @@ function sum(share, one, rest, other) {
 const DEGREES_PER_PX = 0.6;
 const DEGREES_PER_KEY = 10;
 const HINT = "Drag to turn; arrow keys, too, and Enter for the next side";
-/** @type {Record<string, [azimuth: number, elevation: number]>} */
-const TURNS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** @typedef {{azimuth: number, elevation: number}} Direction From which a world is seen, degrees. */
 
@@ -293,11 +291,10 @@ function useTurning(seen, next) {
       held.current = event;
     },
     onKeyDown: (/** @type {KeyboardEvent} */ event) => {
-      const way = TURNS[event.key];
-      if ((way === undefined && event.key !== "Enter") || event.ctrlKey || event.metaKey || event.altKey) return;
-      event.preventDefault(); // Without the focus here they move through the run.
-      if (way === undefined) seen.value = next;
-      else turn(DEGREES_PER_KEY * way[0], DEGREES_PER_KEY * way[1]);
+      // Without the focus here they move through the run.
+      const way = step(event);
+      if (way !== null) turn(DEGREES_PER_KEY * way[0], -DEGREES_PER_KEY * way[1]);
+      else if (step(event, { Enter: [0, 0] })) seen.value = next;
     },
   };
 }

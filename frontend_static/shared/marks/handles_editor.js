@@ -5,14 +5,14 @@
  */
 
 import { h, html, signal } from "../../vendor/preact.js";
-import { elementOf } from "../dom.js";
+import { elementOf, step } from "../dom.js";
 import { parameterValue } from "../format.js";
-import { Loupe, Picture, PictureView, step, within } from "./mark_editor.js";
 import { linesOf, markOf, valueAt } from "./mark_json.js";
+import { Loupe, Picture, Stage, within } from "./picture.js";
 
 /** @import { MarkNumber } from "../messages.js" */
-/** @import { Place } from "./mark_editor.js" */
 /** @import { Description, Mark } from "./mark_json.js" */
+/** @import { Place } from "./picture.js" */
 
 const REACH_PX = 28;
 const EDGE_PX = 10;
@@ -23,7 +23,6 @@ export class HandlesEditor {
   /** @type {Description} */
   #description;
   #changed;
-  #picture = new Picture();
   /** Whether there is a mark: one was set, or a person has begun to make one. */
   #isMade = false;
   #places = signal(/** @type {ReadonlyMap<string, Place>} */ (new Map()));
@@ -39,6 +38,7 @@ export class HandlesEditor {
   /** @type {{handle: string, grip: Place}|{radius: MarkNumber}|null} */
   #drag = null;
 
+  picture = new Picture();
   /** @type {HTMLElement} */
   element;
 
@@ -81,19 +81,10 @@ export class HandlesEditor {
 
   /** Show the handles where the kind has them at first, to be dragged to where they belong. */
   offer() {
-    const [width, height] = this.#picture.size.value;
+    const [width, height] = this.picture.size.value;
     this.set(null);
     this.#places.value = new Map(this.#description.handles.map(({ name, at }) => [name, [at[0] * (width - 1), at[1] * (height - 1)]]));
     this.#offered.value = [...this.#places.value.keys()];
-  }
-
-  /**
-   * @param {string} address
-   * @param {number} width
-   * @param {number} height
-   */
-  show(address, width, height) {
-    this.#picture.show(address, width, height);
   }
 
   focus() {
@@ -102,7 +93,7 @@ export class HandlesEditor {
 
   /** @param {string|undefined} name */
   #focusOn(name) {
-    const handles = [...(this.#picture.current?.querySelectorAll("button") ?? [])];
+    const handles = [...(this.picture.current?.querySelectorAll("button") ?? [])];
     handles.find(({ dataset }) => dataset.handle === name)?.focus({ preventScroll: true });
   }
 
@@ -112,26 +103,18 @@ export class HandlesEditor {
     const [told, magnified] = [this.#told.value, this.#places.value.get(this.#magnified.value ?? "")];
     const place = this.#places.value.get(told ?? "");
     const surface = {
-      class: this.#near.value === null ? "mark-surface" : "mark-surface grip",
+      class: this.#near.value === null ? "" : "grip",
       role: "group",
       "aria-label": `${title}, ${target}`,
-      onPointerDown: (/** @type {PointerEvent} */ event) => this.#press(event),
-      onPointerMove: (/** @type {PointerEvent} */ event) => this.#move(event),
       onPointerLeave: () => (this.#near.value = null),
-      onPointerUp: () => this.#release(),
-      onPointerCancel: () => this.#release(),
     };
     const above = html`
       ${handles.map(({ name, title: words }) => this.#handle(name, words))}
-      ${magnified && h(Loupe, { picture: this.#picture, place: magnified })}
+      ${magnified && h(Loupe, { picture: this.picture, place: magnified })}
     `;
-    return html`<div class="target-stage" data-mark=${kind}>
-      ${h(PictureView, { picture: this.#picture, surface, drawn: this.#drawn(), above })}
-      <output class="picture-words" aria-live="polite">
-        ${place && `${handles.find(({ name }) => name === told)?.title} at ${place.map((value) => value.toFixed(1)).join(", ")} px`}
-      </output>
-      ${numbers.map((number) => this.#slider(number))}
-    </div>`;
+    const words = place && `${handles.find(({ name }) => name === told)?.title} at ${place.map((value) => value.toFixed(1)).join(", ")} px`;
+    const controls = numbers.map((number) => this.#slider(number));
+    return h(Stage, { kind, editor: this, surface, drawn: this.#drawn(), above, words, controls });
   }
 
   /**
@@ -141,12 +124,12 @@ export class HandlesEditor {
   #handle(name, title) {
     const place = this.#places.value.get(name);
     if (place === undefined) return null;
-    const [width, height] = this.#picture.size.value;
+    const [width, height] = this.picture.size.value;
     const kinds = {
       placed: this.#placed.value.includes(name),
       offered: this.#offered.value.includes(name),
       near: this.#near.value === name,
-      "at-right": (width - place[0]) / this.#picture.scale.value < NAME_PX,
+      "at-right": (width - place[0]) / this.picture.scale.value < NAME_PX,
     };
     const blur = () => (this.#magnified.value = this.#told.value = null);
     const key = (/** @type {KeyboardEvent} */ event) => {
@@ -196,7 +179,7 @@ export class HandlesEditor {
   #nearest(place) {
     const away = (/** @type {Place} */ other) => distance(middle(other), place);
     const [nearest] = [...this.#places.value].sort(([, one], [, other]) => away(one) - away(other));
-    return nearest && away(nearest[1]) < REACH_PX * this.#picture.scale.value ? nearest[0] : null;
+    return nearest && away(nearest[1]) < REACH_PX * this.picture.scale.value ? nearest[0] : null;
   }
 
   /**
@@ -207,15 +190,12 @@ export class HandlesEditor {
   #edge(place) {
     return this.#description.numbers.find(({ name, about }) => {
       const centre = this.#places.value.get(about ?? "");
-      return centre && Math.abs(distance(middle(centre), place) - (this.#numbers.value.get(name) ?? 0)) <= EDGE_PX * this.#picture.scale.value;
+      return centre && Math.abs(distance(middle(centre), place) - (this.#numbers.value.get(name) ?? 0)) <= EDGE_PX * this.picture.scale.value;
     });
   }
 
-  /** @param {PointerEvent} event */
-  #press(event) {
-    if (event.button !== 0) return;
-    event.preventDefault();
-    const at = this.#picture.at(event);
+  /** @param {Place} at */
+  press(at) {
     const name = this.#nearest(at);
     const place = this.#places.value.get(name ?? "");
     const radius = this.#edge(at);
@@ -223,17 +203,12 @@ export class HandlesEditor {
       this.#drag = { handle: name, grip: [at[0] - place[0], at[1] - place[1]] };
       this.#focusOn(name);
       this.#magnified.value = name;
-    } else if (radius) {
-      this.#drag = { radius };
-    } else {
-      return;
-    }
-    this.#picture.current?.setPointerCapture(event.pointerId);
+    } else if (radius) this.#drag = { radius };
+    return this.#drag !== null;
   }
 
-  /** @param {PointerEvent} event */
-  #move(event) {
-    const at = this.#picture.at(event);
+  /** @param {Place} at */
+  move(at) {
     if (this.#drag === null) {
       this.#near.value = this.#nearest(at);
     } else if ("radius" in this.#drag) {
@@ -245,7 +220,7 @@ export class HandlesEditor {
     }
   }
 
-  #release() {
+  release() {
     this.#drag = null;
     this.#magnified.value = null;
   }
@@ -256,7 +231,7 @@ export class HandlesEditor {
    * @param {number} y
    */
   #put(name, x, y) {
-    const [width, height] = this.#picture.size.value;
+    const [width, height] = this.picture.size.value;
     const tenth = (/** @type {number} */ value) => Math.round(value * 10) / 10;
     this.#places.value = new Map([...this.#places.value, [name, [within(tenth(x), width - 1), within(tenth(y), height - 1)]]]);
     this.#placed.value = this.#placed.value.filter((each) => each !== name);

@@ -3,128 +3,13 @@
  * that other packages bring along.
  */
 
-import { computed, h, html, signal, useEffect, useSignal } from "../../vendor/preact.js";
-import { elementOf } from "../dom.js";
+import { h, html, signal } from "../../vendor/preact.js";
+import { elementOf, step } from "../dom.js";
 import { HandlesEditor } from "./handles_editor.js";
+import { Picture, Stage, within } from "./picture.js";
 
-/** @import { Child } from "../../vendor/preact.js" */
 /** @import { Description, Mark } from "./mark_json.js" */
-
-// A picture of a recording that something is marked in: shown as large as there is room, with an overlay whose unit is
-// the picture's pixel. Pixels count from the middle of the first one.
-
-/** @typedef {[x: number, y: number]} Place In px of the picture. */
-
-const LOUPE_PX = 96;
-const ABOVE_PX = 24;
-/** So many pixels of the page one of the picture becomes in the loupe, at least. */
-const LARGE = 4;
-
-export class Picture {
-  address = signal("");
-  /** Width and height. */
-  size = signal(/** @type {[number, number]} */ ([1, 1]));
-  /** Width in the page, px. */
-  room = signal(0);
-  /** How many pixels of the picture one of the page is. */
-  scale = computed(() => this.size.value[0] / (this.room.value || this.size.value[0]));
-  /** @type {HTMLElement|null} What takes the focus and the pointer. */
-  current = null;
-
-  /**
-   * Show a picture of this size.
-   *
-   * @param {string} address
-   * @param {number} width
-   * @param {number} height
-   */
-  show(address, width, height) {
-    this.address.value = address;
-    this.size.value = [width, height];
-  }
-
-  /**
-   * Where a pointer is, from the left upper edge of the picture, and never beyond it.
-   *
-   * @param {PointerEvent} event
-   * @returns {Place}
-   */
-  at({ clientX, clientY }) {
-    const { left, top, width, height } = this.current?.getBoundingClientRect() ?? { left: 0, top: 0, width: 1, height: 1 };
-    const [across, down] = this.size.value;
-    return [within(((clientX - left) / width) * across, across), within(((clientY - top) / height) * down, down)];
-  }
-}
-
-/**
- * @param {{picture: Picture, surface: Record<string, unknown>, drawn: Child, above?: Child}} props `surface` is for the
- *     element itself, `drawn` lies in the overlay, `above` over it.
- */
-export function PictureView({ picture, surface, drawn, above }) {
-  const address = picture.address.value;
-  const [width, height] = picture.size.value;
-  /** The last address that was loaded, or could not be. */
-  const known = useSignal({ address: "", isMissing: false });
-  const come = (/** @type {boolean} */ isMissing) => () => (known.value = { address, isMissing });
-  const isKnown = known.value.address === address;
-  useEffect(() => {
-    const { current } = picture;
-    if (current) new ResizeObserver(() => (picture.room.value = current.clientWidth)).observe(current);
-  }, []);
-  return html`<div ref=${picture} ...${surface} class=${`${surface.class} picture ${isKnown ? "" : "loading"}`} style=${{ "--ratio": width / height }}>
-    <img alt="" draggable=${false} src=${address || null} width=${width} height=${height} onLoad=${come(false)} onError=${come(true)} />
-    <p class="picture-missing" role="alert" hidden=${!isKnown || !known.value.isMissing}>The picture of this frame could not be shown.</p>
-    <svg class="picture-overlay" preserveAspectRatio="none" aria-hidden="true" viewBox=${`0 0 ${width} ${height}`}>${drawn}</svg>
-    ${above}
-  </div>`;
-}
-
-/** @param {{picture: Picture, place: Place}} props What is around a point, magnified, beside the finger that hides it. */
-export function Loupe({ picture: { address, size, scale }, place }) {
-  const zoom = Math.max(LARGE, 2 / scale.value);
-  const [width, height] = size.value;
-  const [x, y] = place.map((value) => value + 0.5);
-  const [left, top] = [x / scale.value, y / scale.value];
-  const style = {
-    left: within(left - LOUPE_PX / 2, Math.max(0, width / scale.value - LOUPE_PX)),
-    top: top > LOUPE_PX + ABOVE_PX ? top - LOUPE_PX - ABOVE_PX : top + ABOVE_PX,
-    width: LOUPE_PX,
-    height: LOUPE_PX,
-    backgroundImage: `url("${address.value}")`,
-    backgroundSize: `${width * zoom}px ${height * zoom}px`,
-    backgroundPosition: `${LOUPE_PX / 2 - x * zoom}px ${LOUPE_PX / 2 - y * zoom}px`,
-  };
-  return html`<div class="loupe" aria-hidden="true" style=${style}></div>`;
-}
-
-/**
- * @param {number} value
- * @param {number} most
- */
-export function within(value, most) {
-  return Math.min(Math.max(0, value), most);
-}
-
-/** @type {Record<string, [right: number, down: number]>} */
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-/** A step with shift, px. */
-const FAR = 10;
-
-/**
- * How far a key goes: a pixel, or with shift ten; null for any other key.
- *
- * @param {KeyboardEvent} event
- * @param {Record<string, [right: number, down: number]>} [ways] Where keys go, by their place on the keyboard or their name; else the arrows.
- * @returns {[right: number, down: number]|null}
- */
-export function step(event, ways = ARROWS) {
-  const way = event.ctrlKey || event.metaKey || event.altKey ? undefined : (ways[event.code] ?? ways[event.key]);
-  if (way === undefined) return null;
-  event.preventDefault();
-  event.stopPropagation();
-  const far = event.shiftKey ? FAR : 1;
-  return [far * way[0], far * way[1]];
-}
+/** @import { Place } from "./picture.js" */
 
 // Drawing a box on a picture: by mouse or touch (drag to draw, drag inside to move, drag a corner to resize) and by
 // keyboard (arrows move, the keys at the places of W, A, S and D resize, by 1 px or with shift by 10). The box is in pixels
@@ -161,9 +46,12 @@ class BoxEditor {
    * @type {{from: Place}|{grip: Place}|null}
    */
   #drag = null;
-  #picture = new Picture();
   #kind;
   #changed;
+
+  picture = new Picture();
+  /** A box is drawn at once. */
+  left = 0;
 
   /** @type {HTMLElement} */
   element;
@@ -185,11 +73,6 @@ class BoxEditor {
     return { kind: this.#kind, x, y, width, height };
   }
 
-  /** A box is drawn at once. */
-  get left() {
-    return 0;
-  }
-
   /** @param {Mark|null} mark */
   set(mark) {
     this.#box.value = mark && [Number(mark.x), Number(mark.y), Number(mark.width), Number(mark.height)];
@@ -200,61 +83,50 @@ class BoxEditor {
     this.set(null);
   }
 
-  /**
-   * @param {string} address
-   * @param {number} width
-   * @param {number} height
-   */
-  show(address, width, height) {
-    this.#picture.show(address, width, height);
-  }
-
   /** @param {PointerEvent} event */
   centre(event) {
     if (this.#box.value === null) return false;
     const [, , width, height] = this.#box.value;
-    const [x, y] = this.#picture.at(event);
+    const [x, y] = this.picture.at(event);
     this.#put(x - width / 2, y - height / 2, width, height);
     return true;
   }
 
   focus() {
-    this.#picture.current?.focus({ preventScroll: true });
+    this.picture.current?.focus({ preventScroll: true });
   }
 
   /** @param {string} name */
   #view(name) {
     const box = this.#box.value;
     const surface = {
-      class: "mark-surface box",
+      class: "box",
       tabindex: 0,
       role: "application",
       "aria-label": `${name}. Arrow keys move it, the keys ${keys.value} resize it, with shift by 10 px`,
-      onPointerDown: (/** @type {PointerEvent} */ event) => this.#press(event),
-      onPointerMove: (/** @type {PointerEvent} */ event) => this.#move(event),
-      onPointerUp: () => (this.#drag = null),
-      onPointerCancel: () => (this.#drag = null),
       onKeyDown: (/** @type {KeyboardEvent} */ event) => this.#key(event),
     };
     const help = html`<span class="by-keyboard">By keyboard, arrows make and move the box, and ${keys} resize it; shift goes by 10 px.</span>`;
-    return html`<div class="target-stage" data-mark=${this.#kind}>
-      ${h(PictureView, { picture: this.#picture, surface, drawn: box && boxDrawing(box, CORNER_PX * this.#picture.scale.value) })}
-      <output class="picture-words" aria-live="polite">${box ? `${box[2]} × ${box[3]} px at ${box[0]}, ${box[1]}` : help}</output>
-    </div>`;
+    const words = box ? `${box[2]} × ${box[3]} px at ${box[0]}, ${box[1]}` : help;
+    return h(Stage, { kind: this.#kind, editor: this, surface, words, drawn: box && boxDrawing(box, CORNER_PX * this.picture.scale.value) });
   }
 
-  /** @param {PointerEvent} event */
-  #press(event) {
-    if (event.button !== 0) return;
-    event.preventDefault();
-    this.#picture.current?.setPointerCapture(event.pointerId);
+  /**
+   * @param {Place} place
+   * @param {PointerEvent} event
+   */
+  press([x, y], event) {
     this.focus();
-    const [x, y] = this.#picture.at(event);
     const corner = this.#corner(x, y, event.pointerType === "touch");
     const [left, top, width, height] = this.#box.value ?? [0, 0, 0, 0];
     const isInside = x > left && y > top && x < left + width && y < top + height;
     if (corner) this.#drag = { from: corner };
     else this.#drag = isInside ? { grip: [x - left, y - top] } : { from: [x, y] };
+    return true;
+  }
+
+  release() {
+    this.#drag = null;
   }
 
   /**
@@ -270,17 +142,16 @@ class BoxEditor {
   #corner(x, y, isFinger) {
     if (!this.#box.value) return null;
     const [left, top, width, height] = this.#box.value;
-    const { value: scale } = this.#picture.scale;
+    const { value: scale } = this.picture.scale;
     const near = REACH_PX * scale;
     const reach = isFinger ? Math.max(near, Math.min(FINGER_PX * scale, Math.min(width, height) / 3)) : near;
     const hit = CORNERS.find(([i, j]) => Math.hypot(left + i * width - x, top + j * height - y) <= reach);
     return hit ? [left + (1 - hit[0]) * width, top + (1 - hit[1]) * height] : null;
   }
 
-  /** @param {PointerEvent} event */
-  #move(event) {
+  /** @param {Place} place */
+  move([x, y]) {
     if (this.#drag === null) return;
-    const [x, y] = this.#picture.at(event);
     if ("grip" in this.#drag) {
       const [, , width, height] = this.#box.value ?? [0, 0, 0, 0];
       this.#put(x - this.#drag.grip[0], y - this.#drag.grip[1], width, height);
@@ -299,7 +170,7 @@ class BoxEditor {
     const way = size ?? step(event);
     if (way === null) return;
     if (box === null) {
-      const [across, down] = this.#picture.size.value;
+      const [across, down] = this.picture.size.value;
       const side = Math.round(Math.min(across, down) / 6);
       this.#put((across - side) / 2, (down - side) / 2, side, side);
     } else {
@@ -316,7 +187,7 @@ class BoxEditor {
    * @param {number} height
    */
   #put(x, y, width, height) {
-    const [across, down] = this.#picture.size.value;
+    const [across, down] = this.picture.size.value;
     const w = Math.min(Math.max(SMALLEST, Math.round(width)), across);
     const t = Math.min(Math.max(SMALLEST, Math.round(height)), down);
     this.#box.value = [within(Math.round(x), across - w), within(Math.round(y), down - t), w, t];
@@ -345,7 +216,7 @@ function boxDrawing([x, y, width, height], side) {
  * @property {HTMLElement} element What is put into the page.
  * @property {Mark|null} mark As the server takes it; null while there is none.
  * @property {number} left How many of its parts still stand where they were offered.
- * @property {(address: string, width: number, height: number) => void} show Show a picture of this size.
+ * @property {Picture} picture What the mark is made on.
  * @property {(mark: Mark|null, placed?: string[]) => void} set Show a mark, or none; the handles that were
  *     `placed` rather than found are hollow until somebody moves them.
  * @property {() => void} offer Begin to have one made.
