@@ -95,11 +95,10 @@ export class Demonstration extends Shown {
 
   /** @param {AbortSignal} gone */
   make(gone) {
-    const { along } = this.#lesson.question;
     const place = build("div", { class: "lesson-figure-place", data: { part: "figure" } });
     const on = {
       turn: (/** @type {string} */ name, /** @type {Value} */ value) => this.turn(name, value, true),
-      place: (/** @type {string} */ _, /** @type {number} */ x, /** @type {number} */ y) => this.#placed(along === "x" ? x : y),
+      place: this.#placed,
       declared: (/** @type {string} */ name) => this.#lesson.declarations.find((declaration) => declaration.name === name),
     };
     const figure = (this.#figure = new FigureView(place, on, gone));

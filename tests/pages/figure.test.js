@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import {
-  boxOf, describe as describePanel, even, furniture, isSame, margins, named, Scale, scales, ticksOf, titled, valueOn, withRoom, written,
+  boxOf, describe as describePanel, even, furniture, margins, named, Scale, scales, ticksOf, titled, valueOn, withRoom, written,
 } from "../../frontend_static/shared/figure/axes.js";
 import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/handle.js";
 import { KINDS, nearestOf, nearestOn } from "../../frontend_static/shared/figure/kinds.js";
@@ -114,15 +114,6 @@ describe("the box of a panel", () => {
     assert.ok(bare.left < around.left && bare.bottom < around.bottom);
   });
 
-  it("leaves names out that would lie over each other, and no numbers", () => {
-    const names = ["0.37", "0.23", "0.17", "0.12"];
-    const shown = (/** @type {number} */ width) =>
-      furniture({ ...panel, x: { ...AXIS, title: "", unit: "", low: -0.5, high: 3.5, names } }, { ...room, width }, style, false).x.map(({ text }) => text);
-    assert.deepEqual(shown(400), names);
-    assert.deepEqual(shown(180), ["0.37", "", "0.17", ""]);
-    assert.ok(furniture(panel, { ...room, width: 60 }, style, false).x.every(({ text }) => text));
-  });
-
   it("leaves numbers out that have no room, but its ends", () => {
     const shown = (/** @type {number} */ apart) => withRoom(Array.from({ length: 12 }, (_, place) => ({ text: String(place), at: apart * place, size: 30 })), 5);
     assert.equal(shown(40).length, 12);
@@ -137,11 +128,6 @@ describe("the box of a panel", () => {
   it("never vanishes, however little room there is", () => {
     const { width, height } = boxOf(panel, { width: 5, height: 5 }, { left: 40, right: 10, bottom: 30 }, 12);
     assert.ok(width > 0 && height > 0);
-  });
-
-  it("shares an axis only with one that is the same", () => {
-    assert.ok(isSame(AXIS, { ...AXIS }));
-    assert.ok(!isSame(AXIS, { ...AXIS, high: 11 }));
   });
 });
 
@@ -240,11 +226,7 @@ describe("the cells of a map", () => {
     assert.deepEqual([first.width, first.height], [72, 72]);
   });
 
-  it("have names as far apart as these are long and high", () => {
-    const many = { ...panel, x: names(40), y: names(40) };
-    const { x, y } = furniture(many, { width: 400, height: 300 }, { em: 13, wide: (text) => 7 * text.length }, false);
-    assert.deepEqual(x.map(({ text }) => text).slice(0, 5), ["0", "", "", "", "20"]);
-    assert.deepEqual(y.map(({ text }) => text).slice(0, 4), ["0", "", "", "15"]);
+  it("have the name of the nearest one everywhere", () => {
     assert.equal(valueOn(names(4), 3.5), "15");
     assert.equal(valueOn(names(4), -0.5), "0");
   });

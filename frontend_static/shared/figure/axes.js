@@ -228,7 +228,7 @@ export function valueOn(axis, value, step) {
   if (axis.names.length) return axis.names[Math.min(Math.max(Math.round(value), 0), axis.names.length - 1)];
   const size = axis.log ? Math.abs(value) : Math.abs(axis.high - axis.low);
   const decimals = Math.max(0, DIGITS - Math.round(Math.log10(size || 1)));
-  const text = written(value, Math.min(decimals, step === undefined ? MOST_DECIMALS : decimalsOf(step)));
+  const text = written(value, step === undefined ? decimals : Math.min(decimals, decimalsOf(step)));
   return axis.unit ? `${text} ${axis.unit}` : text;
 }
 
@@ -238,9 +238,7 @@ export function valueOn(axis, value, step) {
  * @param {number} step
  */
 function decimalsOf(step) {
-  const whole = Array.from({ length: MOST_DECIMALS }, (_, places) => step * 10 ** places);
-  const found = whole.findIndex((each) => Math.abs(each - Math.round(each)) < 1e-6 * each);
-  return found < 0 ? MOST_DECIMALS : found;
+  return step.toFixed(MOST_DECIMALS).replace(/0+$/, "").split(".")[1].length;
 }
 
 /**
@@ -309,8 +307,6 @@ const BESIDE = 0.4;
 const LOWEST = 2.5;
 /** Room for one number. */
 const APART = { x: 5, y: 1.9 };
-/** About what stands beside a box. */
-const ASIDE = 4;
 /** More numbers than that help nobody. */
 const MOST = { x: 11, y: 7 };
 /** Margins grow in such steps, so that another digit seldom moves the box. */
@@ -349,30 +345,14 @@ export function plainAxis(axis) {
 export function furniture(panel, { width, height }, { em, wide }, sharesX) {
   const count = (/** @type {"x"|"y"} */ along, /** @type {number} */ px) => Math.min(Math.max(2, Math.floor(px / (APART[along] * em))), MOST[along]);
   const ticks = ticksOf(panel.x, count("x", width));
-  const { names } = panel.x;
-  const numbered = names.length ? everyOther(ticks, (width - ASIDE * em) / names.length, Math.max(...names.map(wide)) + GAP * em) : ticks;
-  const x = sharesX ? ticks.map(({ at }) => ({ at, text: "" })) : numbered;
+  const x = sharesX ? ticks.map(({ at }) => ({ at, text: "" })) : ticks;
   const left = (/** @type {string} */ below) => height - TOP * em - under({ x, below }, em);
   // Where nothing would be left to paint on, a title gives way.
   const below = sharesX || left(titled(panel.x)) < LEAST ? "" : titled(panel.x);
   const high = left(below);
-  const across = ticksOf(panel.y, count("y", high));
-  const y = panel.y.names.length ? everyOther(across, high / panel.y.names.length, LINE * em) : across;
   const isBroken = titled(panel.y).split(" ").some((word) => wide(word) > high);
   const beside = isBroken ? panel.y.unit : titled(panel.y);
-  return { x, y, below, beside, lines: Number(beside !== "") + Number(wide(beside) > high) };
-}
-
-/**
- * Names that stand as far apart as they are long: all, or each second, or third.
- *
- * @param {Tick[]} ticks
- * @param {number} room For each, px.
- * @param {number} needed For each, px.
- */
-function everyOther(ticks, room, needed) {
-  const every = Math.max(1, Math.ceil(needed / room));
-  return ticks.map(({ at, text }, place) => ({ at, text: place % every ? "" : text }));
+  return { x, y: ticksOf(panel.y, count("y", high)), below, beside, lines: Number(beside !== "") + Number(wide(beside) > high) };
 }
 
 /**
@@ -487,7 +467,7 @@ export function writeAxes(root, { box, x, y }, around, aside, { em, wide }) {
 }
 
 /** @param {Record<string, number>} lengths */
-function inPx(lengths) {
+export function inPx(lengths) {
   return Object.fromEntries(Object.entries(lengths).map(([name, length]) => [name, `${length}px`]));
 }
 
@@ -507,14 +487,4 @@ export function withRoom(labels, gap) {
     if (isFree) end = to;
     return isFree;
   });
-}
-
-/**
- * Whether two axes are the same for who reads them.
- *
- * @param {Axis} one
- * @param {Axis} other
- */
-export function isSame(one, other) {
-  return JSON.stringify(one) === JSON.stringify(other);
 }

@@ -7,7 +7,6 @@
 import { html, useLayoutEffect, useRef } from "../../vendor/preact.js";
 import { build, fill, Tooltip } from "../dom.js";
 import { onTheme, tokens, watchCanvasSize } from "../theme.js";
-import { isSame } from "./axes.js";
 import { LOOKS } from "./paint.js";
 import { PanelView } from "./panel.js";
 
@@ -23,7 +22,7 @@ import { PanelView } from "./panel.js";
  *
  * @typedef {object} Listener
  * @property {(parameter: string, value: number) => void} [turn] A handle was moved.
- * @property {(panel: string, x: number, y: number) => void} [place] What was asked for was placed there.
+ * @property {(value: number) => void} [place] What was asked for was placed there.
  * @property {(panel: string, cell: Cell) => Child} [describe] What is said of a cell that is pointed at.
  * @property {(panel: string, cell: Cell) => void} [choose] A cell was chosen.
  * @property {(parameter: string) => Declared|undefined} [declared] What is known of a handle's parameter; its axis says
@@ -229,7 +228,7 @@ function columnsOf({ panels }, isNarrow) {
     row.map((panel, place) => {
       const next = rows[number + 1];
       const below = next?.length === row.length && !(isNarrow && row.length > 1) ? next[place] : undefined;
-      const sharesX = below !== undefined && isSame(panel.x, below.x);
+      const sharesX = JSON.stringify(panel.x) === JSON.stringify(below?.x);
       return { panel, column: isNarrow ? "all" : `${place} of ${row.map(({ share }) => share[1]).join(" ")}`, sharesX };
     }),
   );

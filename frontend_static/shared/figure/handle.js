@@ -4,7 +4,7 @@
  */
 
 import { build, setText } from "../dom.js";
-import { ends, even, valueOn } from "./axes.js";
+import { ends, even, inPx, valueOn } from "./axes.js";
 
 /** @import { Box, Scale } from "./axes.js" */
 /** @import { Axis } from "./traces.js" */
@@ -22,7 +22,7 @@ import { ends, even, valueOn } from "./axes.js";
  *
  * @typedef {object} Stand
  * @property {Box} box
- * @property {{x: Scale, y: Scale}} scales
+ * @property {Scale} scale
  * @property {Axis} axis
  * @property {"x"|"y"} along
  * @property {number} at
@@ -98,16 +98,14 @@ export class Handle {
    * @param {PointerEvent} event
    */
   #off(event) {
-    if (this.#stand === null) return 0;
-    const { along, scales } = this.#stand;
-    return this.#px(event, along) - scales[along].at(this.#value);
+    return this.#stand === null ? 0 : this.#px(event, this.#stand) - this.#stand.scale.at(this.#value);
   }
 
   /**
    * @param {PointerEvent} event
-   * @param {"x"|"y"} along
+   * @param {Stand} stand
    */
-  #px(event, along) {
+  #px(event, { along }) {
     const around = /** @type {HTMLElement} */ (this.element.parentElement).getBoundingClientRect();
     return along === "x" ? event.clientX - around.left : event.clientY - around.top;
   }
@@ -120,8 +118,8 @@ export class Handle {
   /** @param {PointerEvent} event */
   #follow(event) {
     if (this.#stand === null) return;
-    const { along, scales, bounds } = this.#stand;
-    this.#go(stepped(scales[along].value(this.#px(event, along) - this.#beside), bounds));
+    const { scale, bounds } = this.#stand;
+    this.#go(stepped(scale.value(this.#px(event, this.#stand) - this.#beside), bounds));
   }
 
   /** @param {KeyboardEvent} event */
@@ -150,11 +148,10 @@ export class Handle {
 
   #draw() {
     if (this.#stand === null) return;
-    const { box, scales, axis, along, bounds, title, locked } = this.#stand;
-    const at = scales[along].at(this.#value);
+    const { box, scale, axis, along, bounds, title, locked } = this.#stand;
     const { element } = this;
     const words = valueOn(axis, this.#value, bounds.log ? undefined : bounds.step);
-    put(element, box, along, at);
+    put(element, box, along, scale.at(this.#value));
     setText(this.#flag, `${title} ${words}`.trim());
     const texts = { label: title || axis.title, valuemin: bounds.low, valuemax: bounds.high, valuenow: this.#value, valuetext: words };
     for (const [name, text] of Object.entries({ ...texts, orientation: along === "x" ? "horizontal" : "vertical", disabled: locked })) {
@@ -163,83 +160,53 @@ export class Handle {
   }
 }
 
-/** @typedef {{box: Box, scales: {x: Scale, y: Scale}, axes: {x: Axis, y: Axis}, along: "x"|"y"}} Asked */
-
 /** Asking for a place in a panel: a person puts a line where they expect the answer, by pointer, touch or keys. */
 export class PlaceQuestion {
   #grip = new Handle((value) => this.#put(value), "asking");
   #hint = build("p", { class: "figure-hint", "aria-hidden": "true" }, build("span", {}, "Place your prediction here"));
   #place;
-  /** @type {Asked|null} */
-  #asked = null;
+  /** @type {Stand|null} */
+  #stand = null;
   /** @type {number|null} */
   #at = null;
-  /** The other coordinate of the pointer; it does not count, and is handed on.
-   *
-   * @type {number|null} */
-  #beside = null;
 
   element = build("div", { class: "figure-asking", hidden: true }, this.#hint, this.#grip.element);
 
-  /** @param {(x: number, y: number) => void} place Told both coordinates. */
+  /** @param {(value: number) => void} place */
   constructor(place) {
     this.#place = place;
     this.element.addEventListener("pointerdown", (event) => {
-      if (this.#asked === null || event.target !== this.element) return;
-      this.#aside(event);
+      if (this.#stand === null || event.target !== this.element) return;
       // Its old place must not pass for a new one.
-      this.#grip.show(this.#stand(NaN));
+      this.#grip.show({ ...this.#stand, at: NaN });
       this.#grip.hold(event);
     });
     this.#grip.element.addEventListener("keydown", (event) => {
-      if (this.#asked === null || (event.key !== "Enter" && event.key !== " ")) return;
+      if (this.#stand === null || (event.key !== "Enter" && event.key !== " ")) return;
       event.preventDefault();
-      this.#put(this.#at ?? stepped(this.#middle, boundsOf(this.#asked.axes[this.#asked.along])));
+      this.#put(this.#at ?? stepped(this.#stand.at, this.#stand.bounds));
     });
   }
 
-  /** @param {Asked|null} asked Null takes it away, and forgets what was placed. */
-  show(asked) {
-    this.#asked = asked;
-    this.element.hidden = asked === null;
-    if (asked === null) {
-      this.#at = this.#beside = null;
+  /** @param {Stand|null} stand Where the line is at first; null takes it away, and forgets what was placed. */
+  show(stand) {
+    this.#stand = stand;
+    this.element.hidden = stand === null;
+    if (stand === null) {
+      this.#at = null;
       return;
     }
-    this.element.dataset.along = asked.along;
-    const { left, top, width, height } = asked.box;
-    Object.assign(this.#hint.style, { left: `${left}px`, top: `${top}px`, width: `${width}px`, height: `${height}px` });
-    this.#grip.show(this.#stand(this.#at ?? this.#middle));
+    this.element.dataset.along = stand.along;
+    Object.assign(this.#hint.style, inPx(stand.box));
+    this.#grip.show({ ...stand, at: this.#at ?? stand.at });
     this.#say();
-  }
-
-  get #middle() {
-    const { scales, along, box } = /** @type {Asked} */ (this.#asked);
-    return scales[along].value(along === "x" ? box.left + box.width / 2 : box.top + box.height / 2);
-  }
-
-  /** @param {number} at */
-  #stand(at) {
-    const { box, scales, axes, along } = /** @type {Asked} */ (this.#asked);
-    return { box, scales, axis: axes[along], along, at, bounds: boundsOf(axes[along]), title: "your prediction", locked: false };
-  }
-
-  /** @param {PointerEvent} event */
-  #aside({ clientX, clientY }) {
-    const { scales, along } = /** @type {Asked} */ (this.#asked);
-    const around = this.element.getBoundingClientRect();
-    this.#beside = along === "x" ? scales.y.value(clientY - around.top) : scales.x.value(clientX - around.left);
   }
 
   /** @param {number} value */
   #put(value) {
-    if (this.#asked === null) return;
-    const { along, scales, box } = this.#asked;
     this.#at = value;
     this.#say();
-    const middle = along === "x" ? scales.y.value(box.top + box.height / 2) : scales.x.value(box.left + box.width / 2);
-    const beside = this.#beside ?? middle;
-    this.#place(along === "x" ? value : beside, along === "x" ? beside : value);
+    this.#place(value);
   }
 
   #say() {
@@ -288,7 +255,7 @@ export function moved(value, steps, bounds) {
   return stepped(bounds.log ? value * 10 ** (steps * bounds.step) : value + steps * bounds.step, bounds);
 }
 
-/** @typedef {{panel: string, along: "x"|"y", at: number|null, exact: number|null}} Mark What was placed, and what is exact. */
+/** @typedef {{panel: string, along: "x"|"y", at: number, exact: number}} Mark What was placed, and what is exact. */
 
 /**
  * What is said of a mark.
@@ -297,10 +264,7 @@ export function moved(value, steps, bounds) {
  * @param {Axis} axis
  */
 export function wordsOf({ at, exact }, axis) {
-  const words = [];
-  if (at !== null) words.push(`your prediction ${valueOn(axis, at)}`);
-  if (exact !== null) words.push(`exactly ${valueOn(axis, exact)}`);
-  return words.join(", ");
+  return `your prediction ${valueOn(axis, at)}, exactly ${valueOn(axis, exact)}`;
 }
 
 /**
@@ -310,23 +274,13 @@ export function wordsOf({ at, exact }, axis) {
  * @param {Box} box
  */
 export function markLines({ along, at, exact }, axis, scale, box) {
-  const both = at !== null && exact !== null;
-  const placed = at !== null && one("placed", "your prediction", at);
-  const right = exact !== null && one("exact", "exactly", exact);
-  return [placed, right].filter((element) => element !== false);
-
-  /**
-   * @param {string} name
-   * @param {string} title
-   * @param {number} value
-   */
-  function one(name, title, value) {
+  const both = /** @type {const} */ ([["placed", "your prediction", at], ["exact", "exactly", exact]]);
+  return both.map(([name, title, value]) => {
     const flag = build("span", { class: "figure-flag" }, `${title} ${valueOn(axis, value)}`);
-    const isSecond = both && name === "exact";
-    const line = build("div", { class: `figure-mark ${name}`, "aria-hidden": "true", "data-second": isSecond }, flag);
+    const line = build("div", { class: `figure-mark ${name}`, "aria-hidden": "true" }, flag);
     put(line, box, along, scale.at(value));
     return line;
-  }
+  });
 }
 
 /**
@@ -339,7 +293,7 @@ export function markLines({ along, at, exact }, axis, scale, box) {
  */
 function put(line, { left, top, width, height }, along, at) {
   const place = along === "x" ? { left: at, top, height, width: 0 } : { left, top: at, width, height: 0 };
-  for (const [side, px] of Object.entries(place)) line.style.setProperty(side, `${px}px`);
+  Object.assign(line.style, inPx(place));
   line.dataset.along = along;
   // What is written beside it stays within the panel.
   line.toggleAttribute("data-far", along === "x" ? at > left + width / 2 : at < top + height / 2);

@@ -279,10 +279,8 @@ const rule = {
   paint(sheet, trace) {
     const { left, top, width, height } = sheet.box;
     const at = sheet[trace.along].at(trace.at);
-    const path = new Path2D();
-    path.moveTo(...(trace.along === "x" ? /** @type {const} */ ([at, top]) : /** @type {const} */ ([left, at])));
-    path.lineTo(...(trace.along === "x" ? /** @type {const} */ ([at, top + height]) : /** @type {const} */ ([left + width, at])));
-    stroke(sheet, path, look(trace));
+    const [x, y] = trace.along === "x" ? [[at, at], [top, top + height]] : [[left, left + width], [at, at]];
+    stroke(sheet, pathThrough(Float64Array.from(x), Float64Array.from(y)), look(trace));
   },
   near(sheet, trace, px, py) {
     const at = sheet[trace.along].at(trace.at);

@@ -113,11 +113,7 @@ export function stroke(sheet, path, { ink, width, dash = [], opacity = 1 }) {
   pen.globalAlpha = opacity;
   pen.lineJoin = "round";
   pen.setLineDash(dash.map((length) => length * unit));
-  if (sheet.cased) {
-    pen.strokeStyle = sheet.ink.surface;
-    pen.lineWidth = (width + RIM) * unit;
-    pen.stroke(path);
-  }
+  if (sheet.cased) stroke({ ...sheet, cased: false }, path, { ink: "surface", width: width + RIM, dash, opacity });
   pen.strokeStyle = colourOf(sheet, ink);
   pen.lineWidth = width * unit;
   pen.stroke(path);
@@ -191,11 +187,11 @@ export function points(sheet, x, y, { ink, radius, shape = LOOKS[ink].shape, opa
     const side = 2 * Math.ceil(1.4 * radius + sheet.unit);
     const density = pen.getTransform().a;
     const picture = new OffscreenCanvas(side * density, side * density);
-    const own = /** @type {OffscreenCanvasRenderingContext2D} */ (picture.getContext("2d"));
+    const own = /** @type {CanvasRenderingContext2D} */ (/** @type {unknown} */ (picture.getContext("2d")));
     own.scale(density, density);
     const path = new Path2D();
     SHAPES[shape](path, side / 2, side / 2, radius);
-    paintShape({ ...sheet, cased: false }, own, path, shape, ink);
+    paintShape({ ...sheet, pen: own, cased: false }, path, shape, { ink, opacity: 1 });
     for (let index = 0; index < x.length; index += 1) {
       if (!isKnown(index)) continue;
       pen.globalAlpha = typeof opacity === "number" ? opacity : opacity[index];
@@ -203,32 +199,24 @@ export function points(sheet, x, y, { ink, radius, shape = LOOKS[ink].shape, opa
     }
   } else {
     const paths = byOpacity(x.length, opacity, (index, path) => isKnown(index) && SHAPES[shape](path, x[index], y[index], radius));
-    for (const [share, path] of paths) {
-      pen.globalAlpha = share;
-      paintShape(sheet, pen, path, shape, ink);
-    }
+    for (const [share, path] of paths) paintShape(sheet, path, shape, { ink, opacity: share });
   }
   pen.restore();
 }
 
 /**
  * @param {Sheet} sheet
- * @param {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D} pen
  * @param {Path2D} path
  * @param {Shape} shape
- * @param {string} ink
+ * @param {{ink: string, opacity: number}} look
  */
-function paintShape(sheet, pen, path, shape, ink) {
+function paintShape(sheet, path, shape, { ink, opacity }) {
   const isLine = ["ring", "cross"].includes(shape);
-  if (sheet.cased) {
-    pen.strokeStyle = sheet.ink.surface;
-    pen.lineWidth = (isLine ? LINE + RIM : RIM) * sheet.unit;
-    pen.stroke(path);
+  if (isLine) stroke(sheet, path, { ink, width: LINE, opacity });
+  else {
+    if (sheet.cased) stroke({ ...sheet, cased: false }, path, { ink: "surface", width: RIM, opacity });
+    fill(sheet, path, ink, opacity);
   }
-  pen.strokeStyle = pen.fillStyle = colourOf(sheet, ink);
-  pen.lineWidth = LINE * sheet.unit;
-  if (isLine) pen.stroke(path);
-  else pen.fill(path);
 }
 
 /**

@@ -1,9 +1,9 @@
 /** One panel on the page: its title and key, its axes and traces, its handles, and what is asked and marked in it. */
 
-import { build, setText } from "../dom.js";
+import { build, setText, step } from "../dom.js";
 import { gradient, viridis } from "../theme.js";
 import { coalesce } from "../timing.js";
-import { boxOf, describe, furniture, margins, paintGrid, plainAxis, scales, TOP, writeAxes, written } from "./axes.js";
+import { boxOf, describe, furniture, inPx, margins, paintGrid, plainAxis, scales, TOP, writeAxes, written } from "./axes.js";
 import { boundsOf, Handle, markLines, PlaceQuestion, wordsOf } from "./handle.js";
 import { KINDS } from "./kinds.js";
 import { cellsOf, isCellMap, most, REACH, within } from "./paint.js";
@@ -16,10 +16,6 @@ import { cellsOf, isCellMap, most, REACH, within } from "./paint.js";
 
 // What a panel says of the place that is pointed at, by pointer or, where there are cells, by keys; and choosing a cell, with
 // a ring around the one at the cursor, and one around the chosen one.
-
-/** @type {Record<string, [right: number, up: number]>} */
-const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-const FAR = 5;
 
 export class Pointing {
   #plot;
@@ -90,16 +86,10 @@ export class Pointing {
    * @param {Sheet} sheet
    */
   show(panel, sheet) {
-    const had = this.#map !== null;
     this.#drawn = { panel, sheet };
-    const has = this.#map !== null;
-    if (has !== had) {
-      // Without cells to choose it is a picture like any.
-      this.#picture.setAttribute("role", has ? "application" : "img");
-      for (const [name, value] of Object.entries({ "aria-roledescription": "heat map", tabindex: "0" })) {
-        if (has) this.#picture.setAttribute(name, value);
-        else this.#picture.removeAttribute(name);
-      }
+    if (this.#map !== null) {
+      const attributes = { role: "application", "aria-roledescription": "heat map", tabindex: "0" };
+      for (const [name, value] of Object.entries(attributes)) this.#picture.setAttribute(name, value);
     }
     this.#surround();
     // What is pointed at may have moved away.
@@ -116,7 +106,7 @@ export class Pointing {
       return;
     }
     const { left, top } = this.#plot.getBoundingClientRect();
-    Object.assign(this.#spot.style, { left: `${hit.x}px`, top: `${hit.y}px` });
+    Object.assign(this.#spot.style, inPx({ left: hit.x, top: hit.y }));
     this.#shared.tip.show(hit.words, { x: left + hit.x, y: top + hit.y, below: top + hit.y });
   }
 
@@ -164,7 +154,7 @@ export class Pointing {
       const map = this.#map;
       ring.hidden = map === null || cell === null || cell.i >= map.across || cell.j >= map.up;
       if (ring.hidden || this.#drawn === null || map === null || cell === null) continue;
-      for (const [side, px] of Object.entries(cellsOf(this.#drawn.sheet, map).box(cell))) ring.style.setProperty(side, `${px}px`);
+      Object.assign(ring.style, inPx(cellsOf(this.#drawn.sheet, map).box(cell)));
     }
   }
 
@@ -193,9 +183,8 @@ export class Pointing {
     const map = this.#map;
     if (map === null || event.ctrlKey || event.metaKey || event.altKey) return;
     const now = this.#start;
-    const [right, up] = MOVES[event.key] ?? [0, 0];
-    const far = event.shiftKey ? FAR : 1;
-    if (right || up) this.#go({ i: clamp(now.i + far * right, map.across), j: clamp(now.j + far * up, map.up) });
+    const way = step(event);
+    if (way !== null) this.#go({ i: clamp(now.i + way[0], map.across), j: clamp(now.j - way[1], map.up) });
     else if (event.key === "Home" || event.key === "End") this.#go({ i: event.key === "Home" ? 0 : map.across - 1, j: now.j });
     else if (event.key === "Enter" || event.key === " ") this.#choose(now);
     else if (event.key === "Escape") this.#tell(null);
@@ -266,7 +255,7 @@ export class PanelView {
   constructor(panel, shared) {
     this.panel = panel;
     this.#shared = shared;
-    this.#asking = new PlaceQuestion((x, y) => shared.on.place?.(this.panel.id, x, y));
+    this.#asking = new PlaceQuestion((value) => shared.on.place?.(value));
     this.#pointing = new Pointing(this.#plot, this.#picture, shared);
     this.#plot.append(...this.#pointing.elements, this.#asking.element);
     this.element = build("section", { class: "figure-panel", data: { panel: panel.id } }, this.#header, this.#plot);
@@ -281,8 +270,6 @@ export class PanelView {
   take(panel, style) {
     this.panel = panel;
     setText(this.#title, panel.title);
-    if (panel.title === "") this.#title.remove();
-    else if (this.#title.parentElement === null) this.#header.prepend(this.#title);
     this.#entitle(panel.traces, style);
   }
 
@@ -344,10 +331,10 @@ export class PanelView {
       const { over, paint } = KINDS[trace.kind];
       within(sheet, over * sheet.unit, () => paint(sheet, trace, panel.traces));
     }
-    this.#turnable(locked || ask !== null);
+    this.#turnable(sheet, locked || ask !== null);
     const axis = mark && panel[mark.along];
     this.#marks.replaceChildren(...(mark && axis ? markLines(mark, axis, sheet[mark.along], box) : []));
-    this.#asking.show(ask && { box, scales: { x: sheet.x, y: sheet.y }, axes, along: ask.along });
+    this.#asking.show(ask && this.#stand(sheet, ask.along));
     this.#picture.setAttribute("aria-label", describe(panel, mark && axis ? wordsOf(mark, axis) : ""));
     this.#pointing.show(panel, sheet);
     Object.assign(this.#plot.dataset, { left: box.left, top: box.top, width: box.width, height: box.height });
@@ -382,14 +369,25 @@ export class PanelView {
   }
 
   /**
+   * Where the prediction is offered: in the middle.
+   *
+   * @param {Sheet} sheet
+   * @param {"x"|"y"} along
+   */
+  #stand(sheet, along) {
+    const { box, axes: { [along]: axis }, [along]: scale } = sheet;
+    const at = scale.value(along === "x" ? box.left + box.width / 2 : box.top + box.height / 2);
+    return { box, scale, axis, along, at, bounds: boundsOf(axis), title: "your prediction", locked: false };
+  }
+
+  /**
    * The handles, each kept as long as its parameter has one.
    *
+   * @param {Sheet} sheet
    * @param {boolean} locked
    */
-  #turnable(locked) {
+  #turnable(sheet, locked) {
     const { panel } = this;
-    if (this.#sheet === null) return;
-    const { box, x, y } = this.#sheet;
     for (const [parameter, grip] of this.#handles) {
       if (panel.handles.some((handle) => handle.parameter === parameter)) continue;
       grip.element.remove();
@@ -399,7 +397,7 @@ export class PanelView {
       const axis = panel[along];
       const known = this.#shared.on.declared?.(parameter);
       const bounds = boundsOf(axis, known);
-      this.#grip(parameter).show({ box, scales: { x, y }, axis, along, at, bounds, title: known?.title ?? axis.title, locked });
+      this.#grip(parameter).show({ box: sheet.box, scale: sheet[along], axis, along, at, bounds, title: known?.title ?? axis.title, locked });
     }
   }
 
