@@ -75,12 +75,8 @@ export function measureValue(value, { how, unit }, frames) {
  */
 export function bytes(amount) {
   const units = ["B", "kB", "MB", "GB"];
-  let value = amount;
-  let unit = 0;
-  while (value >= 1000 && unit < units.length - 1) {
-    value /= 1000;
-    unit += 1;
-  }
+  const unit = Math.max(0, units.findLastIndex((_, place) => amount >= 1000 ** place));
+  const value = amount / 1000 ** unit;
   return `${value.toFixed(value >= 100 || unit === 0 ? 0 : 1)} ${units[unit]}`;
 }
 
@@ -132,8 +128,7 @@ export function count(amount, noun) {
  */
 export function duration(seconds) {
   if (seconds === null) return "–";
-  if (seconds < 9.5) return `${Math.max(1, Math.round(seconds))} s`;
-  if (seconds < 60) return `${Math.round(seconds)} s`;
+  if (seconds < 60) return `${Math.max(1, Math.round(seconds))} s`;
   const minutes = Math.floor(Math.round(seconds) / 60);
   if (minutes < 10) return `${minutes} min ${Math.round(seconds) % 60} s`;
   if (minutes < 120) return `${minutes} min`;

@@ -39,12 +39,10 @@ export function nameAt(primitives, x, y, scale) {
   return name;
 }
 
-/** @typedef {{decoded: Promise<ImageBitmap|null>, needed: number}} Kept */
+/** @typedef {{key: number, decoded: Promise<ImageBitmap|null>, needed: number}} Kept `needed` by this drawing last. */
 
 /** The pictures of drawings, decoded outside the page's thread and freed as soon as no drawing needs them any more. */
 export class Pictures {
-  /** @type {Map<number, Kept>} */
-  #newest = new Map();
   /** @type {Set<Kept>} */
   #all = new Set();
 
@@ -56,18 +54,16 @@ export class Pictures {
    * @returns {Promise<Map<number, ImageBitmap>>} Its pictures by key; one that cannot be decoded is missing.
    */
   async of(drawing, number) {
-    for (const [key, file] of drawing.files) this.#newest.set(key, this.#decoding(file));
-    const named = new Set(drawing.primitives.flatMap((item) => (item.kind === "picture" ? [item.image_rgb.key] : [])));
-    // A key that the newest drawing does not name is sent again when it is needed again.
-    const needed = (this.#newest = new Map([...this.#newest].filter(([key]) => named.has(key))));
-    for (const kept of needed.values()) kept.needed = number;
-    /** @type {Map<number, ImageBitmap>} */
-    const bitmaps = new Map();
-    for (const [key, { decoded }] of needed) {
-      const bitmap = await decoded;
-      if (bitmap !== null) bitmaps.set(key, bitmap);
+    for (const [key, file] of drawing.files) {
+      const decoded = createImageBitmap(new Blob([/** @type {BlobPart} */ (file)], { type: "image/jpeg" })).catch(() => null);
+      this.#all.add({ key, decoded, needed: number });
     }
-    return bitmaps;
+    const named = new Set(drawing.primitives.flatMap((item) => (item.kind === "picture" ? [item.image_rgb.key] : [])));
+    // Of a key that has come again, the newer picture.
+    const needed = new Map([...this.#all].filter(({ key }) => named.has(key)).map((kept) => [kept.key, kept]));
+    for (const kept of needed.values()) kept.needed = number;
+    const found = await Promise.all([...needed].map(async ([key, { decoded }]) => /** @type {const} */ ([key, await decoded])));
+    return new Map(found.flatMap(([key, bitmap]) => (bitmap === null ? [] : [[key, bitmap]])));
   }
 
   /**
@@ -81,17 +77,6 @@ export class Pictures {
       this.#all.delete(kept);
       kept.decoded.then((bitmap) => bitmap?.close());
     }
-  }
-
-  /**
-   * @param {Uint8Array} file
-   * @returns {Kept}
-   */
-  #decoding(file) {
-    const decoded = createImageBitmap(new Blob([/** @type {BlobPart} */ (file)], { type: "image/jpeg" })).catch(() => null);
-    const kept = { decoded, needed: 0 };
-    this.#all.add(kept);
-    return kept;
   }
 }
 

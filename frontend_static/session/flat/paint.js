@@ -159,13 +159,24 @@ function separate(segments) {
  * @returns {number[][]}
  */
 function outline({ centre: [x, y], half_axes: [ax, ay, bx, by], dashed }) {
-  const corners = Array.from({ length: CORNERS + 1 }, (_, corner) => {
+  const corners = around([x, y], [ax, ay], [bx, by]);
+  if (!dashed) return [corners.flat()];
+  return Array.from({ length: CORNERS / 2 }, (_, dash) => [...corners[2 * dash], ...corners[2 * dash + 1]]);
+}
+
+/**
+ * The corners of what is painted for an ellipse, the first of them at the end again.
+ *
+ * @param {readonly number[]} centre
+ * @param {readonly number[]} one A half axis.
+ * @param {readonly number[]} other The half axis conjugate to it.
+ */
+function around([x, y], [ax, ay], [bx, by]) {
+  return Array.from({ length: CORNERS + 1 }, (_, corner) => {
     const angle = (2 * Math.PI * corner) / CORNERS;
     const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
     return [x + cos * ax + sin * bx, y + cos * ay + sin * by, 0];
   });
-  if (!dashed) return [corners.flat()];
-  return Array.from({ length: CORNERS / 2 }, (_, dash) => [...corners[2 * dash], ...corners[2 * dash + 1]]);
 }
 
 /**
@@ -324,14 +335,9 @@ function paintEllipsoids({ context, scale, density }, { centres, covariances, co
     const [x, y] = [centres[3 * number], centres[3 * number + 1]];
     const [across, slope, rest] = root(covariances[9 * number], covariances[9 * number + 3], covariances[9 * number + 4]);
     if (!Number.isFinite(x + y + across + slope + rest)) continue;
-    const corners = Array.from({ length: CORNERS }, (_, corner) => {
-      const angle = (2 * Math.PI * corner) / CORNERS;
-      const [cos, sin] = [sigmas * Math.cos(angle), sigmas * Math.sin(angle)];
-      return [x + across * cos, y + slope * cos + rest * sin];
-    });
     context.fillStyle = context.strokeStyle = css(colours.subarray(3 * number, 3 * number + 3));
     context.globalAlpha = opacity;
-    fillCorners(context, scale, corners);
+    fillCorners(context, scale, around([x, y], [sigmas * across, sigmas * slope], [0, sigmas * rest]));
     context.globalAlpha = 1;
     context.stroke();
   }
