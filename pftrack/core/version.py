@@ -1,3 +1,3 @@
 """The version of the library, apart from what offers it, so that all can write it into their files."""
 
-__version__ = "1.0.0"
+__version__ = "1.1.0"
