@@ -9,7 +9,7 @@ import { request, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { after, NewestRequest } from "../shared/timing.js";
-import { classOfLink, isParticipant, KeptInTab } from "../shared/visitor.js";
+import { classOfLink, isParticipant, keptInTab } from "../shared/visitor.js";
 import { batch, computed, h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
@@ -28,10 +28,10 @@ const NOT_FOUND = 404;
 const GONE = 410;
 const AGAIN_MS = 300;
 /** Which class this tab leads, and which page it sees; null for the next one. */
-const led = /** @type {KeptInTab<{id: string, page: string|null}>} */ (new KeptInTab("pftrack-class"));
+const led = /** @type {import("../shared/visitor.js").KeptInTab<{id: string, page: string|null}>} */ (keptInTab("pftrack-class"));
 
 /** The walk through a lecture of this tab. */
-export const walkOfTab = /** @type {KeptInTab<import("./walk.js").Walk>} */ (new KeptInTab("pftrack-walk"));
+export const walkOfTab = /** @type {import("../shared/visitor.js").KeptInTab<import("./walk.js").Walk>} */ (keptInTab("pftrack-walk"));
 
 export class ClassControl {
   /** As the server describes it; null while nobody is led from this tab. */

@@ -7,7 +7,7 @@
 import { effect, h, signal, useLayoutEffect } from "../vendor/preact.js";
 import { dialogIsOpen } from "./dialog.js";
 import { IconButton } from "./dom.js";
-import { KeptInTab } from "./visitor.js";
+import { keptInTab } from "./visitor.js";
 
 // Printing: a page as a handout, by the rules of `print.css`. Pictures that only the server can draw for paper, as that of a
 // scene in three dimensions, are fetched before the browser prints; who prints by its menu has them from the last time.
@@ -46,7 +46,7 @@ const TYPED = "input:not([type=checkbox]):not([type=radio]):not([type=range]), t
 const root = document.documentElement;
 const presenting = signal(false);
 /** Whether the tab presents, be it shown on this page or not. */
-const kept = /** @type {KeptInTab<boolean>} */ (new KeptInTab("pftrack-presenting"));
+const kept = keptInTab("pftrack-presenting");
 /** The browser leaves full screen by itself with the page; that ends nothing. */
 let isLeft = false;
 

@@ -137,12 +137,7 @@ export class NewestRequest {
       while (this.#waiting !== null && !this.#signal.aborted) {
         const { wish } = this.#waiting;
         this.#waiting = null;
-        const found = await this.#tried(wish);
-        if (this.#signal.aborted) return;
-        if (found === "lost") {
-          await this.#pause(this.#backoff.next(), this.#signal);
-          this.#waiting ??= { wish };
-        }
+        await this.#try(wish);
       }
     } finally {
       this.#working = null;
@@ -151,25 +146,23 @@ export class NewestRequest {
     }
   }
 
-  /**
-   * @param {Wish} wish
-   * @returns {Promise<"told"|"lost">}
-   */
-  async #tried(wish) {
+  /** @param {Wish} wish */
+  async #try(wish) {
     try {
       const answer = await this.#send(wish);
-      if (this.#signal.aborted) return "told";
+      if (this.#signal.aborted) return;
       this.#found(true);
       await this.#on.answer?.(answer, wish, this.#waiting === null);
     } catch (error) {
-      if (this.#signal.aborted) return "told";
+      if (this.#signal.aborted) return;
       const isLost = this.#on.lost !== undefined && statusOf(error) === 0;
       this.#found(!isLost);
-      if (isLost) return "lost";
-      if (this.#on.refused === undefined) throw error;
-      this.#on.refused(error, wish);
+      if (isLost) {
+        await this.#pause(this.#backoff.next(), this.#signal);
+        this.#waiting ??= { wish };
+      } else if (this.#on.refused === undefined) throw error;
+      else this.#on.refused(error, wish);
     }
-    return "told";
   }
 
   /** @param {boolean} isThere Whether the server has answered. */

@@ -36,24 +36,18 @@ export function remember(name, value) {
  * What this tab keeps.
  *
  * @template Value
+ * @typedef {{get: () => Value|null, set: (value: Value|null) => void}} KeptInTab Null to forget it.
  */
-export class KeptInTab {
-  #key;
 
-  /** @param {string} key */
-  constructor(key) {
-    this.#key = key;
-  }
-
-  /** @returns {Value|null} */
-  get() {
-    return stored(() => JSON.parse(sessionStorage.getItem(this.#key) ?? "null"));
-  }
-
-  /** @param {Value|null} value Null to forget it. */
-  set(value) {
-    stored(() => sessionStorage.setItem(this.#key, JSON.stringify(value)));
-  }
+/**
+ * @param {string} key
+ * @returns {KeptInTab<any>}
+ */
+export function keptInTab(key) {
+  return {
+    get: () => stored(() => JSON.parse(sessionStorage.getItem(key) ?? "null")),
+    set: (value) => stored(() => sessionStorage.setItem(key, JSON.stringify(value))),
+  };
 }
 
 const { role = "", class: classLink = null } = globalThis.document?.documentElement.dataset ?? {};

@@ -62,8 +62,8 @@ export function Maps({ now }) {
 /** @param {HeatMapProps} props */
 function HeatMap({ tracker, title, words, shown, look, now: { cells } }) {
   const { room, figure } = useFigure({
-    describe: (_, at) => seen.value && elementOf(describe(seen.value, at, tracker)),
-    choose: (_, at) => choose(at, tracker),
+    describe: (at) => seen.value && elementOf(describe(seen.value, at, tracker)),
+    choose: (at) => choose(at, tracker),
   }, { isCompact: true, tip });
   const cell = chosen.value;
   const [x, y] = [axisOf(cells.x), axisOf(cells.y)];

@@ -10,7 +10,7 @@
 import { css } from "../../shared/theme.js";
 import { coated } from "./drawing.js";
 
-/** @import { Arrows, Axes, Colour, Drawing, Ellipse, Ellipsoids, Mesh, Picture, Points, Primitive, Text } from "./drawing.js" */
+/** @import { Arrows, Axes, Colour, Drawing, Ellipse, Ellipsoids, Links, Mesh, Picture, Points, Polyline, Primitive, Text } from "./drawing.js" */
 
 /** Beyond so many pixels of the canvas nothing is told apart, and browsers grow slow. */
 const FAR_PX = 30_000;
@@ -69,42 +69,31 @@ export function paint(surface, drawing, isShown, coat = null) {
   context.lineCap = "round";
   for (const item of drawing.primitives) {
     const shown = coat === null ? item : coated(item, coat);
-    if (shown !== null && isShown(item.layer)) paintPrimitive(surface, shown);
+    if (shown !== null && isShown(item.layer)) PAINTERS[shown.kind]?.(surface, shown);
   }
 }
 
 /**
- * @param {Surface} surface
- * @param {Primitive} item
+ * How each kind is painted, which is given that kind only. A camera does not see itself, and what a newer server may draw
+ * besides is unknown.
+ *
+ * @type {{[kind: string]: {paint(surface: Surface, item: Primitive): void}["paint"]|undefined}}
  */
-function paintPrimitive(surface, item) {
-  switch (item.kind) {
-    case "picture":
-      return paintPicture(surface, item);
-    case "points":
-      return paintPoints(surface, item);
-    case "polyline":
-      return strokes(surface, item, [item.positions]);
-    case "links":
-      return strokes(surface, item, separate(item.segments));
-    case "arrows":
-      strokes(surface, item, separate(item.segments));
-      return paintHeads(surface, item);
-    case "ellipsoids":
-      return paintEllipsoids(surface, item);
-    case "ellipse":
-      return strokes(surface, item, outline(item));
-    case "axes":
-      return strokes(surface, item, rays(item));
-    case "mesh":
-      return paintMesh(surface, item);
-    case "text":
-      return paintText(surface, item);
-    default:
-      // A camera does not see itself, and what a newer server may draw besides is unknown.
-      return undefined;
-  }
-}
+const PAINTERS = {
+  picture: paintPicture,
+  points: paintPoints,
+  polyline: (surface, /** @type {Polyline} */ item) => strokes(surface, item, [item.positions]),
+  links: (surface, /** @type {Links} */ item) => strokes(surface, item, separate(item.segments)),
+  arrows: (surface, /** @type {Arrows} */ item) => {
+    strokes(surface, item, separate(item.segments));
+    paintHeads(surface, item);
+  },
+  ellipsoids: paintEllipsoids,
+  ellipse: (surface, /** @type {Ellipse} */ item) => strokes(surface, item, outline(item)),
+  axes: (surface, /** @type {Axes} */ item) => strokes(surface, item, rays(item)),
+  mesh: paintMesh,
+  text: paintText,
+};
 
 /**
  * @param {Surface} surface

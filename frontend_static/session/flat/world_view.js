@@ -84,32 +84,22 @@ function ruler(world, scale, side) {
  * @returns {Primitive}
  */
 function projected(view, item) {
-  switch (item.kind) {
-    case "points": {
-      const positions = places(view, item.positions);
-      const order = byDepth(positions);
-      return { ...item, positions: picked(positions, order, 3), colours: picked(item.colours, order, 3), size: item.size * view.scale };
-    }
-    case "ellipsoids": {
-      const centres = places(view, item.centres);
-      const order = byDepth(centres);
-      const covariances = turnedSpreads(view, picked(item.covariances, order, 9));
-      return { ...item, centres: picked(centres, order, 3), covariances, colours: picked(item.colours, order, 3) };
-    }
-    case "polyline":
-      return { ...item, positions: places(view, item.positions) };
-    case "links":
-    case "arrows":
-      return { ...item, segments: places(view, item.segments) };
-    case "axes":
-      return { ...item, kind: "links", segments: places(view, rays(item).flat()) };
-    case "mesh":
-      return { ...item, vertices: places(view, item.vertices) };
-    case "text":
-      return { ...item, position: places(view, item.position), point: item.point && places(view, item.point) };
-    default:
-      return item;
+  if (item.kind === "points") {
+    const positions = places(view, item.positions);
+    const order = byDepth(positions);
+    return { ...item, positions: picked(positions, order, 3), colours: picked(item.colours, order, 3), size: item.size * view.scale };
   }
+  if (item.kind === "ellipsoids") {
+    const centres = places(view, item.centres);
+    const order = byDepth(centres);
+    const covariances = turnedSpreads(view, picked(item.covariances, order, 9));
+    return { ...item, centres: picked(centres, order, 3), covariances, colours: picked(item.colours, order, 3) };
+  }
+  if (item.kind === "axes") return { ...item, kind: "links", segments: places(view, rays(item).flat()) };
+  if (item.kind === "text") return { ...item, position: places(view, item.position), point: item.point && places(view, item.point) };
+  if ("positions" in item) return { ...item, positions: places(view, item.positions) };
+  if ("segments" in item) return { ...item, segments: places(view, item.segments) };
+  return "vertices" in item ? { ...item, vertices: places(view, item.vertices) } : item;
 }
 
 /**

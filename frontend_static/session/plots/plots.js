@@ -364,8 +364,7 @@ function panelOf({ plot, rows = 1, show }, store, { frames: [low, high], isSpark
  */
 function firstOf(all, store) {
   const known = all.filter(({ plot }) => !isTruthMissing(plot, store));
-  const isError = (/** @type {Drawn} */ { plot }) => plot.kind === "error";
-  const first = [...known.filter(isError), ...known.filter((each) => !isError(each))].slice(0, 2);
+  const first = [...new Set([...known.filter(({ plot }) => plot.kind === "error"), ...known])].slice(0, 2);
   return all.filter((each) => first.includes(each));
 }
 

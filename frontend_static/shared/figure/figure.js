@@ -23,8 +23,8 @@ import { PanelView } from "./panel.js";
  * @typedef {object} Listener
  * @property {(parameter: string, value: number) => void} [turn] A handle was moved.
  * @property {(value: number) => void} [place] What was asked for was placed there.
- * @property {(panel: string, cell: Cell) => Child} [describe] What is said of a cell that is pointed at.
- * @property {(panel: string, cell: Cell) => void} [choose] A cell was chosen.
+ * @property {(cell: Cell) => Child} [describe] What is said of a cell that is pointed at.
+ * @property {(cell: Cell) => void} [choose] A cell was chosen.
  * @property {(parameter: string) => Declared|undefined} [declared] What is known of a handle's parameter; its axis says
  *     what this does not.
  */
@@ -153,7 +153,8 @@ export class FigureView {
     const figure = this.#figure;
     if (figure === null || !this.#root.clientWidth) return;
     const style = (this.#style ??= styleOf(this.#root, this.#look));
-    const isNarrow = !this.#isCompact && this.#root.clientWidth < Math.max(NARROW, NARROW_PANEL * mostBeside(figure)) * style.em;
+    const beside = Math.max(...rowsOf(figure.panels).map(({ length }) => length));
+    const isNarrow = !this.#isCompact && this.#root.clientWidth < Math.max(NARROW, NARROW_PANEL * beside) * style.em;
     this.#make(figure, isNarrow);
     for (const panel of figure.panels) this.#view(panel).take(panel, style);
     const prepared = columnsOf(figure, isNarrow).map(({ panel, column, sharesX }) => {
@@ -205,15 +206,6 @@ export class FigureView {
 function rowsOf(panels) {
   const numbers = [...new Set(panels.map(({ row }) => row))].sort((one, other) => one - other);
   return numbers.map((number) => panels.filter(({ row }) => row === number));
-}
-
-/**
- * How many panels stand side by side in the fullest row.
- *
- * @param {Figure} figure
- */
-function mostBeside({ panels }) {
-  return Math.max(1, ...rowsOf(panels).map(({ length }) => length));
 }
 
 /**

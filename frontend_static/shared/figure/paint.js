@@ -30,6 +30,7 @@ import { named, saying, written } from "./axes.js";
  * @property {number} x px
  * @property {number} y px
  * @property {string} words
+ * @property {number} [below] px, of the lower edge of what has an extent; `y` is the upper one then.
  * @property {Cell} [cell] Of a map whose cells are chosen.
  */
 
@@ -328,16 +329,15 @@ export const heatMap = {
   paint: (sheet, map) => ("look" in map ? paintCells(sheet, map) : paintAmounts(sheet, map)),
   near(sheet, map, px, py) {
     const { x, y, axes, unit } = sheet;
-    const hit = { distance: REACH * unit, x: px, y: py };
     if ("look" in map) {
       const cell = cellsOf(sheet, map).at(px, py);
-      return cell && { ...hit, words: "", cell };
+      return cell && cellHit(sheet, map, cell);
     }
     const [column, row] = [cellAt(map.x, x.value(px)), cellAt(map.y, y.value(py))];
     const value = map.values[row]?.[column] ?? null;
     if (value === null) return null;
     const [atX, atY] = [Number(map.x[column]), Number(map.y[row])];
-    return { ...hit, words: saying(map, named(axes.x, atX), named(axes.y, atY), written(Number(value.toPrecision(3)))) };
+    return { distance: REACH * unit, x: px, y: py, words: saying(map, named(axes.x, atX), named(axes.y, atY), written(Number(value.toPrecision(3)))) };
   },
 };
 
@@ -430,6 +430,17 @@ export function cellsOf({ x, y }, { across, up }) {
       return i >= 0 && i < across && j >= 0 && j < up ? { i, j } : null;
     },
   };
+}
+
+/**
+ * @param {Sheet} sheet
+ * @param {CellMap} map
+ * @param {Cell} cell
+ * @returns {Hit}
+ */
+export function cellHit(sheet, map, cell) {
+  const { left, top, width, height } = cellsOf(sheet, map).box(cell);
+  return { distance: REACH * sheet.unit, x: left + width / 2, y: top, below: top + height, words: "", cell };
 }
 
 /**

@@ -6,7 +6,7 @@ import { coalesce } from "../timing.js";
 import { boxOf, describe, furniture, inPx, margins, paintGrid, plainAxis, scales, TOP, writeAxes, written } from "./axes.js";
 import { boundsOf, Handle, markLines, PlaceQuestion, wordsOf } from "./handle.js";
 import { KINDS } from "./kinds.js";
-import { cellsOf, isCellMap, most, REACH, within } from "./paint.js";
+import { cellHit, cellsOf, isCellMap, most, REACH, within } from "./paint.js";
 
 /** @import { Tooltip } from "../dom.js" */
 /** @import { Furniture, Margins, Style } from "./axes.js" */
@@ -99,32 +99,22 @@ export class Pointing {
   /** Say what the pointer is at, unless it is about to move something. */
   #point() {
     const hit = this.#pointer && this.#hit(this.#pointer);
-    this.#spot.hidden = !hit || hit.cell !== undefined;
     this.#picture.classList.toggle("choosing", Boolean(hit?.cell));
-    if (!hit?.words) {
-      this.#tell(hit?.cell ?? null);
+    this.#tell(hit);
+  }
+
+  /** @param {Hit|null} hit Null for nothing. */
+  #tell(hit) {
+    const { tip, on } = this.#shared;
+    const words = hit?.cell ? on.describe?.(hit.cell) : hit?.words;
+    this.#spot.hidden = !hit || hit.cell !== undefined;
+    if (!hit || !words) {
+      tip.hide();
       return;
     }
     const { left, top } = this.#plot.getBoundingClientRect();
     Object.assign(this.#spot.style, inPx({ left: hit.x, top: hit.y }));
-    this.#shared.tip.show(hit.words, { x: left + hit.x, y: top + hit.y, below: top + hit.y });
-  }
-
-  /**
-   * Say what is known of a cell, above it.
-   *
-   * @param {Cell|null} cell Null for nothing.
-   */
-  #tell(cell) {
-    const { tip, on } = this.#shared;
-    const words = cell && on.describe?.(this.#drawn?.panel.id ?? "", cell);
-    if (this.#drawn === null || this.#map === null || cell === null || words === undefined) {
-      tip.hide();
-      return;
-    }
-    const around = this.#plot.getBoundingClientRect();
-    const { left, top, width, height } = cellsOf(this.#drawn.sheet, this.#map).box(cell);
-    tip.show(words, { x: around.left + left + width / 2, y: around.top + top, below: around.top + top + height });
+    tip.show(words, { x: left + hit.x, y: top + hit.y, below: top + (hit.below ?? hit.y) });
   }
 
   /**
@@ -166,7 +156,7 @@ export class Pointing {
   #go(cell) {
     this.#pointer = null;
     this.#at = cell;
-    this.#tell(cell);
+    this.#tell(this.#drawn && this.#map && cellHit(this.#drawn.sheet, this.#map, cell));
     this.#surround();
   }
 
@@ -174,7 +164,7 @@ export class Pointing {
   #choose(cell) {
     // The keys go on from there.
     this.#at = cell;
-    this.#shared.on.choose?.(this.#drawn?.panel.id ?? "", cell);
+    this.#shared.on.choose?.(cell);
     this.#surround();
   }
 
