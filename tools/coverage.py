@@ -99,9 +99,9 @@ def _table(experiment: Experiment, found: Mapping[Setting, list[Coverage]], fram
 
 def _cell(experiment: Experiment, found: Mapping[Setting, list[Coverage]], setting: Setting, of: str) -> str:
     shares = {one.promised: one.share for one in found.get(setting, []) if one.of == of}
-    told = " / ".join(_percent(shares[one]) if one in shares else "–" for one in (HALF, MOST))
+    told = "/".join(_percent(shares[one]) if one in shares else "–" for one in (HALF, MOST))
     if ALL in shares:
-        told = f"{_percent(shares[ALL])} of 100"
+        told = f"{_percent(shares[ALL])} %"
     faults = declared_of(experiment, setting.tracker, setting.preset)
     directions = dict.fromkeys(fault.direction for fault in faults if not fault.bands or of in fault.bands)
     return " ".join([told, *(MARKS[direction] for direction in directions)])

@@ -87,22 +87,12 @@ def sentence(record: Mapping[str, Entry]) -> str:
 
 def blocks(record: Mapping[str, Entry]) -> dict[str, str]:
     """Return the generated parts of the page by name."""
-    found = findings_of(record)
-    known = [one for one in found if one.explained]
-    unexplained = [one for one in found if one.verdict == "differs" and one.known and not one.explained]
-    other = [one for one in found if one.fails]
-    better = [one for one in found if one.verdict == "better"]
-    missing = [one for one in found if one.verdict == "not run"]
+    missing = [one for one in findings_of(record) if one.verdict == "not run"]
     return {
         "run": _run(record),
         "counts": _counts(record),
-        "grounds": _grounds(found),
-        "known": _differences(known),
-        "unexplained": _differences(unexplained),
-        "unknown": _differences(other) if other else "There is none.",
-        "better": _differences(better) if better else "None is.",
+        "differences": _differences(record),
         "missing": _table(("result", "why"), [(one.result, one.reason) for one in missing]) if missing else "All were.",
-        "results": _results(record),
     }
 
 
@@ -187,11 +177,6 @@ def _older(record: Mapping[str, Entry]) -> list[str]:
     return [name for name, entry in record.items() if is_older(name, entry)]
 
 
-def _grounds(found: Sequence[Finding]) -> str:
-    counts = Counter(one.ground for one in found if one.tolerance is not None)
-    return _table(("ground of a tolerance", "figures"), counts.most_common())
-
-
 def _counts(record: Mapping[str, Entry]) -> str:
     rows = [(title, findings_of(record, names)) for title, names in STUDIES.items()]
     rows.append(("all", [one for _, found in rows for one in found]))
@@ -223,29 +208,23 @@ def _counts(record: Mapping[str, Entry]) -> str:
     )
 
 
-def _differences(found: Sequence[Finding]) -> str:
-    return _table(
-        ("claim or figure", "ours", "reference", "why"),
-        [(one.result, _number(one.ours), _reference(one), one.reason) for one in found],
+def _differences(record: Mapping[str, Entry]) -> str:
+    groups = Counter(
+        (f"`{name}`", _verdict(one), one.reason)
+        for name in RESULTS
+        for one in findings_of(record, [name])
+        if one.verdict in {"differs", "better"}
     )
+    rows = [(name, verdict, count, reason) for (name, verdict, reason), count in groups.items()]
+    return _table(("result", "verdict", "figures", "reason"), rows)
 
 
-def _reference(one: Finding) -> str:
-    if one.reference is None or one.tolerance is None:
-        return ""
-    return f"{_number(one.reference)} ± {_number(one.tolerance)}"
-
-
-def _results(record: Mapping[str, Entry]) -> str:
-    rows = []
-    for name in RESULTS:
-        entry = record.get(name)
-        row = ("not run", "", "", "")
-        if entry is not None:
-            code = "older than the code" if is_older(name, entry) else "of this code"
-            row = (entry.form, f"{entry.pieces:,}", f"{entry.seconds:,.0f}", code)
-        rows.append((f"`{name}`", *row))
-    return _table(("result", "form", "pieces of work", "processor time, s", "sources"), rows)
+def _verdict(one: Finding) -> str:
+    if one.verdict == "better":
+        return "better"
+    if one.fails:
+        return "differs, not expected"
+    return "differs, cause known" if one.explained else "differs, cause unknown"
 
 
 def _table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

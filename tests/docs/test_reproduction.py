@@ -104,7 +104,7 @@ def test_the_tables_that_people_wrote_have_the_numbers_of_the_record() -> None:
     """A number with a reference beside it is a finding of the record, with that reference."""
     known = [one for one in findings_of(ENTRIES) if one.reference is not None]
     pairs = beside_references()
-    assert len(pairs) > 300
+    assert len(pairs) > 20
     assert [
         f"{ours} ({reference})"
         for ours, reference in sorted(pairs)
