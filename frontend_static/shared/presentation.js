@@ -46,7 +46,7 @@ const TYPED = "input:not([type=checkbox]):not([type=radio]):not([type=range]), t
 const root = document.documentElement;
 const presenting = signal(false);
 /** Whether the tab presents, be it shown on this page or not. */
-const kept = keptInTab("pftrack-presenting");
+const kept = /** @type {import("./visitor.js").KeptInTab<boolean>} */ (keptInTab("pftrack-presenting"));
 /** The browser leaves full screen by itself with the page; that ends nothing. */
 let isLeft = false;
 

@@ -40,8 +40,9 @@ export function remember(name, value) {
  */
 
 /**
+ * @template Value
  * @param {string} key
- * @returns {KeptInTab<any>}
+ * @returns {KeptInTab<Value>}
  */
 export function keptInTab(key) {
   return {
