@@ -26,6 +26,7 @@ NOTHING = "0123456789abcdef"
 PLAIN_PAGES = [
     *("work", "references", "glossary", "failures", "failures/look-alike-capture", "compare", "sweep/new", "lectures"),
     *(f"sweep/{NOTHING}", f"sweep/{NOTHING}/run/0", f"session/{NOTHING}", f"lectures/{NOTHING}"),
+    *("docs", "help", "help/start.html"),
 ]
 """The pages that show something without a session; start, session and lessons have tests of their own."""
 
