@@ -15,6 +15,7 @@ import { HELP } from "./keys.js";
 import { steer } from "./steering.js";
 
 /** @import { Declaration, SessionPublic } from "../shared/messages.js" */
+/** @import { Child } from "../vendor/preact.js" */
 /** @import { Mounted } from "./mount.js" */
 /** @import { Values } from "./steering.js" */
 
@@ -133,9 +134,6 @@ function Branch({ store, last, first, close }) {
   </form>`;
 }
 
-/** Bytes of a file that is not even sent: the server says what is wrong with smaller ones. */
-const LARGEST = 500_000;
-
 /** @param {Mounted} view */
 export function filesDialog(view) {
   openDialog("Export and import", (close) => h(Files, { view, close }), "wide");
@@ -161,6 +159,18 @@ function Files({ view, close }) {
   </div>`;
 }
 
+/** @param {{name: string, label: string, words: Child, title: string, accept: string, take: (files: File[]) => void}} props */
+function FileButton({ name, label, words, title, accept, take }) {
+  const send = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
+    const files = [...(input.files ?? [])];
+    input.value = "";
+    if (files.length > 0) take(files);
+  };
+  return html`<label class="button quiet grow" title=${title}>
+    ${words}<input type="file" accept=${accept} class="visually-hidden" aria-label=${label} data-file=${name} onChange=${send} />
+  </label>`;
+}
+
 /** @param {{store: Mounted["store"], declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
 function BringIn({ store, declaration: { name, title, description, accept }, isUsed }) {
   const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
@@ -168,22 +178,15 @@ function BringIn({ store, declaration: { name, title, description, accept }, isU
     const run = () => steer(store, { kind: "restart" });
     if (taken) toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
   };
-  const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
-    const file = input.files?.[0];
-    if (!file) return;
+  const take = async (/** @type {File[]} */ [file]) => {
     const text = await file.text();
-    input.value = "";
-    if (file.size > LARGEST) toast(`${file.name} is too large for this kind of file`, { kind: "error" });
     // An empty text would take the file away.
-    else if (text.trim() === "") toast(`${file.name} is empty`, { kind: "error" });
+    if (text.trim() === "") toast(`${file.name} is empty`, { kind: "error" });
     else await use(text, `${file.name} is used`);
   };
   const drop = () => use("", "The file is no longer used");
   return html`<li>
-    <label class="button quiet grow" title=${description}>
-      ${title}…${isUsed && html`<span class="hint">in use</span>`}
-      <input type="file" accept=${accept} class="visually-hidden" aria-label=${title} data-file=${name} onChange=${send} />
-    </label>
+    ${h(FileButton, { name, label: title, words: html`${title}…${isUsed && html`<span class="hint">in use</span>`}`, title: description, accept, take })}
     ${isUsed && html`<button type="button" class="quiet" title=${`Stop using this file: ${title}`} data-drop=${name} onClick=${drop}>Remove</button>`}
   </li>`;
 }
@@ -201,10 +204,8 @@ function Truth({ view, upload, close }) {
     isKnown.value = (await request("GET uploads/{upload}/truth", about).catch(() => null)) !== null;
   };
   useEffect(() => void look(), []);
-  const send = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
-    const files = [...(input.files ?? [])];
-    input.value = "";
-    if (files.length > 0 && (await giveTruth(id, files))) await look();
+  const take = async (/** @type {File[]} */ files) => {
+    if (await giveTruth(id, files)) await look();
   };
   const start = () => {
     close();
@@ -214,10 +215,7 @@ function Truth({ view, upload, close }) {
   const known = html`<a class="button quiet" download title="The truth that is known, CSV" data-role="known-truth" href=${address}>Download</a>`;
   const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
   return html`<li>
-    <label class="button quiet grow" title=${words}>
-      Truth, CSV…
-      <input type="file" accept=".csv,.txt,.xml,.json,text/csv" class="visually-hidden" aria-label="Truth" data-file="truth" onChange=${send} />
-    </label>
+    ${h(FileButton, { name: "truth", label: "Truth", words: "Truth, CSV…", title: words, accept: ".csv,.txt,.xml,.json,text/csv", take })}
     ${mark && html`<button type="button" class="quiet" title="Mark the target in the pictures (T)" data-role="mark-truth" onClick=${start}>Mark…</button>`}
     ${isKnown.value && known}
   </li>`;

@@ -19,63 +19,41 @@ const COLOURS = HighlightStyle.define([
   { tag: [tags.function(tags.definition(tags.variableName)), tags.definition(tags.className)], fontWeight: "600" },
 ]);
 
-class CodeField {
-  #view;
+/**
+ * @param {FilterPublic} file
+ * @param {(text: string) => void} change Hears of every change of the text.
+ * @param {() => void} save
+ */
+function extensions(file, change, save) {
+  const run = () => {
+    save();
+    return true;
+  };
+  return [
+    keymap.of([{ key: "Mod-s", preventDefault: true, run }, indentWithTab]),
+    basicSetup,
+    indentUnit.of("    "),
+    python(),
+    pythonLanguage.data.of({ autocomplete: hints(file) }),
+    autocompletion(),
+    lintGutter(),
+    syntaxHighlighting(COLOURS),
+    EditorView.contentAttributes.of({ "aria-label": file.file }),
+    EditorView.updateListener.of(({ docChanged, state }) => docChanged && change(state.doc.toString())),
+  ];
+}
 
-  /**
-   * @param {HTMLElement} parent
-   * @param {FilterPublic} file
-   * @param {{onChange: (text: string) => void, onSave: () => void}} told
-   */
-  constructor(parent, file, { onChange, onSave }) {
-    const save = () => {
-      onSave();
-      return true;
-    };
-    this.#view = new EditorView({
-      parent,
-      doc: file.text,
-      extensions: [
-        keymap.of([{ key: "Mod-s", preventDefault: true, run: save }, indentWithTab]),
-        basicSetup,
-        indentUnit.of("    "),
-        python(),
-        pythonLanguage.data.of({ autocomplete: hints(file) }),
-        autocompletion(),
-        lintGutter(),
-        syntaxHighlighting(COLOURS),
-        EditorView.contentAttributes.of({ "aria-label": file.file }),
-        EditorView.updateListener.of((/** @type {{docChanged: boolean}} */ update) => update.docChanged && onChange(this.text)),
-      ],
-    });
-  }
-
-  get text() {
-    return this.#view.state.doc.toString();
-  }
-
-  set text(text) {
-    const { state } = this.#view;
-    this.#view.dispatch({ changes: { from: 0, to: state.doc.length, insert: text } });
-  }
-
-  focus() {
-    this.#view.focus();
-  }
-
-  /**
-   * Mark an error at its line and scroll to it; null clears the mark.
-   *
-   * @param {SessionProblem|null} problem
-   */
-  mark(problem) {
-    const { state } = this.#view;
-    const number = problem?.line ?? 0;
-    const line = number >= 1 && number <= state.doc.lines ? state.doc.line(number) : null;
-    const marks = problem && line ? [{ from: line.from, to: line.to, severity: "error", message: problem.text }] : [];
-    this.#view.dispatch(setDiagnostics(state, marks));
-    if (line) this.#view.dispatch({ effects: EditorView.scrollIntoView(line.from, { y: "center" }) });
-  }
+/**
+ * What marks an error at its line and scrolls to it; null clears the mark.
+ *
+ * @param {EditorView["state"]} state
+ * @param {SessionProblem|null} problem
+ */
+function marked(state, problem) {
+  const number = problem?.line ?? 0;
+  const line = number >= 1 && number <= state.doc.lines ? state.doc.line(number) : null;
+  const marks = problem && line ? [{ from: line.from, to: line.to, severity: "error", message: problem.text }] : [];
+  return [setDiagnostics(state, marks), ...(line ? [{ effects: EditorView.scrollIntoView(line.from, { y: "center" }) }] : [])];
 }
 
 /**
@@ -109,7 +87,7 @@ export function Editor({ store, file: first, close }) {
   const text = useSignal(first.text);
   const said = useSignal("");
   const place = useRef(/** @type {HTMLElement|null} */ (null));
-  const field = useRef(/** @type {CodeField|null} */ (null));
+  const field = useRef(/** @type {EditorView|null} */ (null));
   const save = async () => {
     try {
       file.value = await request("PUT filters/{name}", { name: file.value.name, body: { text: text.value, before: file.value.digest } });
@@ -129,10 +107,11 @@ export function Editor({ store, file: first, close }) {
       text.value = next;
       said.value = "";
     };
-    field.current = new CodeField(/** @type {HTMLElement} */ (place.current), first, { onChange: change, onSave: save });
+    const parent = /** @type {HTMLElement} */ (place.current);
+    field.current = new EditorView({ parent, doc: first.text, extensions: extensions(first, change, save) });
     field.current.focus();
   }, []);
-  useEffect(() => field.current?.mark(own), [own?.line, own?.text]);
+  useEffect(() => field.current?.dispatch(...marked(field.current.state, own)), [own?.line, own?.text]);
   useEffect(() => {
     if (newest !== undefined && newest !== file.value.digest && !isChanged) follow();
   }, [newest]);
@@ -140,7 +119,7 @@ export function Editor({ store, file: first, close }) {
     const found = (await request("GET filters")).find((each) => each.name === name);
     if (found === undefined || text.value !== file.value.text) return;
     file.value = found;
-    if (field.current && text.value !== found.text) field.current.text = found.text;
+    if (text.value !== found.text) field.current?.dispatch({ changes: { from: 0, to: text.value.length, insert: found.text } });
   };
   return html`
     <div class="editor-bar">

@@ -3,9 +3,10 @@
  * goes on meanwhile; what is found opens as a branch beside it.
  */
 
-import { cancelJob, followJob, messageOf, request } from "../shared/api.js";
+import { cancelJob, followJob, messageOf, Meter, request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { number, parameterValue } from "../shared/format.js";
+import { Doing } from "../shared/page.js";
 import { Explained } from "../shared/terms.js";
 import { h, html, useSignal } from "../vendor/preact.js";
 import { steer } from "./steering.js";
@@ -55,7 +56,7 @@ function Fitting({ store, end, close }) {
   if (share.value !== null) {
     return html`<div class="fit" aria-live="polite">
       <p>Running the tracker on the same frames with other values. The session goes on meanwhile.</p>
-      <progress max="1" value=${share.value} aria-label="How far the fit is"></progress>
+      ${h(Meter, { share: share.value, label: "How far the fit is" })}
       <footer><button type="button" autofocus onClick=${close}>Cancel</button></footer>
     </div>`;
   }
@@ -96,11 +97,8 @@ function Offer({ declaration, value, chosen, toggle }) {
  */
 function Result({ found, store, close }) {
   const session = store.known;
-  const isOpening = useSignal(false);
   const open = async () => {
-    isOpening.value = true;
     const made = await steer(store, { kind: "branch", frame: 0, values: { ...found.values, tracker: found.tracker }, title: "Fitted values" });
-    isOpening.value = false;
     if (!made) return;
     close();
     await steer(store, { kind: "seek", frame: session.position });
@@ -121,7 +119,7 @@ function Result({ found, store, close }) {
     <p class="hint">${h(Explained, { text: about, experiment: session.recipe.experiment })}</p>
     <footer>
       <button type="button" onClick=${close}>${found.kept ? "Leave it as it is" : "Close"}</button>
-      ${found.kept && html`<button type="button" class="primary" autofocus disabled=${isOpening.value} onClick=${open}>Open as a branch</button>`}
+      ${found.kept && h(Doing, { label: "Open as a branch", class: "primary", autofocus: true, run: open })}
     </footer>
   `;
 }

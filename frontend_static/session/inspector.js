@@ -268,11 +268,9 @@ export class Inspector {
     scene?.root.addEventListener("click", at((place) => this.#press(place)), { signal: end });
     globalThis.addEventListener("message", ({ origin, source, data }) => {
       if (!this.isOpen.peek() || origin !== location.origin || !scene?.window || source !== scene.window || data?.source !== "pftrack-viser") return;
-      const place = placeIn(data.place);
-      if (place === null) return;
-      if (data.pointed === "hover") this.#hover(place);
+      if (data.pointed === "hover") this.#hover(data.place);
       // A particle may be lifted above the place at which it is pointed at.
-      else if (data.pointed === "press") this.#press(place, placeIn(data.particle) ?? undefined);
+      else if (data.pointed === "press") this.#press(data.place, data.particle ?? undefined);
     }, { signal: end });
   }
 
@@ -402,14 +400,4 @@ function placeOf({ target, offsetX, offsetY }) {
   if (!(target instanceof HTMLElement) || !target.classList.contains("flat-canvas")) return null;
   const scale = target.offsetWidth / Number(target.dataset.width);
   return Number.isFinite(scale) && scale > 0 ? [offsetX / scale - 0.5, offsetY / scale - 0.5] : null;
-}
-
-/**
- * @param {unknown} said
- * @returns {Place|null}
- */
-function placeIn(said) {
-  if (!Array.isArray(said)) return null;
-  const [x, y] = said.map(Number);
-  return Number.isFinite(x) && Number.isFinite(y) ? [x, y] : null;
 }

@@ -161,7 +161,7 @@ export function frequencies(history, name) {
 /**
  * Whether a value says anything: it is a known number, or has one.
  *
- * @param {SeriesValue} value
+ * @param {SeriesValue|undefined} value
  * @returns {boolean}
  */
 export function isKnown(value) {

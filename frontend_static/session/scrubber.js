@@ -14,7 +14,7 @@ import { follow, throttle } from "../shared/timing.js";
 import { h, html, render, signal as newSignal, useEffect, useMemo, useRef } from "../vendor/preact.js";
 import { KINDS, range, reader } from "./plots/kinds.js";
 import { column, shades } from "./plots/plots.js";
-import { eventsOf, numberOf, ofRole, samplers } from "./readings.js";
+import { eventsOf, numberOf, ofRole } from "./readings.js";
 import { marks } from "./steering.js";
 import { curve, isGone } from "./store.js";
 
@@ -24,37 +24,36 @@ import { curve, isGone } from "./store.js";
 /** @import { Role } from "./readings.js" */
 /** @import { Curve, Row, Store } from "./store.js" */
 
-// The memory of a run as a picture: error, sigma against its thresholds, ESS, proposals, events, how probable a loss is, and
-// bands, in rows over one axis of frames. What is in a row are traces, as in any figure (`shared/figure`).
+// The memory of a run as a picture: the error, or sigma where no truth is known, events, how probable a loss is, and bands, in
+// rows over one axis of frames. What is in a row are traces, as in any figure (`shared/figure`).
 
-/** @typedef {"flags"|"error"|"sigma"|"ess"|"proposal"|"events"|"loss"|"bands"|"changes"} RowName */
+/** @typedef {"flags"|"error"|"sigma"|"events"|"loss"|"bands"|"changes"} RowName */
 /** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px. */
 
-/** What each row is called, how high it is, and how much is free below it, px: from one name to the next is a line of letters. */
+/**
+ * What each row is called, how high it is, and how much is free below it, px: from one name to the next is a line of letters. A
+ * curve has the height that the others leave.
+ */
 const ROWS = /** @type {const} */ ({
   flags: ["", 12, 0],
-  error: ["error", 34, 4],
-  sigma: ["sigma", 24, 4],
-  ess: ["ESS", 6, 5],
-  proposal: ["proposal", 8, 5],
+  error: ["error", 0, 4],
+  sigma: ["sigma", 0, 4],
   events: ["events", 14, 4],
   loss: ["P(lost)", 8, 5],
   bands: ["hidden, lost", 10, 2],
   changes: ["changes", 16, 2],
 });
-/** What is left out first where not all of them have room: the plots say it, too. */
-const DISPENSABLE = /** @type {const} */ (["proposal", "ess", "sigma", "loss"]);
-/** What the first curve gives to the others before, px. */
-const GIVEN = 20;
 /** How far lines at the edge of a row reach beyond it, px. */
 const EDGE = 1;
-const INKS = ["ink", "muted", "well", "ramp", "hidden", "lost"];
+/** How opaque an improbable loss is. */
+const FAINTEST = 0.4;
+const INKS = ["ink", "muted", "well", "hidden", "lost"];
 
 class Memory {
   #store;
   #hidden = shades("hidden", 0.55, (row) => row.hidden === true);
   #lost = shades("lost", 1, isGone);
-  /** @type {Record<"error"|"sigma"|"proposal", Kind>|null} */
+  /** @type {Record<"error"|"sigma", Kind>|null} */
   #plots = null;
   /** How wide a frame is, px. */
   #px = 1;
@@ -80,7 +79,7 @@ class Memory {
     const [width, height] = [canvas.clientWidth / unit, canvas.clientHeight / unit];
     this.#px = width / Math.max(1, session.frames - 1);
     this.rows.value = this.#arranged(height);
-    this.ink ??= tokens(...INKS, ...samplers(session).map(({ colour }) => colour), ...ofRole(session, "event").flatMap(({ colours }) => colours));
+    this.ink ??= tokens(...INKS, ...ofRole(session, "event").flatMap(({ colours }) => colours));
     canvas.width = Math.round(canvas.clientWidth * devicePixelRatio);
     canvas.height = Math.round(canvas.clientHeight * devicePixelRatio);
     pen.scale(canvas.width / width, canvas.height / height);
@@ -98,8 +97,8 @@ class Memory {
   }
 
   /**
-   * The rows that some frame has anything for: a method without particles has no ESS, a recording without truth no error.
-   * Until a frame is computed nothing is known of the curves, and they keep their room.
+   * The rows that some frame has anything for: a recording without truth has no error. Until a frame is computed nothing is known
+   * of the curve, and it keeps its room.
    *
    * @param {number} height
    */
@@ -109,9 +108,12 @@ class Memory {
     const isDrawn = (/** @type {Curve} */ read) => history.length === 0 || range(this.#store, [read])[0] < Infinity;
     const isHidden = history.some(({ hidden }) => typeof hidden === "boolean") && "hidden";
     const gone = [isHidden, history.some((row) => Boolean(row.lost_by)) && "lost"].filter(Boolean).join(", ");
+    const hasError = isDrawn(curve.error);
     /** @type {Record<RowName, boolean>} */
     const has = {
-      ...{ flags: true, error: isDrawn(curve.error), sigma: isDrawn(curve.sigma), ess: isMeasured("ess"), proposal: isMeasured("share") },
+      flags: true,
+      error: hasError,
+      sigma: !hasError && isDrawn(curve.sigma),
       events: isMeasured("event"),
       // In the first frame no tracker can have lost its target yet: what is told from the next one on has its room.
       loss: isMeasured("loss_probability") || (history.length <= 1 && ofRole(known, "loss_probability").length > 0),
@@ -120,7 +122,7 @@ class Memory {
     };
     const missing = /** @type {RowName[]} */ (Object.keys(has)).filter((name) => !has[name]);
     const hasLimits = known.thresholds.some(({ of }) => of === "sigma");
-    return rowsWithout(missing, height, { bands: gone, proposal: ofRole(known, "share")[0]?.title, ...(hasLimits && { sigma: "sigma | limit" }) });
+    return rowsWithout(missing, height, { bands: gone, ...(hasLimits && { sigma: "sigma | limit" }) });
   }
 
   /**
@@ -133,14 +135,12 @@ class Memory {
     const store = this.#store;
     const { history } = store;
     const plot = /** @type {Plot} */ ({ id: "", title: "", unit: session.unit });
-    this.#plots ??= { error: KINDS.error(plot, session), sigma: KINDS.sigma(plot, session), proposal: KINDS.samplers(plot, session) };
-    const { error, proposal, sigma } = this.#plots;
+    this.#plots ??= { error: KINDS.error(plot, session), sigma: KINDS.sigma(plot, session) };
+    const { error, sigma } = this.#plots;
     return {
       error: () => error.show(store, false),
       sigma: () => sigma.show(store, false),
-      ess: () => this.#strip(this.#weight, "ramp", 0.08),
-      loss: () => this.#strip(this.#loss, "lost", 0.4),
-      proposal: () => proposal.show(store, false),
+      loss: () => this.#probabilities(session),
       events: () => {
         const all = ofRole(session, "event");
         const traces = all.map(({ name, colours: [ink = "ink"] }, place) => {
@@ -151,7 +151,7 @@ class Memory {
         return { traces, y: { low: 0, high: all.length } };
       },
       bands: () => {
-        const losses = store.losses.length > 0 ? store.losses : [{ history, colour: "lost" }];
+        const { losses } = store;
         // A loss leaves something to be seen of what is behind it, and of the lane beside.
         const apart = losses.length === 1 ? 0.2 : 0.1;
         const traces = losses.map(({ history: own, colour: ink }, place) => {
@@ -165,36 +165,24 @@ class Memory {
   }
 
   /**
-   * Which share of the particles carries the weight.
+   * The probability of a loss in each frame, by height and by how opaque it is, so that it is not told by colour alone. Of a run
+   * longer than there are pixels, the largest of each pixel is drawn, so that no peak is lost.
    *
-   * @type {Curve}
+   * @param {SessionPublic} session
    */
-  #weight = (row) => Number(numberOf(this.#store.known, "ess", row) ?? NaN) / (numberOf(this.#store.known, "particles", row) || NaN);
-
-  /** @type {Curve} */
-  #loss = (row) => numberOf(this.#store.known, "loss_probability", row);
-
-  /**
-   * A share of each frame, by height and by how opaque it is, so that it is not told by colour alone. Of a run longer than there
-   * are pixels, the largest of each pixel is drawn, so that no peak is lost.
-   *
-   * @param {Curve} read
-   * @param {string} ink
-   * @param {number} faintest
-   */
-  #strip(read, ink, faintest) {
-    const values = column(this.#store.history, read);
+  #probabilities(session) {
+    const values = column(this.#store.history, (row) => numberOf(session, "loss_probability", row));
     const every = Math.max(1, Math.floor(1 / this.#px));
     const links = Array.from({ length: Math.ceil(values.length / every) }, (_, place) => {
       const most = Math.max(...values.slice(every * place, every * (place + 1)).map((value) => (Number.isNaN(value) ? -Infinity : value)));
-      return { x0: every * place, y0: 0, x1: every * place, y1: most, opacity: faintest + (1 - faintest) * most };
+      return { x0: every * place, y0: 0, x1: every * place, y1: most, opacity: FAINTEST + (1 - FAINTEST) * most };
     });
-    return { traces: [linksOver({ ink, width: every * this.#px, links: links.filter(({ y1 }) => y1 >= 0) })], y: { low: 0, high: 1 } };
+    return { traces: [linksOver({ ink: "lost", width: every * this.#px, links: links.filter(({ y1 }) => y1 >= 0) })], y: { low: 0, high: 1 } };
   }
 }
 
 /**
- * Where the rows stand that there is something for. The room of the others is for the first curve, or for the row of marks.
+ * Where the rows stand that there is something for. The room of the others is for the curve.
  *
  * @param {readonly RowName[]} missing Rows that nothing is known for.
  * @param {number} height Of all rows.
@@ -202,17 +190,14 @@ class Memory {
  * @returns {Rows}
  */
 export function rowsWithout(missing, height, names = {}) {
-  const least = (/** @type {RowName[]} */ rows) => rows.reduce((sum, name) => sum + ROWS[name][1] + ROWS[name][2], 0);
-  let shown = /** @type {RowName[]} */ (Object.keys(ROWS)).filter((name) => !missing.includes(name));
-  for (const name of DISPENSABLE) if (least(shown) - GIVEN > height) shown = shown.filter((other) => other !== name);
-  const spare = height - least(shown);
-  const widened = shown.find((name) => name === "error" || name === "sigma");
+  const shown = /** @type {RowName[]} */ (Object.keys(ROWS)).filter((name) => !missing.includes(name));
+  const spare = height - shown.reduce((sum, name) => sum + ROWS[name][1] + ROWS[name][2], 0);
   /** @type {Rows} */
   const rows = {};
   let top = 0;
   for (const name of shown) {
     const [label, own, free] = ROWS[name];
-    const tall = own + (name === widened ? spare : 0);
+    const tall = own || spare;
     rows[name] = [names[name] ?? label, top, tall];
     top += tall + free;
   }

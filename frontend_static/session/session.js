@@ -2,11 +2,11 @@
 
 import { ClassControl } from "../lecturer/class_control.js";
 import { request } from "../shared/api.js";
-import { attempt, IconButton, part, toast } from "../shared/dom.js";
+import { attempt, part, toast } from "../shared/dom.js";
 import { skipLink, tourOfAddress } from "../shared/page.js";
 import { present } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
-import { isFollower, isParticipant, remember, remembered } from "../shared/visitor.js";
+import { isFollower, isParticipant } from "../shared/visitor.js";
 import { effect, h, html, render, signal } from "../vendor/preact.js";
 import { Header } from "./header.js";
 import { Mounted } from "./mount.js";
@@ -17,9 +17,7 @@ import { sessionTitle } from "./steering.js";
 /** @import { ExperimentDetail, Preset, SessionPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
 
-const WIDE_NOTE = "pftrack-wide-note";
 const experiment = signal(/** @type {ExperimentDetail|null} */ (null));
-const isNarrowKnown = signal(remembered(WIDE_NOTE) !== null);
 
 const actions = {
   help: async () => (await import("./dialogs.js")).helpDialog(),
@@ -60,23 +58,16 @@ start.begun.then(async ({ session }) => {
   experiment.value = await request("GET experiments/{experiment}", { experiment: session.recipe.experiment });
 }).catch(() => {});
 
-/** What is wrong, in lines between the header and the session, and that a wider screen shows more. */
+/** What is wrong, in lines between the header and the session. */
 function Bars() {
   const { session, connection } = store;
   const { problem, position } = session ?? {};
   const place = problem && (problem.line === null ? problem.file : `${problem.file}, line ${problem.line}`);
-  const away = h(IconButton, { name: "close", title: "Put away", run: putNoteAway });
   const mend = problem && `${problem.text}. The run stands at frame ${position}. Mend the line and save the file.`;
   return html`
     ${connection === "lost" && html`<div class="bar-lost" role="status">Reconnecting</div>`}
-    ${!isNarrowKnown.value && html`<p class="too-narrow"><span>There is more on a wider screen.</span>${away}</p>`}
     ${problem && html`<p class="bar-problem" role="alert"><strong>${place}</strong>${" "}${mend}</p>`}
   `;
-}
-
-function putNoteAway() {
-  isNarrowKnown.value = true;
-  remember(WIDE_NOTE, "away");
 }
 
 /**

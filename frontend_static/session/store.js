@@ -37,8 +37,6 @@ import { finite, isKnown } from "./readings.js";
 export class History {
   /** @type {Row[]} */
   #rows = [];
-  /** @type {Set<string>} */
-  #measured = new Set();
   #edition = signal(0);
   /** Counts every change, so that components that read rows follow them. */
   #changes = signal(0);
@@ -69,7 +67,6 @@ export class History {
    */
   replace(columns) {
     this.#rows = [];
-    this.#measured.clear();
     this.merge(columns);
   }
 
@@ -81,8 +78,6 @@ export class History {
    */
   share(parent, frame) {
     this.#rows = parent.#rows.slice(0, frame + 1);
-    this.#measured.clear();
-    for (const row of this.#rows) this.#note(row);
     this.#tell(true);
   }
 
@@ -96,7 +91,6 @@ export class History {
     for (let index = 0; index < (columns.frame?.length ?? 0); index += 1) {
       const row = /** @type {Row} */ (Object.fromEntries(names.map((name) => [name, columns[name][index]])));
       this.#rows[row.frame] = row;
-      this.#note(row);
     }
     this.#tell(true);
   }
@@ -111,7 +105,6 @@ export class History {
     const whole = row.frame <= this.#rows.length;
     const isOther = row.frame < this.#rows.length && row.estimate?.[0] !== this.#rows[row.frame]?.estimate?.[0];
     this.#rows[row.frame] = row;
-    this.#note(row);
     this.#tell(isOther);
     return whole;
   }
@@ -128,14 +121,7 @@ export class History {
    * @param {string} name
    */
   measures(name) {
-    return this.#changes.value > 0 && this.#measured.has(name);
-  }
-
-  /** @param {Row|undefined} row */
-  #note(row) {
-    for (const [name, value] of Object.entries(row?.series ?? {})) {
-      if (!this.#measured.has(name) && isKnown(value)) this.#measured.add(name);
-    }
+    return this.some(({ series }) => isKnown(series?.[name]));
   }
 
   /**
@@ -165,7 +151,8 @@ export class History {
    * @param {(row: Row) => boolean} test
    */
   some(test) {
-    for (let frame = 0; frame < this.length; frame += 1) {
+    const { length } = this;
+    for (let frame = 0; frame < length; frame += 1) {
       const row = this.at(frame);
       if (row !== undefined && test(row)) return true;
     }
@@ -205,11 +192,6 @@ export class HistoryWindow extends History {
    */
   at(frame) {
     return frame < this.length ? this.#whole().at(frame + this.#first) : undefined;
-  }
-
-  /** @param {string} name */
-  measures(name) {
-    return this.#whole().measures(name);
   }
 }
 
@@ -313,12 +295,12 @@ export class Store {
   }
 
   /**
-   * The losses of several runs, where this is a store of several; of one its own are shown.
+   * The runs whose losses are shown.
    *
    * @returns {{history: History, colour: string}[]}
    */
   get losses() {
-    return [];
+    return [{ history: this.history, colour: "lost" }];
   }
 
   /** The active branch first, then the others. */

@@ -28,21 +28,18 @@ const SOON_MS = 50;
 /** The loss is let go on for so many frames, so that it is seen. */
 const SEEN_FRAMES = 10;
 
-/** A note beside what it points at (`.pointed-at` of the style sheet is its anchor). */
-class Callout {
-  #element = build("div", { class: "callout", role: "dialog", popover: "manual", tabindex: -1, "aria-labelledby": TITLE, "aria-describedby": WORDS });
-  #target = document.body;
-  #signal;
-
-  /** @param {AbortSignal} signal Ends it. */
-  constructor(signal) {
-    this.#signal = signal;
-    signal.addEventListener("abort", () => {
-      this.#target.classList.remove("pointed-at");
-      this.#element.remove();
-    });
-  }
-
+/**
+ * A note beside what it points at (`.pointed-at` of the style sheet is its anchor).
+ *
+ * @param {AbortSignal} signal Ends it.
+ */
+function callout(signal) {
+  const element = build("div", { class: "callout", role: "dialog", popover: "manual", tabindex: -1, "aria-labelledby": TITLE, "aria-describedby": WORDS });
+  let target = document.body;
+  signal.addEventListener("abort", () => {
+    target.classList.remove("pointed-at");
+    element.remove();
+  });
   /**
    * Stand beside something as soon as it can be seen.
    *
@@ -50,18 +47,18 @@ class Callout {
    * @param {string} title
    * @param {Child} words
    * @param {Child} actions
-   * @param {{takesFocus?: boolean}} [options] Whether it is read out at once, with the keyboard going on from it.
+   * @param {boolean} [takesFocus] Whether it is read out at once, with the keyboard going on from it.
    */
-  async show(selector, title, words, actions, { takesFocus = true } = {}) {
-    this.#target.classList.remove("pointed-at");
-    const target = (this.#target = await seen(selector, this.#signal));
+  return async (selector, title, words, actions, takesFocus = true) => {
+    target.classList.remove("pointed-at");
+    target = await seen(selector, signal);
     target.classList.add("pointed-at");
     target.scrollIntoView({ block: "nearest", inline: "nearest" });
-    render(html`<h2 id=${TITLE}>${title}</h2><div id=${WORDS} class="callout-words">${words}</div><footer>${actions}</footer>`, this.#element);
-    if (this.#element.nextElementSibling !== target) target.before(this.#element);
-    this.#element.showPopover();
-    if (takesFocus) this.#element.focus({ preventScroll: true });
-  }
+    render(html`<h2 id=${TITLE}>${title}</h2><div id=${WORDS} class="callout-words">${words}</div><footer>${actions}</footer>`, element);
+    if (element.nextElementSibling !== target) target.before(element);
+    element.showPopover();
+    if (takesFocus) element.focus({ preventScroll: true });
+  };
 }
 
 /**
@@ -95,7 +92,7 @@ export async function guide(view, name) {
  * @param {(how: "done"|"left") => void} leave
  */
 async function lead({ store, steering }, tour, signal, leave) {
-  const callout = new Callout(signal);
+  const show = callout(signal);
   const come = (/** @type {() => unknown} */ holds) => until(holds, signal);
   const step = (/** @type {number} */ number) => html`<span class="step">Step ${number} of 3</span>`;
   const way = html`<button type="button" class="quiet leave" title="Leave the tour (escape)" onClick=${() => leave("left")}>Leave the tour</button>`;
@@ -106,20 +103,20 @@ async function lead({ store, steering }, tour, signal, leave) {
   if (store.known.position === 0 && !store.known.playing) {
     await steering.slowDown();
     const words = html`<p>${tour.begin}</p><p>Press <strong>Play</strong>, and watch the points.</p>`;
-    await callout.show(".play", "A tracker at work", words, [step(1), way]);
+    await show(".play", "A tracker at work", words, [step(1), way]);
     await come(() => store.known.playing || store.known.position > 0);
   }
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
   if (!isLost()) {
     const words = `Watch the ${target}, and the points. These words say how the tracker does; the run stops when something has happened.`;
-    await callout.show(".verdict", "It runs", html`<p>${words}</p>`, [step(2), way], { takesFocus: false });
+    await show(".verdict", "It runs", html`<p>${words}</p>`, [step(2), way], false);
   }
   await come(() => isLost() || steering.isAtEnd);
   await steering.pause();
   const since = lostSince();
   if (since === null) {
-    await callout.show(".verdict", "Not lost this time", html`<p>With other parameters or another seed the tracker may keep its target.</p>`, finish);
+    await show(".verdict", "Not lost this time", html`<p>With other parameters or another seed the tracker may keep its target.</p>`, finish);
     return;
   }
 
@@ -127,7 +124,7 @@ async function lead({ store, steering }, tour, signal, leave) {
     <p>The tracker has lost the ${target} in frame ${since}. This card says why, and what would have saved it.</p>
     <p>Press <strong>Go to frame</strong> in it, to go back to where the tracker still holds the ${target}.</p>
   `;
-  await callout.show(".lost-card", "Lost", words, [step(2), way]);
+  await show(".lost-card", "Lost", words, [step(2), way]);
   await come(() => store.known.position < since);
 
   const plot = `.plots [data-panel="${CSS.escape(tour.plot)}"]`;
@@ -137,7 +134,7 @@ async function lead({ store, steering }, tour, signal, leave) {
     <button type="button" onClick=${() => steering.seek(tour.frame)}>Go to frame ${tour.frame}</button> or step forward with <kbd>→</kbd>, and watch it
     happen. Then see <a href="learn">how particle filters work</a> or <a href="failures">other ways to fail</a>.
   </p>`;
-  await callout.show(plot, "Why", html`<p>${tour.reason}</p>${onward}`, [step(3), finish]);
+  await show(plot, "Why", html`<p>${tour.reason}</p>${onward}`, [step(3), finish]);
 }
 
 /**

@@ -7,12 +7,12 @@ type State = { doc: { length: number; lines: number; line: (number: number) => L
 export class EditorView {
   constructor(config: { parent: HTMLElement; doc: string; extensions: Extension[] });
   readonly state: State;
-  dispatch(spec: unknown): void;
+  dispatch(...specs: unknown[]): void;
   focus(): void;
   static scrollIntoView(place: number, options: { y: "center" }): unknown;
   static theme(rules: Record<string, Record<string, string>>): Extension;
   static readonly contentAttributes: { of: (attributes: Record<string, string>) => Extension };
-  static readonly updateListener: { of: (listener: (update: { docChanged: boolean }) => void) => Extension };
+  static readonly updateListener: { of: (listener: (update: { docChanged: boolean; state: State }) => void) => Extension };
 }
 export const HighlightStyle: { define: (rules: Record<string, unknown>[]) => unknown };
 export const tags: Record<"keyword" | "operatorKeyword" | "string" | "docString" | "comment" | "number" | "variableName" | "className", unknown> & {

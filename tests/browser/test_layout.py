@@ -55,14 +55,13 @@ def the_title_is_whole(shown: SessionPage) -> None:
 
 
 def on_a_phone(shown: SessionPage) -> None:
-    """There is more on a wider screen, it says; scene and transport are there, and the title has a line of its own.
+    """Scene and transport are there, and the title has a line of its own.
 
     Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them. The number of the
     frame is whole and in no other's place.
     """
     page = shown.page
     page.set_viewport_size({"width": 400, "height": 800})
-    page.locator("text=more on a wider screen").wait_for()
     shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
     assert page.locator(".play").is_visible()
     assert page.evaluate(OVERFLOW) <= 0
@@ -289,8 +288,8 @@ def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
     words.wait_for(state="hidden")
 
 
-def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch, server: Server) -> None:
-    """What there is to read can be scrolled to; that there is more on a wide screen can be put away."""
+def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch) -> None:
+    """What there is to read can be scrolled to."""
     shown = watch(frames=20)
     page = shown.page
     page.set_viewport_size({"width": 390, "height": 844})
@@ -301,10 +300,3 @@ def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch, server: 
     shown.until(lambda: plot.bounding_box()["height"] > 40, "a plot can be seen")
     assert page.locator(".readout dt", has_text="estimate").is_visible()
     assert page.locator(".play").bounding_box()["y"] < 844
-    note = page.locator(".too-narrow")
-    assert note.bounding_box()["height"] <= 28
-    note.get_by_role("button", name="Put away").click()
-    note.wait_for(state="hidden")
-    page.reload()
-    SessionPage(page, server).ready()
-    assert note.is_hidden()
