@@ -204,7 +204,7 @@ export class LessonRun extends Shown {
     const place = build("div", { class: "lesson-session", data: { part: "session" } });
     const start = new SessionStart(place, { recipe: { recipe, position: frame }, isOwn: true, parts: PARTS, view: "flat", layers });
     const mounted = (this.#mounted = new Mounted(start, { plots }));
-    const proposals = (this.#proposals = new Proposals((values) => sendValues(mounted.store.known.id, values), gone));
+    const proposals = (this.#proposals = new Proposals((values) => sendValues(mounted.store, values), gone));
     gone.addEventListener("abort", effect(() => this.#told(mounted, proposals)));
     gone.addEventListener("abort", () => mounted.dispose());
     return place;

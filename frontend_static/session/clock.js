@@ -94,10 +94,6 @@ class Follower {
     this.#member = member;
   }
 
-  get #steering() {
-    return this.#member.steering;
-  }
-
   /**
    * Go to the leader's frame, or play along with it.
    *
@@ -120,11 +116,12 @@ class Follower {
    * @param {number} goal
    */
   #stand(lead, own, goal) {
+    const { steering } = this.#member;
     this.#pace = null;
     if (own.position !== goal) {
-      if (own.goal !== goal) this.#steering.seek(goal);
-    } else if (own.playing) this.#once(() => this.#steering.pause());
-    else if (own.speed !== lead.speed) this.#once(() => this.#steering.setSpeed(lead.speed));
+      if (own.goal !== goal) steering.seek(goal);
+    } else if (own.playing) this.#once(() => steering.pause());
+    else if (own.speed !== lead.speed) this.#once(() => steering.setSpeed(lead.speed));
   }
 
   /**
@@ -132,16 +129,17 @@ class Follower {
    * @param {SessionPublic} own
    */
   #goAlong(lead, own) {
+    const { steering } = this.#member;
     const now = performance.now();
     this.#pace ??= new Pace(lead.frame_rate_hz * lead.speed);
     this.#pace.heard(now, lead.position, own.position);
     const speed = Math.min(Math.max(this.#pace.rate / own.frame_rate_hz, SLOWEST), FASTEST);
     const isAway = Math.abs(lead.position - own.position) > AWAY_S * lead.frame_rate_hz * lead.speed;
-    if (isAway) this.#once(() => this.#steering.seek(lead.position));
-    else if (!own.playing) this.#once(() => this.#steering.play());
+    if (isAway) this.#once(() => steering.seek(lead.position));
+    else if (!own.playing) this.#once(() => steering.play());
     else if (now - this.#corrected >= CORRECT_EVERY_MS && Math.abs(speed / own.speed - 1) >= CORRECTION) {
       this.#corrected = now;
-      this.#once(() => this.#steering.setSpeed(speed));
+      this.#once(() => steering.setSpeed(speed));
     }
   }
 

@@ -66,18 +66,13 @@ export function aboutDialog({ id, title, question, description, references }) {
 // The dialog that makes a branch: from which frame to go on, with which tracker and which parameters.
 
 /** @param {Mounted} view */
-export async function branchDialog({ store, steering, signal }) {
+export function branchDialog({ store, steering }) {
   const session = store.known;
-  // The tracker to offer first, unless it is the one in charge.
-  const { experiment } = session.recipe;
-  const { default_tracker: preferred } = await request("GET experiments/{experiment}", { experiment }).catch(() => ({ default_tracker: "" }));
-  if (signal.aborted) return;
   steering.pause();
   // After the last frame of a run there is nothing more to compute.
   const last = Math.min(session.computed, session.frames - 2);
   if (last < 0) return;
-  const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
-  const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
+  const other = session.trackers.find((tracker) => tracker.id !== session.tracker) ?? session.trackers[0];
   openDialog("Branch", (close) => h(Branch, { store, last, first: other.id, close }));
 }
 

@@ -11,7 +11,7 @@ import { GLOSSARY } from "../shared/terms.js";
 import { changeTheme, themeWords } from "../shared/theme.js";
 import { Brand, isFollower, isParticipant } from "../shared/visitor.js";
 import { h, html } from "../vendor/preact.js";
-import { headingOf } from "./steering.js";
+import { headingOf, repeated } from "./steering.js";
 
 /** @import { ClassControl } from "../lecturer/class_control.js" */
 /** @import { IconName } from "../shared/dom.js" */
@@ -159,18 +159,11 @@ async function rename({ store: { known } }) {
  * @param {SessionPublic} session
  * @returns {Entry}
  */
-function sweepOf({ sweep, recipe, tracker, upload }) {
+function sweepOf(session) {
+  const { sweep, recipe } = session;
   const look = /** @type {const} */ ({ words: "Sweep", tool: "sweep", icon: "sweep" });
   if (sweep) return { ...look, title: "The sweep that this run comes from", href: `sweep/${encodeURIComponent(sweep)}` };
-  const [first] = recipe.timeline ?? [];
   const changed = (recipe.timeline ?? []).flatMap(({ frame, values }) => (frame > 0 ? Object.keys(values) : []));
-  const plan = {
-    experiment: recipe.experiment,
-    upload,
-    footage: recipe.footage,
-    axes: changed.filter((name) => name !== "move").slice(-1).map((name) => ({ name })),
-    trackers: [recipe.tracker ?? tracker],
-    parameters: first?.frame === 0 ? first.values : {},
-  };
-  return { ...look, title: "Repeat this run with other seeds, parameters and trackers", href: newSweep(plan) };
+  const axes = changed.filter((name) => name !== "move").slice(-1).map((name) => ({ name }));
+  return { ...look, title: "Repeat this run with other seeds, parameters and trackers", href: newSweep({ ...repeated(session), axes }) };
 }

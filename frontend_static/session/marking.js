@@ -97,19 +97,15 @@ class Marking {
   }
 
   /** Number of the picture in the recording; it stays the same when the run arrives where it was sent. */
-  get frame() {
-    return this.#frame.value;
-  }
-
-  #frame = computed(() => this.#first + this.#view.steering.frame);
+  frame = computed(() => this.#first + this.#view.steering.frame);
 
   /** The picture where the run stands or goes to, with its mark, or with the last one as a proposal. */
   show() {
     const { width, height } = this.#view.store.known;
-    const values = this.rows.peek().get(this.frame);
+    const values = this.rows.peek().get(this.frame.value);
     const { parts, editor } = this.#kind;
     this.#isTouched = false;
-    this.editor.picture.show(addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: this.#upload, frame: this.frame }), width, height);
+    this.editor.picture.show(addressOf("GET uploads/{upload}/frames/{frame}.jpg", { upload: this.#upload, frame: this.frame.value }), width, height);
     this.editor.set(values === undefined ? this.last.peek() : markOf(editor.kind, parts.map((part, place) => [part, values[place]])));
   }
 
@@ -125,7 +121,7 @@ class Marking {
 
   /** @param {number[]} [values] Left out where the frame has no truth. */
   #put(values) {
-    const { frame } = this;
+    const frame = this.frame.value;
     const step = { frame, before: this.rows.value.get(frame), last: this.last.value };
     if (!this.#isTouched) this.done.value = [...this.done.value, step];
     this.#isTouched = true;
@@ -158,18 +154,18 @@ class Marking {
     this.done.value = this.done.value.slice(0, -1);
     this.#set(newest.frame, newest.before);
     this.last.value = newest.last;
-    if (newest.frame === this.frame) this.show();
+    if (newest.frame === this.frame.value) this.show();
     this.#go(newest.frame);
   }
 
   /** @param {number} direction */
   step(direction) {
-    this.#go(this.frame + direction * Math.max(1, Math.round(this.every.value) || EVERY));
+    this.#go(this.frame.value + direction * Math.max(1, Math.round(this.every.value) || EVERY));
   }
 
   /** @param {number} frame */
   #go(frame) {
-    if (frame !== this.frame) this.#view.steering.seek(frame - this.#first);
+    if (frame !== this.frame.value) this.#view.steering.seek(frame - this.#first);
     this.editor.focus();
   }
 
@@ -191,13 +187,14 @@ class Marking {
 
 /** @param {{marking: Marking, leave: () => void}} props */
 function TruthMarking({ marking, leave }) {
-  const { frame, rows, done, editor, every, last } = marking;
+  const { rows, done, editor, every, last } = marking;
   useEffect(() => {
     const end = new AbortController();
-    follow(() => marking.frame, () => marking.show(), end.signal);
+    follow(() => marking.frame.value, () => marking.show(), end.signal);
     editor.focus();
     return () => end.abort();
   }, []);
+  const frame = marking.frame.value;
   const isKept = rows.value.has(frame);
   const clicked = editor.centre ? "Click the target: the mark goes there, and the next frame comes. Or " : "";
   const by = clicked ? "drag a new one or move it by the arrows, and press Enter" : "Move it by mouse or by the arrows, and press Enter";

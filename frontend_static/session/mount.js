@@ -7,7 +7,7 @@ import { messageOf, progressWords, request, START, statusOf } from "../shared/ap
 import { build as made, elementOf, fill, Notice, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { socketAddress, Stream } from "../shared/stream.js";
-import { follow, later, until } from "../shared/timing.js";
+import { later, until } from "../shared/timing.js";
 import { isParticipant, remember, remembered } from "../shared/visitor.js";
 import { h, html, options as drawing, render, signal as newSignal, useEffect, useMemo, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
 import { Panel } from "./panel.js";
@@ -105,7 +105,10 @@ export class SessionStream {
     const take = async () => {
       const { messages, show } = await prepared;
       if (known !== this.#known || this.#signal.aborted) return;
-      for (const message of messages) this.#store.receive(message);
+      for (const message of messages) {
+        if (message.type === "refused") toast(message.message, { kind: "error" });
+        else this.#store.receive(message);
+      }
       show?.();
     };
     this.#line = this.#line.then(take).catch((error) => globalThis.reportError(error));
@@ -117,8 +120,6 @@ export class SessionStream {
 /** Work that takes no longer ends before anybody could read about it. */
 const SHOWN_AFTER_MS = 500;
 const SETTLED_MS = 400;
-/** The goal while functions are compiled: not a frame. */
-const COMPILED = Infinity;
 /** So long of the run the note on what to look at stays once that plays, s. */
 const STAYS_S = 5;
 /** A frame that a note names is played to, slowly, from so many before it. */
@@ -133,14 +134,14 @@ const BEFORE = 2;
 function OnTheWay({ view: { store } }) {
   const { session } = store;
   const compiled = session?.compiling ?? null;
-  const goal = compiled === null ? (session?.goal ?? null) : COMPILED;
-  const isBusy = goal !== null && store.connection === "open" && store.isAwake;
+  const goal = session?.goal ?? null;
+  const isBusy = (goal !== null || compiled !== null) && store.connection === "open" && store.isAwake;
   const isLong = useSignal(false);
-  const [frame, at] = useMemo(() => [session?.position ?? 0, performance.now()], [goal, isBusy]);
+  const [frame, at] = useMemo(() => [session?.position ?? 0, performance.now()], [goal, compiled !== null, isBusy]);
   useEffect(() => {
     isLong.value = false;
     return isBusy ? later(() => (isLong.value = true), SHOWN_AFTER_MS) : undefined;
-  }, [goal, isBusy]);
+  }, [goal, compiled !== null, isBusy]);
   if (session === null || !isBusy || !isLong.value) return null;
   if (compiled !== null) {
     return html`<div class="on-the-way">
@@ -148,6 +149,7 @@ function OnTheWay({ view: { store } }) {
       <progress aria-label="How far it is"></progress>
     </div>`;
   }
+  if (goal === null) return null;
   const { position } = session;
   const stop = () => steer(store, { kind: "pause" });
   return html`<div class="on-the-way">
@@ -291,8 +293,6 @@ export class Mounted {
     };
     this.#fill();
     if (keys) listen(keys, this, this.actions);
-    const { refused } = this.store;
-    follow(() => refused.value, () => refused.value && toast(refused.value.message, { kind: "error" }), this.signal);
     this.#begin();
   }
 

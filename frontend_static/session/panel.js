@@ -201,7 +201,7 @@ export function Panel({ view }) {
 /** @param {{view: Mounted, session: SessionPublic}} props */
 function Parameters({ view, session }) {
   const { store, scene, signal: end } = view;
-  const proposals = useMemo(() => new Proposals((values) => sendValues(session.id, values), end), []);
+  const proposals = useMemo(() => new Proposals((values) => sendValues(store, values), end), []);
   /** Where there is little room they open above the rest. */
   const isOpen = useSignal(false);
   const { parameters, tracker, trackers, recipe, title } = session;

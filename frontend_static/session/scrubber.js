@@ -278,7 +278,6 @@ function usePainted({ store, signal }, memory) {
  */
 function usePointer(view) {
   const tip = useMemo(() => new Tooltip(), []);
-  const asked = useRef(0);
   useEffect(() => {
     document.body.append(tip.element);
     return () => tip.element.remove();
@@ -288,21 +287,17 @@ function usePointer(view) {
     const last = (view.store.session?.frames ?? 1) - 1;
     return Math.min(Math.max(0, Math.round(((clientX - left) / width) * last)), last);
   };
-  const seek = (/** @type {number} */ frame) => {
-    asked.current = frame;
-    view.steering.seek(frame);
-  };
   return {
     onPointerDown: (/** @type {PointerEvent & {currentTarget: HTMLElement}} */ event) => {
       if (event.button !== 0 || !view.able) return;
       event.currentTarget.setPointerCapture(event.pointerId);
-      seek(frameAt(event));
+      view.steering.seek(frameAt(event));
     },
     onPointerMove: (/** @type {PointerEvent & {currentTarget: HTMLElement, target: HTMLElement}} */ event) => {
       const { clientX: x, currentTarget, pointerId, target } = event;
       if (view.store.session === null) return;
       const frame = frameAt(event);
-      if (currentTarget.hasPointerCapture(pointerId) && frame !== asked.current) seek(frame);
+      if (currentTarget.hasPointerCapture(pointerId) && frame !== view.steering.frame) view.steering.seek(frame);
       const { top, bottom } = currentTarget.getBoundingClientRect();
       const lines = target.dataset.said?.split("\n") ?? [describe(view.store, frame).join(" · ")];
       tip.show(lines.map((line) => build("div", {}, line)), { x, y: top, below: bottom });

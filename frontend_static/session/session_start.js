@@ -28,8 +28,6 @@ export const PARTS = ["scene", "panel", "branches", "inspection", "why", "plots"
  * @returns {Places}
  */
 export function arrange(element, parts) {
-  const unknown = parts.filter((name) => !PARTS.includes(name));
-  if (unknown.length > 0) throw new Error(`A session has the parts ${PARTS.join(", ")}, not ${unknown.join(", ")}`);
   /** @type {Places} */
   const places = {};
   /** @param {Part} name @param {"section"|"nav"|"div"} tag @param {Properties} properties */

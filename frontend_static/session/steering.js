@@ -70,6 +70,17 @@ export function sessionTitle(session) {
 }
 
 /**
+ * What repeats a run in a sweep: its scene or recording, its tracker, and the values with which it began.
+ *
+ * @param {SessionPublic} session
+ */
+export function repeated({ recipe, tracker, upload }) {
+  const [first] = recipe.timeline ?? [];
+  const parameters = first?.frame === 0 ? first.values : {};
+  return { experiment: recipe.experiment, upload, footage: recipe.footage, trackers: [recipe.tracker ?? tracker], parameters };
+}
+
+/**
  * The heading of a session's page: the experiment, and the clip, the preset or the name that a person gave.
  *
  * @param {SessionPublic} session
@@ -239,13 +250,7 @@ export class Steering {
 
   /** @param {number} value Times real time; 0 is as fast as possible. */
   async setSpeed(value) {
-    if (!this.#able) return;
-    const { known } = this.#store;
-    const before = known.speed;
-    // Shown until the server says otherwise.
-    known.speed = value;
-    const accepted = await this.send({ kind: "speed", speed: value });
-    if (accepted === undefined && known.speed === value) known.speed = before;
+    await this.send({ kind: "speed", speed: value });
   }
 
   /** Play slowly enough for eyes that do not know yet where to look. */
@@ -275,17 +280,13 @@ const REST_MS = 300;
 /**
  * Change values of a session; a seed among them starts the run again.
  *
- * @param {string} id
+ * @param {Pick<Store, "known">} store
  * @param {Values} values
  * @returns {Promise<boolean>} Whether they were accepted.
  */
-export async function sendValues(id, { seed, ...values }) {
-  const accepted = await attempt(async () => {
-    if (Object.keys(values).length > 0) await sendCommand(id, { kind: "change", values });
-    if (seed !== undefined) await sendCommand(id, { kind: "restart", seed: Number(seed) });
-    return true;
-  });
-  return accepted === true;
+export async function sendValues(store, { seed, ...values }) {
+  if (Object.keys(values).length > 0 && !(await steer(store, { kind: "change", values }))) return false;
+  return seed === undefined || Boolean(await steer(store, { kind: "restart", seed: Number(seed) }));
 }
 
 export class Proposals {

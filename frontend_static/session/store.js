@@ -232,8 +232,6 @@ export class Store {
    * @type {Map<string, History>}
    */
   histories = new Map();
-  /** The last message that refused a change from the scene's panel. */
-  refused = signal(/** @type {import("../shared/messages.js").Refused|null} */ (null));
   /** @type {Set<string>} */
   #fetching = new Set();
 
@@ -327,7 +325,6 @@ export class Store {
   receive(message) {
     if (message.type === "hello") this.#greeted(message);
     else if (this.session !== null && message.type === "changes") this.#merge(this.session, message);
-    else if (this.session !== null && message.type === "refused") this.refused.value = message;
   }
 
   /** @param {import("../shared/messages.js").SessionHello} message */

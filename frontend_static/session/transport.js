@@ -168,8 +168,8 @@ function Transport({ view, extras }) {
   const { session } = store;
   const still = steering.isAtEnd ? "replay" : "play";
   const look = steering.isPlaying ? "pause" : still;
-  const button = (/** @type {IconName} */ name, /** @type {string} */ label, /** @type {() => void} */ run) =>
-    html`<button type="button" class="icon-only" title=${label} aria-label=${label} disabled=${!able} onClick=${run}>${h(Icon, { name })}</button>`;
+  const button = (/** @type {IconName} */ name, /** @type {string} */ title, /** @type {() => void} */ run) =>
+    h(IconButton, { name, title, run, class: "icon-only", disabled: !able });
   const landmark = (/** @type {string} */ name, /** @type {string} */ words, /** @type {string} */ title, /** @type {() => void} */ run) =>
     html`<button type="button" class=${name} title=${title} disabled=${!able} onClick=${run}>${words}</button>`;
   const hasEvents = session !== null && ofRole(session, "event").length > 0;

@@ -101,14 +101,6 @@ describe("the store of a session", () => {
     assert.equal(store.known.playing, false);
     assert.equal(store.isAwake, false);
   });
-
-  it("tells of each refusal, also of the same one again", () => {
-    store.receive(hello());
-    const heard = [];
-    effect(() => void heard.push(store.refused.value?.message));
-    for (let time = 0; time < 2; time += 1) store.receive({ type: "refused", message: "too large" });
-    assert.deepEqual(heard, [undefined, "too large", "too large"]);
-  });
 });
 
 describe("a session that one may only look at", () => {

@@ -7,6 +7,7 @@ import { lineOver } from "../../shared/figure/kinds.js";
 import { number, quantity } from "../../shared/format.js";
 import { newSweep } from "../../shared/share_link.js";
 import { h, html, useEffect, useRef, useSignal } from "../../vendor/preact.js";
+import { repeated } from "../steering.js";
 
 /** @import { Evidence, Report, Sign, ToldFinding } from "../../shared/messages.js" */
 /** @import { Loss } from "./loss.js" */
@@ -172,14 +173,11 @@ function Line({ loss, finding }) {
  * @param {ToldFinding} finding
  */
 function sweepOf({ view, parameters }, { values, parameter }) {
-  const { recipe, tracker, upload } = view.store.known;
-  const [first] = recipe.timeline ?? [];
-  const begun = first?.frame === 0 ? first.values : {};
-  const trackers = [...new Set([recipe.tracker ?? tracker, ...("tracker" in values ? [String(values.tracker)] : [])])];
+  const plan = repeated(view.store.known);
+  const trackers = [...new Set([...plan.trackers, ...("tracker" in values ? [String(values.tracker)] : [])])];
   const axes = parameter ? [{ name: parameter, values: [parameters[parameter], values[parameter]] }] : [];
-  const rest = Object.fromEntries(Object.entries(begun).filter(([name]) => name !== parameter));
-  const on = upload ? { upload, footage: recipe.footage } : {};
-  return newSweep({ experiment: recipe.experiment, axes, trackers, trials: TRIALS, parameters: rest, ...on });
+  const rest = Object.fromEntries(Object.entries(plan.parameters).filter(([name]) => name !== parameter));
+  return newSweep({ ...plan, axes, trackers, trials: TRIALS, parameters: rest });
 }
 
 const TABS = /** @type {const} */ ([["why", "Why?"], ["what-if", "What if…"]]);
