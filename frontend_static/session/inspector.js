@@ -4,7 +4,7 @@
  */
 
 import { messageOf, sendCommand } from "../shared/api.js";
-import { IconButton } from "../shared/dom.js";
+import { IconButton, Segments } from "../shared/dom.js";
 import { plainAxis } from "../shared/figure/axes.js";
 import { StillFigure } from "../shared/figure/figure.js";
 import { lineOver, linksOver } from "../shared/figure/kinds.js";
@@ -224,9 +224,9 @@ function ContributionsPart({ title, columns, names, rows }) {
 
 const ASK_MS = 80;
 const KINDS = /** @type {const} */ ([
-  ["estimate", "Estimate", "Look at what is believed"],
-  ["place", "Place", "Point at the picture; a click holds the place"],
-  ["particle", "Particle", "Click in the picture: the nearest particle is followed"],
+  { value: "estimate", words: "Estimate", hint: "Look at what is believed" },
+  { value: "place", words: "Place", hint: "Point at the picture; a click holds the place" },
+  { value: "particle", words: "Particle", hint: "Click in the picture: the nearest particle is followed" },
 ]);
 const PAD = "Arrows move the place by a pixel, with Shift by ten; Enter takes the nearest particle";
 const FAR = 10;
@@ -368,12 +368,8 @@ export function Inspection({ inspector }) {
   const isBlind = typeof found === "object" && found?.has_map === false;
   const close = (/** @type {KeyboardEvent} */ event) => event.key === "Escape" && inspector.toggle();
   const veil = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget: { checked } }) => (hasVeil.value = checked);
-  const choice = KINDS.map(([kind, text, title]) => {
-    const isOff = kind === "place" && isBlind;
-    const isChosen = String(kind === chosen.value);
-    const choose = () => inspector.choose(kind);
-    return html`<button type="button" data-look=${kind} title=${title} aria-pressed=${isChosen} disabled=${isOff} onClick=${choose}>${text}</button>`;
-  });
+  const options = KINDS.map((each) => ({ ...each, isOff: each.value === "place" && isBlind }));
+  const choose = (/** @type {string} */ wanted) => inspector.choose(/** @type {Kind} */ (wanted));
   return html`<div ref=${root} onKeyDown=${close}>
     <header>
       <h2>Look into the frame</h2>
@@ -383,9 +379,9 @@ export function Inspection({ inspector }) {
       <input type="checkbox" checked=${hasVeil.value} disabled=${isBlind} onChange=${veil} />
       <span>Likelihood over the picture</span>
     </label>
-    <div class="choice" role="group" aria-label="What to look at">${choice}</div>
+    ${h(Segments, { label: "What to look at", options, value: chosen.value, choose })}
     <button type="button" title=${PAD} data-role="pad" onKeyDown=${(/** @type {KeyboardEvent} */ event) => inspector.steer(event)}>Move by keys</button>
-    <p class="hint">${chosen.value !== "estimate" && KINDS.find(([kind]) => kind === chosen.value)?.[2]}</p>
+    <p class="hint">${chosen.value !== "estimate" && KINDS.find(({ value }) => value === chosen.value)?.hint}</p>
     ${typeof found === "string" ? html`<div class="inspection-card" role="status"><p class="note">${found}</p></div>` : found && h(Findings, { found })}
   </div>`;
 }

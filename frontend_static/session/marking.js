@@ -169,15 +169,6 @@ class Marking {
     this.editor.focus();
   }
 
-  /** @returns {Promise<boolean>} Whether nothing is lost by leaving, or it may be. */
-  async mayLeave() {
-    const { length } = this.done.value;
-    const text = `${count(length, "change")} of the truth would be lost.`;
-    if (length === 0 || (await confirmLoss({ title: "Leave without the marks?", text, action: "Leave" }))) return true;
-    this.editor.focus();
-    return false;
-  }
-
   /** @returns {Promise<boolean>} Whether the marks were taken. */
   give() {
     const { id, truth_columns: columns } = this.#view.store.known;
@@ -195,11 +186,16 @@ function TruthMarking({ marking, leave }) {
     return () => end.abort();
   }, []);
   const frame = marking.frame.value;
+  const hasNone = done.value.length === 0;
   const isKept = rows.value.has(frame);
   const clicked = editor.centre ? "Click the target: the mark goes there, and the next frame comes. Or " : "";
   const by = clicked ? "drag a new one or move it by the arrows, and press Enter" : "Move it by mouse or by the arrows, and press Enter";
   const setEvery = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (every.value = currentTarget.valueAsNumber);
-  const cancel = async () => (await marking.mayLeave()) && leave();
+  const cancel = async () => {
+    const text = `${count(done.value.length, "change")} of the truth would be lost.`;
+    if (hasNone || (await confirmLoss({ title: "Leave without the marks?", text, action: "Leave" }))) leave();
+    else editor.focus();
+  };
   const give = async () => (await marking.give()) && leave();
   const press = (/** @type {KeyboardEvent} */ event) => {
     const isWithin = event.target instanceof Node && editor.element.contains(event.target);
@@ -210,7 +206,6 @@ function TruthMarking({ marking, leave }) {
     event.stopPropagation();
     act();
   };
-  const hasNone = done.value.length === 0;
   return html`<section class="truth-marking" aria-label="Mark truth" data-state=${isKept ? "kept" : "proposed"} onKeyDown=${press}>
     <div class="truth-stage">${h(Made, { make: () => clickable(marking) })}</div>
     <div class="truth-tools">

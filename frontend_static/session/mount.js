@@ -9,7 +9,7 @@ import { count } from "../shared/format.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { later, until } from "../shared/timing.js";
 import { isParticipant, remember, remembered } from "../shared/visitor.js";
-import { h, html, options as drawing, render, signal as newSignal, useEffect, useMemo, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
+import { h, html, options as drawing, render, signal as newSignal, useMemo, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
 import { Panel } from "./panel.js";
 import { plots } from "./plots/plots.js";
 import { isMeasured, readingWords, state } from "./readings.js";
@@ -117,8 +117,6 @@ export class SessionStream {
 
 // What lies over the picture of a run: how far it is on its way, what to look at, and the frame in words.
 
-/** Work that takes no longer ends before anybody could read about it. */
-const SHOWN_AFTER_MS = 500;
 const SETTLED_MS = 400;
 /** So long of the run the note on what to look at stays once that plays, s. */
 const STAYS_S = 5;
@@ -133,26 +131,19 @@ const BEFORE = 2;
  */
 function OnTheWay({ view: { store } }) {
   const { session } = store;
-  const compiled = session?.compiling ?? null;
   const goal = session?.goal ?? null;
-  const isBusy = (goal !== null || compiled !== null) && store.connection === "open" && store.isAwake;
-  const isLong = useSignal(false);
-  const [frame, at] = useMemo(() => [session?.position ?? 0, performance.now()], [goal, compiled !== null, isBusy]);
-  useEffect(() => {
-    isLong.value = false;
-    return isBusy ? later(() => (isLong.value = true), SHOWN_AFTER_MS) : undefined;
-  }, [goal, compiled !== null, isBusy]);
-  if (session === null || !isBusy || !isLong.value) return null;
-  if (compiled !== null) {
-    return html`<div class="on-the-way">
-      <p role="status">Compiling what is used for the first time, ${count(compiled, "function")} so far</p>
+  const [frame, at] = useMemo(() => [session?.position ?? 0, performance.now()], [goal]);
+  if (session === null || store.connection !== "open" || !store.isAwake) return null;
+  if (session.compiling !== null) {
+    return html`<div class="on-the-way late">
+      <p role="status">Compiling what is used for the first time, ${count(session.compiling, "function")} so far</p>
       <progress aria-label="How far it is"></progress>
     </div>`;
   }
   if (goal === null) return null;
   const { position } = session;
   const stop = () => steer(store, { kind: "pause" });
-  return html`<div class="on-the-way">
+  return html`<div key=${goal} class="on-the-way late">
     <p role="status">${progressWords(position, goal, (performance.now() - at) / 1000, position - frame)}</p>
     <progress max="1" value=${goal > 0 ? position / goal : 1} aria-label="How far it is"></progress>
     ${!store.isReadOnly && html`<button type="button" title="Stop at the current frame" onClick=${stop}>Stop here</button>`}
@@ -319,7 +310,7 @@ export class Mounted {
    */
   lay(content) {
     const place = made("div", { class: "made" });
-    this.scene?.lay(place);
+    this.scene?.root.append(place);
     const remove = () => {
       this.signal.removeEventListener("abort", remove);
       render(null, place);

@@ -4,7 +4,7 @@
  */
 
 import { request } from "../shared/api.js";
-import { attempt, build, fill, Notice } from "../shared/dom.js";
+import { attempt, build, fill, Notice, Segments } from "../shared/dom.js";
 import { until } from "../shared/timing.js";
 import { remember, remembered } from "../shared/visitor.js";
 import { h, html, render, signal as live } from "../vendor/preact.js";
@@ -202,15 +202,6 @@ export class Scene {
   }
 
   /**
-   * Put something over all of it.
-   *
-   * @param {HTMLElement} element
-   */
-  lay(element) {
-    this.root.append(element);
-  }
-
-  /**
    * @param {ViewKind} kind
    * @param {boolean} [isFresh]
    */
@@ -269,16 +260,13 @@ export class Scene {
   #switch() {
     const shown = this.#kind.value;
     if (!this.#hasSwitch || shown === null || this.#failure.value !== null) return null;
-    /** @param {ViewKind} kind @param {string} words @param {string} title */
-    const button = (kind, words, title, disabled = false) =>
-      // The tab key skips the pressed one, which does nothing.
-      html`<button type="button" data-view=${kind} title=${title} aria-pressed=${kind === shown} tabindex=${kind === shown ? -1 : 0}
-        disabled=${disabled} onClick=${() => this.#choose(kind)}>${words}</button>`;
-    const isMissing = this.#hasNoGraphics.value;
-    return html`<div class="view-switch" role="group" aria-label="View">
-      ${button("flat", "Flat", "The picture from the front")}
-      ${button("scene", "3-D", isMissing ? NO_GRAPHICS : "The scene in three dimensions", isMissing)}
-    </div>`;
+    const isOff = this.#hasNoGraphics.value;
+    const options = [
+      { value: "flat", words: "Flat", hint: "The picture from the front" },
+      { value: "scene", words: "3-D", hint: isOff ? NO_GRAPHICS : "The scene in three dimensions", isOff },
+    ];
+    const choose = (/** @type {string} */ kind) => isView(kind) && this.#choose(kind);
+    return html`<div class="view-switch">${h(Segments, { label: "View", options, value: shown, choose })}</div>`;
   }
 
   /** @param {ViewKind} kind */

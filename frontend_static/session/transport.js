@@ -257,17 +257,16 @@ export function StopAtLoss({ view: { store, steering } }) {
  * @param {{view: Mounted}} props
  */
 export function Bookmarks({ view }) {
-  const note = useSignal("");
   const marks = [...(view.store.session?.bookmarks ?? [])].sort((a, b) => a.frame - b.frame);
-  const add = (/** @type {Event} */ event) => {
+  const add = (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
+    const form = event.currentTarget;
     event.preventDefault();
-    bookmark(view.store, note.value.trim());
-    note.value = "";
+    bookmark(view.store, String(new FormData(form).get("note")).trim());
+    form.reset();
   };
-  const type = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (note.value = currentTarget.value);
   const content = html`
     <form class="menu-form" onSubmit=${add}>
-      <input type="text" maxlength="200" placeholder="Note for this frame" aria-label="Note" value=${note.value} onInput=${type} />
+      <input type="text" maxlength="200" placeholder="Note for this frame" aria-label="Note" name="note" />
       <button type="submit" title="Bookmark this frame (B)">Add</button>
     </form>
     <ul class="menu-list">

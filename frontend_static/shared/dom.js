@@ -12,9 +12,9 @@ import { messageOf } from "./api.js";
 // Controls to choose one of several things.
 
 /**
- * What can be chosen: the value, the words for it, and its group in a list.
+ * What can be chosen: the value, the words for it, its group in a list, and whether it cannot be chosen now.
  *
- * @typedef {{value: string, words: string, hint?: string, group?: string}} Option
+ * @typedef {{value: string, words: string, hint?: string, group?: string, isOff?: boolean}} Option
  */
 
 /** @typedef {{label: string, options: readonly Option[], value: string, choose: (value: string) => void}} Props */
@@ -31,8 +31,8 @@ export function Select({ label, options, value, choose, field }) {
 
 /** @param {Props} props A row of buttons; the pressed one is chosen. */
 export function Segments({ label, options, value, choose }) {
-  const buttons = options.map((option) =>
-    html`<button type="button" title=${option.hint} aria-pressed=${option.value === value} onClick=${() => choose(option.value)}>${option.words}</button>`,
+  const buttons = options.map(({ value: own, words, hint, isOff = false }) =>
+    html`<button type="button" title=${hint} disabled=${isOff} aria-pressed=${own === value} onClick=${() => choose(own)}>${words}</button>`,
   );
   return html`<span class="segments" role="group" aria-label=${label}>${buttons}</span>`;
 }

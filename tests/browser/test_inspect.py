@@ -47,7 +47,7 @@ def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], s
     view.until(lambda: "colour of the pixel, estimate at" in card.inner_text(), "the estimate is told")
     assert not view.page.locator(".plots").is_visible()
 
-    view.page.click("[data-look=place]")
+    view.page.get_by_role("button", name="Place", exact=True).click()
     box = view.page.locator(".flat-canvas").bounding_box()
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 4
     view.page.mouse.move(*middle)
@@ -82,7 +82,7 @@ def test_a_particle_of_a_feature_is_told_with_its_feature(opened: Callable[..., 
     server.seek(view.id, 4)
     view.paints(4)
     view.press("i")
-    view.page.click("[data-look=particle]")
+    view.page.get_by_role("button", name="Particle", exact=True).click()
     card = view.page.locator(".inspection-card")
     view.until(lambda: "the solid's pose" in card.inner_text(), "what has drawn it is told")
     assert "of 50, x" in card.inner_text()
@@ -122,7 +122,7 @@ def test_a_click_in_the_scene_takes_the_particle_that_it_hits(
     server.seek(view.id, 20)
     view.stands_at(20)
     view.page.keyboard.press("i")
-    view.page.click("[data-look=particle]")
+    view.page.get_by_role("button", name="Particle", exact=True).click()
     card = view.page.locator(".inspection-card")
     view.until(lambda: "drawn by" in card.inner_text(), "some particle is told")
     view.until(lambda: view.in_scene("window.pftrackScene?.drawn()", None) == "in place", "the picture stands still")

@@ -1,6 +1,6 @@
 /** Why the target was lost and what would have saved it, in the place of the plots. */
 
-import { IconButton } from "../../shared/dom.js";
+import { IconButton, Segments } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
 import { StillFigure } from "../../shared/figure/figure.js";
 import { lineOver } from "../../shared/figure/kinds.js";
@@ -180,7 +180,7 @@ function sweepOf({ view, parameters }, { values, parameter }) {
   return newSweep({ ...plan, axes, trackers, trials: TRIALS, parameters: rest });
 }
 
-const TABS = /** @type {const} */ ([["why", "Why?"], ["what-if", "What if…"]]);
+const TABS = /** @type {const} */ ([{ value: "why", words: "Why?" }, { value: "what-if", words: "What if…" }]);
 
 /** @param {{loss: Loss}} props */
 export function Beside({ loss }) {
@@ -199,12 +199,11 @@ export function Beside({ loss }) {
     event.stopPropagation();
     close();
   };
-  const tabs = TABS.filter(([id]) => id === "why" || loss.offersChanges).map(
-    ([id, title]) => html`<button type="button" aria-pressed=${String(id === shown)} onClick=${() => (tab.value = id)}>${title}</button>`,
-  );
+  const options = TABS.filter(({ value }) => value === "why" || loss.offersChanges);
+  const choose = (/** @type {string} */ wanted) => (tab.value = wanted === "why" ? "why" : "what-if");
   return html`<div ref=${root} class="beside" onKeyDown=${press}>
     <header>
-      <div class="choice" role="group" aria-label="About the loss">${tabs}</div>
+      ${h(Segments, { label: "About the loss", options, value: shown, choose })}
       ${h(IconButton, { name: "close", title: "Back to the plots", run: close })}
     </header>
     ${shown === "why" ? h(Why, { loss }) : h(WhatIf, { loss })}
