@@ -4,7 +4,7 @@
  */
 
 import { messageOf, sendCommand } from "../shared/api.js";
-import { IconButton, Segments } from "../shared/dom.js";
+import { IconButton, Segments, step } from "../shared/dom.js";
 import { plainAxis } from "../shared/figure/axes.js";
 import { StillFigure } from "../shared/figure/figure.js";
 import { lineOver, linksOver } from "../shared/figure/kinds.js";
@@ -229,9 +229,6 @@ const KINDS = /** @type {const} */ ([
   { value: "particle", words: "Particle", hint: "Click in the picture: the nearest particle is followed" },
 ]);
 const PAD = "Arrows move the place by a pixel, with Shift by ten; Enter takes the nearest particle";
-const FAR = 10;
-/** @type {Record<string, Place>} */
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export class Inspector {
   isOpen = signal(false);
@@ -256,7 +253,9 @@ export class Inspector {
       { answer: (found) => this.#take(found), refused: (error) => (this.found.value = messageOf(error)) },
       end,
     );
-    this.#ask = throttle(() => this.isOpen.peek() && view.able && this.#request.ask(this.#wish()), ASK_MS, end);
+    /** @returns {Inspect} */
+    const wish = () => ({ kind: "inspect", likelihood: this.hasVeil.peek(), genealogy: true, pulls: true, ...this.#subject });
+    this.#ask = throttle(() => this.isOpen.peek() && view.able && this.#request.ask(wish()), ASK_MS, end);
     // What the numbers of a frame hang on.
     const parts = /** @type {const} */ (["branch", "parameters", "position", "tracker"]);
     follow(() => this.isOpen.value && [this.hasVeil.value, ...parts.map((name) => store.session?.[name])], this.#ask, end);
@@ -303,30 +302,21 @@ export class Inspector {
    * @param {KeyboardEvent} event
    */
   steer(event) {
-    const arrow = ARROWS[event.key];
-    if (arrow === undefined && event.key !== "Enter") return;
-    // They are no steps of the run.
-    event.preventDefault();
-    if (!this.#at) return;
-    if (arrow === undefined) {
-      this.choose("particle");
-      return;
+    const [way, at] = [step(event), this.#at];
+    if (event.key === "Enter") {
+      event.preventDefault();
+      if (at) this.choose("particle");
+    } else if (way && at) {
+      const [x, y] = this.#subject.place ?? at;
+      this.choose("place", [x + way[0], y + way[1]]);
+      this.#isHeld = true;
     }
-    const [x, y] = this.#subject.place ?? this.#at;
-    const step = event.shiftKey ? FAR : 1;
-    this.choose("place", [x + step * arrow[0], y + step * arrow[1]]);
-    this.#isHeld = true;
   }
 
   /** Where it was looked at last. */
   get #at() {
     const found = this.found.peek();
     return typeof found === "object" ? found?.place ?? null : null;
-  }
-
-  /** @returns {Inspect} */
-  #wish() {
-    return { kind: "inspect", likelihood: this.hasVeil.peek(), genealogy: true, pulls: true, ...this.#subject };
   }
 
   /** @param {Place} at */

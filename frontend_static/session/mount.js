@@ -62,7 +62,7 @@ export class SessionStream {
     };
     /** @type {Stream<SessionMessage>} */
     this.#stream = new Stream(hears, { address: () => this.#address(id), look: () => request("GET sessions/{session}", { session: id }), signal });
-    scene?.onView(() => this.#stream.again());
+    if (scene) scene.onView = () => this.#stream.again();
   }
 
   /** @param {string} id */

@@ -95,7 +95,8 @@ export class Scene {
   #shows = live(false);
   #hasNoGraphics = live(false);
   #failure = live(/** @type {{title: string, message: string, action: Action|null}|null} */ (null));
-  #onView = () => {};
+  /** Called whenever the run is seen in another way than before. */
+  onView = () => {};
 
   /**
    * @param {HTMLElement} root
@@ -145,15 +146,6 @@ export class Scene {
    */
   async comesTo(frame) {
     if (this.#view instanceof SpatialScene) await this.#view.comesTo(frame);
-  }
-
-  /**
-   * Call something whenever the run is seen in another way than before.
-   *
-   * @param {() => void} work
-   */
-  onView(work) {
-    this.#onView = work;
   }
 
   /**
@@ -208,28 +200,26 @@ export class Scene {
   #put(kind, isFresh = false) {
     this.#remove();
     this.#endView = new AbortController();
-    this.#view = kind === "flat" ? this.#flatView(this.#endView.signal) : this.#spatialScene(this.#endView.signal, isFresh);
+    const { signal } = this.#endView;
+    const onSeen = () => (this.#shows.value = true);
+    const { isBare } = this.#options;
+    this.#view = kind === "flat" ? this.#flatView(onSeen, signal) : new SpatialScene(this.#id, { isFresh, isBare, onSeen }, signal);
     this.#over.before(this.#view.element);
     this.#kind.value = kind;
     const mounted = this.#mounted.peek();
     if (mounted) this.follow(mounted);
-    this.#onView();
+    this.onView();
   }
 
-  /** @param {AbortSignal} signal */
-  #flatView(signal) {
+  /** @param {() => void} onPainted @param {AbortSignal} signal */
+  #flatView(onPainted, signal) {
     const { layers: named = [], overlay, hasLegend } = this.#options;
     const layers = this.#session.then(({ layers: declared }) => {
       const known = new Layers(declared.map((layer) => ({ ...layer, shown: layer.shown || named.includes(layer.name) })));
       if (!signal.aborted) this.#layers.value = known;
       return known;
     });
-    return new FlatView({ layers, overlay, hasLegend, onPainted: () => (this.#shows.value = true) }, signal);
-  }
-
-  /** @param {AbortSignal} signal @param {boolean} isFresh */
-  #spatialScene(signal, isFresh) {
-    return new SpatialScene(this.#id, { isFresh, isBare: this.#options.isBare, onSeen: () => (this.#shows.value = true) }, signal);
+    return new FlatView({ layers, overlay, hasLegend, onPainted }, signal);
   }
 
   #remove() {

@@ -120,9 +120,9 @@ class Memory {
       bands: history.length === 0 || gone !== "",
       changes: true,
     };
-    const missing = /** @type {RowName[]} */ (Object.keys(has)).filter((name) => !has[name]);
+    const shown = /** @type {RowName[]} */ (Object.keys(ROWS)).filter((name) => has[name]);
     const hasLimits = known.thresholds.some(({ of }) => of === "sigma");
-    return rowsWithout(missing, height, { bands: gone, ...(hasLimits && { sigma: "sigma | limit" }) });
+    return placed(shown, height, { bands: gone, ...(hasLimits && { sigma: "sigma | limit" }) });
   }
 
   /**
@@ -184,13 +184,12 @@ class Memory {
 /**
  * Where the rows stand that there is something for. The room of the others is for the curve.
  *
- * @param {readonly RowName[]} missing Rows that nothing is known for.
+ * @param {readonly RowName[]} shown
  * @param {number} height Of all rows.
  * @param {Partial<Record<RowName, string>>} [names] What some are called.
  * @returns {Rows}
  */
-export function rowsWithout(missing, height, names = {}) {
-  const shown = /** @type {RowName[]} */ (Object.keys(ROWS)).filter((name) => !missing.includes(name));
+export function placed(shown, height, names = {}) {
   const spare = height - shown.reduce((sum, name) => sum + ROWS[name][1] + ROWS[name][2], 0);
   /** @type {Rows} */
   const rows = {};
