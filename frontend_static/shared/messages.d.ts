@@ -1994,7 +1994,7 @@ export interface SuitabilityPublic {
   /** 0..1, the higher the better */
   value: number;
   /** The same in words */
-  grade: "well" | "poorly" | "not at all";
+  grade: "well" | "poorly" | "not at all" | "no verdict";
   /** What was found, a sentence */
   remark: string;
   /** What would help, a sentence each */

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from tests.browser.host import Server
 from tests.browser.test_flat import OCCLUDER
@@ -27,7 +28,7 @@ SCENE = "document.querySelector('[data-view=scene]')"
 class Firefox:
     """A page, and what its console said."""
 
-    def __init__(self, socket: ClientConnection) -> None:
+    def __init__(self, socket: Connection) -> None:
         self._socket, self._numbers = socket, count()
         self.complaints: list[str] = []
         self._ask("session.new", capabilities={})
@@ -70,8 +71,8 @@ def firefox(tmp_path: Path) -> Iterator[Firefox]:
     where = tmp_path / "WebDriverBiDiServer.json"
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         try:
-            port = json.loads(wait_for(lambda: where.exists() and where.read_text(), what="Firefox listens"))["ws_port"]
-            with connect(f"ws://127.0.0.1:{port}/session", max_size=None) as socket:
+            said = wait_for(lambda: where.read_text() if where.exists() else "", what="Firefox listens")
+            with connect(f"ws://127.0.0.1:{json.loads(said)['ws_port']}/session", max_size=None) as socket:
                 yield Firefox(socket)
         finally:
             process.terminate()

@@ -28,18 +28,16 @@ from pftrack.core.refusal import ParameterError
 
 # An experiment that takes recordings may declare how it looks at a target that was marked or found
 # (`Experiment.suits`). The answer is a number from 0 to 1, the words that go with it, and what would help.
-# `docs/reference/measures.md` says how well the number predicts what share of the frames a tracker is inside the true
-# box.
+# `docs/reference/measures.md` says how well the number predicts whether the target is lost.
 #
 # The look of a target changes, and so does what is around it. On a recording a run therefore measures in every frame
 # how likely what is around the estimate is beside the estimate itself (`BESIDE`, by `Setup.beside`).
 
-Grade: TypeAlias = Literal["well", "poorly", "not at all"]
+Grade: TypeAlias = Literal["well", "poorly", "not at all", "no verdict"]
 
 WELL, NOT_AT_ALL = 0.6, 0.3
-"""From the one on a target is followed well, below the other not at all. Of 11 targets in real clips and 24 simulated
-ones, all from 0.6 on were inside the true box in 99 % of the frames, all below 0.3 in 26 % at the most; between them
-are both."""
+"""From the one on a target is followed well, below the other not at all. By colour that came true at every start on
+real clips (`benchmarks/suitability.py`); between them a target may be held or lost."""
 
 BESIDE = Series("beside", "likelihood around the estimate, over that on it")
 """Below 1 - `WELL` the target separates well, above 1 - `NOT_AT_ALL` not at all."""
@@ -59,6 +57,7 @@ class Suitability:
         better: A mark of the same target that suits better, where one was found.
         likelihood: (height, width) over the picture in which the target is marked, 0..1 relative to its peak, of a
             large picture every so-many-th pixel; None for a likelihood that is not one of places in the picture.
+        tells: Whether such a value was found to tell what follows; there is no verdict where it does not.
     """
 
     value: float
@@ -66,6 +65,7 @@ class Suitability:
     advice: tuple[str, ...] = ()
     better: Mark | None = None
     likelihood: Floats | None = None
+    tells: bool = True
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -75,7 +75,7 @@ class Suitability:
     @property
     def grade(self) -> Grade:
         """The number in words."""
-        return _in_words(self.value)
+        return _in_words(self.value) if self.tells else "no verdict"
 
 
 def describe_course(beside: Sequence[float]) -> str:
@@ -118,11 +118,7 @@ def grade(value: float, unusable: float, usable: float) -> float:
         unusable: Below this it is suitable "not at all".
         usable: From here on it is "well"; twice as much is as good as it gets.
     """
-    return float(np.interp(value, _scale(unusable, usable), (0.0, NOT_AT_ALL, WELL, 1.0)))
-
-
-def _scale(unusable: float, usable: float) -> Sequence[float]:
-    return 0.0, unusable, usable, 2.0 * usable
+    return float(np.interp(value, (0.0, unusable, usable, 2.0 * usable), (0.0, NOT_AT_ALL, WELL, 1.0)))
 
 
 @dataclass(frozen=True)

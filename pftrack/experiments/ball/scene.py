@@ -188,6 +188,9 @@ USUAL_LEVEL = 0.02
 PARTS, PART = 5, 0.5
 """Smaller boxes that are tried: so many places along each side, and what share of a side they have."""
 
+EITHER = "with which targets were both held and lost"
+"""Why there is no verdict between the grades."""
+
 FINE_PX, WIDE_PX = 48, 960
 """Pixels that are looked at along the shorter side of a target, and along the longer one of a picture, at most."""
 
@@ -210,8 +213,8 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     found = replace(view.separation(model, level), alike=alike)
     value = found.contrast
     advice, better = _advice(view, parameters, value) if value < WELL else ((), None)
-    said = f"{remark(value, found)}; {looked_at(sequence, footage.start)}"
-    return Suitability(value, said, advice, better, likelihood)
+    judged = Suitability(value, "", advice, better, likelihood, tells=not NOT_AT_ALL <= value < WELL)
+    return replace(judged, remark=f"{remark(judged.grade, found, EITHER)}; {looked_at(sequence, footage.start)}")
 
 
 def look_beside(frame: Frame, state: PointState, parameters: Any, size_px: tuple[float, float]) -> float:  # noqa: ANN401 - see above

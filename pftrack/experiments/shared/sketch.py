@@ -31,7 +31,7 @@ from pftrack.core.model.drawing import (
     drawn_particles,
     from_front,
 )
-from pftrack.core.model.setup import WELL, Suitability
+from pftrack.core.model.setup import Grade
 from pftrack.core.model.source import FrameSequence, Target
 from pftrack.core.model.tracker import Diagnostics, Step
 from pftrack.filters.particles import ParticleSet
@@ -427,17 +427,18 @@ def beside(found: Separation) -> float:
     return found.around / found.on if found.on > 0.0 else LEAST if found.around == 0.0 else MOST
 
 
-def remark(value: float, found: Separation) -> str:
-    """Say what was found: how likely the surroundings are, and whether the rest of the picture looks alike."""
-    share = f"{100 * found.around / found.on:.0f} %" if found.on > 0.0 else "100 %"
-    if value >= WELL:
-        said = f"separates well: what is around the target is {share} as likely as the target itself"
-    elif value > 0.0:
-        grade = Suitability(value, "").grade
-        said = f"separates {grade}: what is around the target is {share} as likely as the target itself"
-        said += ", expect losses" if grade == "poorly" else ", so that nothing holds the tracker to it"
-    else:
-        said = "separates not at all: what is around the target is as likely as the target itself, or more"
+def remark(grade: Grade, found: Separation, why: str) -> str:
+    """Say what was found: how likely the surroundings are, and whether the rest of the picture looks alike.
+
+    Args:
+        grade: What is concluded.
+        found: What was found.
+        why: Where there is no verdict, the reason, a clause.
+    """
+    share = f"{100 * found.around / found.on:.0f} % as likely as" if found.contrast > 0.0 else "at least as likely as"
+    verdict = grade if grade == "no verdict" else f"separates {grade}"
+    said = f"{verdict}: what is around the target is {share} the target itself"
+    said += {"no verdict": f", {why}", "not at all": ", so that nothing holds the tracker to it"}.get(grade, "")
     if found.alike >= MUCH:
         said += f"; {100 * found.alike:.0f} % of the rest of the picture looks like it"
     return said
