@@ -22,7 +22,7 @@ RIGHT = "\ue014"
 SLIDER = "document.querySelector('.controls [type=range][aria-label^=Occluder]')"
 BOX = f"{SLIDER}.parentElement.querySelector('[type=number]')"
 FRAME = "Number(document.querySelector('.flat-canvas').dataset.frame)"
-SCENE = "document.querySelector('[data-view=scene]')"
+SCENE = "document.querySelector('.view-switch button:last-of-type')"
 
 
 class Firefox:
