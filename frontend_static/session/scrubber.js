@@ -3,7 +3,7 @@
  * stays there.
  */
 
-import { build, Tooltip } from "../shared/dom.js";
+import { build, tip } from "../shared/dom.js";
 import { plainAxis, scales } from "../shared/figure/axes.js";
 import { KINDS as PAINTERS, linksOver } from "../shared/figure/kinds.js";
 import { within } from "../shared/figure/paint.js";
@@ -276,11 +276,7 @@ function usePainted({ store, signal }, memory) {
  * @param {View} view
  */
 function usePointer(view) {
-  const tip = useMemo(() => new Tooltip(), []);
-  useEffect(() => {
-    document.body.append(tip.element);
-    return () => tip.element.remove();
-  }, []);
+  useEffect(() => () => tip.hide(), []);
   const frameAt = (/** @type {PointerEvent & {currentTarget: HTMLElement}} */ { currentTarget, clientX }) => {
     const { left, width } = /** @type {Element} */ (currentTarget.firstElementChild).getBoundingClientRect();
     const last = (view.store.session?.frames ?? 1) - 1;

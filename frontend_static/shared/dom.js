@@ -328,25 +328,44 @@ const AWAY_PX = 10;
 const MARGIN_PX = 8;
 
 export class Tooltip {
-  element = build("div", { class: "tooltip", role: "status", hidden: true });
+  #attributes;
+  /** @type {HTMLElement|null} Made when it is first shown. */
+  #element = null;
+
+  /** @param {Properties} attributes */
+  constructor(attributes) {
+    this.#attributes = attributes;
+  }
 
   hide() {
-    this.element.hidden = true;
+    if (this.#element !== null) this.#element.hidden = true;
   }
 
   /**
    * @param {Child} content
    * @param {Place} place
+   * @param {Element} [within] What is open over the page would cover it.
    */
-  show(content, place) {
-    fill(this.element, content);
-    this.element.hidden = false;
-    const { width, height } = this.element.getBoundingClientRect();
+  show(content, place, within = document.body) {
+    this.#element ??= build("div", { class: "tooltip", ...this.#attributes });
+    if (this.#element.parentElement !== within) within.append(this.#element);
+    fill(this.#element, content);
+    this.#element.hidden = false;
+    this.move(place);
+  }
+
+  /** @param {Place} place */
+  move(place) {
+    if (this.#element === null) return;
+    const { width, height } = this.#element.getBoundingClientRect();
     const left = Math.min(Math.max(place.x - width / 2, MARGIN_PX), innerWidth - width - MARGIN_PX);
     const above = place.y - height - AWAY_PX;
-    Object.assign(this.element.style, { left: `${left}px`, top: `${above >= MARGIN_PX ? above : place.below + AWAY_PX}px` });
+    Object.assign(this.#element.style, { left: `${left}px`, top: `${above >= MARGIN_PX ? above : place.below + AWAY_PX}px` });
   }
 }
+
+/** Beside what the pointer is at, wherever that is on the page. */
+export const tip = new Tooltip({ role: "status" });
 
 // A button with a small sheet beside it (`.menu` of the style sheet), which closes when somebody clicks elsewhere.
 

@@ -167,17 +167,10 @@ function markWords(element, known, experiment) {
   }
 }
 
-/** @type {Tooltip|null} */
-let tooltip = null;
+const MEANING = "meaning";
+const tooltip = new Tooltip({ id: MEANING, role: "tooltip" });
 /** @type {Element|null} */
 let shown = null;
-
-function makeTooltip() {
-  const made = new Tooltip();
-  made.element.id = "meaning";
-  made.element.setAttribute("role", "tooltip");
-  return made;
-}
 
 /** @param {Element} marked */
 async function show(marked) {
@@ -189,11 +182,9 @@ async function show(marked) {
   if (shown !== marked || !marked.isConnected) return;
   const terms = new Set(known.in(marked.textContent ?? "").map(({ term }) => term));
   const meanings = [...terms].map(({ name, meaning }) => build("p", {}, build("strong", {}, name), ` – ${meaning}`));
-  tooltip ??= makeTooltip();
-  // What is open over the page would cover it.
-  (marked.closest("dialog[open], [popover], main, header") ?? document.body).append(tooltip.element);
-  tooltip.show([about.own !== "" && build("p", {}, about.own), meanings], placeOf(marked));
-  marked.setAttribute("aria-describedby", tooltip.element.id);
+  const within = marked.closest("dialog[open], [popover], main, header") ?? document.body;
+  tooltip.show([about.own !== "" && build("p", {}, about.own), meanings], placeOf(marked), within);
+  marked.setAttribute("aria-describedby", MEANING);
 }
 
 /** @param {Element} marked */
@@ -204,13 +195,13 @@ function placeOf(marked) {
 
 /** What is scrolled takes its explanation along; a word that a line has no room for is scrolled to when it gets the focus. */
 function follow() {
-  if (shown !== null && tooltip !== null && !tooltip.element.hidden) tooltip.show([...tooltip.element.childNodes], placeOf(shown));
+  if (shown !== null) tooltip.move(placeOf(shown));
 }
 
 function hide() {
   shown?.removeAttribute("aria-describedby");
   shown = null;
-  tooltip?.hide();
+  tooltip.hide();
 }
 
 /** @param {Event} event */

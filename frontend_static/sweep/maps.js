@@ -3,7 +3,7 @@
  * over a single axis of numbers curves as well.
  */
 
-import { elementOf, Tooltip } from "../shared/dom.js";
+import { elementOf, tip } from "../shared/dom.js";
 import { useFigure } from "../shared/figure/figure.js";
 import { count, measureValue, number, parameterValue } from "../shared/format.js";
 import { css, diverging, gradient, onTheme, verdict, viridis } from "../shared/theme.js";
@@ -19,7 +19,6 @@ const PANEL = "map";
 const BETTER = { none: "not significant", untested: "the test is not applicable" };
 /** Colours of trackers in curves, one after the other; more trackers have dashed lines. */
 const INKS = /** @type {const} */ (["estimate", "prediction", "second", "observation", "lost"]);
-const tip = new Tooltip();
 /** Counts the changes of the colours. */
 const themes = signal(0);
 
@@ -27,7 +26,6 @@ const themes = signal(0);
 export function Maps({ now }) {
   const { sweep, cells, view, compares, quantity } = now;
   useEffect(() => {
-    document.body.append(tip.element);
     addEventListener("scroll", () => tip.hide(), { passive: true });
     onTheme(() => (themes.value += 1));
   }, []);
@@ -64,7 +62,7 @@ function HeatMap({ tracker, title, words, shown, look, now: { cells } }) {
   const { room, figure } = useFigure({
     describe: (at) => seen.value && elementOf(describe(seen.value, at, tracker)),
     choose: (at) => choose(at, tracker),
-  }, { isCompact: true, tip });
+  }, { isCompact: true });
   const cell = chosen.value;
   const [x, y] = [axisOf(cells.x), axisOf(cells.y)];
   const [across, up] = [x.names.length, y.names.length];

@@ -5,7 +5,7 @@
  */
 
 import { html, useLayoutEffect, useRef } from "../../vendor/preact.js";
-import { build, fill, Tooltip } from "../dom.js";
+import { build, fill, tip } from "../dom.js";
 import { onTheme, tokens, watchCanvasSize } from "../theme.js";
 import { LOOKS } from "./paint.js";
 import { PanelView } from "./panel.js";
@@ -36,7 +36,6 @@ import { PanelView } from "./panel.js";
  * @property {number} [letters] Size of the letters, in that of the page's.
  * @property {boolean} [isCompact] Whether it makes do with the room that there is, however little.
  * @property {string[]} [inks] Colours that its traces have beside those of the lessons, by token.
- * @property {Tooltip} [tip] Shared by several figures; its own if not given.
  */
 
 /** A figure below the first width, or with panels below the second, stacks them; in units of the size of the letters. */
@@ -71,20 +70,18 @@ export class FigureView {
    * @param {AbortSignal} signal Takes it away.
    * @param {Setting} [setting]
    */
-  constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false, tip: shared } = {}) {
+  constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false } = {}) {
     this.#look = { inks };
     this.#isCompact = isCompact;
     this.#root.classList.toggle("compact", isCompact);
     this.#root.style.fontSize = `max(${letters}rem, var(--least))`;
-    const tip = shared ?? new Tooltip();
-    this.#shared = { on, signal, tip };
+    this.#shared = { on, signal };
     fill(place, this.#root, this.#letter);
-    if (!shared) document.body.append(tip.element);
     watchCanvasSize(place, () => this.#draw(), signal);
     watchCanvasSize(this.#letter, () => this.#dress(), signal);
     onTheme(() => this.#dress(), signal);
     signal.addEventListener("abort", () => {
-      if (!shared) tip.element.remove();
+      tip.hide();
       this.#root.remove();
       this.#letter.remove();
     });
@@ -183,7 +180,7 @@ export class FigureView {
     const made = JSON.stringify(panels.map(({ id, row, share }) => [id, row, share]));
     if (made === this.#made) return;
     this.#made = made;
-    this.#shared.tip.hide();
+    tip.hide();
     this.#views = new Map(panels.map((panel) => [panel.id, new PanelView(panel, this.#shared)]));
     const heights = rowsOf(panels).map((row) => Math.max(...row.map(({ share }) => share[0])));
     const rows = rowsOf(panels).map((row, number) => {

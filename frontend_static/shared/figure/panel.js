@@ -1,6 +1,6 @@
 /** One panel on the page: its title and key, its axes and traces, its handles, and what is asked and marked in it. */
 
-import { build, setText, step } from "../dom.js";
+import { build, setText, step, tip } from "../dom.js";
 import { gradient, viridis } from "../theme.js";
 import { coalesce } from "../timing.js";
 import { boxOf, describe, furniture, inPx, margins, paintGrid, plainAxis, scales, TOP, writeAxes, written } from "./axes.js";
@@ -8,7 +8,6 @@ import { boundsOf, Handle, markLines, PlaceQuestion, wordsOf } from "./handle.js
 import { KINDS } from "./kinds.js";
 import { cellHit, cellsOf, isCellMap, most, REACH, within } from "./paint.js";
 
-/** @import { Tooltip } from "../dom.js" */
 /** @import { Furniture, Margins, Style } from "./axes.js" */
 /** @import { Mark } from "./handle.js" */
 /** @import { Hit, Sheet } from "./paint.js" */
@@ -56,7 +55,7 @@ export class Pointing {
     picture.addEventListener("click", (event) => {
       const cell = this.#hit(event)?.cell;
       if (cell === undefined) return;
-      shared.tip.hide();
+      tip.hide();
       this.#choose(cell);
     });
     picture.addEventListener("keydown", (event) => this.#key(event));
@@ -105,8 +104,7 @@ export class Pointing {
 
   /** @param {Hit|null} hit Null for nothing. */
   #tell(hit) {
-    const { tip, on } = this.#shared;
-    const words = hit?.cell ? on.describe?.(hit.cell) : hit?.words;
+    const words = hit?.cell ? this.#shared.on.describe?.(hit.cell) : hit?.words;
     this.#spot.hidden = !hit || hit.cell !== undefined;
     if (!hit || !words) {
       tip.hide();
@@ -197,7 +195,6 @@ function clamp(value, count) {
  * What a figure's panels share.
  *
  * @typedef {object} Shared
- * @property {Tooltip} tip
  * @property {import("./figure.js").Listener} on
  * @property {AbortSignal} signal
  */
