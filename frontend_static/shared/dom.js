@@ -79,14 +79,15 @@ export function lastOfAddress(before = 0) {
 }
 
 /**
- * Replace all that an element holds.
+ * Replace all that an element holds; strings become text.
  *
  * @template {Element} E
  * @param {E} element
  * @param {...Child} children
  */
 export function fill(element, ...children) {
-  element.replaceChildren(...flat(children));
+  const shown = /** @type {readonly unknown[]} */ (children).flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false);
+  element.replaceChildren(.../** @type {(Node|string)[]} */ (shown));
   return element;
 }
 
@@ -134,18 +135,6 @@ export function elementOf(component) {
   const place = document.createElement("div");
   render(component, place);
   return /** @type {E} */ (place.firstElementChild);
-}
-
-/**
- * @param {readonly Child[]} children
- * @returns {(Node|string)[]} Strings become text.
- */
-function flat(children) {
-  return children.flatMap((child) => {
-    if (child === null || child === undefined || child === false) return [];
-    if (child instanceof Node) return [child];
-    return typeof child === "object" ? flat(child) : [String(child)];
-  });
 }
 
 // Line icons on a 16 px grid, drawn in the colour of the text around them.
