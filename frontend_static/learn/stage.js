@@ -12,7 +12,7 @@ import { build, IconButton, Notice, toast } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
 import { NewestRequest } from "../shared/timing.js";
-import { effect, h, html, signal, useLayoutEffect, useSignal } from "../vendor/preact.js";
+import { effect, h, html, signal } from "../vendor/preact.js";
 import { Numbers } from "./numbers.js";
 
 /** @import { Figure } from "../shared/figure/types.js" */
@@ -72,10 +72,11 @@ export class Demonstration extends Shown {
    */
   constructor(lesson, answer, placed) {
     super();
-    const { declarations, defaults, random } = lesson;
+    const { declarations, defaults, seed, random } = lesson;
     this.#lesson = lesson;
     this.#answer = answer;
     this.#placed = placed;
+    this.values.value = { ...defaults, [SEED]: seed };
     this.turnables.value = [...declared(declarations, defaults), ...(random ? [seedControl(DRAW_HINT)] : [])];
     if (random) this.draw = () => this.turn(SEED, Number(this.values.value[SEED]) + 1);
     const { signal: whole } = new AbortController();
@@ -245,7 +246,7 @@ export class LessonRun extends Shown {
       this.id.value = session.id;
     }
     // A control in use keeps its value.
-    this.values.value = Object.fromEntries(Object.entries(inForce).filter(([name]) => !(name in proposals.held)));
+    this.values.value = { ...inForce, ...proposals.held };
     if (this.#goal === null || !session.playing || session.position < this.#goal) return;
     steering.seek(this.#goal);
     this.#goal = null;
@@ -284,15 +285,7 @@ export function Stage({ stage, isLocked, notice = null }) {
     </div>
     ${notice}
     <div class="lesson-numbers" data-part="numbers">${h(Numbers, { numbers: stage.numbers.value })}</div>
-    ${h(Controls, {
-      isLocked,
-      turnables: stage.turnables.value,
-      values: stage.values.value,
-      isInert: !stage.isAble.value,
-      propose: (name, value) => stage.turn(name, value),
-      reset: (name) => stage.reset(name),
-      draw: stage.draw,
-    })}
+    ${h(Controls, { stage, isLocked })}
   `;
 }
 
@@ -328,44 +321,21 @@ function seedControl(hint) {
 }
 
 /**
- * @typedef {{
- *   turnables: readonly Turnable[],
- *   values: Values,
- *   isLocked: boolean,
- *   isInert?: boolean,
- *   propose: (name: string, value: Value) => void,
- *   reset: (name: string) => void,
- *   draw?: () => void,
- * }} ControlsProps `values` in force, but for one in somebody's hand; `isLocked` while they wait for an answer, `isInert` while
- *     what they turn is not there; `draw` draws other random numbers.
- */
-
-/**
  * The controls, each with a way back to where it was.
  *
- * @param {ControlsProps} props
+ * @param {{stage: Demonstration|LessonRun, isLocked: boolean}} props `isLocked` while they wait for an answer.
  */
-function Controls({ turnables, values, isLocked, isInert = false, propose, reset, draw }) {
-  return html`<div class="lesson-controls" data-part="controls" inert=${isInert} hidden=${turnables.length === 0 && !draw}>
-    <fieldset class="lesson-fields" aria-label="Controls" disabled=${isLocked}>
-      ${turnables.map((turnable) => h(Turned, { key: turnable.name, turnable, value: values[turnable.name], propose, reset }))}
-      ${draw && html`<button type="button" title="Other random numbers (D)" data-role="draw" onClick=${draw}>New draw</button>`}
-    </fieldset>
+function Controls({ stage, isLocked }) {
+  const { draw: again } = stage;
+  const [turnables, values] = [stage.turnables.value, stage.values.value];
+  const control = (/** @type {Turnable} */ { name, title, draw }) => html`<div key=${name} class="lesson-control" data-control=${name}>
+    ${draw(values[name], (value) => stage.turn(name, value))}
+    ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => stage.reset(name) })}
   </div>`;
-}
-
-/** @param {{turnable: Turnable, value: Value|undefined, propose: (name: string, value: Value) => void, reset: (name: string) => void}} props */
-function Turned({ turnable: { name, title, draw }, value, propose, reset }) {
-  const shown = useSignal(value ?? "");
-  const turn = (/** @type {Value} */ wanted) => {
-    shown.value = wanted;
-    propose(name, wanted);
-  };
-  // At once, or a slider that is moved on meanwhile would jump back; also with the value that it has, to which a refused one goes.
-  useLayoutEffect(() => {
-    if (value !== undefined) shown.value = value;
-  });
-  return html`<div class="lesson-control" data-control=${name}>
-    ${draw(shown.value, turn)} ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => reset(name) })}
+  return html`<div class="lesson-controls" data-part="controls" inert=${!stage.isAble.value} hidden=${turnables.length === 0 && !again}>
+    <fieldset class="lesson-fields" aria-label="Controls" disabled=${isLocked}>
+      ${turnables.map(control)}
+      ${again && html`<button type="button" title="Other random numbers (D)" data-role="draw" onClick=${again}>New draw</button>`}
+    </fieldset>
   </div>`;
 }
