@@ -23,7 +23,7 @@ import { Table } from "./table.js";
  *
  * @typedef {object} Told
  * @property {Outline} outline
- * @property {Outcome|null} outcome The results of the runs, as far as they are known.
+ * @property {Outcome|null} outcome The results of the runs, once they are known.
  * @property {Arrangement} arrangement
  */
 
@@ -109,9 +109,9 @@ export class RunComparison extends JointView {
 
   /** What others need to show the same sessions. @returns {Told} */
   get told() {
-    const { unit, settings, runs } = this.outline;
+    const { outline: { unit, settings, runs }, outcome: { value: outcome } } = this;
     const named = runs.map(({ name, title, colour, first }) => ({ name, title, colour, first }));
-    return { outline: { unit, settings, runs: named }, outcome: this.outcome.value, arrangement: this.arrangement.value };
+    return { outline: { unit, settings, runs: named }, outcome: outcome?.state === "working" ? null : outcome, arrangement: this.arrangement.value };
   }
 
   get title() {

@@ -13,6 +13,7 @@ import { listen } from "../session/keys.js";
 import { arrange, SessionStart } from "../session/session_start.js";
 import { transport } from "../session/transport.js";
 import { build } from "../shared/dom.js";
+import { signal } from "../vendor/preact.js";
 import { JointSteering, JointStore } from "./joint_store.js";
 
 /** @import { ViewKind } from "../session/scene.js" */
@@ -37,6 +38,8 @@ export class JointView {
   #readOnly;
   /** @type {Awaited<ReturnType<typeof plots>>|null} */
   #plots = null;
+  /** Ids of the sessions, once all of them are there. */
+  sessions = signal(/** @type {string[]} */ ([]));
 
   /**
    * @param {readonly Member[]} members
@@ -64,7 +67,7 @@ export class JointView {
     const runs = members.map(({ name, colour, first }, place) => ({ name, colour, first, store: this.views[place].store }));
     this.store = new JointStore(runs, lead, readOnly);
     this.steering = new JointSteering(this.views[lead].store, this.store, this.signal);
-    /** Resolves with the sessions' names when all of them are there, however long they take, or rejects. */
+    /** Resolves when all sessions are there, however long they take, or rejects. */
     this.begun = this.#all();
     this.begun.catch(() => {});
   }
@@ -151,6 +154,6 @@ export class JointView {
     // It waits for all, so that their places are free when somebody tries again.
     await Promise.allSettled(this.#starts.map(({ begun }) => begun));
     const begun = await Promise.all(this.#starts.map((start) => start.begun));
-    return begun.map(({ session }) => session.id);
+    this.sessions.value = begun.map(({ session }) => session.id);
   }
 }

@@ -10,7 +10,7 @@ import { attempt, Icon, IconButton, Notice, part, Popover, Segments, toast } fro
 import { Exports, openCode } from "../shared/exports.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { present, PresentationButton, PrintButton } from "../shared/presentation.js";
-import { computed, effect, h, html, render, signal, untracked } from "../vendor/preact.js";
+import { computed, effect, h, html, render, signal } from "../vendor/preact.js";
 import { compare, Comparison } from "./compare.js";
 
 /** @import { ViewKind } from "../session/scene.js" */
@@ -36,39 +36,32 @@ const VIEWS = [
 ];
 
 const compared = signal(/** @type {RunComparison|null} */ (null));
-/** Ids of its sessions, once all of them are there. */
-const sessions = signal(/** @type {string[]} */ ([]));
 /** The title that a person gave; empty where the names of the runs do. */
 const givenTitle = signal("");
 /** The saved comparison that is shown, and what is kept in it, as text; null where that is not known yet. */
 const saved = signal(/** @type {{id: string, content: string|null}|null} */ (null));
 /** What is waited for, one sentence. */
 const waiting = signal("");
-/** The runs that stay, once one is taken away. */
-const fewer = signal(/** @type {Wanted|null} */ (null));
 const title = computed(() => givenTitle.value || (compared.value?.title ?? ""));
 /** What of a comparison is kept when it is saved, but for the frame that is shown. */
 const content = computed(() => compared.value && JSON.stringify([compared.value.runs, compared.value.arrangement.value]));
 const isSaved = computed(() => saved.value !== null && saved.value.content === content.value);
 const control = new ClassControl(() => {
-  const shown = compared.peek();
-  if (shown === null || sessions.peek().length === 0) return null;
-  return { title: title.peek(), sessions: sessions.peek(), lesson: null, arrangement: { comparison: shown.told } };
+  const shown = compared.value;
+  if (shown === null || shown.sessions.value.length === 0) return null;
+  return { title: title.value, sessions: shown.sessions.value, lesson: null, arrangement: { comparison: shown.told } };
 });
 
 async function load() {
   try {
-    const wanted = fewer.value ?? (await wish());
+    const wanted = await wish();
     if (wanted === null) return h(Notice, { title: "Nothing to compare yet", message: EMPTY, action: WORK, inline: false });
     const options = { actions: { help, present: () => present() }, onFewer: showFewer };
     const shown = await compare(wanted, (sentence) => (waiting.value = sentence), options);
     givenTitle.value = wanted.title ?? "";
     compared.value = shown;
     if (saved.value) saved.value = { ...saved.value, content: content.value };
-    shown.begun.then((ids) => {
-      sessions.value = ids;
-      control.find();
-    }, () => {});
+    shown.begun.then(() => control.find(), () => {});
     return h(Comparison, { compared: shown });
   } catch (error) {
     return h(Notice, { title: "These runs cannot be compared", message: messageOf(error), action: WORK, inline: false });
@@ -83,19 +76,15 @@ async function wish() {
   return request("GET comparisons/saved/{saved}", { saved: id });
 }
 
-/** @param {ComparedRun[]} runs */
+/** @param {ComparedRun[]} runs The runs that stay when one is taken away: another comparison, which its address begins. */
 function showFewer(runs) {
-  const position = compared.value?.position ?? 0;
-  compared.value?.end();
-  // It is another one now.
-  [compared.value, sessions.value, saved.value] = [null, [], null];
-  fewer.value = { runs, position };
+  location.assign(linkTo({ runs, position: compared.value?.position }));
 }
 
 /** All of the page but its header. */
 function Page() {
   const bones = html`<div class="comparison-wait">${h(Wait, {})}<div class="shimmer"></div></div>`;
-  return h(Loaded, { key: JSON.stringify(fewer.value), load, failed: "", bones });
+  return h(Loaded, { load, failed: "", bones });
 }
 
 function Wait() {
@@ -185,10 +174,8 @@ effect(() => {
   if (shown === null) return;
   document.title = `${title.value} · Compare · pftrack`;
   // The address holds what makes the runs as soon as that is known, so that it can be kept, sent and reloaded.
-  const { runs, arrangement, outcome } = shown;
+  const { runs, arrangement } = shown;
   history.replaceState(null, "", linkTo({ runs, arrangement: arrangement.value, title: givenTitle.value }));
-  void outcome.value?.state;
-  untracked(() => control.update());
 });
 // The sessions ended with the page; from the browser's cache it begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());

@@ -33,8 +33,6 @@ class Pair extends JointView {
   problem = signal("");
   /** What was measured in both as wholes; or a sentence in its place. */
   course = signal(/** @type {FailureResult|string|null} */ (null));
-  /** Ids of the sessions, once both are there. @type {string[]} */
-  sessions = [];
 
   /** @param {FailurePublic} failure */
   constructor(failure) {
@@ -46,10 +44,7 @@ class Pair extends JointView {
     this.failure = failure;
     this.store.know(frame, [{ frame, note: "before it happens" }]);
     this.listen({});
-    this.begun.then((ids) => {
-      this.sessions = ids;
-      control.find();
-    }, (error) => {
+    this.begun.then(() => control.find(), (error) => {
       this.problem.value = messageOf(error);
       this.end();
     });
@@ -82,9 +77,9 @@ function colourOf(side) {
 
 const shown = signal(/** @type {Pair|null} */ (null));
 const control = new ClassControl(() => {
-  const pair = shown.peek();
-  if (pair === null || pair.sessions.length === 0) return null;
-  return { title: pair.failure.title, sessions: pair.sessions, lesson: null, arrangement: { comparison: pair.told } };
+  const pair = shown.value;
+  if (pair === null || pair.sessions.value.length === 0) return null;
+  return { title: pair.failure.title, sessions: pair.sessions.value, lesson: null, arrangement: { comparison: pair.told } };
 });
 
 async function load() {

@@ -13,8 +13,6 @@ import { h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
 /** @import { CompilationPublic, ExperimentPublic, FilterPublic, Preset, UploadPublic } from "../shared/messages.js" */
 
 const UPLOAD = /^#upload\/(.+)$/;
-/** Where the saved runs stood before. */
-const RUN = /^#run-\w+$/;
 /** Its scripts are fetched while somebody looks at this page. */
 const SESSION = "session/new";
 /** Written into the page by the server, which knows where its shell finds the program. */
@@ -205,7 +203,6 @@ function Compiling() {
   return html`<div role="status" data-part="compiling">${note}</div>`;
 }
 
-if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
 addEventListener("hashchange", findUpload);
 followCompiling((now) => (compilation.value = now)).catch(() => {}).then(() => (compilation.value = null));
 addEventListener("pageshow", (event) => event.persisted && location.reload());

@@ -177,10 +177,8 @@ function Asked({ course }) {
     const typed = String(new FormData(event.currentTarget).get("answer") ?? "").trim();
     // The server reads a number as people type it, and says what it takes.
     const given = question.kind === "point" ? course.placed.value : typed;
-    const between = `Your answer must be a number between ${question.bounds.join(" and ")}, got '${typed}'`;
     isJudged.value = true;
     if (given === null || given === "") course.say(`${FIRST[question.kind]} first, or skip the question.`);
-    else if (question.kind === "number" && !/\d/.test(typed)) course.say(between);
     else await course.judge(given);
     isJudged.value = false;
   };

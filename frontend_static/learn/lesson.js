@@ -29,8 +29,6 @@ const ARROWS = "A slider, or a line in the figure, that has the focus is moved b
 const CHECKED_AGAIN_MS = 700;
 /** Names one of the uses of a lesson, so that the way back is the browser's as well. */
 const USE = /^#use-(\d+)$/;
-/** Nothing ends what listens here but the page itself. */
-const { signal: whole } = new AbortController();
 const hash = signal(location.hash);
 /** The class that may follow this lesson, once that is known. */
 const classControl = signal(/** @type {ClassControl|null} */ (null));
@@ -174,10 +172,10 @@ function classOf(course) {
   const { title, id } = course.lesson;
   const control = new ClassControl(() => {
     const { run } = course;
-    if (run === null) return { title, sessions: [], lesson: id };
+    if (run === null) return { title, sessions: [], lesson: id, arrangement: {} };
     const { plots, layers } = run.scenario;
     return run.id.value === null ? null : { title, sessions: [run.id.value], lesson: id, arrangement: { plots, layers } };
-  }, whole);
+  });
   effect(() => {
     const led = control.isHere.value ? control.follow.value : null;
     const figureOf = course.run === null && led !== null ? led.id : null;
@@ -186,10 +184,6 @@ function classOf(course) {
       if (led?.poll?.revealed && led.poll.lesson === id) course.answered();
       if (course.stage instanceof Demonstration) course.stage.followedBy(figureOf);
     });
-  });
-  effect(() => {
-    void course.run?.id.value;
-    untracked(() => control.update());
   });
   control.find();
   return control;

@@ -1,5 +1,6 @@
 /** Lessons of the server, and how far a person is in the course: kept in this browser, without an account. */
 
+import { remember, remembered } from "../shared/visitor.js";
 import { signal } from "../vendor/preact.js";
 
 /** @import * as Messages from "../shared/messages.js" */
@@ -12,24 +13,16 @@ import { signal } from "../vendor/preact.js";
 
 const PLACE = "pftrack-lessons";
 const VERSION = 1;
-const UNREAD = "Some of your progress in this browser could not be read; those lessons are asked again.";
 const NOT_KEPT = "This browser's storage is full or disabled: your progress is kept until you close this page.";
 
 /** The progress of this browser; a component that reads it is drawn again when it changes. */
 export class Progress {
-  #storage;
-  #entries = signal(/** @type {Record<string, Entry>} */ ({}));
-  #remark = signal("");
-
-  /** @param {() => Pick<Storage, "getItem"|"setItem">} [storage] It may be forbidden. */
-  constructor(storage = () => localStorage) {
-    this.#storage = storage;
-    this.#load();
-  }
+  #entries = signal(entriesKept());
+  #isKept = signal(true);
 
   /** What a person should know of it, one sentence, or nothing. */
   get remark() {
-    return this.#remark.value;
+    return this.#isKept.value ? "" : NOT_KEPT;
   }
 
   /**
@@ -55,40 +48,20 @@ export class Progress {
    */
   set(id, entry) {
     // Another page may have gone on meanwhile.
-    if (this.#remark.peek() !== NOT_KEPT) this.#load();
-    const { [id]: before, ...others } = this.#entries.peek();
-    this.#entries.value = entry === null ? others : { ...others, [id]: entry };
-    try {
-      this.#storage().setItem(PLACE, JSON.stringify({ version: VERSION, lessons: this.#entries.peek() }));
-    } catch {
-      this.#remark.value = NOT_KEPT;
-    }
-  }
-
-  #load() {
-    let text;
-    try {
-      text = this.#storage().getItem(PLACE);
-    } catch {
-      this.#remark.value = NOT_KEPT;
-      return;
-    }
-    const kept = text === null ? [] : entriesIn(text);
-    const known = kept.filter(/** @returns {each is [string, Entry]} */ (each) => isEntry(each[1]));
-    this.#entries.value = Object.fromEntries(known);
-    if (known.length < kept.length) this.#remark.value = UNREAD;
+    const { [id]: before, ...others } = this.#isKept.peek() ? entriesKept() : this.#entries.peek();
+    const lessons = entry === null ? others : { ...others, [id]: entry };
+    this.#entries.value = lessons;
+    this.#isKept.value = remember(PLACE, JSON.stringify({ version: VERSION, lessons }));
   }
 }
 
-/**
- * @param {string} text
- * @returns {[string, unknown][]} One that says nothing where it is damaged.
- */
-function entriesIn(text) {
+/** @returns {Record<string, Entry>} What is damaged, or of another version, is left out: those lessons are asked again. */
+function entriesKept() {
   try {
-    return Object.entries(/** @type {{lessons: Record<string, unknown>}} */ (JSON.parse(text)).lessons);
+    const { lessons } = /** @type {{lessons: Record<string, unknown>}} */ (JSON.parse(remembered(PLACE) ?? "{}"));
+    return Object.fromEntries(Object.entries(lessons).filter(/** @returns {each is [string, Entry]} */ (each) => isEntry(each[1])));
   } catch {
-    return [["", null]];
+    return {};
   }
 }
 

@@ -8,20 +8,20 @@
 import { request, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
-import { after, NewestRequest } from "../shared/timing.js";
+import { after, follow as whenChanged, NewestRequest } from "../shared/timing.js";
 import { classOfLink, isParticipant, keptInTab } from "../shared/visitor.js";
 import { batch, computed, h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
 
 /**
- * What a page has to show to a class.
+ * What a page has to show to a class; its parts in this order, since it is compared as text.
  *
  * @typedef {object} Shown
  * @property {string} title
  * @property {string[]} sessions
  * @property {string|null} lesson
- * @property {Record<string, unknown>} [arrangement]
+ * @property {Record<string, unknown>} arrangement
  */
 
 const NOT_FOUND = 404;
@@ -38,24 +38,21 @@ export class ClassControl {
   follow = signal(/** @type {FollowOwned|null} */ (null));
   /** Whether the class sees this page and no other. */
   isHere = signal(false);
-  /** What this page has to show; null as long as that is not known. */
-  shown = signal(/** @type {Shown|null} */ (null));
   /** Whether a class may be begun here: a link has the rights over one, and is worth nothing after its end. */
   mayBegin = computed(() => this.shown.value !== null && !isParticipant);
-  #look;
   #end;
-  #tellClass;
   /** @type {Stream<OwnedNews>|null} */
   #stream = null;
 
   /**
-   * @param {() => Shown|null} look Finds what this page has to show.
+   * @param {() => Shown|null} look Finds what this page has to show, by reading signals; null as long as that is not known.
    * @param {AbortSignal} [end] The page itself, if not given.
    */
   constructor(look, end = new AbortController().signal) {
-    this.#look = look;
     this.#end = end;
-    this.#tellClass = new NewestRequest(() => this.#compare(), {}, end);
+    this.shown = computed(look);
+    const teller = new NewestRequest(() => this.#compare(), {}, end);
+    whenChanged(() => this.shown.value && this.isHere.value, () => teller.ask(null), end);
   }
 
   /** Find the class that this tab leads, if it leads one. */
@@ -67,15 +64,7 @@ export class ClassControl {
       if (follow !== null && !this.#end.aborted) this.#lead(follow, known?.page ?? null);
     } catch (error) {
       if ([NOT_FOUND, GONE].includes(statusOf(error) ?? 0)) led.set(null);
-    } finally {
-      this.update();
     }
-  }
-
-  /** Take note that this page shows something else by now, and tell the class, if it sees this page. */
-  update() {
-    this.shown.value = this.#look();
-    this.#tellClass.ask(null);
   }
 
   /**
@@ -84,9 +73,9 @@ export class ClassControl {
    * @param {FollowOwned} [follow] A new one if not given.
    */
   async show(follow) {
-    const shown = this.#look();
+    const shown = this.shown.peek();
     if (shown === null) return;
-    const taken = await attempt(() => (follow ? changed(follow.id, whole(shown)) : request("POST follows", { body: shown })));
+    const taken = await attempt(() => (follow ? changed(follow.id, shown) : request("POST follows", { body: shown })));
     if (taken !== undefined) this.#lead(taken, null);
   }
 
@@ -134,9 +123,9 @@ export class ClassControl {
   }
 
   async #compare() {
-    const [shown, follow] = [this.#look(), this.follow.peek()];
+    const [shown, follow] = [this.shown.peek(), this.follow.peek()];
     if (!this.isHere.peek() || follow === null || shown === null || isSame(follow, shown)) return;
-    const taken = await attempt(() => changed(follow.id, whole(shown)));
+    const taken = await attempt(() => changed(follow.id, shown));
     if (taken !== undefined && this.follow.value?.id === taken.id) this.follow.value = taken;
   }
 
@@ -185,21 +174,11 @@ export class ClassControl {
 }
 
 /**
- * What replaces all that a class saw before.
- *
- * @param {Shown} shown
- * @returns {FollowUpdate}
- */
-function whole({ title, sessions, lesson, arrangement = {} }) {
-  return { title, sessions, lesson, arrangement };
-}
-
-/**
  * @param {FollowOwned} follow
  * @param {Shown} shown
  */
 function isSame({ title, sessions, lesson, arrangement }, shown) {
-  return JSON.stringify(whole(shown)) === JSON.stringify({ title, sessions: sessions.map(({ id }) => id), lesson, arrangement });
+  return JSON.stringify(shown) === JSON.stringify({ title, sessions: sessions.map(({ id }) => id), lesson, arrangement });
 }
 
 /** Have the class that this tab leads come along to the page that is opened next, whatever it sees now. */

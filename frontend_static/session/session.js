@@ -7,7 +7,7 @@ import { skipLink, tourOfAddress } from "../shared/page.js";
 import { present } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { isFollower, isParticipant } from "../shared/visitor.js";
-import { effect, h, html, render, signal } from "../vendor/preact.js";
+import { h, html, render, signal } from "../vendor/preact.js";
 import { Header } from "./header.js";
 import { Mounted } from "./mount.js";
 import { start } from "./page_start.js";
@@ -36,7 +36,7 @@ const view = new Mounted(start, { actions });
 const { store } = view;
 const control = new ClassControl(() => {
   const { session } = store;
-  return session === null || !view.able ? null : { title: sessionTitle(session), sessions: [session.id], lesson: null };
+  return session === null || !view.able ? null : { title: sessionTitle(session), sessions: [session.id], lesson: null, arrangement: {} };
 }, view.signal);
 const page = { view, experiment, control, actions, editor: offerEditor(), openPreset };
 
@@ -44,7 +44,6 @@ render(h(Header, { page }), part("header"));
 render(h(Bars, {}), part("bars"));
 skipLink();
 if (!isFollower) start.begun.then(() => control.find(), () => {});
-effect(() => control.update());
 document.addEventListener("keydown", (event) => {
   if (event.key.toLowerCase() !== "k" || !(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey) return;
   event.preventDefault();

@@ -32,13 +32,7 @@ const PAGE = "compare";
  * @throws {Error} The link is damaged.
  */
 export function wantedOf({ search, hash }) {
-  if (hash.length > 1) {
-    try {
-      return checked(/** @type {Wanted} */ (parse(hash)));
-    } catch {
-      throw new Error("The link is damaged: a part of it is missing after the # sign, or was changed. Copy the whole link again.");
-    }
-  }
+  if (hash.length > 1) return damagedOr(() => checked(/** @type {Wanted} */ (parse(hash))));
   const query = new URLSearchParams(search);
   const references = (query.get("runs") ?? "").split(",").filter(Boolean);
   if (references.length === 0) return null;
@@ -86,6 +80,18 @@ function checked({ runs, position, arrangement, title }) {
     arrangement: arrangement === "over" ? "over" : "side",
     ...(typeof title === "string" && title !== "" && { title }),
   };
+}
+
+/**
+ * @template Read
+ * @param {() => Read} read
+ */
+export function damagedOr(read) {
+  try {
+    return read();
+  } catch {
+    throw new Error("The link is damaged: a part of it is missing after the # sign, or was changed. Copy the whole link again.");
+  }
 }
 
 const MOST_OTHERS = 3;

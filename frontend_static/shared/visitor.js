@@ -27,9 +27,10 @@ export function remembered(name) {
 /**
  * @param {string} name
  * @param {string} value
+ * @returns {boolean} Whether the browser keeps it.
  */
 export function remember(name, value) {
-  stored(() => localStorage.setItem(name, value));
+  return stored(() => localStorage.setItem(name, value)) !== null;
 }
 
 /**

@@ -8,7 +8,7 @@ import { attempt, IconButton, Popover } from "../shared/dom.js";
 import { Exports } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
 import { Failed, showPage, Thumbnail } from "../shared/page.js";
-import { throttle } from "../shared/timing.js";
+import { NewestRequest, throttle } from "../shared/timing.js";
 import { shortTitle } from "../sweep/store.js";
 import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.js";
 
@@ -279,7 +279,11 @@ const answered = signal(/** @type {WorkPublic|string|null} */ (null));
 const wish = signal(parseQuery(new URLSearchParams(location.search)));
 /** What is chosen, in that order, to be compared, ended or deleted at once; also what another search found. */
 const chosen = signal(/** @type {readonly {kind: Kind, item: Item}[]} */ ([]));
-let asked = new AbortController();
+const looking = new NewestRequest((/** @type {Query} */ { words: q, ...asked }) => request("GET work", { q, ...asked, zone: ZONE }), {
+  answer: (found, _, isNewest) => isNewest && (answered.value = found),
+  refused: (error) => (answered.value = messageOf(error)),
+}, new AbortController().signal);
+const load = () => looking.ask(wish.value);
 const lookSoon = throttle(() => {
   history.replaceState(null, "", ownAddress(wish.value));
   void load();
@@ -314,19 +318,6 @@ function search(change) {
   // Another kind of work is a history step; a typed letter is not.
   if (isOtherKind) history.pushState(null, "", ownAddress(wish.value));
   lookSoon();
-}
-
-/** Ask for what is wished; of several questions only the newest is answered. */
-async function load() {
-  asked.abort();
-  const now = (asked = new AbortController());
-  try {
-    const { words, show, limit } = wish.value;
-    const work = await request("GET work", { q: words, limit, zone: ZONE, show, signal: now.signal });
-    if (!now.signal.aborted) answered.value = work;
-  } catch (error) {
-    if (!now.signal.aborted) answered.value = messageOf(error);
-  }
 }
 
 /** All of the page. */

@@ -161,14 +161,6 @@ def test_many_sessions_are_ended_at_once(page: Any, server: Server) -> None:
     assert page.get_by_role("button", name="End 2 sessions").count() == 0
 
 
-def test_an_old_address_of_a_run_leads_to_my_work(page: Any, server: Server) -> None:
-    """Saved runs stood on the start page."""
-    run = server.post("runs", {"session": server.start_session()["id"]})
-    page.goto(f"./#run-{run['id']}")
-    page.wait_for_url(f"**{run['page']}")
-    page.locator(f"[data-run='{run['id']}']").wait_for()
-
-
 def test_a_renamed_run_has_its_new_name_on_all_buttons(page: Any, server: Server) -> None:
     """Also on the menu of its files, which was made before; the focus stays where it was."""
     run = server.post("runs", {"session": server.start_session()["id"], "title": "Tuesday"})

@@ -1,9 +1,10 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { itemOfLink } from "../../frontend_static/lecturer/items.js";
+import { itemOfAddress } from "../../frontend_static/lecturer/items.js";
 import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
 import { moved } from "../../frontend_static/lectures/order.js";
+import { answers } from "../../frontend_static/shared/api.js";
 import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison.js";
 import { linkTo } from "../../frontend_static/shared/share_link.js";
 
@@ -69,26 +70,28 @@ describe("the order of a lecture", () => {
 });
 
 describe("a link that becomes an item", () => {
-  const base = "https://host/any/prefix/";
-  const of = (text) => itemOfLink(text, base);
+  const of = (text) => itemOfAddress(text, "https://host/any/prefix/");
 
-  it("is that of a lesson, a failure, or a session that runs", () => {
-    assert.deepEqual(of("https://host/any/prefix/learn/bayes#use-1"), { item: { lesson: "bayes" } });
-    assert.deepEqual(of(" failures/look%20alike "), { item: { failure: "look alike" } });
-    assert.deepEqual(of("session/0f"), { session: "0f" });
+  it("is that of a lesson, a failure, or a session that runs", async () => {
+    assert.deepEqual(await of("https://host/any/prefix/learn/bayes#use-1"), { lesson: "bayes" });
+    assert.deepEqual(await of(" failures/look%20alike "), { failure: "look alike" });
+    answers["GET sessions/{session}"] = async ({ session }) => ({ recipe: session, upload: null, position: 4, name: "Mine" });
+    assert.deepEqual(await of("session/0f"), { session: { recipe: "0f", upload: null, position: 4 }, title: "Mine" });
   });
 
-  it("is that of a run or a comparison, with all that makes it", () => {
+  it("is that of a run or a comparison, with all that makes it", async () => {
     const recipe = { experiment: "ball", seed: 3 };
-    assert.deepEqual(of(linkTo({ recipe, position: 7, play: true })), { item: { session: { recipe, position: 7 } } });
+    assert.deepEqual(await of(linkTo({ recipe, position: 7, play: true })), { session: { recipe, position: 7 } });
     const wanted = { runs: [{ recipe }, { recipe: { ...recipe, seed: 4 } }], position: 2, arrangement: "over" };
-    assert.deepEqual(of(comparisonLink(wanted)), { item: { comparison: wanted } });
-    assert.deepEqual(of("compare?runs=a,b").item.comparison.runs, [{ reference: "a" }, { reference: "b" }]);
-    assert.deepEqual(of("compare?saved=7"), { saved: "7" });
+    assert.deepEqual(await of(comparisonLink(wanted)), { comparison: wanted });
+    assert.deepEqual((await of("compare?runs=a,b")).comparison.runs, [{ reference: "a" }, { reference: "b" }]);
+    answers["GET comparisons/saved/{saved}"] = async ({ saved }) => ({ ...wanted, title: saved, id: saved });
+    assert.deepEqual(await of("compare?saved=7"), { comparison: wanted, title: "7" });
   });
 
-  it("is refused where it is none", () => {
-    for (const text of ["", "https://host/any/prefix/work", "learn/", "session/new", "http://[", "compare"]) assert.throws(() => of(text), /not a link|cannot show/);
-    assert.throws(() => of("session/new#%%%"), /damaged/);
+  it("is refused where it is none", async () => {
+    const wrong = ["", "https://host/any/prefix/work", "learn/", "session/new", "http://[", "compare"];
+    for (const text of wrong) await assert.rejects(of(text), /not a link|cannot show/);
+    await assert.rejects(of("session/new#%%%"), /damaged/);
   });
 });
