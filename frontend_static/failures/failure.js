@@ -5,7 +5,6 @@ import { JointView } from "../compare/joint.js";
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { messageOf, request } from "../shared/api.js";
 import { linkTo as linkToComparison } from "../shared/comparison.js";
-import { whenCompiled } from "../shared/compiling.js";
 import { build, Icon, lastOfAddress, Neighbours, part } from "../shared/dom.js";
 import { CodeButton } from "../shared/exports.js";
 import { quantity } from "../shared/format.js";
@@ -14,7 +13,7 @@ import { PresentationButton, PrintButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { tokens } from "../shared/theme.js";
 import { h, html, render, signal } from "../vendor/preact.js";
-import { settings, value } from "./words.js";
+import { measure, settings, value } from "./words.js";
 
 /** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
 
@@ -48,7 +47,7 @@ class Pair extends JointView {
       this.problem.value = messageOf(error);
       this.end();
     });
-    this.#measure();
+    measure(failure, this.course, this.signal);
   }
 
   /** What a class sees: a comparison, whose settings are what the cure changes. */
@@ -57,16 +56,6 @@ class Pair extends JointView {
     const runs = SIDES.map((side) => ({ name: HEADS[side], title: `${HEADS[side]}, ${settings(this.failure, side)}`, colour: colourOf(side), first: 0 }));
     const changed = differences.map((each) => ({ name: each.title, title: each.title, values: SIDES.map((side) => value(each[side], each.unit)) }));
     return { outline: { unit: "", settings: changed, runs }, outcome: null, arrangement: "side" };
-  }
-
-  async #measure() {
-    const { course, failure: { experiment, id: failure }, signal: end } = this;
-    try {
-      const ask = () => request("GET failures/{failure}/course", { failure, signal: end });
-      course.value = await whenCompiled(experiment, ask, (sentence) => (course.value = sentence), end);
-    } catch (error) {
-      if (!end.aborted) course.value = `The measurement is not available: ${messageOf(error)}`;
-    }
   }
 }
 

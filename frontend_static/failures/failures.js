@@ -1,7 +1,6 @@
 /** The gallery of failures: by kind, each with its number, and with the errors of both runs as soon as they are computed. */
 
-import { messageOf, request } from "../shared/api.js";
-import { whenCompiled } from "../shared/compiling.js";
+import { request } from "../shared/api.js";
 import { plainAxis } from "../shared/figure/axes.js";
 import { StillFigure } from "../shared/figure/figure.js";
 import { lineOver } from "../shared/figure/kinds.js";
@@ -9,12 +8,10 @@ import { quantity } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
 import { PresentationButton } from "../shared/presentation.js";
 import { h, html, signal, useEffect, useMemo } from "../vendor/preact.js";
-import { differenceText } from "./words.js";
+import { differenceText, measure } from "./words.js";
 
 /** @import { FailurePublic, FailureResult, FailureSide } from "../shared/messages.js" */
-/** @import { Signal } from "../vendor/preact.js" */
-
-/** @typedef {Signal<FailureResult|string|null>} Course The errors of both runs; or a sentence in their place; or nothing yet. */
+/** @import { Course } from "./words.js" */
 
 const EMPTY = "None of the installed experiments declares a failure.";
 const BONE = html`<div class="failure-card" aria-hidden="true">
@@ -93,14 +90,7 @@ function largestOf({ errors }) {
  * @param {Map<FailurePublic, Course>} courses
  */
 async function computeAll(courses) {
-  for (const [{ id, experiment }, course] of courses) {
-    const ask = () => request("GET failures/{failure}/course", { failure: id, signal: end });
-    try {
-      course.value = await whenCompiled(experiment, ask, (sentence) => (course.value = sentence), end);
-    } catch (error) {
-      course.value = messageOf(error);
-    }
-  }
+  for (const [failure, course] of courses) await measure(failure, course, end);
 }
 
 async function load() {

@@ -1,9 +1,30 @@
-/** What a cure changes, in words. */
+/** What a cure changes, in words, and what was measured in both runs. */
 
+import { messageOf, request } from "../shared/api.js";
+import { whenCompiled } from "../shared/compiling.js";
 import { parameterValue } from "../shared/format.js";
 
 /** @import { Value } from "../shared/format.js" */
-/** @import { FailurePublic } from "../shared/messages.js" */
+/** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
+/** @import { Signal } from "../vendor/preact.js" */
+
+/** @typedef {Signal<FailureResult|string|null>} Course What was measured; or a sentence in its place; or nothing yet. */
+
+/**
+ * Find out what was measured in both runs, as soon as the server has it.
+ *
+ * @param {FailurePublic} failure
+ * @param {Course} course
+ * @param {AbortSignal} end Nothing is told after it.
+ */
+export async function measure({ experiment, id: failure }, course, end) {
+  const ask = () => request("GET failures/{failure}/course", { failure, signal: end });
+  try {
+    course.value = await whenCompiled(experiment, ask, (sentence) => (course.value = sentence), end);
+  } catch (error) {
+    if (!end.aborted) course.value = `The measurement is not available: ${messageOf(error)}`;
+  }
+}
 
 /**
  * All that a cure changes: "Sharpness lambda 200 to 20".

@@ -9,7 +9,8 @@ import { request } from "../shared/api.js";
 import { build, elementOf, fill } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
-import { computed, effect, h, html, untracked, useComputed, useEffect, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
+import { follow as whenChanged } from "../shared/timing.js";
+import { computed, h, html, useComputed, useEffect, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
 import { InForce, ofLesson, ofSession } from "./in_force.js";
 
 /** @import { Told } from "../compare/compare.js" */
@@ -79,19 +80,13 @@ function begin(place, follow) {
 function compare(place, first, follow) {
   const compared = watch(place, first, (follow.peek()?.sessions ?? []).map(({ id }) => id));
   const told = computed(() => follow.value && JSON.stringify(comparisonIn(follow.value)));
-  const stop = effect(() => {
+  whenChanged(() => told.value, () => {
     /** @type {Told|null} */
     const now = JSON.parse(told.value ?? "null");
-    untracked(() => {
-      if (now?.outcome) compared.know(now.outcome);
-      if (now) compared.arrange(now.arrangement);
-    });
-  });
-  const end = () => {
-    stop();
-    compared.end();
-  };
-  return { views: compared.views, end };
+    if (now?.outcome) compared.know(now.outcome);
+    if (now) compared.arrange(now.arrangement);
+  }, compared.signal);
+  return compared;
 }
 
 /**
@@ -138,10 +133,9 @@ function Lesson({ lesson, figure }) {
     const spot = build("div", { class: "lesson-figure-place" });
     // What the lecturer turns is turned nowhere else.
     const view = new FigureView(spot, { declared: (name) => known.peek()?.declarations.find((each) => each.name === name) }, end);
-    const stop = effect(() => {
+    whenChanged(() => shown.value, () => {
       if (shown.value) view.show(/** @type {Figure} */ (/** @type {unknown} */ (shown.value.figure)), { locked: true });
-    });
-    end.addEventListener("abort", stop);
+    }, end);
     return spot;
   };
   return html`<div class="follow-lesson">

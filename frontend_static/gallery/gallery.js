@@ -34,11 +34,7 @@ const upload = signal(/** @type {UploadPublic|null} */ (null));
 
 async function load() {
   const listed = (experiments.value = await request("GET experiments"));
-  Promise.all([findProblems(), findUpload()]).then(() => {
-    // Safari does not tell when it has nothing better to do.
-    if ("requestIdleCallback" in globalThis) requestIdleCallback(ahead, { timeout: 1000 });
-    else setTimeout(ahead);
-  });
+  Promise.all([findProblems(), findUpload()]).then(ahead);
   return h(Families, { listed });
 }
 

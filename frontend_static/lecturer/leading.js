@@ -207,9 +207,10 @@ function ShowOfHands({ held }) {
  * @param {EventTarget|null} target
  */
 function isFree(key, target) {
+  const isLetter = key.length === 1;
+  if (!isLetter && !isPresenting()) return false;
   if (!(target instanceof Element) || target instanceof HTMLIFrameElement) return true;
-  if (key.length === 1) return !isTyping(target);
-  return isPresenting() && target.closest(IS_WRITTEN_IN) === null;
+  return isLetter ? !isTyping(target) : target.closest(IS_WRITTEN_IN) === null;
 }
 
 /** @typedef {"folded"|"whole"|"staged"} Size How large a poll is: a line of the page, over its lower edge, or all of it where it is presented. */
@@ -221,24 +222,14 @@ const MOST_BEFORE = 20;
 const NEW = { id: "", title: "a new lecture" };
 
 /**
- * Show what a class or a lecture has on each page of the tab that leads it.
+ * Show what a class or a lecture has on each page of the tab that leads it: the line of the lecture, and the poll. What is asked, and
+ * what is revealed, is there to be seen; presented, what is revealed takes all of the page, until the next key puts it back to its
+ * place.
  *
  * @param {ClassControl} control
  * @param {AbortSignal} end Takes it away.
  */
 export function lead(control, end) {
-  leadPoll(control, end);
-  lectureLine(control, end);
-}
-
-/**
- * Keep the poll on the page. What is asked, and what is revealed, is there to be seen; presented, what is revealed takes all of the
- * page, until the next key puts it back to its place.
- *
- * @param {ClassControl} control
- * @param {AbortSignal} end
- */
-function leadPoll(control, end) {
   const size = signal(/** @type {Size} */ ("whole"));
   let before = /** @type {string|null} */ (null);
   effect(() => {
@@ -258,6 +249,7 @@ function leadPoll(control, end) {
   const poll = elementOf(h(LeadPoll, { control, size }));
   (document.querySelector(".top") ?? document.body.firstElementChild)?.after(poll);
   end.addEventListener("abort", () => poll.remove());
+  lectureLine(control, end);
 }
 
 /** @param {{control: ClassControl, size: Signal<Size>}} props */
@@ -393,7 +385,6 @@ function Link({ follow: { id, title, links: [{ address }, ...others], notice } }
  * @param {{control: ClassControl, close: () => void}} props
  */
 function Asking({ control, close }) {
-  const lesson = control.shown.value?.lesson ?? null;
   const before = useSignal(/** @type {PollKept[]} */ ([]));
   useEffect(() => void (isParticipant || request("GET polls").then((kept) => (before.value = kept), () => {})), []);
   const ask = async (/** @type {PollCreateRequest} */ poll) => {
@@ -402,9 +393,7 @@ function Asking({ control, close }) {
     if (isAsked) close();
     return isAsked;
   };
-  const ofLesson = html`<button type="button" data-role="ask-lesson" onClick=${() => ask({ lesson })}>Ask the question of this lesson</button>`;
   return html`<section class="class-poll" aria-label="Ask the class">
-    ${lesson !== null && ofLesson}
     ${control.follow.value?.poll ? h(ClassPoll, { control }) : h(PollForm, { ask, action: "Ask the class" })}
     ${before.value.length > 0 && html`<div class="class-before">
       <details>

@@ -15,10 +15,9 @@ import { h, html, useRef, useSignal } from "../vendor/preact.js";
 
 /** Letters from which on a question takes several lines where it is presented. */
 const LONG = 90;
-const FEWEST = 2;
+/** The answers that a form begins with; fewer are none. */
+const FIRST = ["Yes", "No"];
 const MOST = 8;
-/** The answers that a form begins with. */
-const FIRST = [{ key: 0, text: "Yes" }, { key: 1, text: "No" }];
 const IN_A_SENTENCE = new Intl.ListFormat("en-GB");
 
 /**
@@ -72,12 +71,12 @@ export function ClassPoll({ control, tools = null }) {
 }
 
 /**
- * The form of a poll: a question, and two to eight answers.
+ * The form of a poll: a question, and two to eight answers. What is left empty is no answer.
  *
  * @param {{ask: (poll: {question: string, answers: string[]}) => unknown, action: string}} props It is as new once it was asked; `false` where it was not.
  */
 export function PollForm({ ask, action }) {
-  const fields = useSignal(FIRST);
+  const amount = useSignal(FIRST.length);
   const newest = useRef(/** @type {HTMLElement|null} */ (null));
   const submit = async (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
     event.preventDefault();
@@ -85,29 +84,24 @@ export function PollForm({ ask, action }) {
     const [question, ...answers] = [...new FormData(form).values()].map((text) => String(text).trim());
     if ((await ask({ question, answers: answers.filter(Boolean) })) === false) return;
     form.reset();
-    fields.value = FIRST;
+    amount.value = FIRST.length;
   };
   const add = () => {
-    fields.value = [...fields.value, { key: Math.max(...fields.value.map(({ key }) => key)) + 1, text: "" }];
+    amount.value += 1;
     requestAnimationFrame(() => newest.current?.focus());
   };
-  const field = (/** @type {typeof FIRST[number]} */ { key, text }, /** @type {number} */ place) => html`<li key=${key}>
+  const field = (/** @type {number} */ place) => html`<li>
     <input
-      ref=${newest} type="text" name="answer" required=${place < FEWEST} autocomplete="off" maxlength="100" defaultValue=${text}
+      ref=${newest} type="text" name="answer" required=${place in FIRST} autocomplete="off" maxlength="100" defaultValue=${FIRST[place] ?? ""}
       aria-label=${`Answer ${place + 1}`}
     />
-    ${fields.value.length > FEWEST && h(IconButton, {
-      name: "close",
-      title: "Remove this answer",
-      run: () => (fields.value = fields.value.filter((other) => other.key !== key)),
-    })}
   </li>`;
   return html`<form class="poll-form" onSubmit=${submit}>
     <label for="poll-question">Question</label>
     <input type="text" id="poll-question" name="question" required autocomplete="off" maxlength="300" placeholder="Will it survive the pillar?" />
-    <ol class="poll-fields">${fields.value.map(field)}</ol>
+    <ol class="poll-fields">${[...new Array(amount.value).keys()].map(field)}</ol>
     <div class="poll-line">
-      ${fields.value.length < MOST && html`<button type="button" class="quiet" onClick=${add}>Another answer</button>`}
+      ${amount.value < MOST && html`<button type="button" class="quiet" onClick=${add}>Another answer</button>`}
       <button type="submit" class="primary">${action}</button>
     </div>
   </form>`;

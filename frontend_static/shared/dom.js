@@ -19,14 +19,14 @@ import { messageOf } from "./api.js";
 
 /** @typedef {{label: string, options: readonly Option[], value: string, choose: (value: string) => void}} Props */
 
-/** @param {Props & {field?: string}} props `field` is what the server calls it. */
-export function Select({ label, options, value, choose, field }) {
+/** @param {Props & {field?: string, id?: string}} props `field` is what the server calls it. */
+export function Select({ label, options, value, choose, field, id }) {
   const groups = [...new Set(options.map(({ group = "" }) => group))].map((group) => {
     const members = options.filter((option) => (option.group ?? "") === group).map((option) => html`<option value=${option.value}>${option.words}</option>`);
     return group ? html`<optgroup label=${group}>${members}</optgroup>` : members;
   });
   const change = (/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget }) => choose(currentTarget.value);
-  return html`<select aria-label=${label} data-field=${field} value=${value} onChange=${change}>${groups}</select>`;
+  return html`<select id=${id} aria-label=${label} data-field=${field} value=${value} onChange=${change}>${groups}</select>`;
 }
 
 /** @param {Props} props A row of buttons; the pressed one is chosen. */

@@ -15,7 +15,6 @@ import { Target } from "./target.js";
 /** @import { Finding as FindingState } from "./target.js" */
 
 /** @typedef {Event & {currentTarget: HTMLInputElement}} InputEvent */
-/** @typedef {Event & {currentTarget: HTMLSelectElement}} SelectEvent */
 
 /** @type {Record<string, string>} The content of frames that are not pictures, by the kind of recording. */
 const WITHOUT_PICTURES = { tracks: " of tracks", beliefs: " of recorded beliefs" };
@@ -65,7 +64,8 @@ function Form({ upload, able, cancel }) {
   const { frame, experiment } = target;
   const begin = (/** @type {InputEvent} */ { currentTarget }) => target.go(currentTarget.valueAsNumber);
   const settle = () => experiment.finds !== null && target.find({ alone: true });
-  const follow = (/** @type {SelectEvent} */ { currentTarget: { selectedIndex } }) => (chosen.value = target.as(able[selectedIndex]));
+  const options = able.map(({ id, clip_title: words }) => ({ value: id, words }));
+  const follow = (/** @type {string} */ id) => (chosen.value = target.as(able.find((each) => each.id === id) ?? experiment));
   const submit = (/** @type {Event} */ event) => {
     event.preventDefault();
     target.start();
@@ -76,9 +76,7 @@ function Form({ upload, able, cancel }) {
       ${experiment.suits && h(Suitability, { key: experiment.id, target })}
       ${able.length > 1 && html`
         <label for="target-experiment">Follow it as</label>
-        <select id="target-experiment" value=${experiment.id} onChange=${follow}>
-          ${able.map(({ id, clip_title: title }) => html`<option value=${id}>${title}</option>`)}
-        </select>
+        ${h(Select, { id: "target-experiment", label: "Follow it as", options, value: experiment.id, choose: follow })}
         <p class="note" role="status" hidden=${target.proposal === ""}>${target.proposal}</p>
       `}
       <label for="target-start">Start at picture <output>${frame.value} of ${upload.frames}, frame 0 of the session</output></label>
@@ -231,12 +229,10 @@ function SuitabilityWords({ known, take }) {
 
 /** @param {{target: Target}} props Which tracker follows it. */
 function Tracker({ target: { tracker, experiment: { trackers } } }) {
-  const change = (/** @type {SelectEvent} */ { currentTarget: { value } }) => (tracker.value = value);
+  const options = trackers.map(({ id, title }) => ({ value: id, words: title }));
   return html`
     <label for="target-tracker">Tracker</label>
-    <select id="target-tracker" value=${tracker.value} onChange=${change}>
-      ${trackers.map(({ id, title }) => html`<option value=${id}>${title}</option>`)}
-    </select>
+    ${h(Select, { id: "target-tracker", label: "Tracker", options, value: tracker.value, choose: (id) => (tracker.value = id) })}
     <p class="hint">${trackers.find(({ id }) => id === tracker.value)?.description}</p>
   `;
 }

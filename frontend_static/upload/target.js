@@ -36,9 +36,9 @@ export class Target {
   /** How the target is marked; null where there is nothing to mark. */
   way = signal(/** @type {{description: Description, editor: MarkEditor}|null} */ (null));
   /** What the editor shows. */
-  mark = signal(/** @type {Mark|null} */ (null));
+  mark = computed(() => this.way.value?.editor.mark ?? null);
   /** How many of its handles are still to be dragged. */
-  left = signal(0);
+  left = computed(() => this.way.value?.editor.left ?? 0);
   finding = signal(/** @type {Finding|null} */ (null));
   truth = signal(NO_TRUTH);
   isStarting = signal(false);
@@ -113,7 +113,6 @@ export class Target {
   markBy(kind) {
     this.#forget();
     this.#edit(kind)?.offer();
-    this.#read();
     if (this.experiment.finds !== null) this.#tell("marking", []);
   }
 
@@ -125,7 +124,6 @@ export class Target {
    */
   take(mark, placed) {
     this.#edit(String(mark.kind))?.set(mark, placed);
-    this.#read();
   }
 
   /** Look for the target from the frame that is shown on, or in that alone. */
@@ -245,7 +243,6 @@ export class Target {
   #forget() {
     this.leave();
     this.#edit(this.experiment.finds ?? this.way.value?.description.kind)?.set(null);
-    this.#read();
     this.finding.value = null;
   }
 
@@ -258,16 +255,10 @@ export class Target {
     const description = descriptionOf(this.experiment, kind);
     if (description === undefined) this.way.value = null;
     else if (this.way.value?.description !== description) {
-      this.way.value = { description, editor: markEditor(description, this.experiment.target, () => this.#read()) };
+      this.way.value = { description, editor: markEditor(description, this.experiment.target) };
       this.#show();
     }
     return this.way.value?.editor;
-  }
-
-  #read() {
-    const editor = this.way.value?.editor;
-    this.mark.value = editor?.mark ?? null;
-    this.left.value = editor?.left ?? 0;
   }
 
   #show() {

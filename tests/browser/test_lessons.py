@@ -87,11 +87,12 @@ def broken(server: Server) -> Iterator[Path]:
     path.unlink()
 
 
-def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage) -> None:
+def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, complaints: Complaints) -> None:
     """What is not a number is told with what is allowed; a wrong answer is explained; the right one is kept here.
 
     Before an answer the figure is veiled and nothing can be turned.
     """
+    complaints.expected = ("status of 422",)
     lesson.open("9")
     assert lesson.page.url.endswith("/learn/sir")
     lesson.drawn()

@@ -24,7 +24,7 @@ export class HandlesEditor {
   #description;
   #changed;
   /** Whether there is a mark: one was set, or a person has begun to make one. */
-  #isMade = false;
+  #isMade = signal(false);
   #places = signal(/** @type {ReadonlyMap<string, Place>} */ (new Map()));
   #numbers = signal(/** @type {ReadonlyMap<string, number>} */ (new Map()));
   /** Handles that a model has placed. */
@@ -55,7 +55,7 @@ export class HandlesEditor {
   }
 
   get mark() {
-    return this.#isMade ? markOf(this.#description.kind, [...this.#places.value, ...this.#numbers.value]) : null;
+    return this.#isMade.value ? markOf(this.#description.kind, [...this.#places.value, ...this.#numbers.value]) : null;
   }
 
   /** How many handles still stand where they were offered. */
@@ -69,7 +69,7 @@ export class HandlesEditor {
    */
   set(mark, placed = []) {
     const { handles, numbers } = this.#description;
-    this.#isMade = mark !== null;
+    this.#isMade.value = mark !== null;
     this.#places.value = new Map(handles.flatMap(({ name }) => {
       const place = valueAt(mark, name);
       return isPlace(place) ? [[name, place]] : [];
@@ -251,7 +251,7 @@ export class HandlesEditor {
 
   /** A person has changed the mark. */
   #touched() {
-    this.#isMade = true;
+    this.#isMade.value = true;
     this.#changed();
   }
 }

@@ -210,7 +210,7 @@ function boxDrawing([x, y, width, height], side) {
 }
 
 /**
- * What every editor can do.
+ * What every editor can do; who reads `mark` or `left` in a component follows them.
  *
  * @typedef {object} MarkEditor
  * @property {HTMLElement} element What is put into the page.
@@ -230,10 +230,10 @@ const OWN = { box: BoxEditor };
 /**
  * @param {Description} description The kind of mark, as an experiment declares it.
  * @param {string} target What is marked, one word.
- * @param {() => void} changed Called when a person has changed the mark.
+ * @param {() => void} [changed] Called when a person has changed the mark.
  * @returns {MarkEditor}
  */
-export function markEditor(description, target, changed) {
+export function markEditor(description, target, changed = () => {}) {
   const Editor = OWN[description.kind] ?? HandlesEditor;
   return new Editor(description, target, changed);
 }
