@@ -114,10 +114,6 @@ export class RunComparison extends JointView {
     return { outline: { unit, settings, runs: named }, outcome: outcome?.state === "working" ? null : outcome, arrangement: this.arrangement.value };
   }
 
-  get title() {
-    return this.outline.runs.map(({ name }) => name).join(" · ");
-  }
-
   /**
    * Follow the results while the server computes them. If it does not know the comparison any more, as after a restart, ask
    * for it again.

@@ -42,7 +42,7 @@ const givenTitle = signal("");
 const saved = signal(/** @type {{id: string, content: string|null}|null} */ (null));
 /** What is waited for, one sentence. */
 const waiting = signal("");
-const title = computed(() => givenTitle.value || (compared.value?.title ?? ""));
+const title = computed(() => givenTitle.value || (compared.value?.outline.runs ?? []).map(({ name }) => name).join(" · "));
 /** What of a comparison is kept when it is saved, but for the frame that is shown. */
 const content = computed(() => compared.value && JSON.stringify([compared.value.runs, compared.value.arrangement.value]));
 const isSaved = computed(() => saved.value !== null && saved.value.content === content.value);

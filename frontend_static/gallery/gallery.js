@@ -2,7 +2,7 @@
 
 import { messageOf, request } from "../shared/api.js";
 import { CompilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
-import { build, CopyButton, toast } from "../shared/dom.js";
+import { build, CopyButton } from "../shared/dom.js";
 import { isTourKnown, Loaded, showPage, tourLink } from "../shared/page.js";
 import { linkTo, newSweep, presetRecipe } from "../shared/share_link.js";
 import { GLOSSARY, REFERENCES } from "../shared/terms.js";
@@ -10,7 +10,7 @@ import { DropZone } from "../upload/drop_zone.js";
 import { TargetForm } from "../upload/form.js";
 import { h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
 
-/** @import { CompilationPublic, ExperimentPublic, FilterPublic, Preset, UploadPublic } from "../shared/messages.js" */
+/** @import { CompilationPublic, ExperimentPublic, FilterPublic, Preset } from "../shared/messages.js" */
 
 const UPLOAD = /^#upload\/(.+)$/;
 /** Its scripts are fetched while somebody looks at this page. */
@@ -30,11 +30,11 @@ const compilation = signal(/** @type {CompilationPublic|null} */ (null));
 /** What is wrong with the experiments of other packages. */
 const problems = signal(/** @type {readonly string[]} */ ([]));
 /** The upload whose target is asked for. The address names it, so that a reload asks again. */
-const upload = signal(/** @type {UploadPublic|null} */ (null));
+const upload = signal(uploadOfAddress());
 
 async function load() {
   const listed = (experiments.value = await request("GET experiments"));
-  Promise.all([findProblems(), findUpload()]).then(ahead);
+  findProblems().then(ahead);
   return h(Families, { listed });
 }
 
@@ -63,37 +63,23 @@ function uploadOfAddress() {
   return UPLOAD.exec(location.hash)?.[1];
 }
 
-async function findUpload() {
-  const id = uploadOfAddress();
-  upload.value = null;
-  if (!id) return;
-  try {
-    const found = await request("GET uploads/{upload}", { upload: decodeURIComponent(id) });
-    if (id === uploadOfAddress()) upload.value = found;
-  } catch (error) {
-    if (id !== uploadOfAddress()) return;
-    toast(messageOf(error), { kind: "error" });
-    leave();
-  }
-}
-
 function leave() {
   history.replaceState(null, "", location.pathname);
-  findUpload();
+  upload.value = undefined;
 }
 
 /** All of the page. */
 function Start() {
   const listed = experiments.value;
-  const asked = listed && upload.value;
-  const isAsking = asked !== null;
+  const id = listed ? upload.value : undefined;
+  const isAsking = id !== undefined;
   return html`
     <div class="welcome" hidden=${isAsking}>
       ${listed && h(TourOffer, { listed })}
       <section aria-label="Your own video">${h(DropZone, {})}</section>
       ${h(OwnFilterOffer, {})}
     </div>
-    ${listed && asked && h(TargetForm, { key: asked.id, upload: asked, experiments: listed, leave })}
+    ${listed && id && h(Asked, { key: id, id, listed })}
     <div data-part="browse" hidden=${isAsking}>
       <h2>Experiments</h2>
       ${h(Compiling, {})}
@@ -105,6 +91,14 @@ function Start() {
       </div>
     </div>
   `;
+}
+
+/** @param {{id: string, listed: ExperimentPublic[]}} props Asks for the target in an upload. */
+function Asked({ id, listed }) {
+  const find = () => request("GET uploads/{upload}", { upload: decodeURIComponent(id) });
+  const form = async () => h(TargetForm, { upload: await find(), experiments: listed, leave });
+  const unknown = { title: "Upload not found", action: { label: "All experiments", run: leave } };
+  return h(Loaded, { load: form, failed: "The upload could not be opened", unknown });
 }
 
 /**
@@ -199,7 +193,7 @@ function Compiling() {
   return html`<div role="status" data-part="compiling">${note}</div>`;
 }
 
-addEventListener("hashchange", findUpload);
+addEventListener("hashchange", () => (upload.value = uploadOfAddress()));
 followCompiling((now) => (compilation.value = now)).catch(() => {}).then(() => (compilation.value = null));
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 const links = html`<a class="link" href=${GLOSSARY}>Glossary</a><a class="link" href=${REFERENCES}>References</a>`;

@@ -98,11 +98,6 @@ export class Course {
     this.answer.value = null;
   }
 
-  /** A class has answered: it sees the figure with its lecturer. */
-  answered() {
-    this.answer.value ??= "class";
-  }
-
   /** @param {VerdictPublic} verdict */
   #reveal(verdict) {
     this.progress.set(this.lesson.id, { given: verdict.given, right: verdict.right });

@@ -181,7 +181,8 @@ function classOf(course) {
     const figureOf = course.run === null && led !== null ? led.id : null;
     untracked(() => {
       course.askClass.value = led !== null && led.poll === null ? () => control.ask({ lesson: id }) : null;
-      if (led?.poll?.revealed && led.poll.lesson === id) course.answered();
+      // The class sees the figure with its lecturer.
+      if (led?.poll?.revealed && led.poll.lesson === id) course.answer.value ??= "class";
       if (course.stage instanceof Demonstration) course.stage.followedBy(figureOf);
     });
   });

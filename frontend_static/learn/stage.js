@@ -43,6 +43,8 @@ class Shown {
   /** Id of the session that it is, once that is known. */
   id = signal(/** @type {string|null} */ (null));
   turnables = signal(/** @type {readonly Turnable[]} */ ([]));
+  /** @type {Values} What they go back to. */
+  first = {};
   /** What the controls show. */
   values = signal(/** @type {Values} */ ({}));
   numbers = signal(/** @type {LessonNumber[]} */ ([]));
@@ -76,7 +78,7 @@ export class Demonstration extends Shown {
     this.#lesson = lesson;
     this.#answer = answer;
     this.#placed = placed;
-    this.values.value = { ...defaults, [SEED]: seed };
+    this.values.value = this.first = /** @type {Values} */ ({ ...defaults, [SEED]: seed });
     this.turnables.value = [...declared(declarations, defaults), ...(random ? [seedControl(DRAW_HINT)] : [])];
     if (random) this.draw = () => this.turn(SEED, Number(this.values.value[SEED]) + 1);
     const { signal: whole } = new AbortController();
@@ -116,11 +118,6 @@ export class Demonstration extends Shown {
     if (!this.isRevealed) return;
     this.values.value = { ...this.values.value, [name]: value };
     this.#ask(nearest);
-  }
-
-  /** @param {string} name */
-  reset(name) {
-    this.turn(name, name === SEED ? this.#lesson.seed : this.#lesson.defaults[name]);
   }
 
   /** @param {string|null} follow The class that sees the figure, too, from now on and the one that is shown now. */
@@ -183,8 +180,6 @@ export class Demonstration extends Shown {
 export class LessonRun extends Shown {
   /** @type {Mounted|null} */
   #mounted = null;
-  /** @type {Values} */
-  #first = {};
   /** @type {number|null} The frame to which it plays. */
   #goal = null;
   /** @type {Proposals|null} */
@@ -219,11 +214,6 @@ export class LessonRun extends Shown {
     this.#proposals?.propose(name, value);
   }
 
-  /** @param {string} name */
-  reset(name) {
-    this.turn(name, this.#first[name]);
-  }
-
   /** @param {number} frame Play until it is shown. */
   playTo(frame) {
     this.#goal = frame;
@@ -241,7 +231,7 @@ export class LessonRun extends Shown {
     if (session === null) return;
     const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.recipe.seed };
     if (this.id.peek() === null) {
-      this.#first = inForce;
+      this.first = inForce;
       this.turnables.value = unlocked(session, this.scenario.unlocked);
       this.id.value = session.id;
     }
@@ -330,7 +320,7 @@ function Controls({ stage, isLocked }) {
   const [turnables, values] = [stage.turnables.value, stage.values.value];
   const control = (/** @type {Turnable} */ { name, title, draw }) => html`<div key=${name} class="lesson-control" data-control=${name}>
     ${draw(values[name], (value) => stage.turn(name, value))}
-    ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => stage.reset(name) })}
+    ${h(IconButton, { name: "replay", title: `Reset ${title}`, run: () => stage.turn(name, stage.first[name]) })}
   </div>`;
   return html`<div class="lesson-controls" data-part="controls" inert=${!stage.isAble.value} hidden=${turnables.length === 0 && !again}>
     <fieldset class="lesson-fields" aria-label="Controls" disabled=${isLocked}>

@@ -9,8 +9,9 @@ import { request, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { after, follow as whenChanged, NewestRequest } from "../shared/timing.js";
+import { after, follow as whenChanged, NewestRequest } from "../shared/timing.js";
 import { classOfLink, isParticipant, keptInTab } from "../shared/visitor.js";
-import { batch, computed, h, html, signal, useEffect, useRef } from "../vendor/preact.js";
+import { batch, computed, h, html, signal, useEffect } from "../vendor/preact.js";
 
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
 
@@ -199,17 +200,15 @@ export function following(followers) {
 /** @param {{control: ClassControl}} props The chip, and what a class or a lecture has on the page, once there is one. */
 export function FollowChip({ control }) {
   const isLed = control.follow.value !== null || (!isParticipant && walkOfTab.get()?.ended === null);
-  const hasLed = useRef(false);
-  hasLed.current ||= isLed;
   useEffect(() => {
     const end = new AbortController();
     const begin = async () => {
       const { lead } = await import("./leading.js");
       if (!end.signal.aborted) lead(control, end.signal);
     };
-    if (hasLed.current) attempt(begin);
+    if (isLed) attempt(begin);
     return () => end.abort();
-  }, [hasLed.current]);
+  }, [isLed]);
   const [follow, isHere] = [control.follow.value, control.isHere.value];
   const [words, title] = wordsOf(follow, isHere);
   const open = () => attempt(async () => (await import("./leading.js")).openClassDialog(control));

@@ -16,7 +16,6 @@ import { h, html, useSignal } from "../vendor/preact.js";
 
 /** @typedef {(item: Item, title?: string, minutes?: number) => void} Add `title` is for an item that says none itself; the server knows better. */
 
-const MOST_COMPARED = 4;
 const MOST_LISTED = 50;
 const POLL_MINUTES = 2;
 /** @type {readonly {id: string, title: string, list: (add: Add) => Promise<Child>}[]} */
@@ -24,7 +23,7 @@ const PLACES = [
   { id: "lessons", title: "Lessons", list: listLessons },
   { id: "failures", title: "Failures", list: listFailures },
   { id: "sessions", title: "Sessions", list: listSessions },
-  { id: "comparisons", title: "Comparisons", list: async (add) => h(Compared, { add, all: await mine() }) },
+  { id: "comparisons", title: "Comparisons", list: listComparisons },
   { id: "polls", title: "Polls", list: listPollForm },
 ];
 
@@ -64,7 +63,11 @@ async function listFailures(add) {
 
 /** @param {Add} add */
 async function listSessions(add) {
-  const [own, experiments] = await Promise.all([mine(), request("GET experiments")]);
+  const [{ sessions, runs }, experiments] = await Promise.all([request("GET work", { limit: MOST_LISTED }), request("GET experiments")]);
+  const own = [
+    ...sessions.map((session) => row(sessionTitle(session), `running, frame ${session.position}`, () => add(itemOfSession(session)))),
+    ...runs.map(({ id, title, created }) => row(title, `saved ${moment(created)}`, () => add({ session: { reference: id }, title }))),
+  ];
   const presets = experiments.map((experiment) => html`
     <h3>${experiment.title}</h3>
     ${rows(experiment.presets.map((preset) => {
@@ -75,9 +78,17 @@ async function listSessions(add) {
   return html`
     <h3>Running sessions and saved runs</h3>
     ${own.length === 0 && html`<p class="hint">None yet. Add a preset from the list below, or paste a session's link.</p>`}
-    ${rows(own.map(({ title, hint, item }) => row(title, hint, () => add(item))))}
+    ${rows(own)}
     ${presets}
   `;
+}
+
+/** @param {Add} add */
+async function listComparisons(add) {
+  const { comparisons } = await request("GET work", { limit: MOST_LISTED });
+  if (comparisons.length === 0) return html`<p class="hint">No comparison is saved yet. Compare runs, and save what you see; or paste a comparison's link.</p>`;
+  return rows(comparisons.map(({ title, trackers, created, page }) =>
+    row(title, `${count(trackers.length, "run")}, saved ${moment(created)}`, () => addLinked(add, page))));
 }
 
 /** @param {Add} add */
@@ -87,44 +98,14 @@ async function listPollForm(add) {
 }
 
 /**
- * Runs to be chosen for a comparison.
- *
- * @param {{add: Add, all: Awaited<ReturnType<typeof mine>>}} props
+ * @param {Add} add
+ * @param {string} address
+ * @returns {Promise<boolean>} Whether it leads to something that a lecture can show.
  */
-function Compared({ add, all }) {
-  const chosen = useSignal(/** @type {readonly typeof all[number][]} */ ([]));
-  if (all.length < 2) return html`<p class="hint">A comparison needs two sessions or saved runs. Start another, or paste the link of a comparison.</p>`;
-  const box = (/** @type {typeof all[number]} */ run) => {
-    const isChosen = chosen.value.includes(run);
-    const turn = () => (chosen.value = isChosen ? chosen.value.filter((other) => other !== run) : [...chosen.value, run]);
-    return html`<li><label class="row"><input type="checkbox" checked=${isChosen} onChange=${turn} />${words(run.title, run.hint)}</label></li>`;
-  };
-  const amount = chosen.value.length;
-  const compare = () => add({ comparison: { runs: chosen.value.map(({ run }) => run) }, title: chosen.value.map(({ title }) => title).join(" · ") });
-  return html`
-    <h3>Choose two to four</h3>
-    ${rows(all.map(box))}
-    <div class="poll-line">
-      <button type="button" class="primary" disabled=${amount < 2 || amount > MOST_COMPARED} onClick=${compare}>
-        ${amount < 2 ? "Add" : `Add a comparison of ${count(amount, "run")}`}
-      </button>
-    </div>
-  `;
-}
-
-/** What somebody has: as an item by itself, and as a run of a comparison. */
-async function mine() {
-  const { sessions, runs } = await request("GET work", { limit: MOST_LISTED });
-  return [
-    ...sessions.map((session) => {
-      const { recipe, upload, position } = session;
-      return { title: sessionTitle(session), hint: `running, frame ${position}`, item: itemOfSession(session), run: { recipe, upload } };
-    }),
-    ...runs.map(({ id, title, created }) => {
-      const run = { reference: id };
-      return { title, hint: `saved ${moment(created)}`, item: { session: run, title }, run };
-    }),
-  ];
+async function addLinked(add, address) {
+  const item = await attempt(() => itemOfAddress(address));
+  if (item !== undefined) add(item);
+  return item !== undefined;
 }
 
 /** @param {{add: Add}} props */
@@ -132,10 +113,7 @@ function LinkField({ add }) {
   const take = async (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
     event.preventDefault();
     const form = event.currentTarget;
-    const item = await attempt(() => itemOfAddress(String(new FormData(form).get("link"))));
-    if (item === undefined) return;
-    add(item);
-    form.reset();
+    if (await addLinked(add, String(new FormData(form).get("link")))) form.reset();
   };
   const placeholder = "Link of a session, a comparison, a lesson or a failure";
   return html`<form class="palette-link" onSubmit=${take}>
@@ -160,15 +138,7 @@ function rows(lines) {
  */
 function row(title, hint, add, { name = title, more = null } = {}) {
   return html`<li class="row">
-    ${words(title, hint)}
+    <span class="row-words"><span class="row-title">${title}</span><span class="hint">${hint}</span></span>
     <span class="row-actions">${more}<button type="button" aria-label=${`Add ${name}`} onClick=${add}>Add</button></span>
   </li>`;
-}
-
-/**
- * @param {string} title
- * @param {string} hint
- */
-function words(title, hint) {
-  return html`<span class="row-words"><span class="row-title">${title}</span><span class="hint">${hint}</span></span>`;
 }

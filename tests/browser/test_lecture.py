@@ -165,21 +165,19 @@ def test_a_page_becomes_an_item(page: Any, server: Server, kind: str) -> None:
     server.delete(f"lectures/{made['id']}")
 
 
-def test_two_runs_of_one_title_are_compared(page: Any, server: Server) -> None:
-    """Runs that are called alike are chosen one by one."""
-    for _ in range(2):
-        server.start_session(frames=5)
-    made = server.post("lectures", {"title": "Alike"})
+def test_a_saved_comparison_becomes_an_item(page: Any, server: Server) -> None:
+    """It is listed by its title, and its runs become what makes them."""
+    runs = [{"recipe": ball()}, {"recipe": ball("condensation")}]
+    saved = server.post("comparisons/saved", {"title": "Alike", "runs": runs})
+    made = server.post("lectures", {"title": "Both"})
     page.goto(made["page"])
-    page.locator("[data-place=comparisons]").click()
-    boxes = page.get_by_role("region", name="Add to the lecture").get_by_role("checkbox")
-    for place in range(2):
-        boxes.nth(place).check()
-    page.get_by_role("button", name="Add a comparison of 2 runs").click()
+    LecturePage(page).add("comparisons", "Add Alike")
     address = f"lectures/{made['id']}"
     until(lambda: server.get(address)["items"], "the comparison is saved")
-    assert len(server.get(address)["items"][0]["item"]["comparison"]["runs"]) == 2
+    [item] = server.get(address)["items"]
+    assert (item["title"], len(item["item"]["comparison"]["runs"])) == ("Alike", 2)
     server.delete(address)
+    server.delete(f"comparisons/saved/{saved['id']}")
 
 
 def folded_above(page: Any) -> bool:
