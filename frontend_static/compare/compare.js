@@ -8,7 +8,7 @@ import { whenCompiled } from "../shared/compiling.js";
 import { build, IconButton } from "../shared/dom.js";
 import { Made } from "../shared/page.js";
 import { linkTo } from "../shared/share_link.js";
-import { h, html, render, signal, untracked } from "../vendor/preact.js";
+import { h, html, signal, untracked } from "../vendor/preact.js";
 import { JointView } from "./joint.js";
 import { Table } from "./table.js";
 
@@ -64,15 +64,12 @@ export async function compare({ runs, position = 0, arrangement }, tell, options
 /**
  * Look at a comparison that somebody else moves.
  *
- * @param {HTMLElement} place
  * @param {Told} told
  * @param {readonly string[]} sessions
  */
-export function watch(place, { outline, outcome, arrangement }, sessions) {
+export function watch({ outline, outcome, arrangement }, sessions) {
   const compared = new RunComparison(outline, sessions.map((session) => ({ session })), { arrangement, readOnly: true });
   if (outcome !== null) compared.know(outcome);
-  render(h(Comparison, { compared }), place);
-  compared.signal.addEventListener("abort", () => render(null, place));
   return compared;
 }
 

@@ -14,7 +14,7 @@ import { computed, effect, h, html, render, signal } from "../vendor/preact.js";
 import { compare, Comparison } from "./compare.js";
 
 /** @import { ViewKind } from "../session/scene.js" */
-/** @import { Arrangement, Wanted } from "../shared/comparison.js" */
+/** @import { Arrangement } from "../shared/comparison.js" */
 /** @import { ComparedRun } from "../shared/messages.js" */
 /** @import { RunComparison } from "./compare.js" */
 
@@ -38,7 +38,7 @@ const VIEWS = [
 const compared = signal(/** @type {RunComparison|null} */ (null));
 /** The title that a person gave; empty where the names of the runs do. */
 const givenTitle = signal("");
-/** The saved comparison that is shown, and what is kept in it, as text; null where that is not known yet. */
+/** The saved comparison that is shown, and what is kept in it, as text. */
 const saved = signal(/** @type {{id: string, content: string|null}|null} */ (null));
 /** What is waited for, one sentence. */
 const waiting = signal("");
@@ -54,26 +54,19 @@ const control = new ClassControl(() => {
 
 async function load() {
   try {
-    const wanted = await wish();
+    const id = savedOf(location);
+    const wanted = id === null ? wantedOf(location) : await request("GET comparisons/saved/{saved}", { saved: id });
     if (wanted === null) return h(Notice, { title: "Nothing to compare yet", message: EMPTY, action: WORK, inline: false });
     const options = { actions: { help, present: () => present() }, onFewer: showFewer };
     const shown = await compare(wanted, (sentence) => (waiting.value = sentence), options);
     givenTitle.value = wanted.title ?? "";
     compared.value = shown;
-    if (saved.value) saved.value = { ...saved.value, content: content.value };
+    saved.value = id === null ? null : { id, content: content.value };
     shown.begun.then(() => control.find(), () => {});
     return h(Comparison, { compared: shown });
   } catch (error) {
     return h(Notice, { title: "These runs cannot be compared", message: messageOf(error), action: WORK, inline: false });
   }
-}
-
-/** What the address names. @returns {Promise<Wanted|null>} */
-async function wish() {
-  const id = savedOf(location);
-  if (id === null) return wantedOf(location);
-  saved.value = { id, content: null };
-  return request("GET comparisons/saved/{saved}", { saved: id });
 }
 
 /** @param {ComparedRun[]} runs The runs that stay when one is taken away: another comparison, which its address begins. */

@@ -1,25 +1,25 @@
 /** What the class sees: sessions, a comparison, or the figure of a lesson; made anew when the lecturer shows something else. */
 
-import { watch } from "../compare/compare.js";
+import { Comparison, watch } from "../compare/compare.js";
 import { Numbers } from "../learn/numbers.js";
 import { Mounted } from "../session/mount.js";
 import { SessionStart } from "../session/session_start.js";
 import { sessionTitle } from "../session/steering.js";
 import { request } from "../shared/api.js";
-import { build, elementOf, fill } from "../shared/dom.js";
+import { build, elementOf } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
 import { follow as whenChanged } from "../shared/timing.js";
-import { computed, h, html, useComputed, useEffect, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
+import { computed, h, html, untracked, useComputed, useEffect, useLayoutEffect, useMemo, useSignal } from "../vendor/preact.js";
 import { InForce, ofLesson, ofSession } from "./in_force.js";
 
 /** @import { Told } from "../compare/compare.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
 /** @import { FigurePublic, FigureShown, FollowedPublic, FollowPublic, LessonDetail } from "../shared/messages.js" */
-/** @import { ReadonlySignal, Signal } from "../vendor/preact.js" */
+/** @import { ReadonlySignal, Signal, VNode } from "../vendor/preact.js" */
 
 /** @typedef {{plots?: string[], layers?: string[]}} Arrangement Some of the plots, and layers that are shown beside those declared so. */
-/** @typedef {{views: readonly Mounted[], end: () => void}} Watched */
+/** @typedef {{content: VNode, views: readonly Mounted[], end: () => void}} Watched */
 
 /**
  * @typedef {object} Props
@@ -41,44 +41,41 @@ export function ClassView({ follow, figure, views }) {
 
 /** @param {Pick<Props, "follow"|"views">} props */
 function Sessions({ follow, views }) {
-  const place = useRef(/** @type {HTMLElement|null} */ (null));
+  const watched = useMemo(() => untracked(() => begin(follow)), []);
   useLayoutEffect(() => {
-    const watched = begin(/** @type {HTMLElement} */ (place.current), follow);
     views.value = watched.views;
     return () => {
       views.value = [];
       watched.end();
     };
   }, []);
-  return html`<div class="made" ref=${place}></div>`;
+  return watched.content;
 }
 
 /**
- * @param {HTMLElement} place
  * @param {Props["follow"]} follow
  * @returns {Watched}
  */
-function begin(place, follow) {
+function begin(follow) {
   const shown = /** @type {FollowPublic} */ (follow.peek());
   const { sessions } = shown;
   const comparison = comparisonIn(shown);
-  if (comparison !== null) return compare(place, comparison, follow);
+  if (comparison !== null) return compare(comparison, follow);
   const { plots = [], layers = [] } = /** @type {Arrangement} */ (shown.arrangement);
   const several = sessions.length === 1 ? [whole(sessions[0].id, plots, layers)] : sessions.map((session) => beside(session, layers));
   const elements = several.map((each) => each.element);
-  fill(place, sessions.length === 1 ? elements : build("div", { class: "follow-several", data: { count: sessions.length } }, elements));
+  const make = () => (elements.length === 1 ? elements[0] : build("div", { class: "follow-several", data: { count: elements.length } }, elements));
   const views = several.map(({ view }) => view);
-  return { views, end: () => views.forEach((view) => view.dispose()) };
+  return { content: h(Made, { make }), views, end: () => views.forEach((view) => view.dispose()) };
 }
 
 /**
- * @param {HTMLElement} place
  * @param {Told} first
  * @param {Props["follow"]} follow
  * @returns {Watched}
  */
-function compare(place, first, follow) {
-  const compared = watch(place, first, (follow.peek()?.sessions ?? []).map(({ id }) => id));
+function compare(first, follow) {
+  const compared = watch(first, (follow.peek()?.sessions ?? []).map(({ id }) => id));
   const told = computed(() => follow.value && JSON.stringify(comparisonIn(follow.value)));
   whenChanged(() => told.value, () => {
     /** @type {Told|null} */
@@ -86,7 +83,7 @@ function compare(place, first, follow) {
     if (now?.outcome) compared.know(now.outcome);
     if (now) compared.arrange(now.arrangement);
   }, compared.signal);
-  return compared;
+  return { content: h(Comparison, { compared }), views: compared.views, end: () => compared.end() };
 }
 
 /**

@@ -33,7 +33,6 @@ function Overview({ all, problems }) {
         ${done === 0 ? "Begin with" : "Continue with"} ${next.number} · ${next.title}
       </a>`}
     </header>
-    ${progress.remark && html`<p class="note" role="status">${progress.remark}</p>`}
     <p class="learn-progress">
       <progress max=${Math.max(1, course.length)} value=${done} aria-label="Lessons answered"></progress>
       <span>${done} of ${course.length} done</span>

@@ -178,10 +178,10 @@ function Suitability({ target }) {
   const isLate = useSignal(false);
   const end = useRef(new AbortController());
   const { mark, start } = footage.value ?? {};
-  const forget = () => {
+  const settle = (/** @type {typeof known.value} */ answer) => {
     end.current.abort();
     isLate.value = false;
-    known.value = null;
+    known.value = answer;
   };
   useEffect(() => {
     const { signal } = (end.current = new AbortController());
@@ -189,19 +189,17 @@ function Suitability({ target }) {
       later(() => (isLate.value = true), SLOW_MS, signal);
       const question = { ...target.ids, frame: Number(start), mark: JSON.stringify(about), signal };
       const answer = await request("GET uploads/{upload}/suitability", question).catch(messageOf);
-      if (signal.aborted) return;
-      forget();
-      known.value = answer;
+      if (!signal.aborted) settle(answer);
     };
     if (mark) later(() => look(mark), STILL_MS, signal);
-    else forget();
+    else settle(null);
     return () => end.current.abort();
   }, [JSON.stringify(mark), start]);
   const found = known.value === null || typeof known.value === "string" ? null : known.value;
   const late = isLate.value && html`
     <p class="hint">${CHECKING}</p>
     <progress aria-label=${CHECKING}></progress>
-    <button type="button" onClick=${forget}>Stop</button>
+    <button type="button" onClick=${() => settle(null)}>Stop</button>
   `;
   // The last picture stays until there is another one, so that nothing jumps.
   return html`<section class=${late ? "suits stale" : "suits"} aria-label="Can it be tracked?">
