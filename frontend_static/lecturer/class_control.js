@@ -9,7 +9,6 @@ import { request, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { after, follow as whenChanged, NewestRequest } from "../shared/timing.js";
-import { after, follow as whenChanged, NewestRequest } from "../shared/timing.js";
 import { classOfLink, isParticipant, keptInTab } from "../shared/visitor.js";
 import { batch, computed, h, html, signal, useEffect } from "../vendor/preact.js";
 
