@@ -10,7 +10,7 @@ import { build, elementOf } from "../shared/dom.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { Made } from "../shared/page.js";
 import { follow as whenChanged } from "../shared/timing.js";
-import { computed, h, html, untracked, useComputed, useEffect, useLayoutEffect, useMemo, useSignal } from "../vendor/preact.js";
+import { computed, h, html, useComputed, useEffect, useLayoutEffect, useSignal } from "../vendor/preact.js";
 import { InForce, ofLesson, ofSession } from "./in_force.js";
 
 /** @import { Told } from "../compare/compare.js" */
@@ -41,15 +41,18 @@ export function ClassView({ follow, figure, views }) {
 
 /** @param {Pick<Props, "follow"|"views">} props */
 function Sessions({ follow, views }) {
-  const watched = useMemo(() => untracked(() => begin(follow)), []);
+  const content = useSignal(/** @type {VNode|null} */ (null));
+  // Not while this is drawn: what is made here draws as well.
   useLayoutEffect(() => {
+    const watched = begin(follow);
+    content.value = watched.content;
     views.value = watched.views;
     return () => {
       views.value = [];
       watched.end();
     };
   }, []);
-  return watched.content;
+  return content.value;
 }
 
 /**
