@@ -31,7 +31,6 @@ describe("progress", () => {
     assert.equal(after.of("kalman"), null);
     assert.equal(after.of("constructor"), null);
     assert.equal(after.done([{ id: "sir" }, { id: "bayes" }, { id: "joint" }, { id: "kalman" }]), 2);
-    assert.equal(after.remark, "");
     after.set("sir", null);
     assert.equal(new Progress().of("sir"), null);
   });
