@@ -6,7 +6,6 @@ docs/explanation/reproduction.json, which `make reproduce` computes. A test comp
 """
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
@@ -209,14 +208,25 @@ def _counts(record: Mapping[str, Entry]) -> str:
 
 
 def _differences(record: Mapping[str, Entry]) -> str:
-    groups = Counter(
-        (f"`{name}`", _verdict(one), one.reason)
-        for name in RESULTS
-        for one in findings_of(record, [name])
-        if one.verdict in {"differs", "better"}
-    )
-    rows = [(name, verdict, count, reason) for (name, verdict, reason), count in groups.items()]
-    return _table(("result", "verdict", "figures", "reason"), rows)
+    groups: dict[tuple[str, str, str], list[Finding]] = {}
+    for name in RESULTS:
+        for one in findings_of(record, [name]):
+            if one.verdict in {"differs", "better"}:
+                groups.setdefault((f"`{name}`", _verdict(one), one.reason), []).append(one)
+    rows = [
+        (name, verdict, len(found), _figure(max(found, key=_distance)), reason)
+        for (name, verdict, reason), found in groups.items()
+    ]
+    return _table(("result", "verdict", "figures", "furthest (reference)", "reason"), rows)
+
+
+def _distance(one: Finding) -> float:
+    """Return how many tolerances a figure is off; 0 for a statement."""
+    return abs(one.ours - one.reference) / one.tolerance if one.reference is not None and one.tolerance else 0.0
+
+
+def _figure(one: Finding) -> str:
+    return _number(one.ours) if one.reference is None else f"{_number(one.ours)} ({_number(one.reference)})"
 
 
 def _verdict(one: Finding) -> str:
