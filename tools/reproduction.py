@@ -101,7 +101,7 @@ def write() -> None:
     _fill(PAGE, blocks(record))
     _fill(DIAGNOSIS, diagnosis_blocks(record))
     readme = README.read_text(encoding="utf-8")
-    told = fill(sentence(record), 110, initial_indent="  ", subsequent_indent="  ").lstrip()
+    told = fill(sentence(record), 130)
     README.write_text(SENTENCE.sub(told, readme), encoding="utf-8")
 
 
