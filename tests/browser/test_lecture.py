@@ -199,8 +199,8 @@ def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Calla
     follower = newcomer()
     follower.open(follow["links"][0]["address"].removeprefix("http://"))
     lesson.until(lambda: page.inner_text(".follow-chip") == "1 follows", "somebody follows")
-    follower.page.locator(".figure-grip.fixed").first.wait_for(state="attached")
-    grips = ".figure-knob:visible, .figure-grip[tabindex]:visible"
+    follower.page.locator(".figure-grip:disabled").first.wait_for(state="attached")
+    grips = ".figure-knob:visible, .figure-grip:enabled:visible"
     assert follower.page.locator(grips).count() == 0, "nothing to be moved"
     shown = follower.page.locator(".figure-key").all_inner_texts()
     page.locator("[data-role=to-class]").click()

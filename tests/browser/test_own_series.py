@@ -93,7 +93,7 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     ring = lambda: shown.trace("tree shown") or {"x": []}  # noqa: E731
     shown.until(lambda: (ring()["x"], ring().get("y")) == ([20], [2]), "it has a ring")
     tree = shown.page.get_by_role("slider", name="hypothesis that is shown")
-    shown.until(lambda: tree.get_attribute("aria-valuenow") == "2", "it is told to who cannot see it")
+    shown.until(lambda: tree.input_value() == "2", "it is told to who cannot see it")
     tree.press("ArrowUp")
     shown.until(lambda: shown.session["parameters"]["shown"] == 1, "the arrow chooses the one above")
     tree.press("ArrowUp")

@@ -4,7 +4,7 @@ import { describe, it } from "node:test";
 import {
   boxOf, describe as describePanel, even, furniture, margins, named, Scale, scales, ticksOf, titled, valueOn, withRoom, written,
 } from "../../frontend_static/shared/figure/axes.js";
-import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/handle.js";
+import { boundsOf } from "../../frontend_static/shared/figure/handle.js";
 import { KINDS, nearestOf, nearestOn } from "../../frontend_static/shared/figure/kinds.js";
 import { cellsOf, kept, pathThrough } from "../../frontend_static/shared/figure/paint.js";
 
@@ -177,25 +177,17 @@ describe("a handle", () => {
     const bounds = boundsOf(AXIS, { minimum: -1, maximum: 8, step: 0.3 });
     near(bounds.low, 0.2);
     assert.equal(bounds.high, 8);
-    near(stepped(1.3, bounds), 1.4);
-    assert.equal(stepped(99, bounds), 8);
-    near(stepped(-99, bounds), 0.2);
-    near(moved(1.4, -1, bounds), 1.1);
   });
 
   it("takes all of the axis in small steps where nothing is known of its parameter", () => {
     const bounds = boundsOf(AXIS);
     assert.deepEqual([bounds.low, bounds.high, bounds.log], [0, 10, false]);
     assert.ok(bounds.step <= 0.05);
-    near(stepped(3.1415, bounds), 3.15, 0.011);
   });
 
   it("moves by shares on a logarithmic axis", () => {
-    const bounds = boundsOf(LOG);
-    const once = moved(100, 1, bounds) / 100;
-    near(moved(1000, 1, bounds) / 1000, once, 1e-3);
-    assert.ok(once > 1 && once < 1.05);
-    assert.equal(moved(9999, 50, bounds), 10_000);
+    const { log, step } = boundsOf(LOG);
+    assert.ok(log && step > 0 && 10 ** step < 1.05);
   });
 });
 

@@ -3,7 +3,8 @@
  * they expect the answer; and the marks of what was predicted and what is exact.
  */
 
-import { build, setText } from "../dom.js";
+import { h, html, useRef, useSignal } from "../../vendor/preact.js";
+import { step } from "../dom.js";
 import { ends, even, inPx, valueOn } from "./axes.js";
 
 /** @import { Box, Scale } from "./axes.js" */
@@ -33,187 +34,78 @@ import { ends, even, inPx, valueOn } from "./axes.js";
 
 /** Of an axis, where a parameter says no other. */
 const STEPS = 400;
-const FAR = 10;
-/** @type {Record<string, number>} */
-const MOVES = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -FAR, PageUp: FAR };
+/** Digits of a value on a logarithmic axis. */
+const DIGITS = 4;
+/** How broad the part of a slider is that is taken, px; so is it in the style sheet. */
+const FINGER = 24;
 
-/** While somebody holds it, it stands where they put it; afterwards where it is told to stand. */
-export class Handle {
-  #flag = build("span", { class: "figure-flag", "aria-hidden": "true" });
-  #tell;
-  /** @type {Stand|null} */
-  #stand = null;
-  #value = NaN;
-  #held = false;
-  #beside = 0;
-
-  element = build("div", { class: "figure-grip", role: "slider", tabindex: 0 }, build("span", { class: "figure-knob" }), this.#flag);
-
-  /**
-   * @param {(value: number) => void} tell Told each value once.
-   * @param {string} [name] A class of its own.
-   */
-  constructor(tell, name) {
-    this.#tell = tell;
-    if (name) this.element.classList.add(name);
-    // A handle that cannot be moved is a line, and the Tab key passes it over.
-    if (name === "fixed") this.element.removeAttribute("tabindex");
-    const { element } = this;
-    // Taken a little beside its line, it does not jump to the pointer.
-    element.addEventListener("pointerdown", (event) => this.hold(event, this.#off(event)));
-    element.addEventListener("pointermove", (event) => {
-      if (element.hasPointerCapture(event.pointerId)) this.#follow(event);
-    });
-    for (const type of ["pointerup", "pointercancel", "lostpointercapture", "blur", "keyup"]) element.addEventListener(type, () => this.#release());
-    element.addEventListener("keydown", (event) => this.#key(event));
-  }
-
-  /** @param {Stand} stand */
-  show(stand) {
-    this.#stand = stand;
-    if (!this.#held) this.#value = stand.at;
-    this.#draw();
-  }
-
-  /**
-   * Take it with a pointer that went down in the panel, and put it there.
-   *
-   * @param {PointerEvent} event
-   * @param {number} [off] How far beside it the pointer stays, px.
-   */
-  hold(event, off = 0) {
-    if (this.#stand === null || this.#stand.locked || event.button !== 0) return;
-    event.preventDefault();
-    this.element.focus({ preventScroll: true });
-    this.element.setPointerCapture(event.pointerId);
-    this.#held = true;
-    this.#beside = off;
-    this.element.toggleAttribute("data-held", true);
-    this.#follow(event);
-  }
-
-  /**
-   * How far from it a pointer is, px.
-   *
-   * @param {PointerEvent} event
-   */
-  #off(event) {
-    return this.#stand === null ? 0 : this.#px(event, this.#stand) - this.#stand.scale.at(this.#value);
-  }
-
-  /**
-   * @param {PointerEvent} event
-   * @param {Stand} stand
-   */
-  #px(event, { along }) {
-    const around = /** @type {HTMLElement} */ (this.element.parentElement).getBoundingClientRect();
-    return along === "x" ? event.clientX - around.left : event.clientY - around.top;
-  }
-
-  #release() {
-    this.#held = false;
-    this.element.removeAttribute("data-held");
-  }
-
-  /** @param {PointerEvent} event */
-  #follow(event) {
-    if (this.#stand === null) return;
-    const { scale, bounds } = this.#stand;
-    this.#go(stepped(scale.value(this.#px(event, this.#stand) - this.#beside), bounds));
-  }
-
-  /** @param {KeyboardEvent} event */
-  #key(event) {
-    if (this.#stand === null || this.#stand.locked || event.ctrlKey || event.metaKey || event.altKey) return;
-    const { along, axis, bounds } = this.#stand;
-    const move = MOVES[event.key] * (event.shiftKey ? FAR : 1);
+/**
+ * A slider over the panel with a line across it. While somebody holds it, it stands where they put it; afterwards where it is
+ * told to stand.
+ *
+ * @param {{stand: Stand, parameter?: string, words?: string, tell?: (value: number) => void}} props `stand` is another one each time
+ *     that the panel is drawn; `words` are said instead of the value; `tell` is told each value once, without it the line cannot
+ *     be moved.
+ */
+export function Handle({ stand, parameter, words, tell }) {
+  const { box, scale, axis, along, bounds: { low, high, step: size, log }, title, locked } = stand;
+  const own = useSignal({ stand, at: stand.at });
+  const isHeld = useRef(false);
+  const at = isHeld.current || own.value.stand === stand ? own.value.at : stand.at;
+  const bent = (/** @type {number} */ value) => (log ? Math.log10(value) : value);
+  const [from, to] = [scale.at(low), scale.at(high)];
+  const track = { start: Math.min(from, to) - FINGER / 2, length: Math.abs(to - from) + FINGER };
+  const room = along === "x" ? { ...box, left: track.start, width: track.length } : { ...box, top: track.start, height: track.length };
+  const take = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget: { valueAsNumber: taken } }) => {
+    isHeld.current = true;
+    const value = log ? Number((10 ** taken).toPrecision(DIGITS)) : taken;
+    own.value = { stand, at: value };
+    tell?.(value);
+  };
+  const press = (/** @type {KeyboardEvent & {currentTarget: HTMLInputElement}} */ event) => {
+    const [way, { value: before }] = [step(event), event.currentTarget];
+    if (way === null) return;
     // Up is up, also where the axis goes down.
-    const way = along === "y" && axis.high < axis.low ? -1 : 1;
-    if (move) this.#go(moved(this.#value, way * move, bounds));
-    else if (event.key === "Home") this.#go(bounds.low);
-    else if (event.key === "End") this.#go(bounds.high);
-    else return;
-    this.#held = true;
-    event.preventDefault();
-    event.stopPropagation();
-  }
-
-  /** @param {number} value */
-  #go(value) {
-    if (value === this.#value || !Number.isFinite(value)) return;
-    this.#value = value;
-    this.#draw();
-    this.#tell(value);
-  }
-
-  #draw() {
-    if (this.#stand === null) return;
-    const { box, scale, axis, along, bounds, title, locked } = this.#stand;
-    const { element } = this;
-    const words = valueOn(axis, this.#value, bounds.log ? undefined : bounds.step);
-    put(element, box, along, scale.at(this.#value));
-    setText(this.#flag, `${title} ${words}`.trim());
-    const texts = { label: title || axis.title, valuemin: bounds.low, valuemax: bounds.high, valuenow: this.#value, valuetext: words };
-    for (const [name, text] of Object.entries({ ...texts, orientation: along === "x" ? "horizontal" : "vertical", disabled: locked })) {
-      element.setAttribute(`aria-${name}`, String(text));
-    }
-  }
+    const up = along === "y" && from < to ? way[1] : -way[1];
+    event.currentTarget.stepUp(way[0] + up);
+    if (event.currentTarget.value !== before) take(event);
+  };
+  const release = () => (isHeld.current = false);
+  const shown = valueOn(axis, at, log ? undefined : size);
+  const range = { min: bent(low), max: bent(high), step: size, value: bent(at), disabled: locked || !tell, dir: from > to ? "rtl" : "ltr" };
+  const names = { "data-along": along, "data-parameter": parameter, "aria-label": title || axis.title, "aria-valuetext": words ?? shown };
+  const hears = { onInput: take, onKeyDown: press, onChange: release, onKeyUp: release, onPointerUp: release, onBlur: release };
+  return html`
+    <input type="range" class="figure-grip" style=${inPx(room)} ...${range} ...${names} ...${hears} />
+    <div class="figure-line" aria-hidden="true" ...${across(box, along, scale.at(at))}>
+      ${tell && html`<span class="figure-knob"></span>`}<span class="figure-flag">${`${title} ${shown}`.trim()}</span>
+    </div>
+  `;
 }
 
-/** Asking for a place in a panel: a person puts a line where they expect the answer, by pointer, touch or keys. */
-export class PlaceQuestion {
-  #grip = new Handle((value) => this.#put(value), "asking");
-  #hint = build("p", { class: "figure-hint", "aria-hidden": "true" }, build("span", {}, "Place your prediction here"));
-  #place;
-  /** @type {Stand|null} */
-  #stand = null;
-  /** @type {number|null} */
-  #at = null;
-
-  element = build("div", { class: "figure-asking", hidden: true }, this.#hint, this.#grip.element);
-
-  /** @param {(value: number) => void} place */
-  constructor(place) {
-    this.#place = place;
-    this.element.addEventListener("pointerdown", (event) => {
-      if (this.#stand === null || event.target !== this.element) return;
-      // Its old place must not pass for a new one.
-      this.#grip.show({ ...this.#stand, at: NaN });
-      this.#grip.hold(event);
-    });
-    this.#grip.element.addEventListener("keydown", (event) => {
-      if (this.#stand === null || (event.key !== "Enter" && event.key !== " ")) return;
-      event.preventDefault();
-      this.#put(this.#at ?? stepped(this.#stand.at, this.#stand.bounds));
-    });
-  }
-
-  /** @param {Stand|null} stand Where the line is at first; null takes it away, and forgets what was placed. */
-  show(stand) {
-    this.#stand = stand;
-    this.element.hidden = stand === null;
-    if (stand === null) {
-      this.#at = null;
-      return;
-    }
-    this.element.dataset.along = stand.along;
-    Object.assign(this.#hint.style, inPx(stand.box));
-    this.#grip.show({ ...stand, at: this.#at ?? stand.at });
-    this.#say();
-  }
-
-  /** @param {number} value */
-  #put(value) {
-    this.#at = value;
-    this.#say();
-    this.#place(value);
-  }
-
-  #say() {
-    const isPlaced = this.#at !== null;
-    this.element.toggleAttribute("data-placed", isPlaced);
-    if (!isPlaced) this.#grip.element.setAttribute("aria-valuetext", "not placed yet");
-  }
+/**
+ * Asking for a place in a panel: a person puts a line where they expect the answer, by pointer, touch or keys.
+ *
+ * @param {{stand: Stand, place: (value: number) => void}} props `stand` says where the line is at first.
+ */
+export function PlaceQuestion({ stand, place }) {
+  const placed = useSignal(/** @type {number|null} */ (null));
+  const isPlaced = placed.value !== null;
+  const tell = (/** @type {number} */ value) => {
+    placed.value = value;
+    place(value);
+  };
+  // Where it is at first is a prediction, too, once somebody chooses it; the slider itself tells of other values alone.
+  const choose = (/** @type {Event & {target: Element}} */ { target }) => isPlaced || target.dispatchEvent(new Event("input"));
+  const press = (/** @type {KeyboardEvent & {target: Element}} */ event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    choose(event);
+  };
+  return html`<div class="figure-asking" data-placed=${isPlaced || null} onClick=${choose} onKeyDown=${press}>
+    <p class="figure-hint" aria-hidden="true" style=${inPx(stand.box)}><span>Place your prediction here</span></p>
+    ${h(Handle, { stand: { ...stand, at: placed.value ?? stand.at }, words: isPlaced ? undefined : "not placed yet", tell })}
+  </div>`;
 }
 
 /**
@@ -225,34 +117,11 @@ export class PlaceQuestion {
  */
 export function boundsOf(axis, declared) {
   const [low, high] = ends(axis);
-  const { minimum, maximum, step } = declared ?? {};
-  if (!step) return { low, high, step: even(axis.log ? { low: Math.log10(low), high: Math.log10(high) } : axis, STEPS).step, log: axis.log };
+  const { minimum, maximum, step: size } = declared ?? {};
+  if (!size) return { low, high, step: even(axis.log ? { low: Math.log10(low), high: Math.log10(high) } : axis, STEPS).step, log: axis.log };
   const start = minimum ?? low;
-  const first = start + Math.max(0, Math.ceil((low - start) / step)) * step;
-  return { low: first, high: Math.max(first, Math.min(maximum ?? high, high)), step, log: false };
-}
-
-/**
- * The nearest value that the bounds allow. Steps are counted from the lowest, as a slider of a page counts them.
- *
- * @param {number} value
- * @param {Bounds} bounds
- */
-export function stepped(value, { low, high, step, log }) {
-  const [bent, bentLow] = log ? [Math.log10(value), Math.log10(low)] : [value, low];
-  const whole = bentLow + Math.round((bent - bentLow) / step) * step;
-  return Number(Math.min(Math.max(log ? 10 ** whole : whole, low), high).toPrecision(log ? 4 : 12));
-}
-
-/**
- * The value so many steps on.
- *
- * @param {number} value
- * @param {number} steps
- * @param {Bounds} bounds
- */
-export function moved(value, steps, bounds) {
-  return stepped(bounds.log ? value * 10 ** (steps * bounds.step) : value + steps * bounds.step, bounds);
+  const first = start + Math.max(0, Math.ceil((low - start) / size)) * size;
+  return { low: first, high: Math.max(first, Math.min(maximum ?? high, high)), step: size, log: false };
 }
 
 /** @typedef {{panel: string, along: "x"|"y", at: number, exact: number}} Mark What was placed, and what is exact. */
@@ -275,26 +144,21 @@ export function wordsOf({ at, exact }, axis) {
  */
 export function markLines({ along, at, exact }, axis, scale, box) {
   const both = /** @type {const} */ ([["placed", "your prediction", at], ["exact", "exactly", exact]]);
-  return both.map(([name, title, value]) => {
-    const flag = build("span", { class: "figure-flag" }, `${title} ${valueOn(axis, value)}`);
-    const line = build("div", { class: `figure-mark ${name}`, "aria-hidden": "true" }, flag);
-    put(line, box, along, scale.at(value));
-    return line;
-  });
+  return both.map(([name, title, value]) => html`<div class=${`figure-mark ${name}`} aria-hidden="true" ...${across(box, along, scale.at(value))}>
+    <span class="figure-flag">${title} ${valueOn(axis, value)}</span>
+  </div>`);
 }
 
 /**
- * Put a line across a box.
+ * What puts a line across a box.
  *
- * @param {HTMLElement} line
  * @param {Box} box
  * @param {"x"|"y"} along
  * @param {number} at px
  */
-function put(line, { left, top, width, height }, along, at) {
+function across({ left, top, width, height }, along, at) {
   const place = along === "x" ? { left: at, top, height, width: 0 } : { left, top: at, width, height: 0 };
-  Object.assign(line.style, inPx(place));
-  line.dataset.along = along;
   // What is written beside it stays within the panel.
-  line.toggleAttribute("data-far", along === "x" ? at > left + width / 2 : at < top + height / 2);
+  const isFar = along === "x" ? at > left + width / 2 : at < top + height / 2;
+  return { style: inPx(place), "data-along": along, "data-far": isFar || null };
 }

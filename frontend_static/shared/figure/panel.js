@@ -1,5 +1,6 @@
 /** One panel on the page: its title and key, its axes and traces, its handles, and what is asked and marked in it. */
 
+import { h, html, render } from "../../vendor/preact.js";
 import { build, setText, step, tip } from "../dom.js";
 import { gradient, viridis } from "../theme.js";
 import { coalesce } from "../timing.js";
@@ -12,174 +13,6 @@ import { cellHit, cellsOf, isCellMap, most, REACH, within } from "./paint.js";
 /** @import { Mark } from "./handle.js" */
 /** @import { Hit, Sheet } from "./paint.js" */
 /** @import { Cell, Panel, Trace } from "./traces.js" */
-
-// What a panel says of the place that is pointed at, by pointer or, where there are cells, by keys; and choosing a cell, with
-// a ring around the one at the cursor, and one around the chosen one.
-
-export class Pointing {
-  #plot;
-  #picture;
-  #shared;
-  #spot = build("span", { class: "figure-spot", hidden: true });
-  #chosen = build("span", { class: "figure-ring", hidden: true });
-  #ring = build("span", { class: "figure-ring cursor", hidden: true });
-  /** @type {{panel: Panel, sheet: Sheet}|null} */
-  #drawn = null;
-  /** @type {PointerEvent|null} */
-  #pointer = null;
-  /** The cell that the keys have come to.
-   *
-   * @type {Cell|null} */
-  #at = null;
-  #soon;
-
-  /** What lies over the panel. */
-  elements = [build("div", { class: "figure-rings", "aria-hidden": "true" }, this.#chosen, this.#ring), this.#spot];
-
-  /**
-   * @param {HTMLElement} plot
-   * @param {HTMLElement} picture Within it; what is put over it has its own way with a pointer.
-   * @param {Shared} shared
-   */
-  constructor(plot, picture, shared) {
-    this.#plot = plot;
-    this.#picture = picture;
-    this.#shared = shared;
-    this.#soon = coalesce(() => this.#point(), shared.signal);
-    for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"])) {
-      plot.addEventListener(type, (event) => {
-        this.#pointer = type === "pointerleave" ? null : event;
-        this.#soon();
-      });
-    }
-    picture.addEventListener("click", (event) => {
-      const cell = this.#hit(event)?.cell;
-      if (cell === undefined) return;
-      tip.hide();
-      this.#choose(cell);
-    });
-    picture.addEventListener("keydown", (event) => this.#key(event));
-    picture.addEventListener("focus", () => {
-      if (this.#map !== null && picture.matches(":focus-visible")) this.#go(this.#start);
-    });
-    picture.addEventListener("blur", () => {
-      if (this.#map !== null && this.#pointer === null) this.#tell(null);
-      this.#surround();
-    });
-  }
-
-  /** The map whose cells can be chosen, if there is one. */
-  get #map() {
-    return this.#drawn?.panel.traces.find(isCellMap) ?? null;
-  }
-
-  /** Where the cursor is when the keys take over. */
-  get #start() {
-    return this.#at ?? this.#map?.chosen ?? { i: 0, j: 0 };
-  }
-
-  /**
-   * Take over what is drawn now.
-   *
-   * @param {Panel} panel
-   * @param {Sheet} sheet
-   */
-  show(panel, sheet) {
-    this.#drawn = { panel, sheet };
-    if (this.#map !== null) {
-      const attributes = { role: "application", "aria-roledescription": "heat map", tabindex: "0" };
-      for (const [name, value] of Object.entries(attributes)) this.#picture.setAttribute(name, value);
-    }
-    this.#surround();
-    // What is pointed at may have moved away.
-    if (this.#pointer !== null) this.#soon();
-  }
-
-  /** Say what the pointer is at, unless it is about to move something. */
-  #point() {
-    const hit = this.#pointer && this.#hit(this.#pointer);
-    this.#picture.classList.toggle("choosing", Boolean(hit?.cell));
-    this.#tell(hit);
-  }
-
-  /** @param {Hit|null} hit Null for nothing. */
-  #tell(hit) {
-    const words = hit?.cell ? this.#shared.on.describe?.(hit.cell) : hit?.words;
-    this.#spot.hidden = !hit || hit.cell !== undefined;
-    if (!hit || !words) {
-      tip.hide();
-      return;
-    }
-    const { left, top } = this.#plot.getBoundingClientRect();
-    Object.assign(this.#spot.style, inPx({ left: hit.x, top: hit.y }));
-    tip.show(words, { x: left + hit.x, y: top + hit.y, below: top + (hit.below ?? hit.y) });
-  }
-
-  /**
-   * The nearest thing within reach of a pointer that is in the picture; of equals the one in front.
-   *
-   * @param {MouseEvent} event
-   */
-  #hit({ clientX, clientY, target }) {
-    if (this.#drawn === null || !(target instanceof Node) || !this.#picture.contains(target)) return null;
-    const { panel, sheet } = this.#drawn;
-    const around = this.#plot.getBoundingClientRect();
-    const [px, py] = [clientX - around.left, clientY - around.top];
-    const { left, top, width, height } = sheet.box;
-    if (px < left || px > left + width || py < top || py > top + height) return null;
-    /** @type {Hit|null} */
-    let nearest = null;
-    for (const trace of panel.traces) {
-      const hit = KINDS[trace.kind].near?.(sheet, trace, px, py, panel.traces) ?? null;
-      if (hit !== null && hit.distance <= Math.min(REACH * sheet.unit, nearest?.distance ?? Infinity)) nearest = hit;
-    }
-    return nearest;
-  }
-
-  #surround() {
-    const cursor = this.#picture.matches(":focus-visible") ? this.#at : null;
-    for (const [ring, cell] of /** @type {const} */ ([[this.#chosen, this.#map?.chosen ?? null], [this.#ring, cursor]])) {
-      const map = this.#map;
-      ring.hidden = map === null || cell === null || cell.i >= map.across || cell.j >= map.up;
-      if (ring.hidden || this.#drawn === null || map === null || cell === null) continue;
-      Object.assign(ring.style, inPx(cellsOf(this.#drawn.sheet, map).box(cell)));
-    }
-  }
-
-  /**
-   * Put the cursor of the keys on a cell.
-   *
-   * @param {Cell} cell
-   */
-  #go(cell) {
-    this.#pointer = null;
-    this.#at = cell;
-    this.#tell(this.#drawn && this.#map && cellHit(this.#drawn.sheet, this.#map, cell));
-    this.#surround();
-  }
-
-  /** @param {Cell} cell */
-  #choose(cell) {
-    // The keys go on from there.
-    this.#at = cell;
-    this.#shared.on.choose?.(cell);
-    this.#surround();
-  }
-
-  /** @param {KeyboardEvent} event */
-  #key(event) {
-    const map = this.#map;
-    if (map === null || event.ctrlKey || event.metaKey || event.altKey) return;
-    const now = this.#start;
-    const way = step(event);
-    if (way !== null) this.#go({ i: clamp(now.i + way[0], map.across), j: clamp(now.j - way[1], map.up) });
-    else if (event.key === "Home" || event.key === "End") this.#go({ i: event.key === "Home" ? 0 : map.across - 1, j: now.j });
-    else if (event.key === "Enter" || event.key === " ") this.#choose(now);
-    else if (event.key === "Escape") this.#tell(null);
-    else return;
-    event.preventDefault();
-  }
-}
 
 /**
  * The nearest of the numbers 0..count-1.
@@ -215,14 +48,22 @@ export class PanelView {
   /** What the height of the header was found for. */
   #measured = "";
   #picture = build("div", { class: "figure-picture", role: "img" }, this.#canvas, this.#texts);
-  #marks = build("div", { class: "figure-marks" });
-  #grips = build("div", { class: "figure-grips" });
-  #plot = build("div", { class: "figure-plot" }, this.#picture, this.#marks, this.#grips);
+  /** Lines across it. */
+  #lines = build("div", { class: "made" });
+  #chosen = build("span", { class: "figure-ring", hidden: true });
+  #ring = build("span", { class: "figure-ring cursor", hidden: true });
+  #rings = build("div", { class: "figure-rings", "aria-hidden": "true" }, this.#chosen, this.#ring);
+  /** At what is pointed at. */
+  #spot = build("span", { class: "figure-spot", hidden: true });
+  #plot = build("div", { class: "figure-plot" }, this.#picture, this.#rings, this.#spot, this.#lines);
   #shared;
-  #asking;
-  #pointing;
-  /** @type {Map<string, Handle>} */
-  #handles = new Map();
+  /** @type {PointerEvent|null} */
+  #pointer = null;
+  /** The cell that the keys have come to.
+   *
+   * @type {Cell|null} */
+  #at = null;
+  #soon;
   /** @type {Furniture|null} */
   #around = null;
   #room = { left: 0, top: 0, width: 0, height: 0 };
@@ -242,10 +83,29 @@ export class PanelView {
   constructor(panel, shared) {
     this.panel = panel;
     this.#shared = shared;
-    this.#asking = new PlaceQuestion((value) => shared.on.place?.(value));
-    this.#pointing = new Pointing(this.#plot, this.#picture, shared);
-    this.#plot.append(...this.#pointing.elements, this.#asking.element);
     this.element = build("section", { class: "figure-panel", data: { panel: panel.id } }, this.#header, this.#plot);
+    this.#soon = coalesce(() => this.#point(), shared.signal);
+    const picture = this.#picture;
+    for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"])) {
+      this.#plot.addEventListener(type, (event) => {
+        this.#pointer = type === "pointerleave" ? null : event;
+        this.#soon();
+      });
+    }
+    picture.addEventListener("click", (event) => {
+      const cell = this.#hit(event)?.cell;
+      if (cell === undefined) return;
+      tip.hide();
+      this.#choose(cell);
+    });
+    picture.addEventListener("keydown", (event) => this.#press(event));
+    picture.addEventListener("focus", () => {
+      if (this.#map !== null && picture.matches(":focus-visible")) this.#go(this.#start);
+    });
+    picture.addEventListener("blur", () => {
+      if (this.#map !== null && this.#pointer === null) this.#tell(null);
+      this.#surround();
+    });
   }
 
   /**
@@ -318,13 +178,33 @@ export class PanelView {
       const { over, paint } = KINDS[trace.kind];
       within(sheet, over * sheet.unit, () => paint(sheet, trace, panel.traces));
     }
-    this.#turnable(sheet, locked || ask !== null);
     const axis = mark && panel[mark.along];
-    this.#marks.replaceChildren(...(mark && axis ? markLines(mark, axis, sheet[mark.along], box) : []));
-    this.#asking.show(ask && this.#stand(sheet, ask.along));
+    render(html`
+      <div class="figure-marks">${mark && axis && markLines(mark, axis, sheet[mark.along], box)}</div>
+      <div class="figure-grips">${panel.handles.map((handle) => this.#handle(handle, sheet, locked || ask !== null))}</div>
+      ${ask && h(PlaceQuestion, { stand: standInMiddle(ask.along, sheet), place: (value) => this.#shared.on.place?.(value) })}
+    `, this.#lines);
     this.#picture.setAttribute("aria-label", describe(panel, mark && axis ? wordsOf(mark, axis) : ""));
-    this.#pointing.show(panel, sheet);
+    if (this.#map !== null) {
+      const attributes = { role: "application", "aria-roledescription": "heat map", tabindex: "0" };
+      for (const [name, value] of Object.entries(attributes)) this.#picture.setAttribute(name, value);
+    }
+    this.#surround();
+    // What is pointed at may have moved away.
+    if (this.#pointer !== null) this.#soon();
     Object.assign(this.#plot.dataset, { left: box.left, top: box.top, width: box.width, height: box.height });
+  }
+
+  /**
+   * @param {Panel["handles"][number]} handle
+   * @param {Sheet} sheet
+   * @param {boolean} locked
+   */
+  #handle({ parameter, at, along }, { axes: { [along]: axis }, box, [along]: scale }, locked) {
+    const { declared, turn } = this.#shared.on;
+    const known = declared?.(parameter);
+    const stand = { box, scale, axis, along, at, bounds: boundsOf(axis, known), title: known?.title ?? axis.title, locked };
+    return h(Handle, { key: parameter, stand, parameter, tell: turn && ((value) => turn(parameter, value)) });
   }
 
   /**
@@ -355,50 +235,114 @@ export class PanelView {
     return pen;
   }
 
-  /**
-   * Where the prediction is offered: in the middle.
-   *
-   * @param {Sheet} sheet
-   * @param {"x"|"y"} along
-   */
-  #stand(sheet, along) {
-    const { box, axes: { [along]: axis }, [along]: scale } = sheet;
-    const at = scale.value(along === "x" ? box.left + box.width / 2 : box.top + box.height / 2);
-    return { box, scale, axis, along, at, bounds: boundsOf(axis), title: "your prediction", locked: false };
+  // What it says of the place that is pointed at, by pointer or, where there are cells, by keys; and choosing a cell, with a ring
+  // around the one at the cursor, and one around the chosen one.
+
+  /** The map whose cells can be chosen, if there is one. */
+  get #map() {
+    return this.panel.traces.find(isCellMap) ?? null;
+  }
+
+  /** Where the cursor is when the keys take over. */
+  get #start() {
+    return this.#at ?? this.#map?.chosen ?? { i: 0, j: 0 };
+  }
+
+  /** Say what the pointer is at, unless it is about to move something. */
+  #point() {
+    const hit = this.#pointer && this.#hit(this.#pointer);
+    this.#picture.classList.toggle("choosing", Boolean(hit?.cell));
+    this.#tell(hit);
+  }
+
+  /** @param {Hit|null} hit Null for nothing. */
+  #tell(hit) {
+    const words = hit?.cell ? this.#shared.on.describe?.(hit.cell) : hit?.words;
+    this.#spot.hidden = !hit || hit.cell !== undefined;
+    if (!hit || !words) {
+      tip.hide();
+      return;
+    }
+    const { left, top } = this.#plot.getBoundingClientRect();
+    Object.assign(this.#spot.style, inPx({ left: hit.x, top: hit.y }));
+    tip.show(words, { x: left + hit.x, y: top + hit.y, below: top + (hit.below ?? hit.y) });
   }
 
   /**
-   * The handles, each kept as long as its parameter has one.
+   * The nearest thing within reach of a pointer that is in the picture; of equals the one in front.
    *
-   * @param {Sheet} sheet
-   * @param {boolean} locked
+   * @param {MouseEvent} event
    */
-  #turnable(sheet, locked) {
-    const { panel } = this;
-    for (const [parameter, grip] of this.#handles) {
-      if (panel.handles.some((handle) => handle.parameter === parameter)) continue;
-      grip.element.remove();
-      this.#handles.delete(parameter);
+  #hit({ clientX, clientY, target }) {
+    const sheet = this.#sheet;
+    if (sheet === null || !(target instanceof Node) || !this.#picture.contains(target)) return null;
+    const around = this.#plot.getBoundingClientRect();
+    const [px, py] = [clientX - around.left, clientY - around.top];
+    const { left, top, width, height } = sheet.box;
+    if (px < left || px > left + width || py < top || py > top + height) return null;
+    const { traces } = this.panel;
+    /** @type {Hit|null} */
+    let nearest = null;
+    for (const trace of traces) {
+      const hit = KINDS[trace.kind].near?.(sheet, trace, px, py, traces) ?? null;
+      if (hit !== null && hit.distance <= Math.min(REACH * sheet.unit, nearest?.distance ?? Infinity)) nearest = hit;
     }
-    for (const { parameter, at, along } of panel.handles) {
-      const axis = panel[along];
-      const known = this.#shared.on.declared?.(parameter);
-      const bounds = boundsOf(axis, known);
-      this.#grip(parameter).show({ box: sheet.box, scale: sheet[along], axis, along, at, bounds, title: known?.title ?? axis.title, locked });
+    return nearest;
+  }
+
+  #surround() {
+    const [map, sheet] = [this.#map, this.#sheet];
+    const cursor = this.#picture.matches(":focus-visible") ? this.#at : null;
+    for (const [ring, cell] of /** @type {const} */ ([[this.#chosen, map?.chosen ?? null], [this.#ring, cursor]])) {
+      ring.hidden = map === null || cell === null || cell.i >= map.across || cell.j >= map.up;
+      if (!ring.hidden && sheet && map && cell) Object.assign(ring.style, inPx(cellsOf(sheet, map).box(cell)));
     }
   }
 
-  /** @param {string} parameter */
-  #grip(parameter) {
-    const known = this.#handles.get(parameter);
-    if (known !== undefined) return known;
-    const { turn } = this.#shared.on;
-    const grip = new Handle((value) => turn?.(parameter, value), turn ? "" : "fixed");
-    grip.element.dataset.parameter = parameter;
-    this.#handles.set(parameter, grip);
-    this.#grips.append(grip.element);
-    return grip;
+  /**
+   * Put the cursor of the keys on a cell.
+   *
+   * @param {Cell} cell
+   */
+  #go(cell) {
+    this.#pointer = null;
+    this.#at = cell;
+    this.#tell(this.#sheet && this.#map && cellHit(this.#sheet, this.#map, cell));
+    this.#surround();
   }
+
+  /** @param {Cell} cell */
+  #choose(cell) {
+    // The keys go on from there.
+    this.#at = cell;
+    this.#shared.on.choose?.(cell);
+    this.#surround();
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    const map = this.#map;
+    if (map === null || event.ctrlKey || event.metaKey || event.altKey) return;
+    const now = this.#start;
+    const way = step(event);
+    if (way !== null) this.#go({ i: clamp(now.i + way[0], map.across), j: clamp(now.j - way[1], map.up) });
+    else if (event.key === "Home" || event.key === "End") this.#go({ i: event.key === "Home" ? 0 : map.across - 1, j: now.j });
+    else if (event.key === "Enter" || event.key === " ") this.#choose(now);
+    else if (event.key === "Escape") this.#tell(null);
+    else return;
+    event.preventDefault();
+  }
+}
+
+/**
+ * Where a prediction is offered: in the middle.
+ *
+ * @param {"x"|"y"} along
+ * @param {Sheet} sheet
+ */
+function standInMiddle(along, { box, axes: { [along]: axis }, [along]: scale }) {
+  const at = scale.value(along === "x" ? box.left + box.width / 2 : box.top + box.height / 2);
+  return { box, scale, axis, along, at, bounds: boundsOf(axis), title: "your prediction", locked: false };
 }
 
 /**
