@@ -186,6 +186,7 @@ export class FlatView {
     const context = this.#canvas.getContext("2d", { alpha: this.#overlay !== undefined });
     if (ready === null || context === null) return;
     const { drawing, bitmaps, number, painted } = ready;
+    this.#pictures.free(number);
     // A hidden canvas paints nothing, and the server need not wait for it.
     if (!this.#room.width || !this.#room.height) {
       painted();
@@ -203,9 +204,8 @@ export class FlatView {
     paint(surface, drawing, isShown, this.#overlay?.coat.value);
     render(html`${drawing.worlds.map((drawn) => h(WorldView, { key: drawn.world.name, drawn, isShown }))}`, this.#beside);
     this.#say(drawing);
-    this.#layers.keys.value = drawing.legend;
+    if (JSON.stringify(drawing.legend) !== JSON.stringify(this.#layers.keys.peek())) this.#layers.keys.value = drawing.legend;
     painted();
-    this.#pictures.free(number);
     this.hasPicture = true;
     this.#onPainted();
   }
