@@ -78,7 +78,7 @@ export class JointView {
 
   /** Whether what steers can be used. */
   get able() {
-    return this.store.connection === "open" && this.store.isSteerable;
+    return this.store.connection.value === "open" && this.store.isSteerable;
   }
 
   scene = null;

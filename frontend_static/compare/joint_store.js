@@ -36,7 +36,7 @@ export class JointStore extends Store {
       this.histories.set(String(place), new HistoryWindow(() => store.history, first, () => this.#frames));
     });
     effect(() => {
-      this.connection = worst(runs.map(({ store }) => store.connection));
+      this.connection.value = worst(runs.map(({ store }) => store.connection.value));
       // There is nothing to show of all before all are there.
       if (runs.every(({ store }) => store.session !== null)) this.session = this.#joined();
     });
@@ -131,7 +131,7 @@ function branchOf({ name, colour, store }, place) {
   return { id: String(place), title: name, parent: null, frame: 0, tracker: store.session?.tracker ?? "", colour };
 }
 
-/** @param {Store["connection"][]} all */
+/** @param {Store["connection"]["value"][]} all */
 function worst(all) {
   const order = /** @type {const} */ (["gone", "lost", "connecting"]);
   return order.find((each) => all.includes(each)) ?? "open";

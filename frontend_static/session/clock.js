@@ -101,7 +101,7 @@ class Follower {
    */
   follow(leader) {
     const { store: { session: own, connection }, first = 0 } = this.#member;
-    if (own === null || connection !== "open") return;
+    if (own === null || connection.value !== "open") return;
     const lead = { ...leader, position: leader.position + first };
     // A long seek takes a while; both do it at the same time.
     const goal = Math.min((leader.goal ?? leader.position) + first, own.frames - 1);
@@ -209,5 +209,5 @@ export class Clock {
  */
 function movesOf(member) {
   const { connection, session } = member?.store ?? {};
-  return [connection, session?.state, session?.position, session?.goal, session?.playing, session?.speed];
+  return [connection?.value, session?.state, session?.position, session?.goal, session?.playing, session?.speed];
 }

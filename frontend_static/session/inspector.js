@@ -11,7 +11,7 @@ import { lineOver, linksOver } from "../shared/figure/kinds.js";
 import { count, number, quantity } from "../shared/format.js";
 import { gradient, viridis } from "../shared/theme.js";
 import { follow, NewestRequest, throttle } from "../shared/timing.js";
-import { h, html, signal, useEffect, useRef } from "../vendor/preact.js";
+import { computed, h, html, signal, useEffect, useRef } from "../vendor/preact.js";
 
 /** @import { Amount, Contributions, Course, GenealogyPublic, Histograms, Inspect, InspectionPublic, ParticleFinding } from "../shared/messages.js" */
 /** @import { PatchesPublic, Residual } from "../shared/messages.js" */
@@ -231,7 +231,6 @@ const KINDS = /** @type {const} */ ([
 const PAD = "Arrows move the place by a pixel, with Shift by ten; Enter takes the nearest particle";
 
 export class Inspector {
-  isOpen = signal(false);
   kind = signal(/** @type {Kind} */ ("estimate"));
   /** Whether the likelihood lies over the picture. */
   hasVeil = signal(false);
@@ -247,7 +246,8 @@ export class Inspector {
   /** @param {Mounted} view */
   constructor(view) {
     this.#view = view;
-    const { scene, signal: end, store } = view;
+    const { card, scene, signal: end, store } = view;
+    this.isOpen = computed(() => card.value === "inspect");
     this.#request = new NewestRequest(
       async (/** @type {Inspect} */ wish) => /** @type {InspectionPublic} */ (await sendCommand(store.known.id, wish)),
       { answer: (found) => this.#take(found), refused: (error) => (this.found.value = messageOf(error)) },
@@ -255,7 +255,7 @@ export class Inspector {
     );
     /** @returns {Inspect} */
     const wish = () => ({ kind: "inspect", likelihood: this.hasVeil.peek(), genealogy: true, pulls: true, ...this.#subject });
-    this.#ask = throttle(() => this.isOpen.peek() && view.able && this.#request.ask(wish()), ASK_MS, end);
+    this.#ask = throttle(() => view.able && this.#request.ask(this.isOpen.peek() ? wish() : { kind: "inspect" }), ASK_MS, end);
     // What the numbers of a frame hang on.
     const parts = /** @type {const} */ (["branch", "parameters", "position", "tracker"]);
     follow(() => this.isOpen.value && [this.hasVeil.value, ...parts.map((name) => store.session?.[name])], this.#ask, end);
@@ -275,11 +275,12 @@ export class Inspector {
 
   /** Begin to look, or stop: then nothing is computed or drawn for it any more. */
   toggle() {
-    const isOpen = this.isOpen.peek();
-    if (this.#view.store.session === null || (!isOpen && !this.#view.able)) return;
-    this.isOpen.value = !isOpen;
-    if (!isOpen) this.choose(this.kind.peek());
-    else if (this.#view.able) this.#request.ask({ kind: "inspect" });
+    const { able, card } = this.#view;
+    if (this.isOpen.peek()) card.value = null;
+    else if (able) {
+      card.value = "inspect";
+      this.choose(this.kind.peek());
+    }
   }
 
   /**

@@ -58,7 +58,7 @@ export async function markTruth(view) {
     const text = isKnown ? await request("GET uploads/{upload}/truth.csv", about) : "";
     if (view.signal.aborted) return;
     const marking = new Marking(view, upload, kind, readTable(text));
-    const leave = view.lay(h(TruthMarking, { marking, leave: () => leave() }));
+    view.laid.value = h(TruthMarking, { marking, leave: () => (view.laid.value = null) });
   });
 }
 

@@ -4,12 +4,12 @@
  */
 
 import { messageOf, progressWords, request, START, statusOf } from "../shared/api.js";
-import { build as made, elementOf, fill, Notice, toast } from "../shared/dom.js";
+import { build, elementOf, fill, Notice, renderIn, toast } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { socketAddress, Stream } from "../shared/stream.js";
 import { later, until } from "../shared/timing.js";
 import { isParticipant, remember, remembered } from "../shared/visitor.js";
-import { h, html, options as drawing, render, signal as newSignal, useMemo, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
+import { h, html, options as drawing, signal as newSignal, useMemo, useRef, useSignal, useSignalEffect } from "../vendor/preact.js";
 import { Panel } from "./panel.js";
 import { plots } from "./plots/plots.js";
 import { isMeasured, readingWords, state } from "./readings.js";
@@ -133,7 +133,7 @@ function OnTheWay({ view: { store } }) {
   const { session } = store;
   const goal = session?.goal ?? null;
   const [frame, at] = useMemo(() => [session?.position ?? 0, performance.now()], [goal]);
-  if (session === null || store.connection !== "open" || !store.isAwake) return null;
+  if (session === null || store.connection.value !== "open" || !store.isAwake) return null;
   if (session.compiling !== null) {
     return html`<div class="on-the-way late">
       <p role="status">Compiling what is used for the first time, ${count(session.compiling, "function")} so far</p>
@@ -267,6 +267,10 @@ export class Mounted {
     this.scene = start.scene;
     /** Ids of the plots to show; all of them if none is named. */
     this.plots = ids;
+    /** What is shown in the place of the plots. */
+    this.card = newSignal(/** @type {"inspect"|"why"|"what-if"|null} */ (null));
+    /** What lies over the scene beside its notes, such as the marking of the truth. */
+    this.laid = newSignal(/** @type {Child} */ (null));
     /** Whether to say what to look at. */
     this.hasNote = newSignal(true);
     this.store = new Store({ readOnly });
@@ -277,7 +281,7 @@ export class Mounted {
       bookmark: () => bookmark(this.store),
       branch: async () => this.able && (await import("./dialogs.js")).branchDialog(this),
       inspect: () => this.#look(),
-      why: () => this.#ask(),
+      why: () => this.#loss?.open(),
       zoom: (factor) => this.#plots?.zoom(factor),
       truth: async () => !isParticipant && (await import("./marking.js")).markTruth(this),
       ...actions,
@@ -294,7 +298,7 @@ export class Mounted {
 
   /** Whether what steers can be used. */
   get able() {
-    return this.store.connection === "open" && this.store.isSteerable;
+    return this.store.connection.value === "open" && this.store.isSteerable;
   }
 
   /** Take the session from the page; nothing of it goes on here. The session itself stays. */
@@ -302,43 +306,17 @@ export class Mounted {
     this.#start.end();
   }
 
-  /**
-   * Lay something over the scene.
-   *
-   * @param {Child} content
-   * @returns {() => void} Takes it away.
-   */
-  lay(content) {
-    const place = made("div", { class: "made" });
-    this.scene?.root.append(place);
-    const remove = () => {
-      this.signal.removeEventListener("abort", remove);
-      render(null, place);
-      place.remove();
-    };
-    this.signal.addEventListener("abort", remove);
-    render(content, place);
-    return remove;
-  }
-
-  /** Look into the frame, or no more; one card at a time takes the place of the plots. */
+  /** Look into the frame, or no more. */
   async #look() {
     const { inspection: place } = this.#start.places;
     if (!place || this.store.isReadOnly) return;
-    if (this.#loss) this.#loss.tab.value = null;
     const { Inspection, Inspector } = await import("./inspector.js");
     if (this.signal.aborted) return;
     if (this.#inspector === null) {
       this.#inspector = new Inspector(this);
-      this.#show(place, h(Inspection, { inspector: this.#inspector }));
+      renderIn(place, h(Inspection, { inspector: this.#inspector }), this.signal);
     }
     this.#inspector.toggle();
-  }
-
-  /** Ask why the target was lost. */
-  #ask() {
-    if (this.#inspector?.isOpen.peek()) this.#inspector.toggle();
-    this.#loss?.open();
   }
 
   #fill() {
@@ -348,31 +326,23 @@ export class Mounted {
     const numbers = places.status ? h(Folded, { view: this, plots: places.plots ?? null }) : [status, h(Numbers, { view: this })];
     if (places.transport) transport(places.transport, this, h(Bookmarks, { view: this }));
     if (places.scrubber) scrubber(places.scrubber, this);
-    if (places.panel) this.#show(places.panel, h(Panel, { view: this }));
-    if (places.why && loss) this.#show(places.why, h(Beside, { loss }));
-    if (places.status) this.#show(places.status, status);
-    if (places.readout) this.#show(places.readout, numbers);
-    if (places.branches) this.#show(places.branches, h(Branches, { view: this, place: places.branches }));
+    if (places.panel) renderIn(places.panel, h(Panel, { view: this }), this.signal);
+    if (places.why && loss) renderIn(places.why, h(Beside, { loss }), this.signal);
+    if (places.status) renderIn(places.status, status, this.signal);
+    if (places.readout) renderIn(places.readout, numbers, this.signal);
+    if (places.branches) renderIn(places.branches, h(Branches, { view: this, place: places.branches }), this.signal);
     if (places.plots) plots(places.plots, this).then((drawn) => (this.#plots = drawn));
     if (!this.scene) return;
     this.scene.follow(this);
-    this.lay(html`
+    const over = build("div", { class: "made" });
+    this.scene.root.append(over);
+    renderIn(over, h(() => html`
       <div class="scene-notes">${h(OnTheWay, { view: this })}</div>
       ${h(WatchNote, { view: this })}
       ${h(SpokenFrame, { view: this })}
       ${loss && h(LostCard, { loss })}
-    `);
-  }
-
-  /**
-   * Have a component in a place as long as the session is on the page.
-   *
-   * @param {HTMLElement} place
-   * @param {Child} content
-   */
-  #show(place, content) {
-    render(content, place);
-    this.signal.addEventListener("abort", () => render(null, place));
+      ${this.laid.value}
+    `, {}), this.signal);
   }
 
   async #begin() {
@@ -380,9 +350,9 @@ export class Mounted {
     if (!begun || this.signal.aborted) return;
     const { session, recipe } = begun;
     const on = {
-      lost: () => (this.store.connection = "lost"),
+      lost: () => (this.store.connection.value = "lost"),
       gone: (/** @type {Error} */ { message }) => {
-        this.store.connection = "gone";
+        this.store.connection.value = "gone";
         this.#fail("This session has ended", isParticipant ? message : KEPT);
       },
     };

@@ -6,6 +6,7 @@
  * says.
  */
 
+import { Select } from "../shared/dom.js";
 import { explainControl } from "../shared/terms.js";
 import { later } from "../shared/timing.js";
 import { remember, remembered } from "../shared/visitor.js";
@@ -52,9 +53,9 @@ export function Check({ label, hint = "", value, propose }) {
 
 /** @param {{label: string, hint: string, options: string[][], value: string, propose: (value: string) => void}} props */
 export function Choice({ label, hint, options, value, propose }) {
-  const choices = options.map(([each, title]) => html`<option value=${each} selected=${each === value}>${title}</option>`);
-  const choose = onField((list) => propose(list.value));
-  return h(Labelled, { label, hint, field: (id) => html`<select id=${id} aria-description=${hint} onChange=${choose}>${choices}</select>` });
+  const choices = options.map(([each, title]) => ({ value: each, words: title }));
+  const look = { label, "aria-description": hint, options: choices, value, choose: propose };
+  return h(Labelled, { label, hint, field: (id) => h(Select, { id, ...look }) });
 }
 
 /**
@@ -194,16 +195,12 @@ const FIRST_OF_ALL = 3;
 
 /** @param {{view: Mounted}} props */
 export function Panel({ view }) {
-  const { session } = view.store;
-  return session && h(Parameters, { view, session });
-}
-
-/** @param {{view: Mounted, session: SessionPublic}} props */
-function Parameters({ view, session }) {
   const { store, scene, signal: end } = view;
+  const { session } = store;
   const proposals = useMemo(() => new Proposals((values) => sendValues(store, values), end), []);
   /** Where there is little room they open above the rest. */
   const isOpen = useSignal(false);
+  if (session === null) return null;
   const { parameters, tracker, trackers, recipe, title } = session;
   /** @type {Values} */
   const inForce = { ...parameters, tracker, seed: recipe.seed, ...proposals.held };
@@ -231,7 +228,7 @@ function Parameters({ view, session }) {
     }),
     layers !== null && layers.declared.length > 0 && h(Fold, { experiment: title, title: "What to draw" }, h(LayerBoxes, { layers })),
   ];
-  return html`<div class="panel-body" data-open=${String(isOpen.value)} inert=${store.connection !== "open" || !store.isSteerable}>
+  return html`<div class="panel-body" data-open=${String(isOpen.value)} inert=${store.connection.value !== "open" || !store.isSteerable}>
     <h2>Try</h2>
     ${opener}
     <div class="panel-controls">

@@ -4,10 +4,10 @@
  */
 
 import { request } from "../shared/api.js";
-import { attempt, build, fill, Notice, Segments } from "../shared/dom.js";
+import { attempt, build, fill, Notice, renderIn, Segments } from "../shared/dom.js";
 import { until } from "../shared/timing.js";
 import { remember, remembered } from "../shared/visitor.js";
-import { h, html, render, signal as live } from "../vendor/preact.js";
+import { h, html, signal as live } from "../vendor/preact.js";
 import { Layers } from "./flat/drawing.js";
 import { FlatView } from "./flat/flat_view.js";
 import { SpatialScene } from "./spatial_scene.js";
@@ -112,11 +112,8 @@ export class Scene {
     this.#signal = signal;
     this.#hasSwitch = options.view === undefined;
     fill(root, this.#over);
-    render(h(() => [this.#cover(), this.#switch()], {}), this.#over);
-    signal.addEventListener("abort", () => {
-      this.#endView.abort();
-      render(null, this.#over);
-    });
+    renderIn(this.#over, h(() => [this.#cover(), this.#switch()], {}), signal);
+    signal.addEventListener("abort", () => this.#endView.abort());
   }
 
   /** Resolves when there is a picture of the run to see, or will be none before the scene. */

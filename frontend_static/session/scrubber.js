@@ -3,7 +3,7 @@
  * stays there.
  */
 
-import { build, tip } from "../shared/dom.js";
+import { build, renderIn, tip } from "../shared/dom.js";
 import { plainAxis, scales } from "../shared/figure/axes.js";
 import { KINDS as PAINTERS, linksOver } from "../shared/figure/kinds.js";
 import { within } from "../shared/figure/paint.js";
@@ -11,7 +11,7 @@ import { percent, quantity } from "../shared/format.js";
 import { Explained } from "../shared/terms.js";
 import { enlargement, onTheme, tokens, watchCanvasSize } from "../shared/theme.js";
 import { follow, throttle } from "../shared/timing.js";
-import { h, html, render, signal as newSignal, useEffect, useMemo, useRef } from "../vendor/preact.js";
+import { h, html, signal as newSignal, useEffect, useMemo, useRef } from "../vendor/preact.js";
 import { KINDS, range, reader } from "./plots/kinds.js";
 import { column, shades } from "./plots/plots.js";
 import { eventsOf, numberOf, ofRole } from "./readings.js";
@@ -214,8 +214,7 @@ const REPAINT_MS = 100;
  * @param {View} view
  */
 export function scrubber(root, view) {
-  render(h(Scrubber, { view }), root);
-  view.signal.addEventListener("abort", () => render(null, root));
+  renderIn(root, h(Scrubber, { view }), view.signal);
 }
 
 /** @param {{view: View}} props */

@@ -64,7 +64,7 @@ function Bars() {
   const place = problem && (problem.line === null ? problem.file : `${problem.file}, line ${problem.line}`);
   const mend = problem && `${problem.text}. The run stands at frame ${position}. Mend the line and save the file.`;
   return html`
-    ${connection === "lost" && html`<div class="bar-lost" role="status">Reconnecting</div>`}
+    ${connection.value === "lost" && html`<div class="bar-lost" role="status">Reconnecting</div>`}
     ${problem && html`<p class="bar-problem" role="alert"><strong>${place}</strong>${" "}${mend}</p>`}
   `;
 }

@@ -93,14 +93,14 @@ export class SpatialScene {
   follow({ store }) {
     let isStale = false;
     const hear = () => {
-      const isOpen = store.session !== null && store.connection === "open";
-      if (store.connection === "lost" || (isOpen && !store.isAwake)) isStale = true;
+      const isOpen = store.session !== null && store.connection.value === "open";
+      if (store.connection.value === "lost" || (isOpen && !store.isAwake)) isStale = true;
       // A frame without focus does not look for its server again, and a revived worker has a new one: load it again.
       if (!isStale || !isOpen || !store.isAwake) return;
       isStale = false;
       this.#load();
     };
-    follow(() => [store.connection, store.isAwake], hear, this.#signal);
+    follow(() => [store.connection.value, store.isAwake], hear, this.#signal);
     const renew = () => {
       this.#unsettle();
       if (this.#loading === null || !store.session) return;

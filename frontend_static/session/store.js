@@ -7,7 +7,7 @@
  */
 
 import { request } from "../shared/api.js";
-import { batch, signal } from "../vendor/preact.js";
+import { batch, computed, signal } from "../vendor/preact.js";
 import { finite, isKnown } from "./readings.js";
 
 /** @import { SeriesValue } from "./readings.js" */
@@ -46,8 +46,13 @@ export class History {
     return this.#edition.value;
   }
 
+  /** The diagnostics of all frames, with holes where they are not known. */
+  get rows() {
+    return this.#changes.value > 0 ? this.#rows : [];
+  }
+
   get length() {
-    return this.#changes.value && this.#rows.length;
+    return this.rows.length;
   }
 
   /**
@@ -57,7 +62,7 @@ export class History {
    * @returns {Row|undefined}
    */
   at(frame) {
-    return this.#changes.value > 0 ? this.#rows[frame] : undefined;
+    return this.rows[frame];
   }
 
   /**
@@ -151,20 +156,14 @@ export class History {
    * @param {(row: Row) => boolean} test
    */
   some(test) {
-    const { length } = this;
-    for (let frame = 0; frame < length; frame += 1) {
-      const row = this.at(frame);
-      if (row !== undefined && test(row)) return true;
-    }
-    return false;
+    return this.rows.some(test);
   }
 }
 
 /** A part of a run's history as if it were all of it: so many frames from one on, counted from 0. */
 export class HistoryWindow extends History {
   #whole;
-  #first;
-  #frames;
+  #part;
 
   /**
    * @param {() => History} whole The history as it is now.
@@ -174,24 +173,15 @@ export class HistoryWindow extends History {
   constructor(whole, first, frames) {
     super();
     this.#whole = whole;
-    this.#first = first;
-    this.#frames = frames;
+    this.#part = computed(() => whole().rows.slice(first, first + Math.max(0, frames())));
   }
 
   get edition() {
     return this.#whole().edition;
   }
 
-  get length() {
-    return Math.min(Math.max(0, this.#whole().length - this.#first), this.#frames());
-  }
-
-  /**
-   * @param {number} frame
-   * @returns {Row|undefined}
-   */
-  at(frame) {
-    return frame < this.length ? this.#whole().at(frame + this.#first) : undefined;
+  get rows() {
+    return this.#part.value;
   }
 }
 
@@ -223,7 +213,7 @@ export function isGone(row) {
 
 export class Store {
   #session = signal(/** @type {SessionPublic|null} */ (null));
-  #connection = signal(/** @type {"connecting"|"open"|"lost"|"gone"} */ ("connecting"));
+  connection = signal(/** @type {"connecting"|"open"|"lost"|"gone"} */ ("connecting"));
   /** What runs of the same settings with other seeds do, where that was asked for. */
   ensemble = signal(/** @type {Bands|null} */ (null));
   /**
@@ -250,14 +240,6 @@ export class Store {
     const known = this.#session.peek();
     if (known === null) this.#session.value = alive(/** @type {SessionPublic} */ ({}), values);
     else batch(() => alive(known, values));
-  }
-
-  get connection() {
-    return this.#connection.value;
-  }
-
-  set connection(connection) {
-    this.#connection.value = connection;
   }
 
   /** The session, where there must be one. */
@@ -330,7 +312,7 @@ export class Store {
   /** @param {import("../shared/messages.js").SessionHello} message */
   #greeted({ session, diagnostics }) {
     batch(() => {
-      this.connection = "open";
+      this.connection.value = "open";
       this.session = session;
       this.historyOf(session.branch).replace(diagnostics);
     });

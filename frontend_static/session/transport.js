@@ -1,11 +1,11 @@
 /** The row of controls above the scrubber: where the run is, how fast it goes, and where in it something has happened. */
 
 import { request } from "../shared/api.js";
-import { attempt, Icon, IconButton, Popover } from "../shared/dom.js";
+import { attempt, Icon, IconButton, Popover, renderIn, Select } from "../shared/dom.js";
 import { measureValue, percent, speed as speedText } from "../shared/format.js";
 import { Explained } from "../shared/terms.js";
 import { isParticipant, remember, remembered } from "../shared/visitor.js";
-import { h, html, render, useLayoutEffect, useSignal } from "../vendor/preact.js";
+import { h, html, useLayoutEffect, useSignal } from "../vendor/preact.js";
 import { isMeasured, ofRole, readingWords, state } from "./readings.js";
 import { bookmark, steer } from "./steering.js";
 
@@ -152,8 +152,7 @@ const RECORDING = ["Stop when lost", "Stop playing where a mark or the tracker i
  * @param {Child} extras Further controls, at the right.
  */
 export function transport(root, view, extras) {
-  render(h(Transport, { view, extras }), root);
-  view.signal.addEventListener("abort", () => render(null, root));
+  renderIn(root, h(Transport, { view, extras }), view.signal);
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
     if (!(event.target instanceof Element) || !event.target.closest("button")) return;
@@ -201,11 +200,10 @@ function Transport({ view, extras }) {
  */
 function Speed({ view: { able, steering, store } }) {
   const { speed = 1, speeds = [] } = store.session ?? {};
-  const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => steering.setSpeed(Number(currentTarget.value));
   const offered = speeds.includes(speed) ? speeds : [...speeds, speed];
-  return html`<select aria-label="Speed" title="Speed ([ and ])" disabled=${!able} onChange=${choose}>
-    ${offered.map((each) => html`<option key=${each} value=${each} selected=${each === speed}>${speedText(each)}</option>`)}
-  </select>`;
+  const options = offered.map((each) => ({ value: String(each), words: speedText(each) }));
+  const choose = (/** @type {string} */ chosen) => steering.setSpeed(Number(chosen));
+  return h(Select, { label: "Speed", title: "Speed ([ and ])", disabled: !able, options, value: String(speed), choose });
 }
 
 /**
@@ -241,13 +239,12 @@ export function StopAtLoss({ view: { store, steering } }) {
   const at = session.stop_at;
   const stop = (/** @type {number|null} */ probability) => steering.send({ kind: "stop_at", probability });
   const toggle = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => stop(currentTarget.checked ? LIMITS[0] : null);
-  const choose = (/** @type {Event & {currentTarget: HTMLSelectElement}} */ { currentTarget }) => stop(Number(currentTarget.value));
   const limits = at === null || LIMITS.includes(at) ? LIMITS : [...LIMITS, at];
+  const options = limits.map((each) => ({ value: String(each), words: percent(each) }));
+  const label = "Probability of being lost from which on it stops";
   return html`<div class="control stop-at-loss">
     <label title=${why}><input type="checkbox" checked=${at !== null} onChange=${toggle} /><span>${words}</span></label>
-    ${at !== null && !isRecording && html`<select title=${why} aria-label="Probability of being lost from which on it stops" onChange=${choose}>
-      ${limits.map((each) => html`<option value=${each} selected=${each === at}>${percent(each)}</option>`)}
-    </select>`}
+    ${at !== null && !isRecording && h(Select, { label, title: why, options, value: String(at), choose: (limit) => stop(Number(limit)) })}
   </div>`;
 }
 

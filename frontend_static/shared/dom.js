@@ -19,14 +19,14 @@ import { messageOf } from "./api.js";
 
 /** @typedef {{label: string, options: readonly Option[], value: string, choose: (value: string) => void}} Props */
 
-/** @param {Props & {field?: string, id?: string}} props `field` is what the server calls it. */
-export function Select({ label, options, value, choose, field, id }) {
+/** @param {Props & {field?: string, [attribute: string]: unknown}} props `field` is what the server calls it. */
+export function Select({ label, options, value, choose, field, ...attributes }) {
   const groups = [...new Set(options.map(({ group = "" }) => group))].map((group) => {
     const members = options.filter((option) => (option.group ?? "") === group).map((option) => html`<option value=${option.value}>${option.words}</option>`);
     return group ? html`<optgroup label=${group}>${members}</optgroup>` : members;
   });
   const change = (/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget }) => choose(currentTarget.value);
-  return html`<select id=${id} aria-label=${label} data-field=${field} value=${value} onChange=${change}>${groups}</select>`;
+  return html`<select ...${attributes} aria-label=${label} data-field=${field} value=${value} onChange=${change}>${groups}</select>`;
 }
 
 /** @param {Props} props A row of buttons; the pressed one is chosen. */
@@ -122,6 +122,18 @@ export function step(event, ways = ARROWS) {
   event.stopPropagation();
   const far = event.shiftKey ? FAR : 1;
   return [far * way[0], far * way[1]];
+}
+
+/**
+ * Have a component in a place until the end.
+ *
+ * @param {Element} place
+ * @param {import("../vendor/preact.js").Child} content
+ * @param {AbortSignal} end
+ */
+export function renderIn(place, content, end) {
+  render(content, place);
+  end.addEventListener("abort", () => render(null, place));
 }
 
 /**

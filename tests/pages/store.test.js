@@ -62,7 +62,7 @@ describe("the store of a session", () => {
 
   it("takes everything over from a greeting", () => {
     store.receive(hello());
-    assert.equal(store.connection, "open");
+    assert.equal(store.connection.value, "open");
     assert.equal(store.history.length, 1);
     assert.equal(store.isAwake, true);
   });

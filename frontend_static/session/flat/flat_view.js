@@ -6,7 +6,7 @@
  * shows in worlds of their own stands beside the picture, and is painted together with it.
  */
 
-import { build, setText } from "../../shared/dom.js";
+import { build, renderIn, setText } from "../../shared/dom.js";
 import { enlargement, watchCanvasSize } from "../../shared/theme.js";
 import { coalesce, follow, later } from "../../shared/timing.js";
 import { h, html, render } from "../../vendor/preact.js";
@@ -133,7 +133,7 @@ export class FlatView {
     this.#known = layers.then((known) => {
       this.#layers = known;
       follow(() => [known.shown.value, overlay?.coat.value], this.#soon, signal);
-      if (hasLegend && !signal.aborted) render(h(LayerLegend, { layers: known }), this.#legend);
+      if (hasLegend && !signal.aborted) renderIn(this.#legend, h(LayerLegend, { layers: known }), signal);
     });
     // Why there is none is said for all of the session.
     this.#known.catch(() => {});
@@ -141,7 +141,7 @@ export class FlatView {
     this.#nameWhatIsPointedAt();
     signal.addEventListener("abort", () => {
       this.#pictures.free(Infinity);
-      for (const place of [this.#legend, this.#beside]) render(null, place);
+      render(null, this.#beside);
     });
   }
 

@@ -296,7 +296,7 @@ export async function plots(root, view) {
     const at = store.isReadOnly ? null : figure.valuesAt(event);
     if (at !== null) all.find(({ plot }) => plot.id === at.panel)?.choose?.(view, Math.round(at.x), at.y);
   });
-  follow(() => [store.connection, store.ensemble.value, store.lengths, frames(), DRAWN.map((name) => store.known[name])], draw, end);
+  follow(() => [store.connection.value, store.ensemble.value, store.lengths, frames(), DRAWN.map((name) => store.known[name])], draw, end);
   document.addEventListener("visibilitychange", draw, { signal: end });
   const [sizes, asked] = [new ResizeObserver(draw), new MutationObserver(draw)];
   for (const each of [outer, root]) sizes.observe(each);

@@ -129,8 +129,6 @@ export class Loss {
   explanation = signal(/** @type {Explanation|null} */ (null));
   /** Why the server could not say why. */
   refusal = signal("");
-  /** What is shown in the place of the plots. */
-  tab = signal(/** @type {"why"|"what-if"|null} */ (null));
   /** Whether a person put the card away or opened it; null until then: it is open while the run has a loss and no tab is open. */
   isAway = signal(/** @type {boolean|null} */ (null));
   /** @type {Record<string, Value>} Of the explored run. */
@@ -155,7 +153,7 @@ export class Loss {
     });
     const leave = () => {
       // Why belongs to one branch.
-      if (this.tab.value === "why") this.tab.value = null;
+      if (view.card.value === "why") view.card.value = null;
     };
     follow(() => store.session?.branch, leave, end);
     // An answer that comes after the end begins nothing.
@@ -171,6 +169,12 @@ export class Loss {
     return result !== null && "findings" in result ? result : null;
   });
 
+  /** The tab that is shown in the place of the plots. */
+  get tab() {
+    const { value: card } = this.view.card;
+    return card === "inspect" ? null : card;
+  }
+
   /** Whether changes can be tried: not by participants of a class, and not on a replay, which no change alters. */
   get offersChanges() {
     const { session } = this.view.store;
@@ -179,9 +183,9 @@ export class Loss {
 
   /** Show why, for the loss that the shown frame is in, else for the first that lasts. */
   open() {
-    const { able, store } = this.view;
+    const { able, card, store } = this.view;
     if (!able) return; // a key may be pressed before there is a session
-    this.tab.value = "why";
+    card.value = "why";
     const { position } = store.known;
     this.ask(isGone(store.history.at(position)) ? position : undefined);
   }

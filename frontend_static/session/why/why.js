@@ -17,11 +17,11 @@ import { repeated } from "../steering.js";
 
 /** @param {{loss: Loss}} props */
 export function LostCard({ loss }) {
-  const { explanation, isAway, isLost, tab, view } = loss;
+  const { explanation, isAway, isLost, view } = loss;
   const { before = null, diagnosis: told } = explanation.value ?? {};
   if (!told?.lost) return null;
   // An open tab shows the same.
-  const isOpen = !(isAway.value ?? (!isLost.value || tab.value !== null));
+  const isOpen = !(isAway.value ?? (!isLost.value || loss.tab !== null));
   const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
     if (open !== isOpen) isAway.value = !open;
   };
@@ -34,7 +34,7 @@ export function LostCard({ loss }) {
       ${loss.offersChanges && html`<ul>${h(Cure, { loss, ofScene: false })} ${h(Cure, { loss, ofScene: true })}</ul>`}
       <footer>
         <button type="button" onClick=${() => loss.open()}>Why</button>
-        ${loss.offersChanges && html`<button type="button" onClick=${() => (tab.value = "what-if")}>What if…</button>`}
+        ${loss.offersChanges && html`<button type="button" onClick=${() => (view.card.value = "what-if")}>What if…</button>`}
         <button type="button" title="Shortly before the loss" onClick=${() => view.steering.seek(before ?? 0)}>Go to frame ${before}</button>
       </footer>
     </details>
@@ -184,15 +184,14 @@ const TABS = /** @type {const} */ ([{ value: "why", words: "Why?" }, { value: "w
 
 /** @param {{loss: Loss}} props */
 export function Beside({ loss }) {
-  const { tab } = loss;
-  const shown = tab.value;
+  const { tab: shown, view: { card } } = loss;
   const root = useRef(/** @type {HTMLElement|null} */ (null));
   useEffect(() => root.current?.scrollIntoView({ block: "nearest" }), [shown]);
   if (shown === null) return null;
   const close = () => {
     // Keys keep steering the session.
     /** @type {HTMLElement|null|undefined} */ (root.current?.closest(".session-view"))?.focus({ preventScroll: true });
-    tab.value = null;
+    card.value = null;
   };
   const press = (/** @type {KeyboardEvent} */ event) => {
     if (event.key !== "Escape") return;
@@ -200,7 +199,7 @@ export function Beside({ loss }) {
     close();
   };
   const options = TABS.filter(({ value }) => value === "why" || loss.offersChanges);
-  const choose = (/** @type {string} */ wanted) => (tab.value = wanted === "why" ? "why" : "what-if");
+  const choose = (/** @type {string} */ wanted) => (card.value = wanted === "why" ? "why" : "what-if");
   return html`<div ref=${root} class="beside" onKeyDown=${press}>
     <header>
       ${h(Segments, { label: "About the loss", options, value: shown, choose })}
