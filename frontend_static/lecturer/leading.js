@@ -26,7 +26,9 @@ import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, opened, pageO
 // The class comes along, if it sees the page.
 
 const SECOND_MS = 1000;
-/** What keeps page up and page down for itself where the page is presented: a presenter has a remote control in the hand. */
+/** What page up and page down are for where they are not the lecture's. */
+const USES_PAGE_KEYS = "input:not([type=checkbox], [type=radio]), textarea, select, [contenteditable]";
+/** A presenter has a remote control in the hand, so all else leaves them to the lecture. */
 const IS_WRITTEN_IN = "input[type=text], input[type=number], input[type=search], textarea, [contenteditable]";
 const now = signal(Date.now());
 /** A session that has a name; one that is new begins anew wherever it is opened. */
@@ -200,17 +202,27 @@ function ShowOfHands({ held }) {
 }
 
 /**
- * Whether a key is the lecture's: what has the focus may need it, and where nothing is presented page up and page down scroll. The
- * scene keeps for itself what it needs of its keys.
+ * Whether a key is the lecture's: what has the focus may need it. The scene keeps for itself what it needs of its keys.
  *
  * @param {string} key
  * @param {EventTarget|null} target
  */
 function isFree(key, target) {
-  const isLetter = key.length === 1;
-  if (!isLetter && !isPresenting()) return false;
   if (!(target instanceof Element) || target instanceof HTMLIFrameElement) return true;
-  return isLetter ? !isTyping(target) : target.closest(IS_WRITTEN_IN) === null;
+  if (key.length === 1) return !isTyping(target);
+  return isPresenting() ? target.closest(IS_WRITTEN_IN) === null : target.closest(USES_PAGE_KEYS) === null && !scrolls(target);
+}
+
+/**
+ * Whether an element within the page has more than it shows.
+ *
+ * @param {Element} target
+ */
+function scrolls(target) {
+  for (let element = /** @type {Element|null} */ (target); element !== null && element !== document.body; element = element.parentElement) {
+    if (element.scrollHeight > element.clientHeight + 1 && /auto|scroll/.test(getComputedStyle(element).overflowY)) return true;
+  }
+  return false;
 }
 
 /** @typedef {"folded"|"whole"|"staged"} Size How large a poll is: a line of the page, over its lower edge, or all of it where it is presented. */
