@@ -13,6 +13,7 @@ from tests.browser.accessible import check, fits
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
+expect.set_options(timeout=60_000)
 LOST = {"parameters": {"occlusion_width_px": 100}, "seed": 0}
 PILLAR, MANY = "occlusion_width_px", "sample_count"
 TRIED = (

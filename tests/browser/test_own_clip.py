@@ -15,6 +15,7 @@ from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.making import encoded
 
+expect.set_options(timeout=60_000)
 FRAMES = 50
 SCENE: dict[str, Value] = {"occlusion_width_px": 200, "period_s": 3, "amplitude_px": 120, "distracter_radius_px": 0}
 BALL = find("ball")
