@@ -5,7 +5,7 @@
 
 import { cancelJob, followJob, messageOf, request } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
-import { build, IconButton } from "../shared/dom.js";
+import { IconButton } from "../shared/dom.js";
 import { Made } from "../shared/page.js";
 import { linkTo } from "../shared/share_link.js";
 import { h, html, signal, untracked } from "../vendor/preact.js";
@@ -84,10 +84,8 @@ export class RunComparison extends JointView {
    * @param {Options} options
    */
   constructor(outline, sessions, { arrangement = "side", readOnly = false, actions = {}, onFewer }) {
-    super(outline.runs.map(({ name, colour, first }, at) => {
-      const place = build("div", { class: "compared-view", data: { within: `Run ${at + 1}, ${name}` } });
-      return { name, colour, first, ...sessions[at], place };
-    }), { readOnly });
+    const members = outline.runs.map(({ name, colour, first }, at) => ({ name, colour, first, label: `Run ${at + 1}, ${name}`, ...sessions[at] }));
+    super(members, { kind: "compared-view", readOnly });
     this.outline = outline;
     this.onFewer = outline.runs.length > 2 ? onFewer : undefined;
     if (!readOnly) this.listen({ ...actions, difference: () => this.toDifference() });
@@ -122,7 +120,8 @@ export class RunComparison extends JointView {
     const hear = (/** @type {ComparisonJob|null} */ job) => {
       if (job === null) return;
       newest = job;
-      this.know({ ...job, result: job.result?.found ?? null });
+      const { state, done, total, error } = job;
+      this.know({ state, done, total, error, result: job.result?.found ?? null });
     };
     this.signal.addEventListener("abort", () => newest.state === "working" && cancelJob(newest.id));
     hear(begun);
@@ -134,12 +133,12 @@ export class RunComparison extends JointView {
   }
 
   /** @param {Outcome} outcome The results of the runs so far. */
-  know({ state, done, total, result, error }) {
-    const isNew = this.outcome.peek()?.state !== state;
-    this.outcome.value = { state, done, total, result, error };
-    if (result === null || !isNew) return;
-    const { first_difference: frame, before_loss: beforeLoss } = result;
-    this.store.know(beforeLoss, frame === null ? [] : [{ frame, note: "The first frame in which two runs differ" }]);
+  know(outcome) {
+    this.outcome.value = outcome;
+    if (outcome.result === null) return;
+    const { first_difference: frame, before_loss: beforeLoss } = outcome.result;
+    const notes = frame === null ? [] : [{ frame, note: "The first frame in which two runs differ" }];
+    this.store.whole.value = { beforeLoss, notes };
   }
 
   /** Go to the first frame in which two runs differ. */

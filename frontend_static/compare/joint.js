@@ -1,9 +1,9 @@
 /**
- * Runs in step on a page: a session each, one clock, and one transport, one scrubber and one set of plots for all of them.
+ * Runs in step on a page: a session each, and one transport, one scrubber and one set of plots for all of them.
  * Sessions that are made here belong to the page: they begin with it, and end when it is left.
  */
 
-import { Clock } from "../session/clock.js";
+import { keepUp } from "../session/clock.js";
 import { Overlay } from "../session/flat/drawing.js";
 import { Mounted } from "../session/mount.js";
 import { OVERLAID } from "../session/plots/kinds.js";
@@ -11,10 +11,11 @@ import { plots } from "../session/plots/plots.js";
 import { scrubber } from "../session/scrubber.js";
 import { listen } from "../session/keys.js";
 import { arrange, SessionStart } from "../session/session_start.js";
+import { Steering } from "../session/steering.js";
 import { transport } from "../session/transport.js";
 import { build } from "../shared/dom.js";
 import { signal } from "../vendor/preact.js";
-import { JointSteering, JointStore } from "./joint_store.js";
+import { JointStore } from "./joint_store.js";
 
 /** @import { ViewKind } from "../session/scene.js" */
 /** @import { Actions } from "../session/keys.js" */
@@ -25,8 +26,8 @@ import { JointSteering, JointStore } from "./joint_store.js";
 /**
  * One of the runs on a page.
  *
- * @typedef {Run & {place: HTMLElement, recipe?: NewSession, session?: string}} Member `place` is for its picture and its numbers,
- *     `recipe` makes its session; otherwise `session` is the one that there is.
+ * @typedef {Run & {label: string, recipe?: NewSession, session?: string}} Member `label` is what people hear of its place; `recipe`
+ *     makes its session, otherwise `session` is the one that there is.
  */
 
 const PARTS = /** @type {const} */ (["scene", "readout"]);
@@ -35,7 +36,6 @@ const PARTS = /** @type {const} */ (["scene", "readout"]);
 export class JointView {
   #end = new AbortController();
   #starts;
-  #readOnly;
   /** @type {Awaited<ReturnType<typeof plots>>|null} */
   #plots = null;
   /** Ids of the sessions, once all of them are there. */
@@ -43,30 +43,30 @@ export class JointView {
 
   /**
    * @param {readonly Member[]} members
-   * @param {{readOnly?: boolean}} [options] `readOnly` where they can be looked at and not be moved.
+   * @param {{kind: string, readOnly?: boolean}} options `kind` is the class of the places, `readOnly` where they can be looked at
+   *     and not be moved.
    */
-  constructor(members, { readOnly = false } = {}) {
-    this.#readOnly = readOnly;
-    /** For the pictures of the runs. */
-    this.places = members.map(({ place }) => place);
+  constructor(members, { kind, readOnly = false }) {
+    /** For the pictures and the numbers of the runs. */
+    this.places = members.map(({ label }) => build("div", { class: kind, data: { within: label } }));
     /** How each flat view is painted where they lie over each other. */
     this.overlays = members.map(({ first }) => new Overlay(first));
-    this.#starts = members.map(({ place, recipe, session }, index) => {
+    this.#starts = members.map(({ recipe, session }, index) => {
       const look = { parts: PARTS, view: /** @type {const} */ ("flat"), overlay: this.overlays[index], isBare: true };
-      return new SessionStart(place, { session, recipe, isOwn: recipe !== undefined, ...look });
+      return new SessionStart(this.places[index], { session, recipe, isOwn: recipe !== undefined, ...look });
     });
     // One that has nothing before the common frames counts as all do together.
     const lead = Math.max(0, members.findIndex(({ first }) => first === 0));
-    const clock = readOnly ? undefined : new Clock();
-    const leadFirst = [lead, ...[...members.keys()].filter((place) => place !== lead)];
-    const mounted = new Map(leadFirst.map((place) => {
-      const start = this.#starts[place];
-      return [place, new Mounted(start, { clock, first: members[place].first, keys: null, readOnly })];
-    }));
-    this.views = members.map((_, place) => /** @type {Mounted} */ (mounted.get(place)));
+    const leader = new Mounted(this.#starts[lead], { keys: null, readOnly });
+    this.views = this.#starts.map((start, place) => {
+      return place === lead ? leader : new Mounted(start, { steering: leader.steering, keys: null, readOnly });
+    });
     const runs = members.map(({ name, colour, first }, place) => ({ name, colour, first, store: this.views[place].store }));
     this.store = new JointStore(runs, lead, readOnly);
-    this.steering = new JointSteering(this.views[lead].store, this.store, this.signal);
+    this.steering = new Steering(this.store, this.signal);
+    for (const { store, first } of runs) {
+      if (store !== leader.store) keepUp({ store, steering: new Steering(store, this.signal), first }, leader.store, this.signal);
+    }
     /** Resolves when all sessions are there, however long they take, or rejects. */
     this.begun = this.#all();
     this.begun.catch(() => {});
@@ -74,11 +74,6 @@ export class JointView {
 
   get signal() {
     return this.#end.signal;
-  }
-
-  /** Whether what steers can be used. */
-  get able() {
-    return this.store.connection.value === "open" && this.store.isSteerable;
   }
 
   scene = null;
@@ -112,7 +107,7 @@ export class JointView {
    */
   deck(kind, extra) {
     const place = build("div", { class: kind });
-    const places = arrange(place, this.#readOnly ? ["scrubber"] : ["transport", "scrubber"]);
+    const places = arrange(place, this.store.isReadOnly ? ["scrubber"] : ["transport", "scrubber"]);
     if (places.transport) transport(places.transport, this, extra);
     if (places.scrubber) scrubber(places.scrubber, this);
     return place;

@@ -6,22 +6,29 @@
  */
 
 import { eventFramesOf } from "../session/readings.js";
-import { Steering } from "../session/steering.js";
 import { HistoryWindow, Store } from "../session/store.js";
 import { computed, effect, signal } from "../vendor/preact.js";
 
-/** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
+/** @import { SessionPublic } from "../shared/messages.js" */
 
 /** @typedef {{name: string, colour: string, first: number}} Run `colour` as CSS has it; `first` is its frame that is frame 0 here. */
 /** @typedef {Run & {store: Store}} JointRun With what is known of its session. */
-/** @typedef {{beforeLoss: number|null, notes: {frame: number, note: string}[]}} Whole What is known of the runs as wholes. */
+/**
+ * What is known of the runs as wholes: from where to watch the first loss of any run, where there is one, and frames worth
+ * finding again.
+ *
+ * @typedef {{beforeLoss: number|null, notes: {frame: number, note: string}[]}} Whole
+ */
+
+const BROKEN = /** @type {const} */ (["gone", "lost", "connecting"]);
 
 export class JointStore extends Store {
   #runs;
   #lead;
   /** Place of the run whose bands, strips and changes are shown, and whose curves lie above. */
   front = signal(0);
-  #whole = signal(/** @type {Whole} */ ({ beforeLoss: null, notes: [] }));
+  /** Losses and notes of whole runs, once they are known. */
+  whole = signal(/** @type {Whole} */ ({ beforeLoss: null, notes: [] }));
 
   /**
    * @param {readonly JointRun[]} runs
@@ -33,10 +40,11 @@ export class JointStore extends Store {
     this.#runs = runs;
     this.#lead = lead;
     runs.forEach(({ store, first }, place) => {
-      this.histories.set(String(place), new HistoryWindow(() => store.history, first, () => this.#frames));
+      this.histories.set(String(place), new HistoryWindow(() => store.history, first));
     });
     effect(() => {
-      this.connection.value = worst(runs.map(({ store }) => store.connection.value));
+      // The worst of all.
+      this.connection.value = BROKEN.find((each) => runs.some(({ store }) => store.connection.value === each)) ?? "open";
       // There is nothing to show of all before all are there.
       if (runs.every(({ store }) => store.session !== null)) this.session = this.#joined();
     });
@@ -44,8 +52,9 @@ export class JointStore extends Store {
 
   // Lists stay the same as long as what they are made of does, so that nothing is drawn for them.
 
-  #branches = computed(() => this.#runs.map(branchOf));
-  #bookmarks = computed(() => this.#whole.value.notes.map((note, place) => ({ id: String(place), branch: "", ...note })));
+  #branches = computed(() => this.#runs.map(({ name, colour, store }, place) =>
+    ({ id: String(place), title: name, parent: null, frame: 0, tracker: store.session?.tracker ?? "", colour })));
+  #bookmarks = computed(() => this.whole.value.notes.map((note, place) => ({ id: String(place), branch: "", ...note })));
   #timeline = computed(() => shifted(this.#shown.store.known.timeline, this.#shown.first));
   #thresholds = computed(() => {
     const { store, first } = this.#shown;
@@ -57,23 +66,8 @@ export class JointStore extends Store {
     return this.#runs[this.front.value];
   }
 
-  /** How many frames all runs have. */
-  get #frames() {
-    return Math.min(...this.#runs.map(({ store, first }) => (store.session?.frames ?? 0) - first));
-  }
-
-  /**
-   * Take note of the losses and notes of whole runs.
-   *
-   * @param {Whole["beforeLoss"]} beforeLoss From where to watch the first loss of any run, where there is one.
-   * @param {Whole["notes"]} notes Frames worth finding again.
-   */
-  know(beforeLoss, notes) {
-    this.#whole.value = { beforeLoss, notes };
-  }
-
   get beforeLoss() {
-    return this.#whole.value.beforeLoss;
+    return this.whole.value.beforeLoss;
   }
 
   get knowsLoss() {
@@ -94,13 +88,10 @@ export class JointStore extends Store {
   /** @returns {SessionPublic} What moves is that of the run which leads, all else that of the run in front. */
   #joined() {
     const lengths = this.#runs.map((_, place) => this.historyOf(String(place)).length);
-    const frames = this.#frames;
-    const { id, position, goal, playing, speed, speeds, state, message, recipe } = this.#runs[this.#lead].store.known;
+    const { id, position, frames, goal, playing, speed, speeds, state, message, recipe } = this.#runs[this.#lead].store.known;
     return {
       ...this.#shown.store.known,
-      ...{ id, goal, playing, speed, speeds, state, message, recipe },
-      position: Math.min(position, frames - 1),
-      frames,
+      ...{ id, position, frames, goal, playing, speed, speeds, state, message, recipe },
       computed: Math.max(0, Math.min(...lengths) - 1),
       branch: String(this.front.value),
       branches: this.#branches.value,
@@ -120,43 +111,4 @@ export class JointStore extends Store {
  */
 function shifted(all, first) {
   return all.map((each) => ({ ...each, frame: Math.max(0, each.frame - first) }));
-}
-
-/**
- * @param {JointRun} run
- * @param {number} place
- * @returns {BranchPublic}
- */
-function branchOf({ name, colour, store }, place) {
-  return { id: String(place), title: name, parent: null, frame: 0, tracker: store.session?.tracker ?? "", colour };
-}
-
-/** @param {Store["connection"]["value"][]} all */
-function worst(all) {
-  const order = /** @type {const} */ (["gone", "lost", "connecting"]);
-  return order.find((each) => all.includes(each)) ?? "open";
-}
-
-/** Moving through the runs: the one that leads is moved, and the others follow it. */
-export class JointSteering extends Steering {
-  #joint;
-
-  /**
-   * @param {Store} lead
-   * @param {JointStore} joint
-   * @param {AbortSignal} end
-   */
-  constructor(lead, joint, end) {
-    super(lead, end);
-    this.#joint = joint;
-  }
-
-  eventFrames() {
-    return this.#joint.eventFrames;
-  }
-
-  /** Go to before the first loss of any run, also where it has not been computed here yet. */
-  async beforeLoss() {
-    if (this.#joint.beforeLoss !== null) await this.seek(this.#joint.beforeLoss);
-  }
 }

@@ -5,7 +5,7 @@ import { JointView } from "../compare/joint.js";
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { messageOf, request } from "../shared/api.js";
 import { linkTo as linkToComparison } from "../shared/comparison.js";
-import { build, Icon, lastOfAddress, Neighbours, part } from "../shared/dom.js";
+import { Icon, lastOfAddress, Neighbours, part } from "../shared/dom.js";
 import { CodeButton } from "../shared/exports.js";
 import { quantity } from "../shared/format.js";
 import { Failed, Loaded, Made, showPage } from "../shared/page.js";
@@ -36,12 +36,13 @@ class Pair extends JointView {
   /** @param {FailurePublic} failure */
   constructor(failure) {
     const { frame } = failure;
-    super(SIDES.map((side) => {
-      const place = build("div", { class: "failure-view", data: { within: HEADS[side] } });
-      return { name: HEADS[side], colour: colourOf(side), first: 0, place, recipe: { recipe: failure[side], position: frame } };
-    }));
+    const members = SIDES.map((side) => {
+      const recipe = { recipe: failure[side], position: frame };
+      return { name: HEADS[side], label: HEADS[side], colour: colourOf(side), first: 0, recipe };
+    });
+    super(members, { kind: "failure-view" });
     this.failure = failure;
-    this.store.know(frame, [{ frame, note: "before it happens" }]);
+    this.store.whole.value = { beforeLoss: frame, notes: [{ frame, note: "before it happens" }] };
     this.listen({});
     this.begun.then(() => control.find(), (error) => {
       this.problem.value = messageOf(error);

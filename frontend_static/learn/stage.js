@@ -226,8 +226,8 @@ export class LessonRun extends Shown {
    * @param {Mounted} mounted
    * @param {Proposals} proposals
    */
-  #told({ able, steering, store: { session } }, proposals) {
-    this.isAble.value = able;
+  #told({ steering, store: { session, isSteerable } }, proposals) {
+    this.isAble.value = isSteerable;
     if (session === null) return;
     const inForce = { ...session.parameters, [TRACKER]: session.tracker, [SEED]: session.recipe.seed };
     if (this.id.peek() === null) {

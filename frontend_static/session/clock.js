@@ -1,7 +1,6 @@
 /**
- * One clock for several sessions of a page: the first of them leads, and the others follow it. Steering any of them
- * steers the first one. Runs on one recording may begin at different pictures: each says which of its frames belongs to
- * frame 0 of the one that leads.
+ * Sessions of a page in step: one of them leads, and the others follow it. Runs on one recording may begin at different
+ * pictures: each says which of its frames belongs to frame 0 of the one that leads.
  *
  * While the leader is paused, followers go to its frame. While it plays, they play at its measured rate, a little faster when
  * behind and a little slower when ahead, so that no frame needs a request of its own.
@@ -12,7 +11,6 @@
  */
 
 import { follow } from "../shared/timing.js";
-import { batch, signal } from "../vendor/preact.js";
 
 /** @import { SessionPublic } from "../shared/messages.js" */
 /** @import { Steering } from "./steering.js" */
@@ -100,8 +98,8 @@ class Follower {
    * @param {SessionPublic} leader
    */
   follow(leader) {
-    const { store: { session: own, connection }, first = 0 } = this.#member;
-    if (own === null || connection.value !== "open") return;
+    const { store: { session: own, isSteerable }, first = 0 } = this.#member;
+    if (own === null || !isSteerable) return;
     const lead = { ...leader, position: leader.position + first };
     // A long seek takes a while; both do it at the same time.
     const goal = Math.min((leader.goal ?? leader.position) + first, own.frames - 1);
@@ -166,48 +164,23 @@ class Follower {
  * @property {number} [first] Its frame that belongs to frame 0 of the one that leads.
  */
 
-export class Clock {
-  #members = signal(/** @type {readonly Member[]} */ ([]));
-
-  /** The session that leads, if there is any; components that read it follow it. */
-  get leader() {
-    return this.#members.value.at(0);
-  }
-
-  /**
-   * @param {Member} member
-   * @param {AbortSignal} end Ends the membership; if it led, the next one leads.
-   */
-  join(member, end) {
-    const follower = new Follower(member);
-    this.#members.value = [...this.#members.peek(), member];
-    const move = () => {
-      const lead = this.leader;
-      if (lead !== member && lead?.store.session) follower.follow(lead.store.session);
-    };
-    follow(() => [movesOf(this.leader), movesOf(member)], move, end);
-    end.addEventListener("abort", () => this.#leave(member));
-  }
-
-  /** @param {Member} left */
-  #leave(left) {
-    const [first] = this.#members.peek();
-    batch(() => {
-      this.#members.value = this.#members.peek().filter((other) => other !== left);
-      const next = this.leader;
-      const [before, now] = [left, next].map((member) => member?.store.session?.speed);
-      // As a follower it played a little faster or slower.
-      if (left === first && before !== undefined && before !== now) next?.steering.setSpeed(before);
-    });
-  }
+/**
+ * Keep a session at the frame of the one that leads.
+ *
+ * @param {Member} member
+ * @param {Store} lead
+ * @param {AbortSignal} end
+ */
+export function keepUp(member, lead, end) {
+  const follower = new Follower(member);
+  follow(() => [movesOf(lead), movesOf(member.store)], () => lead.session && follower.follow(lead.session), end);
 }
 
 /**
- * What decides where a member is and where it goes.
+ * What decides where a session is and where it goes.
  *
- * @param {Member|undefined} member
+ * @param {Store} store
  */
-function movesOf(member) {
-  const { connection, session } = member?.store ?? {};
-  return [connection?.value, session?.state, session?.position, session?.goal, session?.playing, session?.speed];
+function movesOf({ connection, session }) {
+  return [connection.value, session?.state, session?.position, session?.goal, session?.playing, session?.speed];
 }

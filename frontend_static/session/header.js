@@ -49,10 +49,10 @@ import { headingOf, repeated } from "./steering.js";
 /** @param {{page: Page}} props */
 export function Header({ page }) {
   const { view, experiment, control, actions } = page;
-  const { session } = view.store;
+  const { session, isSteerable } = view.store;
   const presets = experiment.value?.presets ?? [];
   if (session !== null) document.title = `${headingOf(session)} · pftrack`;
-  const compare = html`<button type="button" data-tool="compare" title="Compare this run with others (C)" disabled=${!view.able} onClick=${actions.compare}>
+  const compare = html`<button type="button" data-tool="compare" title="Compare this run with others (C)" disabled=${!isSteerable} onClick=${actions.compare}>
     ${h(Icon, { name: "compare" })}<span class="wide-only">Compare</span>
   </button>`;
   return html`
@@ -83,7 +83,7 @@ function Presets({ presets, choose }) {
 function Menu({ page }) {
   const groups = menuOf(page).map(([title, entries]) => html`<section>
     <h2>${title}</h2>
-    <ul class="menu-list">${entries.map((entry) => h(Line, { key: entry.words, entry, isOff: Boolean(entry.needsRun) && !page.view.able }))}</ul>
+    <ul class="menu-list">${entries.map((entry) => h(Line, { key: entry.words, entry, isOff: Boolean(entry.needsRun) && !page.view.store.isSteerable }))}</ul>
   </section>`);
   const find = html`<button type="button" class="grow" onClick=${page.actions.palette}>Find anything<kbd>Ctrl K</kbd></button>`;
   const content = html`<nav class="command-list" aria-label="Menu">${find}${groups}</nav>`;

@@ -255,7 +255,7 @@ export class Inspector {
     );
     /** @returns {Inspect} */
     const wish = () => ({ kind: "inspect", likelihood: this.hasVeil.peek(), genealogy: true, pulls: true, ...this.#subject });
-    this.#ask = throttle(() => view.able && this.#request.ask(this.isOpen.peek() ? wish() : { kind: "inspect" }), ASK_MS, end);
+    this.#ask = throttle(() => view.store.isSteerable && this.#request.ask(this.isOpen.peek() ? wish() : { kind: "inspect" }), ASK_MS, end);
     // What the numbers of a frame hang on.
     const parts = /** @type {const} */ (["branch", "parameters", "position", "tracker"]);
     follow(() => this.isOpen.value && [this.hasVeil.value, ...parts.map((name) => store.session?.[name])], this.#ask, end);
@@ -275,9 +275,9 @@ export class Inspector {
 
   /** Begin to look, or stop: then nothing is computed or drawn for it any more. */
   toggle() {
-    const { able, card } = this.#view;
+    const { store, card } = this.#view;
     if (this.isOpen.peek()) card.value = null;
-    else if (able) {
+    else if (store.isSteerable) {
       card.value = "inspect";
       this.choose(this.kind.peek());
     }

@@ -48,7 +48,7 @@ const CLICK_PX = 4;
  * @param {Mounted} view
  */
 export async function markTruth(view) {
-  if (!view.able || view.scene === null || document.querySelector(".truth-marking")) return;
+  if (!view.store.isSteerable || view.scene === null || document.querySelector(".truth-marking")) return;
   const { upload, recipe, truth_mark: kind } = view.store.known;
   if (upload === null || kind === null) return;
   await attempt(async () => {

@@ -230,8 +230,7 @@ function isFirstVisit(experiment) {
 
 /**
  * @typedef {object} Options
- * @property {import("./clock.js").Clock} [clock] Keeps those that share it at the same frame.
- * @property {number} [first] With a clock, the frame that belongs to frame 0 of the session that leads.
+ * @property {Steering} [steering] What moves the run, where it follows another session.
  * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
  * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
  * @property {HTMLElement|null} [keys] Where the keys are the session's own: its element if not given, nowhere if null.
@@ -241,14 +240,12 @@ function isFirstVisit(experiment) {
 /**
  * What the parts need that show a run's course and move through it. Several runs in step have one for all of them.
  *
- * @typedef {Pick<Mounted, "store"|"steering"|"able"|"signal"|"scene"|"plots">} View
+ * @typedef {Pick<Mounted, "store"|"steering"|"signal"|"scene"|"plots">} View
  */
 
 /** A session that has been put into an element, and what its parts need to know of it. */
 export class Mounted {
   #start;
-  #clock;
-  #steering;
   /** @type {import("./inspector.js").Inspector|null} */
   #inspector = null;
   /** @type {Awaited<ReturnType<typeof plots>>|null} */
@@ -260,9 +257,8 @@ export class Mounted {
    * @param {SessionStart} start
    * @param {Options} options
    */
-  constructor(start, { clock, first = 0, plots: ids = [], actions = {}, readOnly = false, keys = readOnly ? null : start.element }) {
+  constructor(start, { steering, plots: ids = [], actions = {}, readOnly = false, keys = readOnly ? null : start.element }) {
     this.#start = start;
-    this.#clock = clock;
     this.signal = start.signal;
     this.scene = start.scene;
     /** Ids of the plots to show; all of them if none is named. */
@@ -274,12 +270,11 @@ export class Mounted {
     /** Whether to say what to look at. */
     this.hasNote = newSignal(true);
     this.store = new Store({ readOnly });
-    this.#steering = new Steering(this.store, this.signal);
-    clock?.join({ store: this.store, steering: this.#steering, first }, this.signal);
+    this.steering = steering ?? new Steering(this.store, this.signal);
     /** @type {Partial<import("./keys.js").Actions>} */
     this.actions = {
       bookmark: () => bookmark(this.store),
-      branch: async () => this.able && (await import("./dialogs.js")).branchDialog(this),
+      branch: async () => this.store.isSteerable && (await import("./dialogs.js")).branchDialog(this),
       inspect: () => this.#look(),
       why: () => this.#loss?.open(),
       zoom: (factor) => this.#plots?.zoom(factor),
@@ -289,16 +284,6 @@ export class Mounted {
     this.#fill();
     if (keys) listen(keys, this, this.actions);
     this.#begin();
-  }
-
-  /** What moves the run: that of the session which leads, where several share a clock. */
-  get steering() {
-    return this.#clock?.leader?.steering ?? this.#steering;
-  }
-
-  /** Whether what steers can be used. */
-  get able() {
-    return this.store.connection.value === "open" && this.store.isSteerable;
   }
 
   /** Take the session from the page; nothing of it goes on here. The session itself stays. */
@@ -359,7 +344,7 @@ export class Mounted {
     new SessionStream(session.id, this.store, this.scene, on, this.signal);
     if (!recipe?.play) return;
     await this.scene?.seen;
-    await until(() => this.able, this.signal);
+    await until(() => this.store.isSteerable, this.signal);
     if (isFirstVisit(session.recipe.experiment)) await this.steering.slowDown();
     await this.steering.toggle();
   }

@@ -60,8 +60,8 @@ function Palette({ page, close }) {
  */
 function near(page) {
   const { view, experiment, openPreset } = page;
-  const { session } = view.store;
-  const menu = menuOf(page).flatMap(([hint, entries]) => entries.filter(({ needsRun }) => view.able || !needsRun).map((entry) => ({ ...entry, hint })));
+  const { session, isSteerable } = view.store;
+  const menu = menuOf(page).flatMap(([hint, entries]) => entries.filter(({ needsRun }) => isSteerable || !needsRun).map((entry) => ({ ...entry, hint })));
   if (session === null) return menu;
   const turned = readBy(session).map(({ label }) => ({ words: label, hint: "Parameter", run: () => turn(label) }));
   const listed = isParticipant ? [] : (experiment.value?.presets ?? []);

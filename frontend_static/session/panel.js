@@ -228,7 +228,7 @@ export function Panel({ view }) {
     }),
     layers !== null && layers.declared.length > 0 && h(Fold, { experiment: title, title: "What to draw" }, h(LayerBoxes, { layers })),
   ];
-  return html`<div class="panel-body" data-open=${String(isOpen.value)} inert=${store.connection.value !== "open" || !store.isSteerable}>
+  return html`<div class="panel-body" data-open=${String(isOpen.value)} inert=${!store.isSteerable}>
     <h2>Try</h2>
     ${opener}
     <div class="panel-controls">

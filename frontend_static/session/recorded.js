@@ -54,7 +54,7 @@ async function begin() {
     return store.known;
   };
   answers["GET glossary"] = async () => recording.glossary;
-  const view = { store, steering: new Steering(store, signal), able: true, signal, scene: null, plots: [] };
+  const view = { store, steering: new Steering(store, signal), signal, scene: null, plots: [] };
   transport(places.transport, view, null);
   scrubber(places.scrubber, view);
   render(html`${h(Status, { view })}${h(Numbers, { view })}`, places.readout);

@@ -283,7 +283,7 @@ function usePointer(view) {
   };
   return {
     onPointerDown: (/** @type {PointerEvent & {currentTarget: HTMLElement}} */ event) => {
-      if (event.button !== 0 || !view.able) return;
+      if (event.button !== 0 || !view.store.isSteerable) return;
       event.currentTarget.setPointerCapture(event.pointerId);
       view.steering.seek(frameAt(event));
     },

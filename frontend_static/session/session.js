@@ -23,7 +23,7 @@ const actions = {
   help: async () => (await import("./dialogs.js")).helpDialog(),
   present: () => present(),
   compare: async () => {
-    if (view.able && !isParticipant && store.session !== null) (await import("../shared/comparison.js")).compareDialog(store.session);
+    if (view.store.isSteerable && !isParticipant && store.session !== null) (await import("../shared/comparison.js")).compareDialog(store.session);
   },
   presets: () => {
     const opener = /** @type {HTMLElement|null} */ (document.querySelector(".top [aria-label=Presets]"));
@@ -36,7 +36,7 @@ const view = new Mounted(start, { actions });
 const { store } = view;
 const control = new ClassControl(() => {
   const { session } = store;
-  return session === null || !view.able ? null : { title: sessionTitle(session), sessions: [session.id], lesson: null, arrangement: {} };
+  return session === null || !view.store.isSteerable ? null : { title: sessionTitle(session), sessions: [session.id], lesson: null, arrangement: {} };
 }, view.signal);
 const page = { view, experiment, control, actions, editor: offerEditor(), openPreset };
 

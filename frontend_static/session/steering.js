@@ -5,7 +5,6 @@ import { attempt, toast } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
 import { follow, later, NewestRequest } from "../shared/timing.js";
 import { signal as newSignal } from "../vendor/preact.js";
-import { eventFramesOf } from "./readings.js";
 
 /** @import { Value } from "../shared/format.js" */
 /** @import { Command, CommandAnswer } from "../shared/messages.js" */
@@ -149,11 +148,6 @@ export class Steering {
     follow(() => store.session?.position, arrive, signal);
   }
 
-  /** Whether there is a session that listens. */
-  get #able() {
-    return this.#store.isSteerable && !this.#signal.aborted;
-  }
-
   get isPlaying() {
     return this.#store.session?.playing ?? false;
   }
@@ -171,7 +165,7 @@ export class Steering {
 
   /** @param {Command} command Asked for if there is a session that listens. */
   async send(command) {
-    return this.#able ? steer(this.#store, command) : undefined;
+    return this.#store.isSteerable && !this.#signal.aborted ? steer(this.#store, command) : undefined;
   }
 
   async toggle() {
@@ -202,7 +196,7 @@ export class Steering {
    * @param {number} frame
    */
   async seek(frame) {
-    if (!this.#able) return;
+    if (!this.#store.isSteerable) return;
     const { position, frames, goal: onTheWay } = this.#store.known;
     const goal = Math.min(Math.max(0, Math.round(frame)), frames - 1);
     this.#forget();
@@ -223,11 +217,12 @@ export class Steering {
 
   /** The newest frame that has been computed; computing all the rest could take long. */
   async newest() {
-    if (this.#able) await this.seek(this.#store.known.computed);
+    if (this.#store.isSteerable) await this.seek(this.#store.known.computed);
   }
 
   async beforeLoss() {
-    await this.send({ kind: "before_loss" });
+    const { beforeLoss } = this.#store;
+    await (beforeLoss === null ? this.send({ kind: "before_loss" }) : this.seek(beforeLoss));
   }
 
   /**
@@ -236,16 +231,11 @@ export class Steering {
    * @param {number} direction 1 for a later one, -1 for an earlier one.
    */
   async event(direction) {
-    if (!this.#able) return;
-    const frames = this.eventFrames().filter((frame) => (frame - this.frame) * direction > 0);
+    if (!this.#store.isSteerable) return;
+    const frames = this.#store.eventFrames.filter((frame) => (frame - this.frame) * direction > 0);
     const goal = direction > 0 ? frames[0] : frames.at(-1);
     if (goal === undefined) toast(`No event ${direction > 0 ? "after" : "before"} this frame`);
     else await this.seek(goal);
-  }
-
-  /** @returns {number[]} The frames in which something has happened, in rising order. */
-  eventFrames() {
-    return eventFramesOf(this.#store);
   }
 
   /** @param {number} value Times real time; 0 is as fast as possible. */
@@ -261,7 +251,7 @@ export class Steering {
 
   /** @param {number} direction */
   async faster(direction) {
-    if (!this.#able) return;
+    if (!this.#store.isSteerable) return;
     const { speed, speeds } = this.#store.known;
     const rank = (/** @type {number} */ each) => (each === 0 ? Infinity : each);
     const next = direction > 0 ? speeds.find((each) => rank(each) > rank(speed)) : speeds.findLast((each) => rank(each) < rank(speed));

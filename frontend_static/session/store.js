@@ -8,7 +8,7 @@
 
 import { request } from "../shared/api.js";
 import { batch, computed, signal } from "../vendor/preact.js";
-import { finite, isKnown } from "./readings.js";
+import { eventFramesOf, finite, isKnown } from "./readings.js";
 
 /** @import { SeriesValue } from "./readings.js" */
 
@@ -160,7 +160,7 @@ export class History {
   }
 }
 
-/** A part of a run's history as if it were all of it: so many frames from one on, counted from 0. */
+/** The end of a run's history as if it were all of it: from one frame on, counted from 0. */
 export class HistoryWindow extends History {
   #whole;
   #part;
@@ -168,12 +168,11 @@ export class HistoryWindow extends History {
   /**
    * @param {() => History} whole The history as it is now.
    * @param {number} first The frame of it that is frame 0 here.
-   * @param {() => number} frames How many there are at most.
    */
-  constructor(whole, first, frames) {
+  constructor(whole, first) {
     super();
     this.#whole = whole;
-    this.#part = computed(() => whole().rows.slice(first, first + Math.max(0, frames())));
+    this.#part = computed(() => whole().rows.slice(first));
   }
 
   get edition() {
@@ -228,6 +227,16 @@ export class Store {
   /** @param {{readOnly?: boolean}} [options] Whether it can be watched here and not be steered. */
   constructor({ readOnly = false } = {}) {
     this.isReadOnly = readOnly;
+  }
+
+  /** @returns {number|null} From where to watch the first loss, where that is known here; a session knows its own. */
+  get beforeLoss() {
+    return null;
+  }
+
+  /** The frames in which something has happened, in rising order. */
+  get eventFrames() {
+    return eventFramesOf(this);
   }
 
   /** @returns {SessionPublic|null} As the server describes it; null before the first `hello`. */
@@ -289,14 +298,14 @@ export class Store {
     return [...branches].sort((a, b) => Number(b.id === active) - Number(a.id === active));
   }
 
-  /** Whether there is a session that listens. */
+  /** Whether its session runs. */
   get isAwake() {
     return this.session !== null && ["ready", "playing", "ended"].includes(this.session.state);
   }
 
-  /** Whether it can be steered from here. */
+  /** Whether it can be steered from here: there is a session that listens. */
   get isSteerable() {
-    return this.isAwake && !this.isReadOnly;
+    return this.connection.value === "open" && this.isAwake && !this.isReadOnly;
   }
 
   /**

@@ -77,7 +77,7 @@ export async function guide(view, name) {
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !dialogIsOpen() && !event.defaultPrevented) leave("left");
   }, { signal: end.signal });
-  await until(() => view.able, end.signal);
+  await until(() => view.store.isSteerable, end.signal);
   const { presets } = await request("GET experiments/{experiment}", { experiment: view.store.known.recipe.experiment });
   const tour = presets.find((preset) => preset.name === name)?.tour;
   if (end.signal.aborted) return;

@@ -163,20 +163,20 @@ export function transport(root, view, extras) {
 
 /** @param {{view: View, extras: Child}} props */
 function Transport({ view, extras }) {
-  const { store, able, steering } = view;
-  const { session } = store;
+  const { store, steering } = view;
+  const { session, isSteerable } = store;
   const still = steering.isAtEnd ? "replay" : "play";
   const look = steering.isPlaying ? "pause" : still;
   const button = (/** @type {IconName} */ name, /** @type {string} */ title, /** @type {() => void} */ run) =>
-    h(IconButton, { name, title, run, class: "icon-only", disabled: !able });
+    h(IconButton, { name, title, run, class: "icon-only", disabled: !isSteerable });
   const landmark = (/** @type {string} */ name, /** @type {string} */ words, /** @type {string} */ title, /** @type {() => void} */ run) =>
-    html`<button type="button" class=${name} title=${title} disabled=${!able} onClick=${run}>${words}</button>`;
+    html`<button type="button" class=${name} title=${title} disabled=${!isSteerable} onClick=${run}>${words}</button>`;
   const hasEvents = session !== null && ofRole(session, "event").length > 0;
   return html`
     <div class="group">
       ${button("first", "First frame (home)", () => view.steering.seek(0))}
       ${button("previous", "One frame back (left arrow)", () => view.steering.step(-1))}
-      <button type="button" class="primary play" title=${`${LABELS[look]} (space)`} disabled=${!able} onClick=${() => view.steering.toggle()}>
+      <button type="button" class="primary play" title=${`${LABELS[look]} (space)`} disabled=${!isSteerable} onClick=${() => view.steering.toggle()}>
         ${h(Icon, { name: look })}<span>${LABELS[look]}</span>
       </button>
       ${button("next", "One frame forward (right arrow)", () => view.steering.step(1))}
@@ -198,12 +198,12 @@ function Transport({ view, extras }) {
  *
  * @param {{view: View}} props
  */
-function Speed({ view: { able, steering, store } }) {
+function Speed({ view: { steering, store } }) {
   const { speed = 1, speeds = [] } = store.session ?? {};
   const offered = speeds.includes(speed) ? speeds : [...speeds, speed];
   const options = offered.map((each) => ({ value: String(each), words: speedText(each) }));
   const choose = (/** @type {string} */ chosen) => steering.setSpeed(Number(chosen));
-  return h(Select, { label: "Speed", title: "Speed ([ and ])", disabled: !able, options, value: String(speed), choose });
+  return h(Select, { label: "Speed", title: "Speed ([ and ])", disabled: !store.isSteerable, options, value: String(speed), choose });
 }
 
 /**

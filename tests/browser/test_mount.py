@@ -1,4 +1,4 @@
-"""Several sessions in a page: in step by one clock, each with the parts asked for, and gone when disposed of."""
+"""Several sessions in a page: in step, each with the parts asked for, and gone when disposed of."""
 
 from typing import Any
 
@@ -68,9 +68,12 @@ PLACES = """() => {
 MOUNT = """async ([place, options, shared]) => {
     const { Mounted } = await import("./static/session/mount.js");
     const { SessionStart } = await import("./static/session/session_start.js");
-    const { Clock } = await import("./static/session/clock.js");
-    if (shared) options.clock = window.clock ??= new Clock();
-    (window.mounted ??= {})[place] = new Mounted(new SessionStart(document.getElementById(place), options), options);
+    const { keepUp } = await import("./static/session/clock.js");
+    const { Steering } = await import("./static/session/steering.js");
+    const { steering, store: lead } = (shared && window.mounted.a) || {};
+    const start = new SessionStart(document.getElementById(place), options);
+    const { store, signal } = ((window.mounted ??= {})[place] = new Mounted(start, { ...options, steering }));
+    if (shared) keepUp({ store, steering: new Steering(store, signal) }, lead, signal);
 }"""
 
 
@@ -84,9 +87,9 @@ class Several(View):
         page.evaluate(PLACES)
 
     def mount(self, place: str, options: dict[str, Any], *, shared: bool = False) -> None:
-        """Mount a session in a place, and wait until it is connected."""
+        """Mount a session in a place, in step with the first one if that is shared, and wait until it is connected."""
         self.page.evaluate(MOUNT, [place, options, shared])
-        self.until(lambda: self.ask(place, "able"), f"session {place} listens")
+        self.until(lambda: self.ask(place, "store.isSteerable"), f"session {place} listens")
 
     def ask(self, place: str, expression: str) -> Any:
         return self.page.evaluate(f"mounted.{place}.{expression}")
@@ -110,7 +113,7 @@ def several(bare: Any, server: Server) -> Several:
 @pytest.mark.slow
 @pytest.mark.scene
 def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, server: Server) -> None:
-    """Two sessions of one clock show the same frame however they are steered; one is disposed of, the other goes on.
+    """Two sessions in step show the same frame however they are steered; one is disposed of, the other goes on.
 
     One has the 3-D scene, and the other the flat view.
     """
@@ -118,7 +121,7 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     one, other = (server.start_session(tracker=tracker)["id"] for tracker in ("h-spf", "condensation"))
     page.evaluate("import('./static/session/mount.js')")  # what explains words listens as long as the page is there
     at_first = page.evaluate(LEFT)
-    several.mount("a", {"session": one}, shared=True)
+    several.mount("a", {"session": one})
     several.mount("b", {"session": other, "view": "flat"}, shared=True)
     several.until(lambda: has_particles(page, one), "the scene of the one is drawn")
     several.until(lambda: page.locator("#b .flat-canvas[data-frame]").count() == 1, "so is the flat view of the other")
@@ -138,19 +141,16 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     several.until(lambda: several.ask("a", "store.session.goal") is None, "the first one is there")
     several.stand_at(several.position("a"))
 
-    several.dispose("a")
-    assert page.locator("#a *").count() == 0
-    several.until(lambda: page.evaluate(LEFT)["sockets"] == 1, "the connection of the flat view is left")
-    several.until(
-        lambda: page.locator("#b .figure-view[data-shown]").count() > 0,
-        "the plots of the other one are left",
-    )
-    before = several.position("b")
+    several.dispose("b")
+    assert page.locator("#b *").count() == 0
+    several.until(lambda: page.evaluate(LEFT)["sockets"] == 1, "the connection of the first one is left")
+    several.until(lambda: page.locator("#a .figure-view[data-shown]").count() > 0, "so are its plots")
+    before = several.position("a")
     page.keyboard.press("ArrowRight")
-    several.until(lambda: several.position("b") == before + 1, "the other one goes on, and has the keys")
+    several.until(lambda: several.position("a") == before + 1, "it goes on, and has the keys")
     several.until(lambda: page.evaluate(LINES), "its plots are there")
 
-    several.dispose("b")
+    several.dispose("a")
     several.until(lambda: page.evaluate(LEFT) == at_first, f"all is as before, {at_first}, not {page.evaluate(LEFT)}")
     assert {server.session(it)["state"] for it in (one, other)} <= {"ready", "ended"}
 
@@ -185,7 +185,7 @@ def test_a_panel_stands_alone(several: Several, server: Server) -> None:
 
 
 def test_keys_go_to_the_session_that_has_the_focus(several: Several, server: Server) -> None:
-    """Of two sessions without a common clock the keys move the one in which they are pressed."""
+    """Of two sessions that are not in step the keys move the one in which they are pressed."""
     page = several.page
     for place in "ab":
         several.mount(place, {"session": server.start_session()["id"], "parts": ["transport"]})

@@ -3,7 +3,7 @@ import { describe, it } from "node:test";
 
 import { JointStore } from "../../frontend_static/compare/joint_store.js";
 import { outcomeLines } from "../../frontend_static/compare/table.js";
-import { Clock } from "../../frontend_static/session/clock.js";
+import { keepUp } from "../../frontend_static/session/clock.js";
 import { coated } from "../../frontend_static/session/flat/drawing.js";
 import { Store } from "../../frontend_static/session/store.js";
 import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison.js";
@@ -47,7 +47,7 @@ describe("several runs as one store", () => {
   it("counts the frames that all of them have", () => {
     const timeline = [{ frame: 8, values: {} }];
     const late = session({ frames: 40, computed: 5 });
-    const joint = new JointStore([run(session({ computed: 12, timeline }), "early", 3), run(late, "late")], 1, false);
+    const joint = new JointStore([run(session({ frames: 43, computed: 12, timeline }), "early", 3), run(late, "late")], 1, false);
     assert.equal(joint.known.frames, 40);
     assert.equal(joint.known.computed, 5);
     assert.equal(joint.historyOf("0").at(0).frame, 3);
@@ -66,7 +66,7 @@ describe("several runs as one store", () => {
     late.receive({ type: "hello", diagnostics: { frame: [0] }, session: session().known });
     assert.equal(joint.known.branches.length, 2);
     assert.equal(joint.knowsLoss, false);
-    joint.know(7, [{ frame: 9, note: "they part" }]);
+    joint.whole.value = { beforeLoss: 7, notes: [{ frame: 9, note: "they part" }] };
     assert.deepEqual([joint.knowsLoss, joint.beforeLoss], [true, 7]);
     assert.deepEqual(joint.known.bookmarks.map(({ frame, note }) => [frame, note]), [[9, "they part"]]);
   });
@@ -86,14 +86,12 @@ describe("events", () => {
 });
 
 describe("runs that begin at different pictures", () => {
-  it("are kept at the same picture by their clock", () => {
+  it("are kept at the same picture", () => {
     const sought = [];
     const steering = { seek: (frame) => sought.push(frame), setSpeed: () => {}, pause: () => {} };
     const { signal } = new AbortController();
     const [lead, other] = [session(), session({ position: 3 })];
-    const clock = new Clock();
-    clock.join({ store: lead, steering, first: 0 }, signal);
-    clock.join({ store: other, steering, first: 3 }, signal);
+    keepUp({ store: other, steering, first: 3 }, lead, signal);
     lead.receive({ type: "changes", session: { position: 5 }, rows: [] });
     assert.deepEqual(sought, [8]);
   });

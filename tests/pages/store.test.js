@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, describe, it } from "node:test";
 
-import { Clock } from "../../frontend_static/session/clock.js";
+import { keepUp } from "../../frontend_static/session/clock.js";
 import { bookmark, Steering } from "../../frontend_static/session/steering.js";
 import { Store } from "../../frontend_static/session/store.js";
 import { effect } from "../../frontend_static/vendor/preact.js";
@@ -121,7 +121,7 @@ describe("a session that one may only look at", () => {
   });
 });
 
-describe("a clock of several sessions", () => {
+describe("sessions in step", () => {
   const member = () => {
     const store = new Store();
     const goals = [];
@@ -132,37 +132,34 @@ describe("a clock of several sessions", () => {
       pause: () => asked.push("pause"),
       setSpeed: (speed) => asked.push(speed),
     };
-    return { store, goals, asked, steering, end: new AbortController() };
+    return { store, goals, asked, steering };
   };
-  const together = (count, more = {}) => {
-    const clock = new Clock();
-    const members = Array.from({ length: count }, member);
-    for (const { store, steering, end } of members) {
-      clock.join({ store, steering }, end.signal);
-      store.receive(hello(more));
-    }
-    return [clock, ...members];
+  const together = (more = {}) => {
+    const members = [member(), member()];
+    keepUp(members[1], members[0].store, new AbortController().signal);
+    for (const { store } of members) store.receive(hello(more));
+    return members;
   };
   const at = (frame, more = {}) => changes({ position: frame, computed: frame, goal: null, playing: false, speed: 1, ...more });
 
-  it("brings the others to the frame of the first one", () => {
-    const [, first, second] = together(2);
+  it("follow the first one to its frame", () => {
+    const [first, second] = together();
     first.store.receive(at(7));
     assert.deepEqual(second.goals, [7]);
     second.store.receive(at(7));
     assert.deepEqual([first.goals, second.goals], [[], [7]]);
   });
 
-  it("asks no shorter run for more than it has", () => {
-    const [, first, second] = together(2);
+  it("ask no shorter run for more than it has", () => {
+    const [first, second] = together();
     first.store.receive(hello({ position: 30 }));
     second.goals.length = 0;
     second.store.receive(hello({ frames: 10, position: 9 }));
     assert.deepEqual(second.goals, []);
   });
 
-  it("brings the others at once to where the first one is still going", () => {
-    const [, first, second] = together(2);
+  it("go at once to where the first one is still going", () => {
+    const [first, second] = together();
     first.store.receive(at(7, { goal: 40 }));
     assert.deepEqual(second.goals, [40]);
     second.store.receive(at(3, { goal: 40 }));
@@ -172,8 +169,8 @@ describe("a clock of several sessions", () => {
 
   const playing = (frame, speed = 1) => at(frame, { playing: true, speed });
 
-  it("has the others play while the first one plays, and asks for no single frame", async () => {
-    const [, first, second] = together(2, { frame_rate_hz: 30, frames: 500 });
+  it("play while the first one plays, and ask for no single frame", async () => {
+    const [first, second] = together({ frame_rate_hz: 30, frames: 500 });
     first.store.receive(playing(1));
     assert.deepEqual([second.goals, second.asked], [[], ["play"]]);
     await new Promise(setImmediate);
@@ -185,24 +182,13 @@ describe("a clock of several sessions", () => {
     assert.deepEqual(second.goals, [90], "what is far away is gone to at once");
   });
 
-  it("brings the others to the very frame at which the first one stops, at its speed", () => {
-    const [, first, second] = together(2, { frame_rate_hz: 30, frames: 500 });
+  it("come to the very frame at which the first one stops, at its speed", () => {
+    const [first, second] = together({ frame_rate_hz: 30, frames: 500 });
     second.store.receive(playing(19, 1.2));
     second.goals.length = second.asked.length = 0;
     first.store.receive(at(20));
     assert.deepEqual(second.goals, [20]);
     second.store.receive(at(20, { speed: 1.2 }));
     assert.deepEqual(second.asked, [1]);
-  });
-
-  it("goes on with the next one when the first one leaves", () => {
-    const [clock, first, second, third] = together(3);
-    first.end.abort();
-    assert.equal(clock.leader.store, second.store);
-    second.store.receive(at(3));
-    assert.deepEqual(third.goals, [3]);
-    second.end.abort();
-    third.end.abort();
-    assert.equal(clock.leader, undefined);
   });
 });

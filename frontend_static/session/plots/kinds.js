@@ -329,9 +329,9 @@ function tree(plot) {
       const handles = shown && at > 0 ? [{ parameter: shown, at, along: /** @type {const} */ ("y") }] : [];
       return { traces: [back, linksOver({ name: `${id} edges`, ink, links }), ...discs], y, words, handles };
     },
-    async choose({ able, steering, store }, frame, y) {
+    async choose({ steering, store }, frame, y) {
       const places = count(store.history, frame);
-      if (!able || places === 0) return;
+      if (!store.isSteerable || places === 0) return;
       await steering.seek(frame);
       const values = { [shown]: Math.min(Math.max(1, Math.round(y)), places) };
       if (shown !== "") await steer(store, { kind: "change", values });

@@ -289,7 +289,7 @@ export async function plots(root, view) {
     root.classList.toggle("sparklines", isSparkline);
     const look = { frames: frames(), isSparkline, isRoomy: root.clientWidth >= ROOMY_PX };
     const panels = (isFolded ? firstOf(measured, store) : measured).map((each, row) => panelOf(each, store, look, row));
-    figure.show({ panels }, { locked: !view.able });
+    figure.show({ panels }, { locked: !view.store.isSteerable });
     explainTitles(place, session);
   }, REDRAW_MS, end);
   place.addEventListener("click", (event) => {

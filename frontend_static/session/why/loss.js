@@ -183,8 +183,8 @@ export class Loss {
 
   /** Show why, for the loss that the shown frame is in, else for the first that lasts. */
   open() {
-    const { able, card, store } = this.view;
-    if (!able) return; // a key may be pressed before there is a session
+    const { card, store } = this.view;
+    if (!store.isSteerable) return; // a key may be pressed before there is a session
     card.value = "why";
     const { position } = store.known;
     this.ask(isGone(store.history.at(position)) ? position : undefined);
@@ -192,7 +192,7 @@ export class Loss {
 
   /** @param {number} [frame] The first lasting loss if not given. */
   async ask(frame) {
-    if (!this.view.able) return;
+    if (!this.view.store.isSteerable) return;
     const { store } = this.view;
     this.#chosen = frame === undefined ? "" : settingsOf(store.session);
     this.#asked.abort();
