@@ -5,10 +5,10 @@ import { beginLecture } from "../lecturer/leading.js";
 import { Answered } from "../lecturer/poll.js";
 import { minutesText } from "../lecturer/walk.js";
 import { confirmLoss } from "../shared/dialog.js";
-import { attempt, IconButton } from "../shared/dom.js";
+import { attempt, FileButton, IconButton } from "../shared/dom.js";
 import { count, moment } from "../shared/format.js";
 import { Loaded, showPage } from "../shared/page.js";
-import { h, html, signal, useRef } from "../vendor/preact.js";
+import { h, html, signal } from "../vendor/preact.js";
 
 /** @import { LecturePublic, LectureSummary, PollKept } from "../shared/messages.js" */
 
@@ -48,21 +48,14 @@ function Lectures() {
 
 /** How a lecture comes about. */
 function Ways() {
-  const file = useRef(/** @type {HTMLInputElement|null} */ (null));
   const made = async (/** @type {() => Promise<LecturePublic>} */ make) => {
     const lecture = await attempt(make);
     if (lecture !== undefined) location.assign(lecture.page);
   };
-  const bringIn = async (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: field }) => {
-    const [chosen] = field.files ?? [];
-    if (chosen) await made(() => request("POST lectures/import", { body: new Blob([chosen], { type: "text/markdown" }) }));
-    field.value = "";
-  };
+  const take = (/** @type {File[]} */ [file]) => made(() => request("POST lectures/import", { body: new Blob([file], { type: "text/markdown" }) }));
+  const opened = { name: "lecture", label: "Open a file", words: "Open a file", title: "A lecture that somebody shared", accept: ".md,text/markdown", take };
   return html`<div class="row-actions">
-    <input
-      ref=${file} type="file" accept=".md,text/markdown" class="visually-hidden" tabindex="-1" aria-label="File of a lecture" onChange=${bringIn}
-    />
-    <button type="button" onClick=${() => file.current?.click()}>Open a file</button>
+    ${h(FileButton, opened)}
     <button type="button" class="primary" onClick=${() => made(() => request("POST lectures", { body: { title: "New lecture" } }))}>New lecture</button>
   </div>`;
 }

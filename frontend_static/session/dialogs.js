@@ -2,7 +2,7 @@
 
 import { addressOf, request } from "../shared/api.js";
 import { openDialog, openKeys } from "../shared/dialog.js";
-import { toast } from "../shared/dom.js";
+import { FileButton, toast } from "../shared/dom.js";
 import { Exports, openCode } from "../shared/exports.js";
 import { tourLink } from "../shared/page.js";
 import { linkTo } from "../shared/share_link.js";
@@ -18,6 +18,9 @@ import { steer } from "./steering.js";
 /** @import { Child } from "../vendor/preact.js" */
 /** @import { Mounted } from "./mount.js" */
 /** @import { Values } from "./steering.js" */
+
+/** The look of a button that is a line of a list. */
+const IN_A_LIST = "quiet grow";
 
 // Links that hold a whole run: experiment, seed, tracker and timeline travel in the fragment, which no server logs. Who
 // opens one gets the same numbers.
@@ -154,18 +157,6 @@ function Files({ view, close }) {
   </div>`;
 }
 
-/** @param {{name: string, label: string, words: Child, title: string, accept: string, take: (files: File[]) => void}} props */
-function FileButton({ name, label, words, title, accept, take }) {
-  const send = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
-    const files = [...(input.files ?? [])];
-    input.value = "";
-    if (files.length > 0) take(files);
-  };
-  return html`<label class="button quiet grow" title=${title}>
-    ${words}<input type="file" accept=${accept} class="visually-hidden" aria-label=${label} data-file=${name} onChange=${send} />
-  </label>`;
-}
-
 /** @param {{store: Mounted["store"], declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
 function BringIn({ store, declaration: { name, title, description, accept }, isUsed }) {
   const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
@@ -180,8 +171,9 @@ function BringIn({ store, declaration: { name, title, description, accept }, isU
     else await use(text, `${file.name} is used`);
   };
   const drop = () => use("", "The file is no longer used");
+  const words = html`${title}…${isUsed && html`<span class="hint">in use</span>`}`;
   return html`<li>
-    ${h(FileButton, { name, label: title, words: html`${title}…${isUsed && html`<span class="hint">in use</span>`}`, title: description, accept, take })}
+    ${h(FileButton, { name, label: title, words, title: description, accept, take, look: IN_A_LIST })}
     ${isUsed && html`<button type="button" class="quiet" title=${`Stop using this file: ${title}`} data-drop=${name} onClick=${drop}>Remove</button>`}
   </li>`;
 }
@@ -210,7 +202,7 @@ function Truth({ view, upload, close }) {
   const known = html`<a class="button quiet" download title="The truth that is known, CSV" data-role="known-truth" href=${address}>Download</a>`;
   const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
   return html`<li>
-    ${h(FileButton, { name: "truth", label: "Truth", words: "Truth, CSV…", title: words, accept: ".csv,.txt,.xml,.json,text/csv", take })}
+    ${h(FileButton, { name: "truth", label: "Truth", words: "Truth, CSV…", title: words, accept: ".csv,.txt,.xml,.json,text/csv", take, look: IN_A_LIST })}
     ${mark && html`<button type="button" class="quiet" title="Mark the target in the pictures (T)" data-role="mark-truth" onClick=${start}>Mark…</button>`}
     ${isKnown.value && known}
   </li>`;

@@ -5,13 +5,14 @@
 
 import { cancelJob, followJob, messageOf, Meter, request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
+import { Boxes } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
 import { Doing } from "../shared/page.js";
 import { Explained } from "../shared/terms.js";
 import { h, html, useSignal } from "../vendor/preact.js";
 import { steer } from "./steering.js";
 
-/** @import { Declaration, Fit, Half } from "../shared/messages.js" */
+/** @import { Fit, Half } from "../shared/messages.js" */
 /** @import { Store } from "./store.js" */
 
 const MOST = 4;
@@ -60,10 +61,11 @@ function Fitting({ store, end, close }) {
       <footer><button type="button" autofocus onClick=${close}>Cancel</button></footer>
     </div>`;
   }
-  const toggle = (/** @type {string} */ name) => {
-    const { value } = chosen;
-    chosen.value = value.includes(name) ? value.filter((each) => each !== name) : [...value, name];
-  };
+  const options = offered.map((each) => {
+    const now = valueOf(session.parameters[each.name], each);
+    return { value: each.name, words: html`<span class="grow">${each.title}</span><span class="hint">${now}</span>`, hint: each.description };
+  });
+  const choose = (/** @type {string[]} */ some) => (chosen.value = some);
   return html`<div class="fit" aria-live="polite"><form method="dialog" onSubmit=${begin}>
     <p>
       Looks for the values under which frames 1 to ${session.computed} are most probable. They are found on the first half, and kept only
@@ -71,23 +73,13 @@ function Fitting({ store, end, close }) {
     </p>
     ${problem.value !== "" && html`<p class="hint" role="alert">${problem.value}</p>`}
     <div class="fit-choices" role="group" aria-label=${`Numbers to fit, ${MOST} at most`}>
-      ${offered.map((each) => h(Offer, { key: each.name, declaration: each, value: session.parameters[each.name], chosen: chosen.value, toggle }))}
+      ${h(Boxes, { options, chosen: chosen.value, choose, most: MOST })}
     </div>
     <footer>
       <button type="button" onClick=${close}>Cancel</button>
       <button type="submit" class="primary" disabled=${chosen.value.length === 0}>Fit</button>
     </footer>
   </form></div>`;
-}
-
-/** @param {{declaration: Declaration, value: unknown, chosen: readonly string[], toggle: (name: string) => void}} props */
-function Offer({ declaration, value, chosen, toggle }) {
-  const { name, title, description } = declaration;
-  const isChosen = chosen.includes(name);
-  return html`<label class="fit-choice" title=${description}>
-    <input type="checkbox" value=${name} checked=${isChosen} disabled=${!isChosen && chosen.length >= MOST} onChange=${() => toggle(name)} />
-    <span class="grow">${title}</span><span class="hint">${valueOf(value, declaration)}</span>
-  </label>`;
 }
 
 /**

@@ -3,6 +3,7 @@
 import { h, html, useSignal } from "../vendor/preact.js";
 import { request } from "./api.js";
 import { openDialog } from "./dialog.js";
+import { Boxes } from "./dom.js";
 import { encode, parse } from "./share_link.js";
 
 /** @import { BranchPublic, ComparedRun, SessionPublic } from "./messages.js" */
@@ -98,7 +99,7 @@ const MOST_OTHERS = 3;
 const MOST_SESSIONS = 8;
 const SAVED = "Saved runs are compared in My work, trackers over many conditions in a sweep.";
 
-/** @typedef {{reference: string, title: string, hint: string, colour: string, isChosen: boolean}} Other What this run can be compared with. */
+/** @typedef {{reference: string, title: string, hint: string, colour?: string, isChosen: boolean}} Other What this run can be compared with. */
 
 /**
  * Ask with what to compare the run that is shown.
@@ -115,21 +116,16 @@ export async function compareDialog(session) {
 /** @param {{session: SessionPublic, others: readonly Other[], close: () => void}} props */
 function Choices({ session, others, close }) {
   const chosen = useSignal(others.filter(({ isChosen }) => isChosen).map(({ reference }) => reference));
-  const isFull = chosen.value.length >= MOST_OTHERS;
-  const toggle = (/** @type {string} */ one) =>
-    (chosen.value = others.map(({ reference }) => reference).filter((each) => chosen.value.includes(each) !== (each === one)));
-  const choice = (/** @type {Other} */ { reference, title, hint, colour }) => {
-    const isChosen = chosen.value.includes(reference);
-    return html`<li><label>
-      <input type="checkbox" value=${reference} checked=${isChosen} disabled=${isFull && !isChosen} onChange=${() => toggle(reference)} />
-      ${colour && html`<span class="swatch" style=${{ background: colour }}></span>`}<span>${title}</span><span class="hint">${hint}</span>
-    </label></li>`;
-  };
+  const options = others.map(({ reference, title, hint, colour }) => {
+    const swatch = colour && html`<span class="swatch" style=${{ background: colour }}></span>`;
+    return { value: reference, words: html`${swatch}<span>${title}</span><span class="hint">${hint}</span>` };
+  });
+  const choose = (/** @type {string[]} */ some) => (chosen.value = some);
   const compare = () => location.assign(linkToReferences([`${session.id}:${session.branch}`, ...chosen.value], session.position));
   return html`<form method="dialog" onSubmit=${compare}>
     <p>It is shown with up to three others, on the same frames, in step. This session continues unchanged.</p>
     ${others.length === 0 && html`<p class="note">There is nothing yet to compare it with: no branch, no other tracker or session of this kind.</p>`}
-    <ul class="compare-choices">${others.map(choice)}</ul>
+    <div class="compare-choices">${h(Boxes, { options, chosen: chosen.value, choose, most: MOST_OTHERS })}</div>
     <p class="hint">${SAVED}</p>
     <footer>
       <button type="button" onClick=${close}>Cancel</button>
@@ -172,7 +168,6 @@ export function sessionsBeside(session, all, alone) {
     reference: `${id}:${branch}`,
     title: name || title,
     hint: `another session, seed ${recipe.seed}`,
-    colour: "",
     isChosen: alone && place === 0,
   }));
 }
@@ -189,7 +184,6 @@ function methodsOf({ id, branch, branches, recipe, trackers }) {
     reference: `${id}:${branch}:${tracker.id}`,
     title: tracker.title,
     hint: "same seed, from frame 0 on",
-    colour: "",
     isChosen: branches.length === 1 && place === 0,
   }));
 }

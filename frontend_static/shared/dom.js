@@ -38,6 +38,49 @@ export function Segments({ label, options, value, choose }) {
 }
 
 /**
+ * Boxes to check, of which `most` can be.
+ *
+ * @param {{
+ *   options: readonly {value: string, words: import("../vendor/preact.js").Child, hint?: string}[],
+ *   chosen: readonly string[],
+ *   choose: (chosen: string[]) => void,
+ *   most?: number,
+ * }} props
+ */
+export function Boxes({ options, chosen, choose, most = Infinity }) {
+  return options.map(({ value, words, hint }) => {
+    const isChosen = chosen.includes(value);
+    const isOff = !isChosen && chosen.length >= most;
+    const toggle = () => choose(options.map((each) => each.value).filter((each) => chosen.includes(each) !== (each === value)));
+    return html`<label title=${hint}><input type="checkbox" value=${value} checked=${isChosen} disabled=${isOff} onChange=${toggle} />${words}</label>`;
+  });
+}
+
+/**
+ * A button that opens files.
+ *
+ * @param {{
+ *   name: string,
+ *   label: string,
+ *   words: import("../vendor/preact.js").Child,
+ *   title: string,
+ *   accept: string,
+ *   take: (files: File[]) => void,
+ *   look?: string,
+ * }} props `look` is further classes of the button.
+ */
+export function FileButton({ name, label, words, title, accept, take, look = "" }) {
+  const send = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
+    const files = [...(input.files ?? [])];
+    input.value = "";
+    if (files.length > 0) take(files);
+  };
+  return html`<label class=${`button ${look}`} title=${title}>
+    ${words}<input type="file" accept=${accept} class="visually-hidden" aria-label=${label} data-file=${name} onChange=${send} />
+  </label>`;
+}
+
+/**
  * Make an element.
  *
  * @template {keyof HTMLElementTagNameMap} Tag
