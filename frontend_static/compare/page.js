@@ -2,7 +2,7 @@
 
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { HELP } from "../session/keys.js";
-import { graphics, NO_GRAPHICS } from "../session/scene.js";
+import { graphics, NO_GRAPHICS, VIEWS } from "../session/scene.js";
 import { messageOf, request } from "../shared/api.js";
 import { linkTo, savedOf, wantedOf } from "../shared/comparison.js";
 import { askName, openKeys } from "../shared/dialog.js";
@@ -29,10 +29,6 @@ const KEYS = [...HELP.filter(({ keys }) => IN_STEP.includes(keys)), { keys: "D",
 const ARRANGEMENTS = [
   { value: "side", words: "Side by side", hint: "Each run has its own picture" },
   { value: "over", words: "Over each other", hint: "All runs on the picture of the first, each in its colour" },
-];
-const VIEWS = [
-  { value: "flat", words: "Flat", hint: "The picture from the front" },
-  { value: "scene", words: "3-D", hint: "The scene in three dimensions" },
 ];
 
 const compared = signal(/** @type {RunComparison|null} */ (null));
@@ -72,12 +68,6 @@ async function load() {
 /** @param {ComparedRun[]} runs The runs that stay when one is taken away: another comparison, which its address begins. */
 function showFewer(runs) {
   location.assign(linkTo({ runs, position: compared.value?.position }));
-}
-
-/** All of the page but its header. */
-function Page() {
-  const bones = html`<div class="comparison-wait">${h(Wait, {})}<div class="shimmer"></div></div>`;
-  return h(Loaded, { load, failed: "", bones });
 }
 
 function Wait() {
@@ -174,4 +164,5 @@ effect(() => {
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());
 render(h(Heading, {}), part("heading"));
-showPage("comparison", null, Page, h(Tools, {}));
+const bones = html`<div class="comparison-wait">${h(Wait, {})}<div class="shimmer"></div></div>`;
+showPage("comparison", null, () => h(Loaded, { load, failed: "", bones }), h(Tools, {}));

@@ -79,10 +79,8 @@ function begin(follow) {
  */
 function compare(first, follow) {
   const compared = watch(first, (follow.peek()?.sessions ?? []).map(({ id }) => id));
-  const told = computed(() => follow.value && JSON.stringify(comparisonIn(follow.value)));
-  whenChanged(() => told.value, () => {
-    /** @type {Told|null} */
-    const now = JSON.parse(told.value ?? "null");
+  whenChanged(() => follow.value, () => {
+    const now = follow.value && comparisonIn(follow.value);
     if (now?.outcome) compared.know(now.outcome);
     if (now) compared.arrange(now.arrangement);
   }, compared.signal);

@@ -45,15 +45,11 @@ export function ofSession(session) {
   const before = Object.assign({}, ...timeline.filter(({ frame }) => frame > 0).map((change) => change.before).reverse());
   const isRead = (/** @type {Declaration} */ { trackers }) => trackers.length === 0 || trackers.includes(tracker);
   const method = (/** @type {Value} */ id) => trackerTitle(session, String(id));
+  const known = turnable(declarations, parameters).filter(isRead);
   return [
-    { title: "Tracker", value: method(tracker), isFirst: "tracker" in before, ...was(before.tracker, tracker, method) },
-    { title: "Seed", value: String(recipe.seed), isFirst: false },
-    ...turnable(declarations, parameters).filter(isRead).map((declaration) => {
-      const { name, title } = declaration;
-      const told = (/** @type {Value} */ value) => parameterValue(value, declaration);
-      const changed = was(before[name], parameters[name], told);
-      return { title, value: told(parameters[name]), isFirst: about.includes(name) || "was" in changed, ...changed };
-    }),
+    entry("Tracker", method, before.tracker, tracker, false),
+    entry("Seed", String, undefined, recipe.seed, false),
+    ...known.map((it) => entry(it.title, inWords(it), before[it.name], parameters[it.name], about.includes(it.name))),
   ];
 }
 
@@ -64,12 +60,8 @@ export function ofSession(session) {
  * @returns {Entry[]}
  */
 export function ofLesson({ declarations, asked, random, seed: first }, parameters, seed) {
-  const turned = turnable(declarations, asked).map((declaration) => {
-    const { name, title } = declaration;
-    const told = (/** @type {Value} */ value) => parameterValue(value, declaration);
-    return { title, value: told(parameters[name]), isFirst: true, ...was(asked[name], parameters[name], told) };
-  });
-  return random ? [...turned, { title: "Seed", value: String(seed), isFirst: true, ...was(first, seed, String) }] : turned;
+  const turned = turnable(declarations, asked).map((it) => entry(it.title, inWords(it), asked[it.name], parameters[it.name], true));
+  return random ? [...turned, entry("Seed", String, first, seed, true)] : turned;
 }
 
 /**
@@ -81,11 +73,22 @@ function turnable(declarations, values) {
 }
 
 /**
+ * @param {Declaration} declaration
+ * @returns {(value: Value) => string}
+ */
+function inWords(declaration) {
+  return (value) => parameterValue(value, declaration);
+}
+
+/**
+ * @param {string} title
+ * @param {(value: Value) => string} told
  * @param {Value|undefined} before
  * @param {Value} now
- * @param {(value: Value) => string} told
- * @returns {{was?: string}}
+ * @param {boolean} isFirst Whether it counts here also unchanged.
+ * @returns {Entry}
  */
-function was(before, now, told) {
-  return before === undefined || before === now ? {} : { was: told(before) };
+function entry(title, told, before, now, isFirst) {
+  const isChanged = before !== undefined && before !== now;
+  return { title, value: told(now), isFirst: isFirst || isChanged, ...(isChanged && { was: told(before) }) };
 }

@@ -73,6 +73,11 @@ export function graphics() {
   }
 }
 
+/** The ways to see a run, as a person chooses between them. */
+export const VIEWS = [
+  { value: "flat", words: "Flat", hint: "The picture from the front" },
+  { value: "scene", words: "3-D", hint: "The scene in three dimensions" },
+];
 export const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on hardware acceleration, or use another browser, to see the scene.";
 const SKELETON = html`<div class="skeleton-scene" role="img" aria-label="Loading the scene"><div class="shimmer"></div></div>`;
 
@@ -247,11 +252,7 @@ export class Scene {
   #switch() {
     const shown = this.#kind.value;
     if (!this.#hasSwitch || shown === null || this.#failure.value !== null) return null;
-    const isOff = this.#hasNoGraphics.value;
-    const options = [
-      { value: "flat", words: "Flat", hint: "The picture from the front" },
-      { value: "scene", words: "3-D", hint: isOff ? NO_GRAPHICS : "The scene in three dimensions", isOff },
-    ];
+    const options = this.#hasNoGraphics.value ? [VIEWS[0], { ...VIEWS[1], hint: NO_GRAPHICS, isOff: true }] : VIEWS;
     const choose = (/** @type {string} */ kind) => isView(kind) && this.#choose(kind);
     return html`<div class="view-switch">${h(Segments, { label: "View", options, value: shown, choose })}</div>`;
   }

@@ -3,12 +3,13 @@
  * over a single axis of numbers curves as well.
  */
 
+import { trackerTitle } from "../session/steering.js";
 import { elementOf, tip } from "../shared/dom.js";
 import { useFigure } from "../shared/figure/figure.js";
 import { count, measureValue, number, parameterValue } from "../shared/format.js";
 import { css, diverging, gradient, onTheme, verdict, viridis } from "../shared/theme.js";
 import { h, html, signal, useEffect, useLayoutEffect } from "../vendor/preact.js";
-import { choose, chosen, comparisonLook, differenceEnd, endOf, methodLook, seen, short, shortTitle, signed } from "./store.js";
+import { choose, chosen, comparisonLook, methodLook, seen, short, shortTitle, signed } from "./store.js";
 
 /** @import { Axis, Cell, CellLook } from "../shared/figure/traces.js" */
 /** @import { AxisPublic, ComparisonPublic, MapPublic, SweepPublic } from "../shared/messages.js" */
@@ -24,25 +25,24 @@ const themes = signal(0);
 
 /** @param {{now: Seen}} props */
 export function Maps({ now }) {
-  const { sweep, cells, view, compares, quantity } = now;
+  const { sweep, cells, view, compares, quantity, maps: single } = now;
   useEffect(() => {
     addEventListener("scroll", () => tip.hide(), { passive: true });
     onTheme(() => (themes.value += 1));
   }, []);
-  const single = cells.maps.filter(({ tracker }) => !compares || tracker === view.first || tracker === view.second);
-  if (compares) single.sort(({ tracker }) => (tracker === view.first ? -1 : 1));
   const maps = single.map((map) => {
     const title = longName(sweep, map.tracker);
     const props = { tracker: map.tracker, title, words: pooled(now, map), shown: quantity.words, look: methodLook(now, map), now };
     return h(HeatMap, { key: map.tracker, ...props });
   });
+  const against = `${shortOf(sweep, view.first)} against ${shortOf(sweep, view.second)}`;
   const isCurve = cells.y === null && cells.x.values.length > 1 && cells.x.values.every((value) => typeof value === "number");
   return html`
-    ${isCurve && h(Curves, { now, maps: single })}
+    ${isCurve && h(Curves, { now })}
     ${h(Legend, { now })}
     <div class="maps" data-part="maps" data-count=${maps.length + Number(compares)}>
       ${maps}
-      ${compares && h(HeatMap, { key: "", tracker: null, title: against(now), words: verdicts(now), shown: view.show, look: comparisonLook(now), now })}
+      ${compares && h(HeatMap, { key: "", tracker: null, title: against, words: verdicts(now), shown: view.show, look: comparisonLook(now), now })}
     </div>
   `;
 }
@@ -78,23 +78,24 @@ function HeatMap({ tracker, title, words, shown, look, now: { cells } }) {
         return parseFloat(getComputedStyle(place).getPropertyValue("--widest"));
       },
     };
-    setLengths(place, { across, up });
     figure.current.show({ panels: [panel] }, { locked: true });
     const around = figure.current.around(PANEL);
-    if (around !== null) setLengths(place, { beside: `${around.across}px`, under: `${around.up}px` });
+    if (around === null) return;
+    place.style.setProperty("--beside", `${around.across}px`);
+    place.style.setProperty("--under", `${around.up}px`);
   });
   return html`<figure class="map" data-map=${tracker ?? "comparison"}>
     <figcaption><span title=${title}>${title}</span><output>${words}</output></figcaption>
-    <div class="map-plot"><div class="map-room" ref=${room}></div></div>
+    <div class="map-plot"><div class="map-room" ref=${room} style=${{ "--across": across, "--up": up }}></div></div>
   </figure>`;
 }
 
 /**
  * What each tracker reaches along the only axis, with the intervals of success rates.
  *
- * @param {{now: Seen, maps: readonly MapPublic[]}} props
+ * @param {{now: Seen}} props
  */
-function Curves({ now: { sweep, cells, quantity }, maps }) {
+function Curves({ now: { sweep, cells, quantity, maps, end } }) {
   const { room, figure } = useFigure({});
   const { title, unit } = cells.x;
   const x = cells.x.values.map(Number);
@@ -109,22 +110,12 @@ function Curves({ now: { sweep, cells, quantity }, maps }) {
       return quantity.name === "success" ? [band, curve] : [curve];
     });
     const across = { ...axis, title, unit, low: Math.min(...x), high: Math.max(...x) };
-    const up = { ...axis, title: quantity.title, unit: quantity.unit, low: 0, high: endOf(quantity, cells.maps).most };
+    const up = { ...axis, title: quantity.title, unit: quantity.unit, low: 0, high: end.most };
     const share = /** @type {[number, number]} */ ([1, 1]);
     const words = `${quantity.title} over ${title}`;
     figure.current?.show({ panels: [{ id: "curves", title: "", x: across, y: up, traces, handles: [], words, row: 0, share }] }, { locked: true });
   });
   return html`<div class="sweep-curves" ref=${room}></div>`;
-}
-
-/**
- * Give the style sheet the lengths that a map's height depends on.
- *
- * @param {HTMLElement} room
- * @param {Record<string, number|string>} lengths
- */
-function setLengths(room, lengths) {
-  for (const [name, length] of Object.entries(lengths)) room.style.setProperty(`--${name}`, String(length));
 }
 
 /**
@@ -140,21 +131,13 @@ function axisOf(axis) {
 }
 
 /**
- * @param {SweepPublic} sweep
- * @param {string} tracker
- */
-export function titleOf({ trackers }, tracker) {
-  return trackers.find(({ id }) => id === tracker)?.title ?? tracker;
-}
-
-/**
  * "h-SPF · Hard switching": what is cut off in a narrow place is the less important part.
  *
  * @param {SweepPublic} sweep
  * @param {string} tracker
  */
 function longName(sweep, tracker) {
-  const whole = titleOf(sweep, tracker);
+  const whole = trackerTitle(sweep, tracker);
   const brief = shortTitle(whole);
   return whole === brief ? whole : `${brief} · ${whole.replace(` (${brief})`, "")}`;
 }
@@ -164,12 +147,7 @@ function longName(sweep, tracker) {
  * @param {string} tracker
  */
 export function shortOf(sweep, tracker) {
-  return shortTitle(titleOf(sweep, tracker));
-}
-
-/** @param {Seen} seen */
-function against({ sweep, view }) {
-  return `${shortOf(sweep, view.first)} against ${shortOf(sweep, view.second)}`;
+  return shortTitle(trackerTitle(sweep, tracker));
 }
 
 /**
@@ -268,9 +246,8 @@ function difference(sweep, comparison, index) {
 
 /** @param {{now: Seen}} props */
 function Legend({ now }) {
-  const { sweep, cells, quantity } = now;
+  const { sweep, quantity, end: { most, words } } = now;
   const unit = quantity.unit && ` ${quantity.unit}`;
-  const { most, words } = endOf(quantity, cells.maps);
   const [none, all] = [`0${unit}`, quantity.isShare ? "1" : `${short(most)}${unit}${words}`];
   const [worse, better] = quantity.isBetterHigh ? [none, all] : [all, none];
   // The colours of differences and verdicts follow the theme.
@@ -286,10 +263,9 @@ function Legend({ now }) {
  * @param {Seen} seen
  * @param {string} unit
  */
-function compared({ sweep, view, quantity, comparison }, unit) {
+function compared({ sweep, view, differenceEnd: { most, words } }, unit) {
   const [first, second] = [shortOf(sweep, view.first), shortOf(sweep, view.second)];
   if (view.show === "difference") {
-    const { most, words } = differenceEnd(quantity, comparison?.difference ?? []);
     return scale("Difference", gradient((share) => diverging(-share), -1), `${first} better by ${short(most)}${unit}${words}`, `${second} better`);
   }
   const meanings = { first: `${first} better`, second: `${second} better`, none: "not significant", untested: "not applicable" };

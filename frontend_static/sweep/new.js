@@ -1,9 +1,9 @@
 /** The page of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
 
 import { request } from "../shared/api.js";
-import { Segments, Select } from "../shared/dom.js";
+import { Boxes, Segments, Select } from "../shared/dom.js";
 import { bytes, count, duration } from "../shared/format.js";
-import { Loaded, showPage } from "../shared/page.js";
+import { Doing, Loaded, showPage } from "../shared/page.js";
 import { h, html } from "../vendor/preact.js";
 import * as plan from "./plan.js";
 import { change, choicesOf, declared, draft, isNumerical, rowOf, size, subject, wrong } from "./plan.js";
@@ -64,15 +64,6 @@ function Input({ field, label, value, give, type = "number", step }) {
   const input = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget }) => give(currentTarget.value);
   const isWrong = wrong.value.field === field;
   return html`<input type=${type} step=${step ?? "any"} aria-label=${label} aria-invalid=${isWrong} data-field=${field} value=${value} onInput=${input} />`;
-}
-
-/** @param {{options: {value: string, words: string, hint?: string}[], chosen: readonly string[], choose: (chosen: string[]) => void}} props */
-function Boxes({ options, chosen, choose }) {
-  const toggle = (/** @type {string} */ one) =>
-    choose(options.map(({ value }) => value).filter((value) => chosen.includes(value) !== (value === one)));
-  return options.map(({ value, words, hint }) =>
-    html`<label title=${hint}><input type="checkbox" value=${value} checked=${chosen.includes(value)} onChange=${() => toggle(value)} />${words}</label>`,
-  );
 }
 
 function AxesPart() {
@@ -226,7 +217,7 @@ function Size() {
       <p class="hint">${!isRefused && seconds !== null && `Measured on a few runs, for ${processes}; add some seconds for the start.`}</p>
     </div>
     ${wrong.value.place === "" && wrong.value.words && html`<p class="note">${wrong.value.words}</p>`}
-    <button type="button" class="primary" disabled=${plan.isStarting.value || isRefused} onClick=${plan.begin}>Start the sweep</button>
+    ${h(Doing, { label: "Start the sweep", run: plan.begin, disabled: isRefused, class: "primary" })}
   </aside>`;
 }
 
@@ -234,6 +225,4 @@ async function load() {
   return h(Form, { experiments: await request("GET experiments") });
 }
 
-// A page that comes back from the browser's cache can begin another sweep.
-addEventListener("pageshow", () => (plan.isStarting.value = false));
 showPage("plan", null, () => h(Loaded, { load, failed: FAILED, bones: BONES }));

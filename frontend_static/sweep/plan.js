@@ -31,7 +31,7 @@ import { batch, computed, effect, signal } from "../vendor/preact.js";
  * @property {readonly string[]} own Parameters of a file, which are known only where the file is executed.
  */
 
-/** @typedef {{experiment: ExperimentDetail, declarations: Declaration[], recording: Partial<SweepCreate>, upload: UploadPublic|null}} Subject */
+/** @typedef {{experiment: ExperimentDetail, declarations: Declaration[], upload: UploadPublic|null}} Subject */
 /** @typedef {{plan: Plan, estimate: EstimatePublic|null, error: unknown}} Answer */
 
 const STEPS = 10;
@@ -47,17 +47,16 @@ export const subject = signal(/** @type {Subject|null} */ (null));
 export const draft = signal(
   /** @type {Draft} */ ({ title: "", axes: [], trackers: [], trials: "", frames: "", seed: "", loss_probability: false, fixed: [], own: [] }),
 );
-export const isStarting = signal(false);
 const answered = signal(/** @type {Answer|null} */ (null));
 
 /** The plan as the server takes it: an empty field is null, and the server says what is missing. */
 const plan = computed(/** @returns {Plan|null} */ () => {
   if (subject.value === null) return null;
-  const { experiment, recording } = subject.value;
+  const { experiment, upload } = subject.value;
   const { title, axes, fixed, trials, frames, seed, own, ...rest } = draft.value;
   return {
     ...rest,
-    ...recording,
+    ...(upload && { upload: upload.id, footage: given.value.footage }),
     ...(title.trim() !== "" && { title: title.trim() }),
     experiment: experiment.id,
     axes: axes.map(axisOf),
@@ -112,7 +111,6 @@ function planOfAddress() {
  * @param {string} experiment
  */
 export function choose(experiment) {
-  if (experiment === subject.value?.experiment.id) return;
   batch(() => {
     given.value = { experiment };
     subject.value = null;
@@ -138,7 +136,7 @@ export async function fill(id) {
   // Of two experiments that were chosen quickly the answers may come in the other order.
   if (given.value !== asked) return;
   batch(() => {
-    subject.value = { experiment, declarations, upload, recording: upload ? { upload: upload.id, footage: asked.footage } : {} };
+    subject.value = { experiment, declarations, upload };
     draft.value = draftOf(begun, upload ? upload.frames - (asked.footage?.start ?? 0) : experiment.frames);
   });
 }
@@ -318,13 +316,11 @@ function refuse(now, error) {
 export async function begin() {
   const now = plan.value;
   if (now === null) return;
-  isStarting.value = true;
   try {
     const { page } = await request("POST sweeps", { body: /** @type {SweepCreate} */ (now) });
     location.assign(page);
   } catch (error) {
     refuse(now, error);
-    isStarting.value = false;
     if (wrong.value.place === "") toast(wrong.value.words, { kind: "error" });
   }
 }

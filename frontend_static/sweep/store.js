@@ -110,38 +110,15 @@ function quantityOf(measure) {
 }
 
 /**
- * The end of a quantity's scale that is not 0, the same in all maps.
- *
- * @param {Quantity} quantity
- * @param {readonly MapPublic[]} maps
- * @returns {End}
- */
-export function endOf({ isShare, values }, maps) {
-  return isShare ? WHOLE : usualEnd(maps.flatMap(values));
-}
-
-/**
- * The end of the differences' scale, the same to both sides.
- *
- * @param {Pick<Quantity, "isShare">} quantity
- * @param {Column} difference
- * @returns {End}
- */
-export function differenceEnd({ isShare }, difference) {
-  return isShare ? WHOLE : usualEnd(difference.map((value) => value && Math.abs(value)));
-}
-
-/**
  * The look of one tracker's cells.
  *
- * @param {Pick<Seen, "sweep"|"cells"|"quantity">} seen
+ * @param {Seen} seen
  * @param {MapPublic} map
  * @returns {(index: number) => CellLook}
  */
-export function methodLook({ sweep, cells, quantity }, map) {
+export function methodLook({ sweep, cells, quantity, end: { most } }, map) {
   const { isShare, isBetterHigh } = quantity;
   const values = quantity.values(map);
-  const { most } = endOf(quantity, cells.maps);
   return (index) => {
     const value = values[index] ?? null;
     const there = presence(sweep, cells.planned, map, index);
@@ -156,9 +133,7 @@ export function methodLook({ sweep, cells, quantity }, map) {
  * @param {Seen} seen
  * @returns {(index: number) => CellLook}
  */
-export function comparisonLook({ sweep, cells, view, quantity, comparison }) {
-  const maps = cells.maps.filter(({ tracker }) => tracker === view.first || tracker === view.second);
-  const { most } = differenceEnd(quantity, comparison?.difference ?? []);
+export function comparisonLook({ sweep, cells, view, quantity, comparison, maps, differenceEnd: { most } }) {
   return (index) => {
     // What has not been answered yet is empty, and not without a value.
     if (comparison === null) return { isHatched: false, filled: 0, colour: null };
@@ -197,9 +172,7 @@ function presence({ state }, planned, map, index) {
  * @param {number} value
  */
 export function share2(value) {
-  if (value === 1) return "1";
-  if (value === 0) return "0";
-  return value.toFixed(2).replace(/^0/, "");
+  return value === 0 || value === 1 ? `${value}` : value.toFixed(2).replace(/^0/, "");
 }
 
 /** @param {number} value */
@@ -220,12 +193,14 @@ export function signed(value, isShare = false) {
 }
 
 /**
- * The end of a scale for amounts: a few outliers, of cells with hardly a run, shall not make all others look alike.
+ * The end of a scale: of amounts a few outliers, of cells with hardly a run, shall not make all others look alike.
  *
+ * @param {Pick<Quantity, "isShare">} quantity
  * @param {Column} column
  * @returns {End}
  */
-function usualEnd(column) {
+export function endOf({ isShare }, column) {
+  if (isShare) return WHOLE;
   const values = column.filter((value) => value !== null).sort((a, b) => a - b);
   const most = roundUp(values[Math.ceil((values.length - 1) * USUAL_SHARE)] ?? 0);
   return { most, words: (values.at(-1) ?? 0) > most ? " or more" : "" };
@@ -264,6 +239,9 @@ function roundUp(value) {
  * @property {View} view
  * @property {Quantity} quantity
  * @property {boolean} compares Whether the maps show one tracker against another.
+ * @property {readonly MapPublic[]} maps Of the trackers that are shown, in order.
+ * @property {End} end The end of the quantity's scale that is not 0, the same in all maps.
+ * @property {End} differenceEnd The end of the differences' scale, the same to both sides.
  * @property {ComparisonPublic|null} comparison
  * @property {string} problem Why there is no comparison.
  */
@@ -289,9 +267,11 @@ export const gone = signal(/** @type {string|null} */ (null));
 
 export const seen = computed(() => {
   if (newest.value === null || cells.value === null) return null;
-  const found = comparison.value;
-  const isFound = typeof found === "object";
-  return { ...viewOf(wish.value, newest.value, cells.value), comparison: isFound ? found : null, problem: isFound ? "" : found };
+  const now = viewOf(wish.value, newest.value, cells.value);
+  const [found, problem] = typeof comparison.value === "string" ? [null, comparison.value] : [comparison.value, ""];
+  const end = endOf(now.quantity, now.cells.maps.flatMap(now.quantity.values));
+  const differences = (found?.difference ?? []).map((value) => value && Math.abs(value));
+  return { ...now, end, differenceEnd: endOf(now.quantity, differences), comparison: found, problem };
 });
 
 /**
@@ -300,7 +280,7 @@ export const seen = computed(() => {
  * @param {View} wanted
  * @param {SweepPublic} known
  * @param {CellsPublic} map
- * @returns {Omit<Seen, "comparison"|"problem">}
+ * @returns {Omit<Seen, "end"|"differenceEnd"|"comparison"|"problem">}
  */
 export function viewOf(wanted, known, map) {
   const ids = known.trackers.map(({ id }) => id);
@@ -311,7 +291,8 @@ export function viewOf(wanted, known, map) {
   const compares = ids.length > 1 && ["difference", "significance"].includes(wanted.show);
   const show = compares ? wanted.show : USUAL.show;
   const view = { ...wanted, show, of: quantity.name, first, second, x: map.x.name, y: map.y?.name ?? NO_AXIS };
-  return { sweep: known, cells: map, view, quantity, compares };
+  const maps = compares ? [first, second].flatMap((id) => map.maps.filter(({ tracker }) => tracker === id)) : map.maps;
+  return { sweep: known, cells: map, view, quantity, compares, maps };
 }
 
 /**

@@ -1,5 +1,6 @@
 /** The page of a sweep: how far it is, what its maps show, and the runs of the chosen cell, failures first. */
 
+import { trackerTitle } from "../session/steering.js";
 import { addressOf, request, START } from "../shared/api.js";
 import { linkToReferences } from "../shared/comparison.js";
 import { confirmLoss } from "../shared/dialog.js";
@@ -11,7 +12,7 @@ import { PresentationButton } from "../shared/presentation.js";
 import { newSweep } from "../shared/share_link.js";
 import { Explained } from "../shared/terms.js";
 import { effect, h, html, useSignal } from "../vendor/preact.js";
-import { Maps, placeOf, shortOf, titleOf } from "./maps.js";
+import { Maps, placeOf, shortOf } from "./maps.js";
 import { begin, chosen, gone, isLost, look, newest, NO_AXIS, quantitiesOf, runPage, seen, short } from "./store.js";
 
 /** @import { RowPublic, RowsPublic, SweepPublic } from "../shared/messages.js" */
@@ -49,7 +50,7 @@ const LEVELS = ["0.05", "0.01", "0.001"].map((value) => ({ value, words: `${100 
 
 /** All of the page. */
 function Page() {
-  const now = seen.value;
+  const [now, cell] = [seen.value, chosen.value];
   if (gone.value !== null) {
     const action = { label: "Back to the experiments", href: START };
     return html`<div class="sweep-wait">${h(Notice, { title: "This sweep cannot be shown", message: gone.value, action, inline: false })}</div>`;
@@ -62,7 +63,9 @@ function Page() {
       ${now ? h(Maps, { now }) : html`<div class="maps late">${[0, 1, 2].map(() => html`<div class="map-bone shimmer"></div>`)}</div>`}
       ${now && h(Facts, { now })}
     </section>
-    <aside class="sweep-side" data-part="runs" aria-label="Runs of the chosen cell">${now && h(Runs, { now })}</aside>
+    <aside class="sweep-side" data-part="runs" aria-label="Runs of the chosen cell">
+      ${now && (cell === null ? html`<h2>Runs</h2><p class="hint">${INVITATION}</p>` : h(Runs, { key: cell.nth, now, cell }))}
+    </aside>
   `;
 }
 
@@ -75,6 +78,9 @@ function Bar({ sweep }) {
   const { id, done, runs, state, message, experiment, trials, frames, seed, parameters, loss_probability } = sweep;
   const act = (/** @type {"POST sweeps/{sweep}/cancel"|"POST sweeps/{sweep}/resume"} */ route) => async () =>
     (newest.value = (await attempt(() => request(route, { sweep: id }))) ?? newest.value);
+  const files = FORMATS.map(([format, words]) =>
+    html`<li><a class="button quiet grow" href=${addressOf("GET sweeps/{sweep}/download", { sweep: id, format })} download="">${words}</a></li>`,
+  );
   const axes = sweep.axes.map(({ name, values }) => ({ name, values }));
   const again = { experiment, axes, trackers: sweep.trackers.map((tracker) => tracker.id), trials, frames, seed, parameters, loss_probability };
   return html`
@@ -86,7 +92,7 @@ function Bar({ sweep }) {
       <div class="row-actions">
         ${state === "running" && html`<button type="button" data-role="cancel" onClick=${act("POST sweeps/{sweep}/cancel")}>Cancel</button>`}
         ${state === "stopped" && html`<button type="button" class="primary" data-role="resume" onClick=${act("POST sweeps/{sweep}/resume")}>Resume</button>`}
-        ${done > 0 && h(Popover, { ...DOWNLOAD, content: html`<ul class="menu-list">${downloads(id)}</ul>` })}
+        ${done > 0 && h(Popover, { ...DOWNLOAD, content: html`<ul class="menu-list">${files}</ul>` })}
         ${!sweep.recording && html`<a class="button" href=${newSweep(again)} title="Fill the form with this plan">Change and repeat</a>`}
         ${h(IconButton, { name: "trash", title: "Delete this sweep", run: () => remove(sweep) })}
       </div>
@@ -106,18 +112,11 @@ function progress({ state, runs, done, rate, seconds, seconds_left }) {
   return html`<strong>${some}</strong>, ${speed} runs/s, about ${duration(seconds_left)} left`;
 }
 
-/** @param {string} id */
-function downloads(id) {
-  return FORMATS.map(([format, words]) =>
-    html`<li><a class="button quiet grow" href=${addressOf("GET sweeps/{sweep}/download", { sweep: id, format })} download="">${words}</a></li>`,
-  );
-}
-
 /** @param {SweepPublic} sweep */
 async function remove({ id, title, done }) {
   const text = `${title} and its ${count(done, "run")} are lost for good, unless you downloaded them.`;
-  if (!(await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" }))) return;
-  if ((await attempt(() => request("DELETE sweeps/{sweep}", { sweep: id }).then(() => true))) === true) location.assign(START);
+  const deleted = () => request("DELETE sweeps/{sweep}", { sweep: id }).then(() => location.assign(START));
+  if (await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" })) await attempt(deleted);
 }
 
 /**
@@ -208,14 +207,8 @@ function Facts({ now: { sweep, view } }) {
   return html`<p class="hint">${h(Explained, { text: words, experiment })}</p>`;
 }
 
-/** @param {{now: Seen}} props */
-function Runs({ now }) {
-  const cell = chosen.value;
-  return cell === null ? html`<h2>Runs</h2><p class="hint">${INVITATION}</p>` : h(RunsOfCell, { key: cell.nth, now, cell });
-}
-
 /** @param {{now: Seen, cell: Chosen}} props */
-function RunsOfCell({ now, cell: { i, j, tracker: first } }) {
+function Runs({ now, cell: { i, j, tracker: first } }) {
   const { sweep, cells: { x, y }, view } = now;
   const tracker = useSignal(first ?? ALL);
   const trackers = [{ value: ALL, words: "All trackers" }, ...sweep.trackers.map(({ id, title }) => ({ value: id, words: title }))];
@@ -261,7 +254,7 @@ function Run({ sweep, row, pooled }) {
   const { run, tracker, trial, problem, success } = row;
   const verdicts = { true: "success", false: "failure", null: "" };
   const verdict = problem === null ? verdicts[`${success}`] : "not possible";
-  const title = html`<span class="run-method">${titleOf(sweep, tracker)}</span><span>trial ${trial}</span>`;
+  const title = html`<span class="run-method">${trackerTitle(sweep, tracker)}</span><span>trial ${trial}</span>`;
   return html`<li class="run" data-run=${run} data-verdict=${verdict}>
     <div class="run-line">
       ${problem === null
@@ -288,8 +281,8 @@ function Others({ sweep, row: { run, tracker } }) {
     html`<a class="chip-link" title=${`The same seed with ${title}`} href=${href} target="_blank" rel="noreferrer">${words}</a>`;
   return html`<p class="run-others">
     <span class="hint">Same seed</span>
-    ${chip("Compare", compared, `${[tracker, ...beside].map((id) => titleOf(sweep, id)).join(", ")}, in step`)}
-    ${others.map((id) => chip(shortOf(sweep, id), runPage(sweep.id, run, id), titleOf(sweep, id)))}
+    ${chip("Compare", compared, `${[tracker, ...beside].map((id) => trackerTitle(sweep, id)).join(", ")}, in step`)}
+    ${others.map((id) => chip(shortOf(sweep, id), runPage(sweep.id, run, id), trackerTitle(sweep, id)))}
   </p>`;
 }
 

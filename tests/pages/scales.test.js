@@ -3,7 +3,7 @@ import { before, describe, it } from "node:test";
 
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/theme.js";
-import { comparisonLook, differenceEnd, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/store.js";
+import { comparisonLook, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/store.js";
 
 let medium = "screen";
 
@@ -45,22 +45,20 @@ describe("the colours of a map", () => {
 });
 
 describe("the ends of a scale", () => {
-  const [error] = quantitiesOf({ judged: false, has_truth: true, measures: [], unit: "px" });
-  const maps = (values) => [{ error: values }];
+  const error = { isShare: false };
 
   it("are round and not moved by a few outliers", () => {
-    assert.deepEqual(endOf(error, maps([1, 2, null, 2.8])), { most: 3, words: "" });
+    assert.deepEqual(endOf(error, [1, 2, null, 2.8]), { most: 3, words: "" });
     const many = [...Array.from({ length: 99 }, () => 1.9), 500];
-    assert.deepEqual(endOf(error, maps(many)), { most: 2, words: " or more" });
+    assert.deepEqual(endOf(error, many), { most: 2, words: " or more" });
   });
 
   it("are 1 where nothing is known", () => {
-    assert.deepEqual(endOf(error, maps([null, null])), { most: 1, words: "" });
+    assert.deepEqual(endOf(error, [null, null]), { most: 1, words: "" });
   });
 
-  it("are the same to both sides of a difference", () => {
-    assert.equal(differenceEnd(error, [-4.2, 1, null]).most, 5);
-    assert.deepEqual([true, false].map((isShare) => differenceEnd({ isShare }, [-0.2, 0.1]).most), [1, 0.2]);
+  it("are 1 for a share, and a little above the largest value for anything else", () => {
+    assert.deepEqual([true, false].map((isShare) => endOf({ isShare }, [0.2, 0.1]).most), [1, 0.2]);
   });
 });
 
@@ -68,7 +66,7 @@ describe("a cell of a comparison", () => {
   it("is empty until the comparison has been answered", () => {
     const maps = [{ tracker: "p", runs: [1], problems: [0] }, { tracker: "q", runs: [1], problems: [0] }];
     const view = { show: "difference", first: "p", second: "q" };
-    const seen = { sweep: { state: "done" }, cells: { planned: 1, maps }, view, quantity: { isShare: true }, comparison: null };
+    const seen = { sweep: { state: "done" }, cells: { planned: 1 }, maps, view, quantity: { isShare: true }, differenceEnd: { most: 1 }, comparison: null };
     assert.deepEqual(comparisonLook(seen)(0), { isHatched: false, filled: 0, colour: null });
     assert.equal(comparisonLook({ ...seen, comparison: { difference: [0.5] } })(0).text, "+.50");
   });
@@ -79,15 +77,10 @@ describe("a measure's scale", () => {
   /** @param {number[]} values */
   const cells = (values) => ({ planned: 1, maps: [{ runs: values.map(() => 1), problems: values.map(() => 0), measures: { m: values } }] });
 
-  it("ends at 1 for a share, and a little above the largest value for anything else", () => {
-    assert.deepEqual(endOf(measured("share", "higher"), cells([0.2, 0.4]).maps), { most: 1, words: "" });
-    assert.deepEqual(endOf(measured("median", "lower"), cells([2, 2.8]).maps), { most: 3, words: "" });
-  });
-
   it("is bright where the measure is good, whichever end that is", () => {
     for (const [better, best] of [["higher", 1], ["lower", 0]]) {
       const shown = cells([0, 1]);
-      const look = methodLook({ sweep: { state: "done" }, cells: shown, quantity: measured("share", better) }, shown.maps[0]);
+      const look = methodLook({ sweep: { state: "done" }, cells: shown, quantity: measured("share", better), end: { most: 1 } }, shown.maps[0]);
       assert.deepEqual(look(best).colour, VIRIDIS.at(-1));
       assert.deepEqual(look(1 - best).colour, VIRIDIS[0]);
     }

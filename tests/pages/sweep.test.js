@@ -36,7 +36,7 @@ describe("the values of an axis", () => {
 describe("what of a sweep is shown", () => {
   const trackers = ["p", "q", "r"].map((id) => ({ id, title: id }));
   const sweep = { judged: true, has_truth: true, measures: [], unit: "px", trackers };
-  const cells = { x: { name: "a" }, y: null };
+  const cells = { x: { name: "a" }, y: null, maps: [] };
   const shown = (query) => viewOf(wishOf(new URLSearchParams(query)), sweep, cells).view;
 
   it("comes back from the address that names it", () => {
