@@ -117,6 +117,8 @@ export class PanelView {
   take(panel, style) {
     this.panel = panel;
     setText(this.#title, panel.title);
+    if (panel.title === "") this.#title.remove();
+    else if (this.#title.parentElement === null) this.#header.prepend(this.#title);
     this.#entitle(panel.traces, style);
   }
 
