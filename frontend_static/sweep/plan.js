@@ -111,6 +111,7 @@ function planOfAddress() {
  * @param {string} experiment
  */
 export function choose(experiment) {
+  if (experiment === subject.value?.experiment.id) return;
   batch(() => {
     given.value = { experiment };
     subject.value = null;

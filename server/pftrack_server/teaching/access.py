@@ -93,10 +93,11 @@ class AccessGuard:
             except TimeoutError:
                 if not hold.expired():
                     raise
-                # It may have closed just before by itself.
-                with contextlib.suppress(RuntimeError, OSError):
-                    reason = follow.ended or ELSEWHERE
-                    await send({"type": "websocket.close", "code": errors.ENDED, "reason": reason})
+                closing = {"type": "websocket.close", "code": errors.ENDED, "reason": follow.ended or ELSEWHERE}
+                # A browser is told why only by a socket that was accepted; it may have been, or have closed by itself.
+                for message in ({"type": "websocket.accept"}, closing):
+                    with contextlib.suppress(RuntimeError, OSError):
+                        await send(message)
 
 
 def _follows(scope: Scope) -> Follows:
