@@ -111,8 +111,8 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
 
     Args:
         run: As far as it has been computed; it is moved to each of its frames.
-        most_bytes: That the drawings may take. Pictures get what the rest leaves, a quarter at least: where the rest is
-            more than the others, fewer frames are drawn.
+        most_bytes: That the drawings may take. Pictures get what the rest leaves; where that is too little, every
+            second frame is drawn, and so on.
 
     Yields:
         How many frames are done, of how many.
@@ -131,10 +131,13 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
         messages.append(encoded.message(known=pictures))
         named.append([picture.key for picture in encoded.pictures])
         yield frame + 1, frames
-    fewer = max(1, -(-_size(messages) // (3 * most_bytes // 4)))
-    every, messages, named = fewer * every, messages[::fewer], named[::fewer]
-    pictures = {key: pictures[key] for keys in named for key in keys}
-    files = shrink([picture.file for picture in pictures.values()], most_bytes - _size(messages))
+    while True:
+        pictures = {key: pictures[key] for keys in named for key in keys}
+        left = most_bytes - _size(messages)
+        files = shrink([picture.file for picture in pictures.values()], left)
+        if sum(map(len, files)) <= left or len(messages) == 1:
+            break
+        every, messages, named = 2 * every, messages[::2], named[::2]
     known = zip(pictures.values(), files, strict=True)
     records = [picture_record(replace(picture, file=file)) for picture, file in known]
     spans = _spans([*messages, *records])
