@@ -58,7 +58,7 @@ LEFT = """() => ({
     frames: alive.frames.size,
     sockets: alive.sockets.size,
     figures: document.querySelectorAll(".figure-view[data-shown]").length,
-    elements: document.querySelectorAll("body *").length,
+    elements: document.querySelectorAll("body :not(.tooltip, .tooltip *)").length,
 })"""
 PLACES = """() => {
     const main = document.querySelector("main");
@@ -119,7 +119,8 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     """
     page = several.page
     one, other = (server.start_session(tracker=tracker)["id"] for tracker in ("h-spf", "condensation"))
-    page.evaluate("import('./static/session/mount.js')")  # what explains words listens as long as the page is there
+    # What explains words, presents and opens dialogs listens as long as the page is there.
+    page.evaluate("Promise.all(['mount', 'session_start'].map((it) => import(`./static/session/${it}.js`)))")
     at_first = page.evaluate(LEFT)
     several.mount("a", {"session": one})
     several.mount("b", {"session": other, "view": "flat"}, shared=True)
