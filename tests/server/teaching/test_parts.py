@@ -13,7 +13,9 @@ from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack_server.core.errors import ApiError
 from pftrack_server.core.settings import Settings
 from pftrack_server.teaching import links as found
+from pftrack_server.teaching.access import AccessGuard
 from pftrack_server.teaching.follow import LECTURER, MOST_SCENES, MOST_SOCKETS, UNUSED_S, Followers, Forks
+from pftrack_server.teaching.follows import Follows
 from pftrack_server.teaching.links import NOTICE, addresses
 from pftrack_server.teaching.polls import Poll
 from tests.apart import run
@@ -106,6 +108,31 @@ class TestFollowers:
         await asyncio.sleep(0)
         review()
         assert await asyncio.gather(*served) == ["sent away", "stayed", "stayed"]
+
+    @pytest.mark.parametrize("is_accepted", [False, True])
+    @in_loop
+    async def test_who_is_sent_away_hears_why(self, is_accepted: bool) -> None:
+        """A socket is accepted before it is closed: a browser is told of any other only that it failed."""
+        room, said = _nobody(), []
+
+        async def send(message: dict[str, Any]) -> None:
+            if message["type"] in {each["type"] for each in said}:
+                raise RuntimeError("it was accepted before")
+            said.append(message)
+
+        async def app(*_: object) -> None:
+            if is_accepted:
+                await send({"type": "websocket.accept"})
+            room.review(lambda *_: False)
+            await asyncio.Event().wait()
+
+        content = SimpleNamespace(wanted=SimpleNamespace(most_followers=9))
+        one: Any = SimpleNamespace(seat="a", follow=SimpleNamespace(followers=room, content=content, ended=None))
+        services = {Follows: SimpleNamespace(check_room=lambda: None)}
+        scope = {"path": "/x", "app": SimpleNamespace(state=SimpleNamespace(services=services))}
+        await AccessGuard(app)._serve_socket(one, scope, app, send)
+        assert [each["type"] for each in said] == ["websocket.accept", "websocket.close"]
+        assert (said[1]["code"], said[1]["reason"]) == (4404, "The class no longer follows this.")
 
 
 class TestForks:
