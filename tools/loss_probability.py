@@ -49,8 +49,8 @@ COLUMNS = {
     "Brier score (": "Brier score",
     "Brier score of": "of the share alone",
     "area": "area under ROC",
-    "share of the losses": "losses told",
-    "frames until": "frames until half are told",
+    "share of the losses": "losses detected",
+    "frames until": "frames until half are detected",
 }
 """Of the table: how the result of a finding begins, and the title."""
 
@@ -248,7 +248,7 @@ def _table(name: str, rows: dict[str, dict[str, float]], refused: dict[str, str]
 
 
 def _cell(title: str, value: float) -> str:
-    if title == "losses told":
+    if title == "losses detected":
         return f"{100 * value:.0f} %"
     return f"{value:g}" if title.startswith("frames") else f"{value:.3f}"
 

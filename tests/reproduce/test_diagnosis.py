@@ -65,12 +65,12 @@ def test_runs_kept_aside_are_counted_apart() -> None:
         Judgement(other, "unclear"),
     ]
     found = {one.result: one.ours for one in findings_of(((place, number), it) for number, it in enumerate(said))}
-    assert found["diagnosis: at least 400 runs are lost by what was put there (runs)"] == 3
-    assert found["diagnosis: at least 80 % of the runs kept aside are told right (share)"] == 0.5
-    assert found["diagnosis: so are those on which the rules were made (share)"] == 1
-    assert found["diagnosis without truth: runs kept aside that are told right (share)"] == 0
-    assert found["diagnosis: runs kept aside that hold, and of which nothing is said (share)"] == 1
-    assert found["diagnosis without truth: runs kept aside that hold, and of which nothing is said (share)"] == 0
+    assert found["diagnosis: at least 400 runs are lost by their flaw (runs)"] == 3
+    assert found["diagnosis: at least 80 % of the runs kept aside get the right cause (share)"] == 0.5
+    assert found["diagnosis: the same for runs on which the rules were made (share)"] == 1
+    assert found["diagnosis without truth: runs kept aside with the right cause (share)"] == 0
+    assert found["diagnosis: runs kept aside that hold and get no cause (share)"] == 1
+    assert found["diagnosis without truth: runs kept aside that hold and get no cause (share)"] == 0
     cell, unaided = (REFERENCES.statements[name].result for name in ("cell", "unaided-cell"))
     assert found[cell.format("occlusion longer than memory", "look-alike capture")] == 1
     assert found[unaided.format("occlusion longer than memory", "unclear")] == 1
