@@ -1,8 +1,8 @@
-"""Does a look at a target tell whether it is lost? Real clips, marked by their truth in frames drawn at random.
+"""Does suitability predict loss? Real clips, marked by their truth in frames drawn at random.
 
-Each start is looked at as the upload page does, then the default tracker follows it. It is lost if a loss lasts
-(`pftrack.runs.loss`) or goes to the last frame. The grades were set on the clips called *seen*; those kept *aside* were
-only looked at afterwards. The clips lie in `shared/data` beside the checkout.
+Each start is graded as on the upload page, then the default tracker follows it. A start is lost if a loss lasts
+(`pftrack.runs.loss`) or reaches the last frame. The grades were set on the clips called *seen*; those kept *aside* were
+measured afterwards, once. The clips lie in `shared/data` beside the checkout.
 """
 
 from _table import Size, arguments, progress, report, single_threaded

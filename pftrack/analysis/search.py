@@ -72,7 +72,7 @@ def maximise(
 
 
 class _SpentError(Exception):
-    """All values that may be asked for have been asked for."""
+    """The objective has been evaluated as often as allowed."""
 
 
 def _descend(ask: Loss, start: Floats, limits: Floats) -> None:

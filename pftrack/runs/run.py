@@ -268,7 +268,7 @@ class Run:
         if drawn is not None:
             chosen = [] if cloud is None else drawn_particles(len(cloud)).tolist()
             if not 0 <= drawn < len(chosen):
-                raise ParameterError("particle", drawn, f"a particle of the drawing, 0 to {len(chosen) - 1}")
+                raise ParameterError("particle", drawn, f"below {len(chosen)}, the number of particles drawn")
             particle = chosen[drawn]
         width = len(state.estimate)
         current = state.estimate if particle is None or cloud is None else cloud.states[particle, :width]

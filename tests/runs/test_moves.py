@@ -113,7 +113,7 @@ def test_what_is_dragged_in_a_drawing_lands_within_its_bounds() -> None:
     signal = sine.landing(6, 3, (44.0, 200.0))["move"]
     assert signal.place == (0.0, sine.current.state.particles.states[3, 1])
     assert sine.landing(6, None, (44.0, -1e3))["move"].place[0] == 1.6
-    with pytest.raises(ParameterError, match="particle must be a particle of the drawing, 0 to 799, got 800"):
+    with pytest.raises(ParameterError, match="particle must be below 800, the number of particles drawn, got 800"):
         ball.landing(6, 800, (1, 2))
     with pytest.raises(ConflictError, match="frame 5 is not shown any more"):
         ball.landing(5, 3, (1, 2))

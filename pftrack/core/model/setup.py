@@ -36,8 +36,8 @@ from pftrack.core.refusal import ParameterError
 Grade: TypeAlias = Literal["well", "poorly", "not at all", "no verdict"]
 
 WELL, NOT_AT_ALL = 0.6, 0.3
-"""From the one on a target is followed well, below the other not at all. By colour that came true at every start on
-real clips (`benchmarks/suitability.py`); between them a target may be held or lost."""
+"""Bounds of "well" and "not at all". By colour both came true at every start on real clips
+(`benchmarks/suitability.py`); between them a tracker may hold or lose its target."""
 
 BESIDE = Series("beside", "likelihood around the estimate, over that on it")
 """Below 1 - `WELL` the target separates well, above 1 - `NOT_AT_ALL` not at all."""
@@ -57,7 +57,7 @@ class Suitability:
         better: A mark of the same target that suits better, where one was found.
         likelihood: (height, width) over the picture in which the target is marked, 0..1 relative to its peak, of a
             large picture every so-many-th pixel; None for a likelihood that is not one of places in the picture.
-        tells: Whether such a value was found to tell what follows; there is no verdict where it does not.
+        tells: Whether the value predicts loss; if not, the grade is "no verdict".
     """
 
     value: float

@@ -189,7 +189,7 @@ PARTS, PART = 5, 0.5
 """Smaller boxes that are tried: so many places along each side, and what share of a side they have."""
 
 EITHER = "with which targets were both held and lost"
-"""Why there is no verdict between the grades."""
+"""Reason for "no verdict" between the grades."""
 
 FINE_PX, WIDE_PX = 48, 960
 """Pixels that are looked at along the shorter side of a target, and along the longer one of a picture, at most."""

@@ -275,7 +275,7 @@ TRACKERS: dict[str, Tracker] = {
 SHARPNESS = 50.0
 """Lambda for which the grades were set, of a window without parts; trackers may have another."""
 UNTOLD = "which says nothing about this tracker: of 94 starts on real clips with 15 % or less, 18 were lost"
-"""Why there is no verdict: what `benchmarks/suitability.py` counts."""
+"""Reason for "no verdict", as `benchmarks/suitability.py` counts."""
 STEPS_A_WINDOW = 6
 """So many places are looked at along the shorter side of a window."""
 COARSE_STEPS = 4

@@ -428,12 +428,12 @@ def beside(found: Separation) -> float:
 
 
 def remark(grade: Grade, found: Separation, why: str) -> str:
-    """Say what was found: how likely the surroundings are, and whether the rest of the picture looks alike.
+    """Describe how likely the surroundings are beside the target, and whether the rest of the picture looks like it.
 
     Args:
-        grade: What is concluded.
-        found: What was found.
-        why: Where there is no verdict, the reason, a clause.
+        grade: Verdict on the target.
+        found: How the target separates from its surroundings.
+        why: Reason for "no verdict", a clause.
     """
     share = f"{100 * found.around / found.on:.0f} % as likely as" if found.contrast > 0.0 else "at least as likely as"
     verdict = grade if grade == "no verdict" else f"separates {grade}"

@@ -29,7 +29,7 @@ MOST_BOXES = 250_000
 LARGEST_NUMBER = 1_000_000
 FURTHEST_PX = 1e6
 PLACES_SHOWN = 5
-"""Boxes without an area whose lines are told."""
+"""Boxes without an area whose lines a message names, at most."""
 
 
 class Box(NamedTuple):
