@@ -94,7 +94,7 @@ class AccessGuard:
                 if not hold.expired():
                     raise
                 closing = {"type": "websocket.close", "code": errors.ENDED, "reason": follow.ended or ELSEWHERE}
-                # A browser is told why only by a socket that was accepted; it may have been, or have closed by itself.
+                # A browser learns the reason only on an accepted socket; this one may be accepted or closed already.
                 for message in ({"type": "websocket.accept"}, closing):
                     with contextlib.suppress(RuntimeError, OSError):
                         await send(message)
