@@ -8,7 +8,7 @@ import { decode } from "../shared/share_link.js";
 
 /** @typedef {Record<string, unknown>} Item As a lecture's file has it. */
 
-/** Items that are named in a lecture as in their addresses. */
+/** Items that a lecture names as their addresses do. */
 const BY_NAME = new Map([["learn", "lesson"], ["failures", "failure"]]);
 
 /**
@@ -32,7 +32,7 @@ export function itemOfSession({ recipe, upload, position, name }) {
 export async function itemOfAddress(text, base = document.baseURI) {
   if (!URL.canParse(text.trim(), base)) throw new Error("This is not a link.");
   const address = new URL(text.trim(), base);
-  const [kind, name = ""] = address.pathname.split("/").slice(-2).map(decodeURIComponent);
+  const [kind, name = ""] = damagedOr(() => address.pathname.split("/").slice(-2).map(decodeURIComponent));
   if (name === "compare") {
     const saved = savedOf(address);
     const wanted = wantedOf(address);

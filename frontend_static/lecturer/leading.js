@@ -9,6 +9,7 @@ import { attempt, CopyButton, elementOf, Icon, Select, toast } from "../shared/d
 import { moment } from "../shared/format.js";
 import { Doing } from "../shared/page.js";
 import { isPresenting, isTyping, presentNext } from "../shared/presentation.js";
+import { follow as whenChanged } from "../shared/timing.js";
 import { isParticipant } from "../shared/visitor.js";
 import { computed, effect, h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
 import { following, takeClassAlong, walkOfTab } from "./class_control.js";
@@ -70,16 +71,14 @@ function lectureLine(control, ends) {
   const [line, hands] = [elementOf(h(Line, { held })), elementOf(h(ShowOfHands, { held }))];
   const top = document.querySelector(".top");
   // Presented it stands in the page's first line, whose words it says as well, and which may just be filled.
-  effect(() => {
-    const isFirst = isPresenting();
-    queueMicrotask(() => (isFirst ? top?.prepend(line) : top?.after(line)));
-  });
-  effect(() => held.ask());
+  whenChanged(isPresenting, () => queueMicrotask(() => (isPresenting() ? top?.prepend(line) : top?.after(line))), ends);
+  ends.addEventListener("abort", effect(() => held.ask()));
   document.body.append(hands);
   // On its page N is a branch or the next lesson: the lecture hears it first. The page keys are first those of a list or a figure.
   document.addEventListener("keydown", (event) => event.key.toLowerCase() === "n" && held.press(event), { capture: true, signal: ends });
   document.addEventListener("keydown", (event) => held.press(event), { signal: ends });
-  setInterval(() => (now.value = Date.now()), SECOND_MS);
+  const ticking = setInterval(() => (now.value = Date.now()), SECOND_MS);
+  ends.addEventListener("abort", () => clearInterval(ticking));
   ends.addEventListener("abort", () => [line, hands].forEach((element) => element.remove()));
 }
 
@@ -234,9 +233,8 @@ const MOST_BEFORE = 20;
 const NEW = { id: "", title: "a new lecture" };
 
 /**
- * Show what a class or a lecture has on each page of the tab that leads it: the line of the lecture, and the poll. What is asked, and
- * what is revealed, is there to be seen; presented, what is revealed takes all of the page, until the next key puts it back to its
- * place.
+ * Show what a class or a lecture has on each page of the tab that leads it: the line of the lecture, and the poll. While
+ * the page is presented, a result fills it until the next key.
  *
  * @param {ClassControl} control
  * @param {AbortSignal} end Takes it away.
@@ -244,13 +242,13 @@ const NEW = { id: "", title: "a new lecture" };
 export function lead(control, end) {
   const size = signal(/** @type {Size} */ ("whole"));
   let before = /** @type {string|null} */ (null);
-  effect(() => {
+  end.addEventListener("abort", effect(() => {
     const { id = "", revealed = false } = control.follow.value?.poll ?? {};
     const current = control.follow.value && `${id} ${revealed}`;
-    // What was revealed on the page before has been seen.
+    // A result that the page before has revealed is known.
     if (current !== before) size.value = revealed && before !== null ? "staged" : "whole";
     before = current;
-  });
+  }));
   document.addEventListener("keydown", (event) => {
     if (size.value !== "staged" || !isPresenting() || dialogIsOpen() || isForBrowser(event)) return;
     // It was for the result; the next one is for the page again.

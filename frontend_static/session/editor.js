@@ -119,7 +119,7 @@ export function Editor({ store, file: first, close }) {
     const found = (await request("GET filters")).find((each) => each.name === name);
     if (found === undefined || text.value !== file.value.text) return;
     file.value = found;
-    if (text.value !== found.text) field.current?.dispatch({ changes: { from: 0, to: text.value.length, insert: found.text } });
+    if (text.value !== found.text) field.current?.dispatch({ changes: { from: 0, to: field.current.state.doc.length, insert: found.text } });
   };
   return html`
     <div class="editor-bar">

@@ -318,8 +318,9 @@ export async function begin() {
   const now = plan.value;
   if (now === null) return;
   try {
-    const { page } = await request("POST sweeps", { body: /** @type {SweepCreate} */ (now) });
-    location.assign(page);
+    location.assign((await request("POST sweeps", { body: /** @type {SweepCreate} */ (now) })).page);
+    // Keep the button busy until the page goes, or comes back from the browser's cache.
+    await new Promise((resolve) => { addEventListener("pageshow", resolve, { once: true }); });
   } catch (error) {
     refuse(now, error);
     if (wrong.value.place === "") toast(wrong.value.words, { kind: "error" });
