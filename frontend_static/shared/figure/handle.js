@@ -36,16 +36,15 @@ import { ends, even, inPx, valueOn } from "./axes.js";
 const STEPS = 400;
 /** Digits of a value on a logarithmic axis. */
 const DIGITS = 4;
-/** How broad the part of a slider is that is taken, px; so is it in the style sheet. */
+/** Width of a slider's thumb, px; the style sheet has the same. */
 const FINGER = 24;
 
 /**
- * A slider over the panel with a line across it. While somebody holds it, it stands where they put it; afterwards where it is
- * told to stand.
+ * A slider over the panel with a line across it. While held, it stays where the person puts it; afterwards it follows
+ * `stand`.
  *
- * @param {{stand: Stand, parameter?: string, words?: string, tell?: (value: number) => void}} props `stand` is another one each time
- *     that the panel is drawn; `words` are said instead of the value; `tell` is told each value once, without it the line cannot
- *     be moved.
+ * @param {{stand: Stand, parameter?: string, words?: string, tell?: (value: number) => void}} props `stand` is a new object each
+ *     time the panel is drawn; `words` replace the spoken value; `tell` gets each new value, and without it the line is fixed.
  */
 export function Handle({ stand, parameter, words, tell }) {
   const { box, scale, axis, along, bounds: { low, high, step: size, log }, title, locked } = stand;
@@ -74,7 +73,7 @@ export function Handle({ stand, parameter, words, tell }) {
   const shown = valueOn(axis, at, log ? undefined : size);
   const range = { min: bent(low), max: bent(high), step: size, value: bent(at), disabled: locked || !tell, dir: from > to ? "rtl" : "ltr" };
   const names = { "data-along": along, "data-parameter": parameter, "aria-label": title || axis.title, "aria-valuetext": words ?? shown };
-  const hears = { onInput: take, onKeyDown: press, onChange: release, onKeyUp: release, onPointerUp: release, onBlur: release };
+  const hears = { onInput: take, onKeyDown: press, onChange: release, onKeyUp: release, onPointerUp: release, onPointerCancel: release, onBlur: release };
   return html`
     <input type="range" class="figure-grip" style=${inPx(room)} ...${range} ...${names} ...${hears} />
     <div class="figure-line" aria-hidden="true" ...${across(box, along, scale.at(at))}>
@@ -95,7 +94,7 @@ export function PlaceQuestion({ stand, place }) {
     placed.value = value;
     place(value);
   };
-  // Where it is at first is a prediction, too, once somebody chooses it; the slider itself tells of other values alone.
+  // The first position is a prediction, too, once somebody chooses it; the slider itself reports only changes.
   const choose = (/** @type {Event & {target: Element}} */ { target }) => isPlaced || target.dispatchEvent(new Event("input"));
   const press = (/** @type {KeyboardEvent & {target: Element}} */ event) => {
     if (event.key !== "Enter" && event.key !== " ") return;
