@@ -26,8 +26,8 @@ import { JointStore } from "./joint_store.js";
 /**
  * One of the runs on a page.
  *
- * @typedef {Run & {label: string, recipe?: NewSession, session?: string}} Member `label` is what people hear of its place; `recipe`
- *     makes its session, otherwise `session` is the one that there is.
+ * @typedef {Run & {label: string, recipe?: NewSession, session?: string}} Member `label` names its place for screen readers. `recipe`
+ *     makes its session; without one, `session` exists already.
  */
 
 const PARTS = /** @type {const} */ (["scene", "readout"]);
@@ -43,8 +43,8 @@ export class JointView {
 
   /**
    * @param {readonly Member[]} members
-   * @param {{kind: string, readOnly?: boolean}} options `kind` is the class of the places, `readOnly` where they can be looked at
-   *     and not be moved.
+   * @param {{kind: string, readOnly?: boolean}} options `kind` is the CSS class of the places; with `readOnly` the runs cannot
+   *     be moved from here.
    */
   constructor(members, { kind, readOnly = false }) {
     /** For the pictures and the numbers of the runs. */

@@ -13,12 +13,7 @@ import { computed, effect, signal } from "../vendor/preact.js";
 
 /** @typedef {{name: string, colour: string, first: number}} Run `colour` as CSS has it; `first` is its frame that is frame 0 here. */
 /** @typedef {Run & {store: Store}} JointRun With what is known of its session. */
-/**
- * What is known of the runs as wholes: from where to watch the first loss of any run, where there is one, and frames worth
- * finding again.
- *
- * @typedef {{beforeLoss: number|null, notes: {frame: number, note: string}[]}} Whole
- */
+/** @typedef {{beforeLoss: number|null, notes: {frame: number, note: string}[]}} Whole `beforeLoss` is shortly before any run's first loss. */
 
 const BROKEN = /** @type {const} */ (["gone", "lost", "connecting"]);
 
@@ -43,7 +38,7 @@ export class JointStore extends Store {
       this.histories.set(String(place), new HistoryWindow(() => store.history, first));
     });
     effect(() => {
-      // The worst of all.
+      // The worst connection counts.
       this.connection.value = BROKEN.find((each) => runs.some(({ store }) => store.connection.value === each)) ?? "open";
       // There is nothing to show of all before all are there.
       if (runs.every(({ store }) => store.session !== null)) this.session = this.#joined();

@@ -34,7 +34,7 @@ const ARRANGEMENTS = [
 const compared = signal(/** @type {RunComparison|null} */ (null));
 /** The title that a person gave; empty where the names of the runs do. */
 const givenTitle = signal("");
-/** The saved comparison that is shown, and what is kept in it, as text. */
+/** The saved comparison on the page, with its content as text. */
 const saved = signal(/** @type {{id: string, content: string|null}|null} */ (null));
 /** What is waited for, one sentence. */
 const waiting = signal("");
@@ -65,7 +65,7 @@ async function load() {
   }
 }
 
-/** @param {ComparedRun[]} runs The runs that stay when one is taken away: another comparison, which its address begins. */
+/** @param {ComparedRun[]} runs The remaining runs; their address opens a new comparison. */
 function showFewer(runs) {
   location.assign(linkTo({ runs, position: compared.value?.position }));
 }

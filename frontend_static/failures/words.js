@@ -1,4 +1,4 @@
-/** What a cure changes, in words, and what was measured in both runs. */
+/** The changes of a cure in words, and the measurement of both runs. */
 
 import { messageOf, request } from "../shared/api.js";
 import { whenCompiled } from "../shared/compiling.js";
@@ -8,14 +8,14 @@ import { parameterValue } from "../shared/format.js";
 /** @import { FailurePublic, FailureResult } from "../shared/messages.js" */
 /** @import { Signal } from "../vendor/preact.js" */
 
-/** @typedef {Signal<FailureResult|string|null>} Course What was measured; or a sentence in its place; or nothing yet. */
+/** @typedef {Signal<FailureResult|string|null>} Course The measurement; a sentence in its place; null while unknown. */
 
 /**
- * Find out what was measured in both runs, as soon as the server has it.
+ * Load the measurement of both runs as soon as the server has it.
  *
  * @param {FailurePublic} failure
  * @param {Course} course
- * @param {AbortSignal} end Nothing is told after it.
+ * @param {AbortSignal} end Nothing changes after it.
  */
 export async function measure({ experiment, id: failure }, course, end) {
   const ask = () => request("GET failures/{failure}/course", { failure, signal: end });

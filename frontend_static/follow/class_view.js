@@ -42,7 +42,7 @@ export function ClassView({ follow, figure, views }) {
 /** @param {Pick<Props, "follow"|"views">} props */
 function Sessions({ follow, views }) {
   const content = useSignal(/** @type {VNode|null} */ (null));
-  // Not while this is drawn: what is made here draws as well.
+  // Not during rendering: `begin` renders components itself.
   useLayoutEffect(() => {
     const watched = begin(follow);
     content.value = watched.content;

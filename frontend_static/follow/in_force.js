@@ -85,7 +85,7 @@ function inWords(declaration) {
  * @param {(value: Value) => string} told
  * @param {Value|undefined} before
  * @param {Value} now
- * @param {boolean} isFirst Whether it counts here also unchanged.
+ * @param {boolean} isFirst Whether it is shown first even if unchanged.
  * @returns {Entry}
  */
 function entry(title, told, before, now, isFirst) {

@@ -55,7 +55,7 @@ export class Progress {
   }
 }
 
-/** @returns {Record<string, Entry>} What is damaged, or of another version, is left out: those lessons are asked again. */
+/** @returns {Record<string, Entry>} Damaged entries are left out; their lessons are asked again. */
 function entriesKept() {
   try {
     const { lessons } = /** @type {{lessons: Record<string, unknown>}} */ (JSON.parse(remembered(PLACE) ?? "{}"));

@@ -43,7 +43,7 @@ class Shown {
   /** Id of the session that it is, once that is known. */
   id = signal(/** @type {string|null} */ (null));
   turnables = signal(/** @type {readonly Turnable[]} */ ([]));
-  /** @type {Values} What they go back to. */
+  /** @type {Values} The values that a reset restores. */
   first = {};
   /** What the controls show. */
   values = signal(/** @type {Values} */ ({}));

@@ -15,7 +15,7 @@ import { batch, computed, h, html, signal, useEffect } from "../vendor/preact.js
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
 
 /**
- * What a page has to show to a class; its parts in this order, since it is compared as text.
+ * What a page has to show to a class. Its keys keep this order, because it is compared as text.
  *
  * @typedef {object} Shown
  * @property {string} title
@@ -45,7 +45,7 @@ export class ClassControl {
   #stream = null;
 
   /**
-   * @param {() => Shown|null} look Finds what this page has to show, by reading signals; null as long as that is not known.
+   * @param {() => Shown|null} look Returns what this page has to show, by reading signals; null while unknown.
    * @param {AbortSignal} [end] The page itself, if not given.
    */
   constructor(look, end = new AbortController().signal) {

@@ -15,7 +15,7 @@ import { h, html, useRef, useSignal } from "../vendor/preact.js";
 
 /** Letters from which on a question takes several lines where it is presented. */
 const LONG = 90;
-/** The answers that a form begins with; fewer are none. */
+/** The first answers of a form; a poll needs that many. */
 const FIRST = ["Yes", "No"];
 const MOST = 8;
 const IN_A_SENTENCE = new Intl.ListFormat("en-GB");
@@ -71,9 +71,9 @@ export function ClassPoll({ control, tools = null }) {
 }
 
 /**
- * The form of a poll: a question, and two to eight answers. What is left empty is no answer.
+ * The form of a poll: one question and two to eight answers. Empty answers are left out.
  *
- * @param {{ask: (poll: {question: string, answers: string[]}) => unknown, action: string}} props It is as new once it was asked; `false` where it was not.
+ * @param {{ask: (poll: {question: string, answers: string[]}) => unknown, action: string}} props `false` keeps the form as it is.
  */
 export function PollForm({ ask, action }) {
   const amount = useSignal(FIRST.length);

@@ -19,7 +19,7 @@ import { steer } from "./steering.js";
 /** @import { Mounted } from "./mount.js" */
 /** @import { Values } from "./steering.js" */
 
-/** The look of a button that is a line of a list. */
+/** CSS classes of a button in a list. */
 const IN_A_LIST = "quiet grow";
 
 // Links that hold a whole run: experiment, seed, tracker and timeline travel in the fragment, which no server logs. Who

@@ -230,7 +230,7 @@ function isFirstVisit(experiment) {
 
 /**
  * @typedef {object} Options
- * @property {Steering} [steering] What moves the run, where it follows another session.
+ * @property {Steering} [steering] The steering of the session that this one follows.
  * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
  * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
  * @property {HTMLElement|null} [keys] Where the keys are the session's own: its element if not given, nowhere if null.
@@ -263,9 +263,9 @@ export class Mounted {
     this.scene = start.scene;
     /** Ids of the plots to show; all of them if none is named. */
     this.plots = ids;
-    /** What is shown in the place of the plots. */
+    /** The card that replaces the plots. */
     this.card = newSignal(/** @type {"inspect"|"why"|"what-if"|null} */ (null));
-    /** What lies over the scene beside its notes, such as the marking of the truth. */
+    /** Content over the scene, such as the marking of the truth. */
     this.laid = newSignal(/** @type {Child} */ (null));
     /** Whether to say what to look at. */
     this.hasNote = newSignal(true);
@@ -291,7 +291,7 @@ export class Mounted {
     this.#start.end();
   }
 
-  /** Look into the frame, or no more. */
+  /** Begin or stop looking into the frame. */
   async #look() {
     const { inspection: place } = this.#start.places;
     if (!place || this.store.isReadOnly) return;

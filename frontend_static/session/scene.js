@@ -100,7 +100,7 @@ export class Scene {
   #shows = live(false);
   #hasNoGraphics = live(false);
   #failure = live(/** @type {{title: string, message: string, action: Action|null}|null} */ (null));
-  /** Called whenever the run is seen in another way than before. */
+  /** Called when another view is shown. */
   onView = () => {};
 
   /**

@@ -31,8 +31,8 @@ import { curve, isGone } from "./store.js";
 /** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px. */
 
 /**
- * What each row is called, how high it is, and how much is free below it, px: from one name to the next is a line of letters. A
- * curve has the height that the others leave.
+ * What each row is called, how high it is, and how much is free below it, px: from one name to the next is a line of letters. The
+ * curve takes the height that is left.
  */
 const ROWS = /** @type {const} */ ({
   flags: ["", 12, 0],
@@ -45,7 +45,7 @@ const ROWS = /** @type {const} */ ({
 });
 /** How far lines at the edge of a row reach beyond it, px. */
 const EDGE = 1;
-/** How opaque an improbable loss is. */
+/** Opacity of the least probable loss. */
 const FAINTEST = 0.4;
 const INKS = ["ink", "muted", "well", "hidden", "lost"];
 
@@ -182,7 +182,7 @@ class Memory {
 }
 
 /**
- * Where the rows stand that there is something for. The room of the others is for the curve.
+ * Place the rows that are shown. The curve takes the height that is left.
  *
  * @param {readonly RowName[]} shown
  * @param {number} height Of all rows.

@@ -131,7 +131,7 @@ export class SpatialScene {
     const shown = this.window?.pftrackScene?.frame();
     if (shown !== this.#seen.frame) this.#seen = { frame: shown, since: performance.now() };
     const late = performance.now() - PATIENCE_MS;
-    // One that is slow is waited for; one that shows nothing new for long is not.
+    // A slow scene is waited for; a scene that has stopped is not.
     const last = this.#waiting.findLastIndex(({ frame, since }) => frame === shown || Math.max(since, this.#seen.since) < late);
     this.#release(last + 1);
     if (this.#waiting.length > 0) later(() => this.#look(), LOOK_EVERY_MS, this.#signal);

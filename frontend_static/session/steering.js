@@ -69,7 +69,7 @@ export function sessionTitle(session) {
 }
 
 /**
- * What repeats a run in a sweep: its scene or recording, its tracker, and the values with which it began.
+ * Return the plan of a sweep that repeats a run: its scene or recording, its tracker, and its first values.
  *
  * @param {SessionPublic} session
  */
@@ -205,7 +205,7 @@ export class Steering {
     this.goal.value = isThere ? null : goal;
     await this.pause();
     await this.#seeking.ask(goal);
-    if (this.goal.peek() !== goal) return; // it is there, or goes elsewhere by now
+    if (this.goal.peek() !== goal) return; // it has arrived, or another goal replaced it
     this.#forget();
     this.#forget = later(() => (this.goal.value = null), GOAL_MS, this.#signal);
   }

@@ -160,7 +160,7 @@ export class History {
   }
 }
 
-/** The end of a run's history as if it were all of it: from one frame on, counted from 0. */
+/** A run's history from one frame on; that frame counts as 0. */
 export class HistoryWindow extends History {
   #whole;
   #part;
@@ -229,7 +229,7 @@ export class Store {
     this.isReadOnly = readOnly;
   }
 
-  /** @returns {number|null} From where to watch the first loss, where that is known here; a session knows its own. */
+  /** @returns {number|null} The frame before the first loss; null where only the server knows it. */
   get beforeLoss() {
     return null;
   }
@@ -303,7 +303,7 @@ export class Store {
     return this.session !== null && ["ready", "playing", "ended"].includes(this.session.state);
   }
 
-  /** Whether it can be steered from here: there is a session that listens. */
+  /** Whether the session can be steered from here. */
   get isSteerable() {
     return this.connection.value === "open" && this.isAwake && !this.isReadOnly;
   }

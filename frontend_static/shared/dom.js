@@ -12,7 +12,7 @@ import { messageOf } from "./api.js";
 // Controls to choose one of several things.
 
 /**
- * What can be chosen: the value, the words for it, its group in a list, and whether it cannot be chosen now.
+ * What can be chosen: the value, the words for it, its group in a list, and whether it is disabled.
  *
  * @typedef {{value: string, words: string, hint?: string, group?: string, isOff?: boolean}} Option
  */
@@ -38,7 +38,7 @@ export function Segments({ label, options, value, choose }) {
 }
 
 /**
- * Boxes to check, of which `most` can be.
+ * Check boxes; at most `most` can be checked.
  *
  * @param {{
  *   options: readonly {value: string, words: import("../vendor/preact.js").Child, hint?: string}[],
@@ -67,7 +67,7 @@ export function Boxes({ options, chosen, choose, most = Infinity }) {
  *   accept: string,
  *   take: (files: File[]) => void,
  *   look?: string,
- * }} props `look` is further classes of the button.
+ * }} props `look` adds CSS classes to the button.
  */
 export function FileButton({ name, label, words, title, accept, take, look = "" }) {
   const send = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
@@ -144,7 +144,7 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** @typedef {Record<string, [right: number, down: number]>} Ways Where keys go, by their place on the keyboard or their name. */
+/** @typedef {Record<string, [right: number, down: number]>} Ways The direction of each key, by its code or its name. */
 
 /** @type {Ways} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -152,7 +152,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 const FAR = 10;
 
 /**
- * How far a key goes: one, or with shift ten; null for any other key.
+ * Return the step of a key: one, or ten with shift; null for any other key.
  *
  * @param {KeyboardEvent} event
  * @param {Ways} [ways]
@@ -168,7 +168,7 @@ export function step(event, ways = ARROWS) {
 }
 
 /**
- * Have a component in a place until the end.
+ * Render a component into a place until the end.
  *
  * @param {Element} place
  * @param {import("../vendor/preact.js").Child} content
@@ -388,7 +388,7 @@ export class Tooltip {
   /**
    * @param {Child} content
    * @param {Place} place
-   * @param {Element} [within] What is open over the page would cover it.
+   * @param {Element} [within] Its parent; an open dialog covers what is outside.
    */
   show(content, place, within = document.body) {
     this.#element ??= build("div", { class: "tooltip", ...this.#attributes });
@@ -408,7 +408,7 @@ export class Tooltip {
   }
 }
 
-/** Beside what the pointer is at, wherever that is on the page. */
+/** The tooltip of the pointer, shared by the whole page. */
 export const tip = new Tooltip({ role: "status" });
 
 // A button with a small sheet beside it (`.menu` of the style sheet), which closes when somebody clicks elsewhere.

@@ -193,7 +193,7 @@ export function signed(value, isShare = false) {
 }
 
 /**
- * The end of a scale: of amounts a few outliers, of cells with hardly a run, shall not make all others look alike.
+ * Return the end of a scale. A few outliers, from cells with few runs, must not make all other cells look alike.
  *
  * @param {Pick<Quantity, "isShare">} quantity
  * @param {Column} column

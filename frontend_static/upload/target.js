@@ -78,7 +78,7 @@ export class Target {
   }
 
   /**
-   * What is followed as something else, from the same frame on, or as the same.
+   * Return the target as another experiment follows it, from the same frame on; itself for the same experiment.
    *
    * @param {ExperimentPublic} experiment
    * @param {string} [proposal]

@@ -44,7 +44,7 @@ describe("several runs as one store", () => {
     assert.equal(drawn.length, 1);
   });
 
-  it("counts the frames that all of them have", () => {
+  it("counts frames as the leading run does", () => {
     const timeline = [{ frame: 8, values: {} }];
     const late = session({ frames: 40, computed: 5 });
     const joint = new JointStore([run(session({ frames: 43, computed: 12, timeline }), "early", 3), run(late, "late")], 1, false);

@@ -32,7 +32,7 @@ it("a loss that is explained after its session has left the page begins no explo
   const store = new Store();
   store.receive({ type: "hello", diagnostics: {}, session: hello });
   const end = new AbortController();
-  const asking = new Loss({ store, able: true, card: { value: null }, signal: end.signal }).ask(5);
+  const asking = new Loss({ store, card: { value: null }, signal: end.signal }).ask(5);
   end.abort();
   answer();
   await asking;

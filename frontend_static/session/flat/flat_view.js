@@ -39,7 +39,7 @@ export function nameAt(primitives, x, y, scale) {
   return name;
 }
 
-/** @typedef {{key: number, decoded: Promise<ImageBitmap|null>, needed: number}} Kept `needed` by this drawing last. */
+/** @typedef {{key: number, decoded: Promise<ImageBitmap|null>, needed: number}} Kept `needed` is the last drawing that needs it. */
 
 /** The pictures of drawings, decoded outside the page's thread and freed as soon as no drawing needs them any more. */
 export class Pictures {
@@ -59,7 +59,7 @@ export class Pictures {
       this.#all.add({ key, decoded, needed: number });
     }
     const named = new Set(drawing.primitives.flatMap((item) => (item.kind === "picture" ? [item.image_rgb.key] : [])));
-    // Of a key that has come again, the newer picture.
+    // A later picture replaces an earlier one with the same key.
     const needed = new Map([...this.#all].filter(({ key }) => named.has(key)).map((kept) => [kept.key, kept]));
     for (const kept of needed.values()) kept.needed = number;
     const found = await Promise.all([...needed].map(async ([key, { decoded }]) => /** @type {const} */ ([key, await decoded])));

@@ -169,7 +169,7 @@ export class Loss {
     return result !== null && "findings" in result ? result : null;
   });
 
-  /** The tab that is shown in the place of the plots. */
+  /** The tab that replaces the plots. */
   get tab() {
     const { value: card } = this.view.card;
     return card === "inspect" ? null : card;

@@ -30,7 +30,7 @@ import { named, saying, written } from "./axes.js";
  * @property {number} x px
  * @property {number} y px
  * @property {string} words
- * @property {number} [below] px, of the lower edge of what has an extent; `y` is the upper one then.
+ * @property {number} [below] px, lower edge of a hit that has a height; `y` is its upper edge.
  * @property {Cell} [cell] Of a map whose cells are chosen.
  */
 

@@ -48,12 +48,12 @@ export class PanelView {
   /** What the height of the header was found for. */
   #measured = "";
   #picture = build("div", { class: "figure-picture", role: "img" }, this.#canvas, this.#texts);
-  /** Lines across it. */
+  /** The component of the lines across it. */
   #lines = build("div", { class: "made" });
   #chosen = build("span", { class: "figure-ring", hidden: true });
   #ring = build("span", { class: "figure-ring cursor", hidden: true });
   #rings = build("div", { class: "figure-rings", "aria-hidden": "true" }, this.#chosen, this.#ring);
-  /** At what is pointed at. */
+  /** Marks the place that is pointed at. */
   #spot = build("span", { class: "figure-spot", hidden: true });
   #plot = build("div", { class: "figure-plot" }, this.#picture, this.#rings, this.#spot, this.#lines);
   #shared;
@@ -337,7 +337,7 @@ export class PanelView {
 }
 
 /**
- * Where a prediction is offered: in the middle.
+ * Return where a prediction is offered: in the middle.
  *
  * @param {"x"|"y"} along
  * @param {Sheet} sheet

@@ -50,7 +50,7 @@ class BoxEditor {
   #changed;
 
   picture = new Picture();
-  /** A box is drawn at once. */
+  /** A box has no parts that are offered. */
   left = 0;
 
   /** @type {HTMLElement} */
@@ -210,7 +210,7 @@ function boxDrawing([x, y, width, height], side) {
 }
 
 /**
- * What every editor can do; who reads `mark` or `left` in a component follows them.
+ * What every editor can do. A component that reads `mark` or `left` follows them.
  *
  * @typedef {object} MarkEditor
  * @property {HTMLElement} element What is put into the page.

@@ -55,7 +55,7 @@ export class Picture {
  *
  * @typedef {object} Pointed
  * @property {Picture} picture
- * @property {(place: Place, event: PointerEvent) => boolean} press Whether it holds something from now on.
+ * @property {(place: Place, event: PointerEvent) => boolean} press Returns whether a drag begins.
  * @property {(place: Place) => void} move
  * @property {() => void} release
  */
