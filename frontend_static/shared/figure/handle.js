@@ -50,6 +50,8 @@ export function Handle({ stand, parameter, words, tell }) {
   const { box, scale, axis, along, bounds: { low, high, step: size, log }, title, locked } = stand;
   const own = useSignal({ stand, at: stand.at });
   const isHeld = useRef(false);
+  // What is locked while held hears of no release.
+  if (locked) isHeld.current = false;
   const at = isHeld.current || own.value.stand === stand ? own.value.at : stand.at;
   const bent = (/** @type {number} */ value) => (log ? Math.log10(value) : value);
   const [from, to] = [scale.at(low), scale.at(high)];
