@@ -48,12 +48,12 @@ export interface Bookmark {
   branch: string;
 }
 
-/** A bookmark on the frame that is shown. */
+/** A bookmark on the shown frame. */
 export interface BookmarkCreate {
   note?: string;
 }
 
-/** A branch as the page lists it. */
+/** A branch in the page's list. */
 export interface BranchPublic {
   id: string;
   title: string;
@@ -88,12 +88,12 @@ export interface Change {
   values: Record<string, unknown>;
 }
 
-/** A change of parameters on the timeline, with what was in force before it, unless the run begins with it. */
+/** A change of parameters on the timeline, with the values before it, unless the run begins with it. */
 export interface ChangePublic {
   frame: number;
   values: Record<string, boolean | number | string>;
   before: Record<string, boolean | number | string>;
-  /** What a person has moved, in words */
+  /** Changes made by a person, in words */
   moved: string[];
 }
 
@@ -112,12 +112,12 @@ export interface Changed {
   branch: string;
 }
 
-/** What has changed of all that moves, and the frames computed; the other fields of the session are as they were. */
+/** The changed fields of a session's snapshot, and new rows of diagnostics; all other fields stay as they are. */
 export interface Changes {
   version: 1;
   type: "changes";
   session: Partial<SessionSnapshot>;
-  /** Diagnostics of frames of the branch that is active then */
+  /** Diagnostics of new frames of the branch active then */
   rows: Record<string, unknown>[];
 }
 
@@ -170,7 +170,7 @@ export interface ColumnMeaning {
   title: string;
 }
 
-/** The diagnostics of a branch, a list a column. */
+/** The diagnostics of a branch, one list per column. */
 export interface Columns {
   branch: string;
   columns: Record<string, unknown[]>;
@@ -216,16 +216,16 @@ export interface ComparisonExportCreate {
 export interface ComparisonJob {
   id: string;
   kind: "comparison";
-  /** Of the file that is read or written, or what is compared, fitted or explored */
+  /** Name of the file being read or written, or of what is compared, fitted or explored */
   name: string;
   state: "working" | "done" | "failed";
   /** Steps done */
   done: number;
-  /** Steps to do; 0 until that is known */
+  /** Total of steps; 0 until it is known */
   total: number;
-  /** What has been found so far; all of it once it is done */
+  /** Result so far; complete once the job is done */
   result: RunComparisonPublic | null;
-  /** Why it has failed, a sentence */
+  /** Why the job failed, a sentence */
   error: string | null;
 }
 
@@ -522,16 +522,16 @@ export interface ExplorationCreate {
 export interface ExplorationJob {
   id: string;
   kind: "exploration";
-  /** Of the file that is read or written, or what is compared, fitted or explored */
+  /** Name of the file being read or written, or of what is compared, fitted or explored */
   name: string;
   state: "working" | "done" | "failed";
   /** Steps done */
   done: number;
-  /** Steps to do; 0 until that is known */
+  /** Total of steps; 0 until it is known */
   total: number;
-  /** What has been found so far; all of it once it is done */
+  /** Result so far; complete once the job is done */
   result: Report | Bands | null;
-  /** Why it has failed, a sentence */
+  /** Why the job failed, a sentence */
   error: string | null;
   session: string;
   branch: string;
@@ -543,16 +543,16 @@ export interface ExplorationJob {
 export interface ExportJob {
   id: string;
   kind: "export";
-  /** Of the file that is read or written, or what is compared, fitted or explored */
+  /** Name of the file being read or written, or of what is compared, fitted or explored */
   name: string;
   state: "working" | "done" | "failed";
   /** Steps done */
   done: number;
-  /** Steps to do; 0 until that is known */
+  /** Total of steps; 0 until it is known */
   total: number;
-  /** What has been found so far; all of it once it is done */
+  /** Result so far; complete once the job is done */
   result: ExportedFile | null;
-  /** Why it has failed, a sentence */
+  /** Why the job failed, a sentence */
   error: string | null;
 }
 
@@ -608,27 +608,27 @@ export interface FailurePublic {
 /** Both runs of a failure, computed on this server. */
 export interface FailureResult {
   unit: string;
-  /** In which the target is lost; null if it is not lost here */
+  /** Frame of the first loss; null if the target is not lost here */
   frame: number | null;
-  /** From that frame on: medians, and shares of frames in % */
+  /** Medians, and shares of frames in %, from that frame on */
   measured: Measured[];
   failing: FailureSide;
   cured: FailureSide;
 }
 
-/** The result of one of the two runs of a failure. */
+/** The result of one of a failure's two runs. */
 export interface FailureSide {
-  /** Of each frame; null where the truth is unknown */
+  /** Error in each frame; null where the truth is unknown */
   errors: (number | null)[];
-  /** Whether the target is lost in a frame */
+  /** Whether the target is lost, for each frame */
   lost: boolean[];
   /** Whether the run fails in this way */
   shown: boolean;
-  /** What was found in its numbers, a sentence */
+  /** Finding in the run's numbers, a sentence */
   finding: string;
-  /** What the sentence is said from; empty where it does not fail so */
+  /** Numbers behind the finding; empty if the run does not fail this way */
   numbers: Record<string, number | null>;
-  /** Why its target was lost, told from its numbers alone, a sentence */
+  /** Cause of the loss, derived from the run's numbers alone, a sentence */
   why: string;
 }
 
@@ -734,16 +734,16 @@ export interface FitCreate {
 export interface FitJob {
   id: string;
   kind: "fit";
-  /** Of the file that is read or written, or what is compared, fitted or explored */
+  /** Name of the file being read or written, or of what is compared, fitted or explored */
   name: string;
   state: "working" | "done" | "failed";
   /** Steps done */
   done: number;
-  /** Steps to do; 0 until that is known */
+  /** Total of steps; 0 until it is known */
   total: number;
-  /** What has been found so far; all of it once it is done */
+  /** Result so far; complete once the job is done */
   result: Fit | null;
-  /** Why it has failed, a sentence */
+  /** Why the job failed, a sentence */
   error: string | null;
 }
 
@@ -920,16 +920,16 @@ export interface Histograms {
 export interface ImportJob {
   id: string;
   kind: "import";
-  /** Of the file that is read or written, or what is compared, fitted or explored */
+  /** Name of the file being read or written, or of what is compared, fitted or explored */
   name: string;
   state: "working" | "done" | "failed";
   /** Steps done */
   done: number;
-  /** Steps to do; 0 until that is known */
+  /** Total of steps; 0 until it is known */
   total: number;
-  /** What has been found so far; all of it once it is done */
+  /** Result so far; complete once the job is done */
   result: RunPublic | null;
-  /** Why it has failed, a sentence */
+  /** Why the job failed, a sentence */
   error: string | null;
 }
 
@@ -976,20 +976,20 @@ export interface InspectionPublic {
   genealogy: GenealogyPublic | null;
 }
 
-/** Work under way, or its result. */
+/** Work in progress, or its result. */
 export interface Job {
   id: string;
   kind: string;
-  /** Of the file that is read or written, or what is compared, fitted or explored */
+  /** Name of the file being read or written, or of what is compared, fitted or explored */
   name: string;
   state: "working" | "done" | "failed";
   /** Steps done */
   done: number;
-  /** Steps to do; 0 until that is known */
+  /** Total of steps; 0 until it is known */
   total: number;
-  /** What has been found so far; all of it once it is done */
+  /** Result so far; complete once the job is done */
   result: unknown | null;
-  /** Why it has failed, a sentence */
+  /** Why the job failed, a sentence */
   error: string | null;
 }
 
@@ -1206,7 +1206,7 @@ export interface MeasurePublic {
   title: string;
   /** Its definition, one sentence */
   description: string;
-  /** A share of the frames, their median, or how many there were until one missed */
+  /** Share of frames, median over frames, or number of frames until the first miss */
   how: "share" | "median" | "mean" | "until";
   unit: string;
   better: "higher" | "lower";
@@ -1283,7 +1283,7 @@ export interface OwnedNews {
   follow: FollowOwned;
 }
 
-/** How many drawings of a session's stream a page has painted or left out since it came. */
+/** A page's count of the drawings that it has painted or skipped since it connected. */
 export interface Painted {
   type: "painted";
   count: number;
@@ -1330,10 +1330,10 @@ export interface Pause {
   kind: "pause";
 }
 
-/** What a session does; `SessionState` derives it and is the one who changes it. */
+/** The phase of a session; only `SessionState` derives and changes it. */
 export type Phase = "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed" | "closed";
 
-/** What a page says on any stream, to measure the delay. */
+/** A page's message on any stream, to measure the delay. */
 export interface Ping {
   version?: 1;
   type: "ping";
@@ -1429,7 +1429,7 @@ export interface PollPublic {
   lesson: string | null;
 }
 
-/** The answer to a ping, with its time. */
+/** The answer to a ping; it returns the ping's time. */
 export interface Pong {
   version: 1;
   type: "pong";
@@ -1735,7 +1735,7 @@ export interface SessionCreate {
   /** Name of the footage's upload; optional with its hash */
   upload?: string | null;
   position?: number;
-  /** Name that the client chose, to end it with */
+  /** Name chosen by the client, to end it with */
   id?: string | null;
 }
 
@@ -1747,63 +1747,63 @@ export interface SessionHello {
   diagnostics: Record<string, unknown[]>;
 }
 
-/** Why a person's own filter cannot go on. */
+/** Why a person's own filter cannot continue. */
 export interface SessionProblem {
   file: string;
-  /** Where it shows, from 1; null where no line can be named */
+  /** Line of the fault, from 1; null if unknown */
   line: number | null;
   text: string;
 }
 
-/** A session as everybody outside sees it: what is fixed of it, what moves, and where it is found. */
+/** The public view of a session: its description, its snapshot and its addresses. */
 export interface SessionPublic {
   branch: string;
-  /** Branch that is drawn beside the active one */
+  /** Branch that is drawn together with the active one */
   second: string | null;
   recipe: Recipe;
-  /** In force for the next frame */
+  /** Tracker for the next frame */
   tracker: string;
-  /** In force for the next frame */
+  /** Parameters for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** How error bands are off in the next frame, each in a sentence */
+  /** Why error bands of the next frame are wrong, each in a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
-  /** How often it was restarted, which drops its past */
+  /** Number of restarts; each drops the past */
   restarts: number;
-  /** Frame that is shown */
+  /** The shown frame */
   position: number;
   /** Furthest frame computed */
   computed: number;
-  /** Frame where a change branches off; null if it makes no branch */
+  /** Frame where a change branches off; null if it does not */
   branch_point: number | null;
-  /** Frame to which it is computing, while it is; a pause stops it */
+  /** Last frame to compute, while it computes; a pause stops it */
   goal: number | null;
-  /** Frame that it shows when it has come to its goal */
+  /** Frame to show when the goal is reached */
   goal_position: number | null;
   playing: boolean;
   /** Times real time; 0 is as fast as possible */
   speed: number;
-  /** How far a frame is behind its time, s, since it plays at this speed */
+  /** Delay of the shown frame since it plays at this speed, s */
   behind_s: number;
-  /** P(lost), 0 to 1, from which on it stops playing; null for never */
+  /** P(lost), 0 to 1, at which playing stops; null for never */
   stop_at: number | null;
-  /** Why it has stopped playing by itself, a few words */
+  /** Why playing stopped by itself, a few words */
   stopped: string;
-  /** While it compiles what it uses first: how many functions so far */
+  /** Functions compiled so far, while it compiles */
   compiling: number | null;
-  /** What is wrong in the file of a filter, where something is */
+  /** Fault in the filter file, if any */
   problem: SessionProblem | null;
-  /** How the target separates from its surroundings where it is, and since when */
+  /** How well the target stands out from its surroundings, and since when */
   look: string;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: Phase;
-  /** Why it is in this state, where there is something to say */
+  /** Why it is in this phase, if there is a reason */
   message: string | null;
-  /** As a person called it, or its clip, preset or experiment */
+  /** Name given by a person, or its clip, preset or experiment */
   name: string;
-  /** What a person should know of it, a sentence */
+  /** Remark on the session, a sentence */
   remark: string | null;
   branches: BranchPublic[];
   bookmarks: Bookmark[];
@@ -1812,9 +1812,9 @@ export interface SessionPublic {
   trackers: TrackerPublic[];
   layers: Layer[];
   worlds: World[];
-  /** Parameters to turn first: those that its preset is about */
+  /** Parameters that the preset is about, to change first */
   about: string[];
-  /** Its clip, or the preset that it began as; empty if it is neither */
+  /** Its clip, or the preset that it began as; empty if it has neither */
   subject: string;
   unit: string;
   target: string;
@@ -1822,17 +1822,17 @@ export interface SessionPublic {
   plots: Plot[];
   readings: Reading[];
   measures: MeasurePublic[];
-  /** Name of the measure that decides on success */
+  /** Name of the measure that decides success */
   success_measure: string;
-  /** Files that can be made of the run, or of the frame that is shown */
+  /** Kinds of files to export the run or the shown frame as */
   exports: FileKind[];
-  /** What to look at, where it began as a preset that says so */
+  /** Hint on where to look, if its preset has one */
   watch: string;
-  /** Of a table of truth that can be given; empty if none can */
+  /** Columns of a truth table; empty if no truth can be given */
   truth_columns: string[];
   /** How truth is marked in pictures; null if it cannot be */
   truth_mark: TruthMark | null;
-  /** Numbers that can be fitted to what was seen, by tracker */
+  /** Parameters that can be fitted to the data, by tracker */
   fittable: Record<string, string[]>;
   width: number;
   height: number;
@@ -1848,63 +1848,63 @@ export interface SessionPublic {
   viewer: string;
 }
 
-/** What moves of a session: that of its run, and what the web process alone knows. */
+/** The changing part of a session: its run's, and the fields of the web process. */
 export interface SessionSnapshot {
   branch: string;
-  /** Branch that is drawn beside the active one */
+  /** Branch that is drawn together with the active one */
   second: string | null;
   recipe: Recipe;
-  /** In force for the next frame */
+  /** Tracker for the next frame */
   tracker: string;
-  /** In force for the next frame */
+  /** Parameters for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** How error bands are off in the next frame, each in a sentence */
+  /** Why error bands of the next frame are wrong, each in a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
-  /** How often it was restarted, which drops its past */
+  /** Number of restarts; each drops the past */
   restarts: number;
-  /** Frame that is shown */
+  /** The shown frame */
   position: number;
   /** Furthest frame computed */
   computed: number;
-  /** Frame where a change branches off; null if it makes no branch */
+  /** Frame where a change branches off; null if it does not */
   branch_point: number | null;
-  /** Frame to which it is computing, while it is; a pause stops it */
+  /** Last frame to compute, while it computes; a pause stops it */
   goal: number | null;
-  /** Frame that it shows when it has come to its goal */
+  /** Frame to show when the goal is reached */
   goal_position: number | null;
   playing: boolean;
   /** Times real time; 0 is as fast as possible */
   speed: number;
-  /** How far a frame is behind its time, s, since it plays at this speed */
+  /** Delay of the shown frame since it plays at this speed, s */
   behind_s: number;
-  /** P(lost), 0 to 1, from which on it stops playing; null for never */
+  /** P(lost), 0 to 1, at which playing stops; null for never */
   stop_at: number | null;
-  /** Why it has stopped playing by itself, a few words */
+  /** Why playing stopped by itself, a few words */
   stopped: string;
-  /** While it compiles what it uses first: how many functions so far */
+  /** Functions compiled so far, while it compiles */
   compiling: number | null;
-  /** What is wrong in the file of a filter, where something is */
+  /** Fault in the filter file, if any */
   problem: SessionProblem | null;
-  /** How the target separates from its surroundings where it is, and since when */
+  /** How well the target stands out from its surroundings, and since when */
   look: string;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: Phase;
-  /** Why it is in this state, where there is something to say */
+  /** Why it is in this phase, if there is a reason */
   message: string | null;
-  /** As a person called it, or its clip, preset or experiment */
+  /** Name given by a person, or its clip, preset or experiment */
   name: string;
-  /** What a person should know of it, a sentence */
+  /** Remark on the session, a sentence */
   remark: string | null;
   branches: BranchPublic[];
   bookmarks: Bookmark[];
 }
 
-/** What people call a session. */
+/** A session's new name. */
 export interface SessionUpdate {
-  /** As it is to be called; by its clip or preset again if empty */
+  /** New name; the name of its clip or preset if empty */
   name: string;
 }
 
@@ -2091,14 +2091,14 @@ export interface Term {
   also: string[];
 }
 
-/** What the tracker compares something with, as it changed in the course of the run. */
+/** A threshold of the tracker, with its changes over the run. */
 export interface ThresholdPublic {
   name: string;
   of: string;
   steps: ThresholdStep[];
 }
 
-/** From this frame on a threshold has this value; null while no tracker reads it. */
+/** A threshold's value from a frame on; null while no tracker reads it. */
 export interface ThresholdStep {
   frame: number;
   value: number | null;
@@ -2133,18 +2133,18 @@ export interface Tour {
   frame: number;
 }
 
-/** A tracker that can be chosen. */
+/** A tracker to choose. */
 export interface TrackerPublic {
   id: string;
   title: string;
-  /** It says again what was recorded; no seed or setting changes that */
+  /** It replays a recorded result; no seed or setting changes that */
   replays: boolean;
 }
 
-/** The kind of mark by which a person says what is true of a picture. */
+/** The kind of mark by which a person gives the truth of a picture. */
 export interface TruthMark {
   editor: Editor;
-  /** Where in the mark the values of the columns after the frame's number stand */
+  /** Paths in the mark of the values of the columns after the frame number */
   parts: string[];
 }
 

@@ -1,4 +1,4 @@
-"""The app: everything put together by one factory, so that tests can make as many as they like."""
+"""The app: everything put together by one factory, so that a test can make its own."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -27,10 +27,10 @@ REST = (
     *(experiments.router, experiments.own_filters, health.compiling, work.source_code, uploads.router),
     *(sessions.router, work.jobs, work.router, work.uploads, failures.router, sweeps.router),
 )
-"""The REST interface and the streams: handlers of a few lines over typed dependencies, each beside its subject."""
+"""The REST interface and the streams: handlers of a few lines over typed dependencies, each next to its subject."""
 
 PARTS = (teaching,)
-"""What the server does beside its core: each part installs its addresses, and opens what they work with."""
+"""Parts of the server besides its core; each installs its addresses and opens the services that they need."""
 
 DESCRIPTION = (
     "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}. "
@@ -42,14 +42,14 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     """Return the app of a server.
 
     Args:
-        settings: Its configuration; by default what the environment says.
+        settings: Its configuration; read from the environment by default.
     """
     settings = settings or Settings()
     metrics = Metrics()
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        # Imported now rather than in somebody's first request.
+        # Imported now, so that the first request does not wait for it.
         await asyncio.to_thread(dict, EXPERIMENTS)
         app.state.services = services = Services(settings, metrics)
         await services.open()
@@ -64,10 +64,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         version=pftrack.__version__,
         description=DESCRIPTION,
         lifespan=lifespan,
-        # Relative to where the description is.
+        # Relative to the address of the description.
         servers=[{"url": "."}],
         root_path_in_servers=False,
-        # Our own pages of these work without a network.
+        # Our own pages of the documentation work without a network.
         docs_url=None,
         redoc_url=None,
         responses={"4XX": {"model": ErrorBody}, "5XX": {"model": ErrorBody}},
@@ -79,7 +79,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         app.include_router(each)
     for part in (pages, *PARTS):
         part.install(app)
-    # The last one added is the first to see a request.
+    # The last middleware added sees a request first.
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
     app.add_middleware(Guard, settings=settings)
     app.add_middleware(HeadAsGet)

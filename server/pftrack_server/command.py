@@ -1,4 +1,4 @@
-"""The command `pftrack serve`: its options; what it does is imported when it is run, since that takes a second."""
+"""The command `pftrack serve` and its options; the server is imported only when the command runs: it takes a second."""
 
 import gc
 from pathlib import Path
@@ -22,11 +22,12 @@ def serve(
     from pftrack.process import take_secret
 
     token = take_secret("PFTRACK_TOKEN")
-    # What is imported stays: to look for garbage on the way takes a fifth of the time, until the server has started.
+    # Imported objects stay: garbage collection during the imports would take a fifth of the time until the server
+    # starts.
     gc.disable()
     from pftrack_server.core.processes import FORK_SERVER
 
-    # Before everything else, as long as there is no thread and nothing to hide.
+    # Before everything else, while there is neither a thread nor a secret.
     FORK_SERVER.fork_off()
     from pftrack_server.app import create_app
     from pftrack_server.web.serving import run

@@ -1,1 +1,1 @@
-"""What all of the server is built on: settings, base path, the one shape of errors, requests, log and limits."""
+"""The base of the whole server: settings, base path, the one shape of errors, requests, log and limits."""

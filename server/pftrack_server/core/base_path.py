@@ -1,9 +1,9 @@
-"""The base path: what stands before all addresses of the server, at its root nothing.
+"""The base path: the prefix of all addresses of the server, empty at the root.
 
-A request carries it as ASGI's `root_path`, and its `path` begins with it. Those who come by the link of a class have a
-longer one, since the addresses of a class begin with its link. It is kept decoded, without a slash at its end, and is
-encoded here alone. Whatever the server says of its own addresses, beside redirections and links that are printed, is
-relative to it: `session/1f`, not `/session/1f`. A page carries it once, as its `<base>`.
+A request carries it as ASGI's `root_path`, and its `path` begins with it. Followers of a class have a longer base path,
+since the addresses of a class begin with its link. The base path is kept decoded, without a slash at its end, and only
+this module encodes it. All addresses that the server sends are relative to it (`session/1f`, not `/session/1f`), except
+redirections and printed links. A page carries it once, as its `<base>`.
 """
 
 import re
@@ -12,11 +12,11 @@ from typing import Any, Protocol
 from urllib.parse import quote, unquote
 
 KEPT = "/@:~!$&'()*+="
-"""What stands for itself in a path, beside letters, digits and `-._`; a semicolon would end the path of a cookie."""
+"""Unescaped characters of a path besides letters, digits and `-._`; a semicolon would end the path of a cookie."""
 LINKS = "/f"
-"""Where the addresses of links begin that give rights of their own."""
+"""First part of the addresses of links that give rights of their own."""
 GUEST = "pftrack.guest"
-"""Where the scope of a request has who came by such a link."""
+"""Key in a request's scope of the guest who came by such a link."""
 UNFIT = re.compile(r"[\x00-\x1f\x7f\\]")
 
 
@@ -25,26 +25,26 @@ class Guest(Protocol):
 
     @property
     def about(self) -> str:
-        """Attributes that tell a page's scripts who has come."""
+        """Attributes that describe the guest to a page's scripts."""
 
     def may_steer(self, session: str) -> bool:
-        """Tell whether a session is the guest's to steer, not only to look at."""
+        """Return whether the guest may steer a session, not only watch it."""
 
 
 def guest_of(scope: Mapping[str, Any]) -> Guest | None:
-    """Return who came by a link; None for somebody with the rights of the whole server."""
+    """Return the guest who came by a link; None for a client with the rights of the whole server."""
     found: Guest | None = scope.get(GUEST)
     return found
 
 
 def read_base_path(text: str) -> str:
-    """Return a base path as it was typed, decoded and without a slash at its end; empty at the root.
+    """Return a typed base path, decoded and without a slash at its end; empty at the root.
 
     Args:
         text: Such as `/any/prefix` or `/@/space%20word/`.
 
     Raises:
-        ValueError: It is none.
+        ValueError: The text is not a base path.
     """
     if text in {"", "/"}:
         return ""
@@ -64,21 +64,21 @@ def read_base_path(text: str) -> str:
 
 
 def encode_path(path: str) -> str:
-    """Return a path as addresses have it."""
+    """Return a path, percent-encoded for an address."""
     return quote(path, safe=KEPT)
 
 
 def route_path(scope: Mapping[str, Any]) -> str:
-    """Return the path of a request as the app's routes have it: without the base."""
+    """Return the path of a request without the base path, as the app's routes expect it."""
     path: str = scope["path"]
     return path.removeprefix(scope.get("root_path", ""))
 
 
 def address_of(scope: Mapping[str, Any], path: str = "") -> str:
-    """Return an address of the server as its client has it, from the slash after the host on.
+    """Return an address of the server as its client sees it, starting with the slash after the host.
 
     Args:
-        scope: Of the request.
+        scope: The request's ASGI scope.
         path: Relative to the base, encoded.
     """
     return f"{encode_path(scope.get('root_path', ''))}/{path}"

@@ -8,17 +8,17 @@ from pftrack.core.model.parameters import NOT_BOOLEAN
 
 
 def printable(text: str) -> str:
-    """Return a text as one line of what can be seen.
+    """Return a text as one line of visible characters.
 
-    Line ends, control characters and marks that turn the direction of all that follows are left out, since titles stand
-    in the middle of lines on pages, in names of files and in logs.
+    Line ends, control characters and marks that change the direction of writing are removed, since titles appear within
+    lines of pages, in file names and in logs.
     """
     return " ".join("".join(each for each in text if each.isprintable() or each.isspace()).split())
 
 
 def _not_blank(title: str) -> str:
     if not title:
-        raise ValueError("a title needs a character that can be seen")
+        raise ValueError("a title needs a visible character")
     return title
 
 
@@ -29,16 +29,16 @@ Name = Annotated[str, Field(max_length=64)]
 Values = dict[Name, Any]
 
 Title = Annotated[str, Field(max_length=200), AfterValidator(printable)]
-"""What people call something; an empty one leaves that to the server."""
+"""A title given by a person; if it is empty, the server chooses one."""
 
 GivenTitle = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable), AfterValidator(_not_blank)]
-"""The same, where there has to be one."""
+"""A title that must not be blank."""
 
 
 def fields_of(model: type[BaseModel], *sources: object) -> dict[str, Any]:
-    """Return the fields of a model that objects have as attributes of the same names; the last one counts.
+    """Return a model's fields, read from attributes of the same names; the last object that has one wins.
 
-    Such a model has no defaults, so that it fails where an attribute was renamed.
+    Such a model has no defaults, so it fails if an attribute was renamed.
     """
     return {name: getattr(it, name) for it in sources for name in model.model_fields if hasattr(it, name)}
 

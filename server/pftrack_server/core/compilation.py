@@ -1,10 +1,9 @@
-"""Compiling while the server runs already: what is ready, how far the rest is, and who has to wait.
+"""Compiling while the server already runs: what is ready, the progress of the rest, and who has to wait.
 
-On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
-while pages are served: first all that the tour's experiment has, then the others in the order of the start page, but
-for what somebody opens, which comes next. A session needs what its experiment is by default, and until that is compiled
-it is refused with a sentence that says how long it will take; the rest it compiles itself when it needs it, if that has
-not been done by then.
+On the first start after an installation or an update nothing is compiled yet. Processes of low priority compile while
+pages are served: first the whole experiment of the tour, then the others in the order of the start page. An experiment
+that somebody opens moves to the front. A session needs the default settings of its experiment compiled; until then it
+is refused with a sentence that gives the remaining time. A session compiles anything else when it needs it.
 """
 
 import asyncio
@@ -24,21 +23,22 @@ from pftrack_server.core.errors import unavailable
 log = structlog.get_logger(__name__)
 
 PATIENCE_S = 10.0
-"""How long the start of a session waits: an experiment that only has to be looked at is ready by then."""
+"""How long the start of a session waits, s; an experiment whose compiled code only has to be checked is ready by
+then."""
 
 LOOK_EVERY_S = 0.1
 
 
 class Compilation:
-    """What of the experiments is compiled."""
+    """State and progress of compiling the experiments."""
 
     def __init__(self, names: tuple[str, ...], known: frozenset[str], stopping: threading.Event) -> None:
         """Begin to compile what is missing.
 
         Args:
-            names: All experiments, in the order in which they are compiled; all of the first comes before the others.
-            known: Those that are compiled.
-            stopping: Is set when nobody is to wait any more.
+            names: All experiments, in the order of compilation; the first is compiled completely before the others.
+            known: The experiments that are already compiled.
+            stopping: Set when the server stops and all waiting ends.
         """
         self._known = known
         self._stopping = stopping
@@ -51,28 +51,28 @@ class Compilation:
 
     @classmethod
     def open(cls, stopping: threading.Event) -> Self:
-        """Look at what is compiled; the experiments must be imported."""
+        """Check which experiments are compiled; they must be imported."""
         names = tuple(sorted(EXPERIMENTS, key=lambda name: not any(it.tour for it in EXPERIMENTS[name].presets)))
-        # Where nothing can be kept, the process that makes the workers compiles for all of them.
+        # Where no cache can be written, the process that forks the workers compiles for all of them.
         return cls(names, ready(names) if cache_folder() else frozenset(names), stopping)
 
     def close(self) -> None:
-        """End the processes that compile; what they have compiled stays."""
+        """End the compiling processes; their results stay."""
         if self._warming is not None:
             self._warming.stop()
 
     @property
     def progress(self) -> Progress:
-        """How far it is; an experiment that does not run counts as ready, since it says itself what is wrong."""
+        """Progress so far; an experiment that cannot run counts as ready, since it reports its own fault."""
         found = self._warming.progress if self._warming is not None else self._progress
         ready = self._known | found.ready | found.failed.keys()
         return replace(found, ready=ready, usable=ready | found.usable)
 
     async def open_experiment(self, name: str) -> None:
-        """Wait a moment for an experiment that somebody opens to be usable; it is compiled next.
+        """Compile an opened experiment next, and wait a moment until it is usable.
 
         Raises:
-            ApiError: It takes longer (503).
+            ApiError: Compiling takes longer (503).
         """
         if self._warming is not None and name not in self.progress.ready:
             self._warming.prefer(name)
@@ -82,12 +82,12 @@ class Compilation:
         """Wait a moment for an experiment to be ready.
 
         Raises:
-            ApiError: It takes longer (503).
+            ApiError: Compiling takes longer (503).
         """
         await self._wait_until(lambda: name in self.progress.ready)
 
     async def _wait_until(self, condition: Callable[[], bool]) -> None:
-        """Wait in no thread: a class that waits would hold all of them."""
+        """Wait without a thread: a waiting class would occupy all of them."""
         until = time.monotonic() + PATIENCE_S
         while not condition():
             if self._stopping.is_set():
@@ -98,7 +98,7 @@ class Compilation:
             await asyncio.sleep(LOOK_EVERY_S)
 
     def _take(self, progress: Progress) -> None:
-        """Log that an experiment has become ready, or all have."""
+        """Log that one or all of the experiments have become ready."""
         if progress.finished or progress.ready != self._seen:
             self._seen = progress.ready
             log.info(

@@ -1,7 +1,7 @@
-"""Errors: the exceptions that become answers to a client, and the one shape of these answers.
+"""Errors: exceptions that become answers to a client, and the one shape of these answers.
 
-`{"error": {"message": ..., "field"?: ..., "bound"?: ..., "value"?: ...}}`, with a message that says what was wrong and
-what is allowed, and never a path or a stack.
+`{"error": {"message": ..., "field"?: ..., "bound"?: ..., "value"?: ...}}`, whose message says what was wrong and what
+is allowed, without a path or a stack trace.
 """
 
 import json
@@ -20,7 +20,7 @@ LONGEST_VALUE = 200
 
 
 class ErrorDetail(BaseModel):
-    """The error in a sentence, and its place."""
+    """The error in a sentence, and the field that it concerns."""
 
     message: str
     field: str | None = None
@@ -43,11 +43,11 @@ class ApiError(RefusedError):
 
 
 unauthorized = partial(ApiError, status=HTTPStatus.UNAUTHORIZED)
-"""Nobody knows who the client is."""
+"""The client is not authenticated."""
 forbidden = partial(ApiError, status=HTTPStatus.FORBIDDEN)
 """The client has no right to do this."""
 not_found = partial(ApiError, status=HTTPStatus.NOT_FOUND)
-"""The resource does not exist, or no longer."""
+"""The resource does not exist (any more)."""
 gone = partial(ApiError, status=HTTPStatus.GONE)
 """The resource existed and has ended, or its record cannot be read and can only be deleted."""
 too_large = partial(ApiError, status=HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
@@ -63,9 +63,9 @@ disk_full = partial(ApiError, status=HTTPStatus.INSUFFICIENT_STORAGE)
 
 ENDED = 4404
 CLOSE_CODES: dict[int, int] = {HTTPStatus.GONE: ENDED, HTTPStatus.UNAUTHORIZED: 4403}
-"""Codes of closed websockets by the status of an answer; those of all other statuses are 4000 plus the status."""
+"""Close codes of websockets by HTTP status; any other status has the code 4000 plus the status."""
 MOST_REASON_BYTES = 123
-"""Of a close frame, by RFC 6455, section 5.5."""
+"""Most bytes of a reason in a close frame (RFC 6455, section 5.5)."""
 
 
 def status_of(error: RefusedError) -> int:
@@ -75,8 +75,8 @@ def status_of(error: RefusedError) -> int:
 
 
 async def close(websocket: WebSocket, status: int, message: str) -> None:
-    """Close a websocket where a request is answered with a status and a message."""
-    # A browser is told code and reason only of a socket that was accepted.
+    """Close a websocket with the status and message that a request would get."""
+    # A browser sees code and reason only on an accepted socket.
     if websocket.application_state is WebSocketState.CONNECTING:
         await websocket.accept()
     reason = message.encode()[:MOST_REASON_BYTES].decode(errors="ignore")
@@ -84,9 +84,9 @@ async def close(websocket: WebSocket, status: int, message: str) -> None:
 
 
 def detail_of(error: RefusedError) -> dict[str, Any]:
-    """Return the inside of the error shape; a sentence that begins with no name of a field begins large."""
+    """Return the inside of the error shape; the message is capitalised unless it begins with the name of a field."""
     message = str(error)
-    # A parameter's name may be empty, where somebody sends one; other refusals have no field then.
+    # A parameter's name may be empty if a client sends an empty one; other refusals without a name have no field.
     if not (error.field or isinstance(error, ParameterError)):
         return shape(message[:1].upper() + message[1:])
     if not message.startswith(error.field):
@@ -95,19 +95,19 @@ def detail_of(error: RefusedError) -> dict[str, Any]:
 
 
 def shape(message: str, **detail: object) -> dict[str, Any]:
-    """Return the inside of an error: the message and what is known of field, bound and value, safe for JSON."""
+    """Return the inside of an error: the message, with field, bound and value where they are known, safe for JSON."""
     return {"message": message, **{key: _plain(value) for key, value in detail.items() if value is not None}}
 
 
 def response(status: int, detail: dict[str, Any], headers: dict[str, str] | None = None) -> Response:
     """Return the answer that carries an error."""
-    # ASCII escapes let even half a surrogate pair of a client's own text travel back to it.
+    # With ASCII escapes even half a surrogate pair of a client's text can be sent back.
     body = json.dumps({"error": detail}, ensure_ascii=True, allow_nan=False)
     return Response(body, status_code=status, media_type="application/json", headers=headers)
 
 
 def _plain(value: object) -> object:
-    """Return what JSON can carry of a value that somebody sent."""
+    """Return a client's value in a form that JSON can carry, shortened if it is long."""
     if (isinstance(value, int) and abs(value) < 2**53) or (isinstance(value, float) and math.isfinite(value)):
         return value
     text = value if isinstance(value, str) else repr(value)

@@ -1,6 +1,6 @@
-"""The files of the pages: where they are, and what their scripts consist of.
+"""The files of the pages: their folder, and the modules of their scripts.
 
-They are inside the package where it is installed, beside its folder in a checkout.
+They are inside the installed package; in a checkout they are next to its folder.
 """
 
 import re
@@ -26,12 +26,12 @@ DOCS = _CHECKOUT / "docs"
 """The documentation as Markdown, in a checkout."""
 
 IMPORT = re.compile(r'^((?:import|(?:import|export)\b[^"\';]*?\bfrom)\s*["\'])(\.[^"\']+)(?=["\'];)', re.MULTILINE)
-"""The beginning of a line that imports a module, and the module."""
+"""Matches the start of an import line and captures the module."""
 
 
 @lru_cache
 def modules_of(*scripts: str) -> tuple[str, ...]:
-    """Return the modules that scripts consist of, each before what it imports, as paths from the pages' folder."""
+    """Return all modules of some scripts, each before its imports, as paths relative to the pages' folder."""
     found: dict[str, None] = {}
     waiting = list(reversed(scripts))
     while waiting:
@@ -44,5 +44,5 @@ def modules_of(*scripts: str) -> tuple[str, ...]:
 
 
 def beside(module: str, other: str) -> str:
-    """Return the path of a module that another one imports by a relative path."""
+    """Return the path of a module that another module imports by a relative path."""
     return normpath(f"{module}/../{other}")

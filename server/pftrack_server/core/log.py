@@ -1,4 +1,4 @@
-"""Warnings that come again and again: written down now and then, with how many were left out."""
+"""Repeated warnings: logged at intervals, with the number of those left out."""
 
 import threading
 import time
@@ -10,11 +10,11 @@ EVERY_S = 10.0
 
 
 class RateLimitedLogger:
-    """Writes a warning at most once in a while, so that nobody can fill the log.
+    """Writes a warning at most once per interval, so that no client can fill the log.
 
     Args:
-        logger: The name of who warns.
-        every_s: The least time between two of them.
+        logger: Name of the logger.
+        every_s: Least time between two warnings, s.
     """
 
     def __init__(self, logger: str, every_s: float = EVERY_S) -> None:
@@ -25,7 +25,7 @@ class RateLimitedLogger:
         self._left_out = 0
 
     def warn(self, event: str, **what: Any) -> None:  # noqa: ANN401 - as structlog's own
-        """Write a warning, or count it."""
+        """Log a warning, or count it if the last one was too recent."""
         with self._lock:
             if time.monotonic() < self._due:
                 self._left_out += 1

@@ -1,7 +1,7 @@
-"""Markdown with formulas as HTML with MathML, which browsers draw and read out by themselves.
+"""Markdown with formulas as HTML with MathML, which browsers draw and read aloud without a library.
 
-A lecturer's file comes from elsewhere. So its own HTML is text, pictures are left out, and a formula is written out
-here element by element: the converter's own printer would let through the markup that words in a formula hold.
+A lecturer's file is not trusted. Its HTML is shown as text, pictures are left out, and formulas are written here
+element by element: the converter's own printer would let through markup in the words of a formula.
 """
 
 import re
@@ -18,7 +18,7 @@ HARMLESS = re.compile(
     r"accent|(column|row)(align|lines|spacing)|depth|display(style)?|fence|form|height|linethickness|[lr]space|"
     r"mathvariant|(max|min)size|movablelimits|notation|scriptlevel|separator|stretchy|width|xmlns"
 )
-"""Attributes that say how a formula looks. Any other, such as a link, is left out."""
+"""Attributes for the look of a formula. All others, such as links, are removed."""
 
 
 @lru_cache(MOST_TEXTS)
@@ -38,14 +38,14 @@ def formula(latex: str, *, display: bool) -> str:
 
     Args:
         latex: The formula.
-        display: It stands by itself, not in a line of text.
+        display: Whether it stands on a line of its own, not within text.
 
     Raises:
-        ValueError: It cannot be read.
+        ValueError: The formula is not valid LaTeX.
     """
     try:
         element = convert_to_element(latex, display="block" if display else "inline")
-    except Exception as error:  # its own errors, and whatever a text from elsewhere leads it into
+    except Exception as error:  # its own errors, and any failure on an untrusted text
         raise ValueError(f"this formula cannot be read: {latex}") from error
     for part in element.iter():
         part.text = unescape(part.text) if part.text else None
@@ -60,12 +60,12 @@ def _reader() -> MarkdownIt:
 
 
 def with_formulas(reader: MarkdownIt) -> MarkdownIt:
-    """Return a reader of Markdown that makes formulas between dollars MathML."""
+    """Return a Markdown reader that turns formulas between dollar signs into MathML."""
     return reader.use(dollarmath_plugin, allow_space=False, double_inline=True, renderer=_formula)
 
 
 def _formula(latex: str, options: dict[str, bool]) -> str:
-    """Return the MathML of a formula; one that cannot be read is shown as it was written."""
+    """Return the MathML of a formula, or its source text if it cannot be read."""
     try:
         return formula(latex, display=options["display_mode"])
     except ValueError:

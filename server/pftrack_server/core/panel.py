@@ -1,4 +1,4 @@
-"""The controls that the panel of a session offers, and the values that it shows."""
+"""The controls of a session's panel, and the values that they show."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,42 +9,42 @@ from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.parameters import Declaration, Value
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 0.0)
-"""Speeds that are offered, as factors of real time; 0 is as fast as possible."""
+"""Speeds to choose from, as factors of real time; 0 is as fast as possible."""
 
 
 class TrackerPublic(BaseModel):
-    """A tracker that can be chosen."""
+    """A tracker to choose."""
 
     id: str
     title: str
-    replays: bool = Field(False, description="It says again what was recorded; no seed or setting changes that")
+    replays: bool = Field(False, description="It replays a recorded result; no seed or setting changes that")
 
 
 class PanelDescription(BaseModel):
-    """The controls that a panel offers, each list in order; they do not change while a session lives."""
+    """The controls of a panel, each list in order; they stay the same while a session exists."""
 
     title: str
     declarations: list[Declaration] = []
     trackers: list[TrackerPublic]
     layers: list[Layer] = []
     worlds: list[World] = []
-    about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
+    about: list[str] = Field([], description="Parameters that the preset is about, to change first")
 
     def tracker_title(self, tracker: str) -> str:
-        """Return what people call a tracker."""
+        """Return the title of a tracker."""
         return next((known.title for known in self.trackers if known.id == tracker), tracker)
 
 
 @dataclass(frozen=True, slots=True)
 class PanelValues:
-    """The values in force in the session, which the controls of the panel show.
+    """The session's current values, which the controls of the panel show.
 
     Attributes:
-        values: Of the parameters; a declaration without a value gets no control.
+        values: Values of the parameters; a parameter without a value gets no control.
         tracker: Identifier of the tracker.
-        seed: Of the run.
-        speed: As a factor of real time; 0 is as fast as possible.
-        branch_point: Frame at which a change leaves the branch; None where it counts from the next frame on.
+        seed: Random seed of the run.
+        speed: Factor of real time; 0 is as fast as possible.
+        branch_point: Frame at which a change starts a new branch; None if it takes effect from the next frame.
     """
 
     values: Mapping[str, Value]

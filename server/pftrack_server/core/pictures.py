@@ -1,7 +1,7 @@
-"""Pictures as they leave a worker: JPEG files, each encoded once, for the scene and for flat views alike.
+"""Pictures from a worker: JPEG files, each encoded once for both the scene and the flat views.
 
-Encoding in the worker costs 0.1 to 1 ms; carrying the raw picture to the web process costs as much, and there it would
-have to be encoded at the expense of all other sessions.
+Encoding in the worker costs 0.1 to 1 ms; sending the raw picture to the web process costs as much, and encoding it
+there would slow all other sessions.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from pftrack.core.model.drawing import Drawing, Picture
 
 JPEG = (cv2.IMWRITE_JPEG_QUALITY, 88)
-"""Sharp enough that a ball of ten pixels keeps its edge on a plane that is seen from aside."""
+"""JPEG quality at which a ball of ten pixels keeps its edge on a plane seen at an angle."""
 FINE_JPEG = (
     cv2.IMWRITE_JPEG_QUALITY,
     92,
-    # A thin line of one colour on another would bleed over two pixels at half the resolution.
+    # At half the colour resolution a thin coloured line would bleed over two pixels.
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
 )
-"""What is painted pixel by pixel; it takes more than twice the time."""
+"""Options for pictures painted pixel by pixel; encoding takes more than twice the time."""
 NO_PIXELS: NDArray[np.uint8] = np.zeros((0, 0, 3), dtype=np.uint8)
 
 
@@ -32,9 +32,9 @@ class EncodedPicture:
     """A picture of a drawing as a JPEG file.
 
     Attributes:
-        key: Tells it from the other pictures of the same worker.
-        width: Extent along x, px.
-        height: Extent along y, px.
+        key: Number that identifies the picture among those of the same worker.
+        width: Width, px.
+        height: Height, px.
         file: The file's content.
     """
 
@@ -46,10 +46,10 @@ class EncodedPicture:
 
 @dataclass(frozen=True, slots=True)
 class SceneDrawing:
-    """A drawing as it travels to the scene.
+    """A drawing in the form that is sent to the scene.
 
     Attributes:
-        drawing: What is to be seen; its pictures have their place in the painting order, but no pixels.
+        drawing: The drawing; its pictures keep their place in the painting order, but hold no pixels.
         pictures: The pictures, by the names of their primitives.
     """
 
@@ -64,7 +64,7 @@ class _Known(NamedTuple):
 
 
 class PictureEncoder:
-    """Encodes the pictures of one run's drawings; one that stays as it was is encoded once."""
+    """Encodes the pictures of one run's drawings; an unchanged picture is encoded once."""
 
     def __init__(self) -> None:
         self._next_key = 0
@@ -74,14 +74,15 @@ class PictureEncoder:
         """Return the pictures of a drawing by the names of their primitives.
 
         Args:
-            drawing: What is to be seen.
-            fine: Whether colours are wanted at full resolution; a picture that is known so is returned in any case.
+            drawing: The drawing.
+            fine: Whether to encode colours at full resolution; a picture already encoded that way is returned in any
+                case.
         """
         self._known = {name: self._encode(name, item.image_rgb, fine=fine) for name, item in _pictures(drawing)}
         return {name: known.encoded for name, known in self._known.items()}
 
     def for_scene(self, drawing: Drawing) -> SceneDrawing:
-        """Return a drawing as it travels to the scene."""
+        """Return a drawing in the form that is sent to the scene."""
         pictures = self.encode(drawing, fine=False)
         bare = {name: replace(item, image_rgb=NO_PIXELS) for name, item in _pictures(drawing)}
         return SceneDrawing(replace(drawing, primitives={**drawing.primitives, **bare}), pictures)

@@ -1,7 +1,7 @@
-"""The fork server of everything that the server does in processes of its own.
+"""The fork server for all child processes of the server.
 
-Sessions, tasks, lessons and sweeps are forks of one process that has imported and loaded all that is compiled, so that
-each begins in milliseconds and shares its memory.
+Sessions, tasks, lessons and sweeps are forks of one process that has imported all modules and loaded all compiled code.
+So each starts in milliseconds and shares that memory.
 """
 
 from pftrack.process import ForkServer

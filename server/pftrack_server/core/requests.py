@@ -1,6 +1,6 @@
-"""Requests: what a handler may ask for, how large a body may be, and how long the client waits for the answer.
+"""Requests: dependencies of handlers, limits of bodies, and work that ends when its client hangs up.
 
-A request that takes no files is small, and every body comes without long pauses; otherwise it is cut off.
+A request without files must be small, and every body must arrive without long pauses; otherwise it is refused.
 """
 
 import asyncio
@@ -28,22 +28,22 @@ DAY_S = 24 * 3600
 LIMIT = "pftrack.body_limit"
 CLOSING = {"Connection": "close"}
 SILENCE_S = 30.0
-"""Time without a byte of an unfinished body after which its connection is given up."""
+"""Seconds without a byte of an unfinished body after which it is refused."""
 FILES = {"type": "array", "items": {"type": "string", "format": "binary"}}
 FORM = {"type": "object", "required": ["file"], "properties": {"file": FILES}}
 MULTIPART = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": FORM}}}}
-"""What the description of the interface says of a route that takes files."""
+"""OpenAPI description of a route that takes files."""
 TICKET = r"^[0-9A-Za-z-]{8,64}$"
-Ticket = Annotated[str | None, Query(pattern=TICKET, description="Name chosen by the client, to ask for its place")]
+Ticket = Annotated[str | None, Query(pattern=TICKET, description="Chosen by the client for its place in the queue")]
 
 
 class BodyLimit:
-    """ASGI middleware that limits bodies; routes that take files lift the limit and have one of their own.
+    """ASGI middleware that limits bodies; routes that take files replace the limit by their own.
 
     Args:
-        app: What comes behind it; it answers an `HTTPException`, which FastAPI lets through while it reads a body.
-        most_bytes: Of a body.
-        silence_s: Time without a byte after which an unfinished one is given up.
+        app: The wrapped app; it must answer an `HTTPException`, which FastAPI lets through while it reads a body.
+        most_bytes: Most bytes of a body.
+        silence_s: Seconds without a byte after which an unfinished body is refused.
     """
 
     def __init__(self, app: ASGIApp, most_bytes: int, silence_s: float = SILENCE_S) -> None:
@@ -52,7 +52,7 @@ class BodyLimit:
         self._silence_s = silence_s
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Count a request's bytes while they come."""
+        """Count a request's bytes as they arrive."""
         if scope["type"] == "http":
             scope[LIMIT] = self._most_bytes
             receive = self._counting(scope, receive)
@@ -84,7 +84,7 @@ class BodyLimit:
 
 
 def service(kind: type) -> Any:  # noqa: ANN401 - as FastAPI's own `Depends`
-    """Return a dependency: the app's service of a kind, which `web.services` has opened."""
+    """Return a dependency on the app's service of a type, which `web.services` has opened."""
 
     def find(connection: HTTPConnection) -> object:
         return connection.app.state.services[kind]
@@ -93,7 +93,7 @@ def service(kind: type) -> Any:  # noqa: ANN401 - as FastAPI's own `Depends`
 
 
 AName = Annotated[str, Path(max_length=64)]
-"""The name of a thing as addresses have it."""
+"""The name of a resource in an address."""
 
 SettingsNow = Annotated[Settings, service(Settings)]
 
@@ -103,7 +103,7 @@ def _takes_files(request: Request) -> None:
 
 
 TakesFiles = Depends(_takes_files)
-"""For a route whose handler reads files from the wire, with limits of their own."""
+"""Dependency of a route whose handler reads files from the wire, with its own limits."""
 
 
 def _experiment(experiment: AName) -> Experiment:
@@ -117,25 +117,25 @@ AnExperiment = Annotated[Experiment, Depends(_experiment)]
 
 
 async def wait_until_gone(request: Request) -> None:
-    """Wait until the client of a request whose body has been read hangs up."""
+    """Wait until the client hangs up; the request's body must have been read."""
     while (await request.receive())["type"] != "http.disconnect":
         pass
 
 
 async def unless_client_gone(request: Request, work: Coroutine[Any, Any, Result]) -> Result:
-    """Return the result of work, and cancel it once its client hangs up."""
+    """Return the result of work; cancel it if its client hangs up."""
     return await unless_gone(work, lambda: wait_until_gone(request))
 
 
 async def unless_gone(work: Coroutine[Any, Any, Result], gone: Callable[[], Awaitable[object]]) -> Result:
-    """Do work for a client, and cancel it once the client is gone.
+    """Do work for a client; cancel it when the client is gone.
 
     Args:
-        work: What to do.
-        gone: Waits until the client has hung up.
+        work: The work.
+        gone: Waits until the client hangs up.
 
     Raises:
-        ApiError: It has, before the work was done (499).
+        ApiError: The client hung up before the work was done (499).
     """
     working = asyncio.ensure_future(work)
     leaving = asyncio.ensure_future(gone())
@@ -143,7 +143,7 @@ async def unless_gone(work: Coroutine[Any, Any, Result], gone: Callable[[], Awai
         await asyncio.wait((working, leaving), return_when=asyncio.FIRST_COMPLETED)
         if working.done():
             return working.result()
-        leaving.result()  # a body may be refused that nobody has read
+        leaving.result()  # an unread body may be refused
         raise client_gone("The client hung up before this was done.")
     finally:
         for task in (working, leaving):
@@ -153,5 +153,5 @@ async def unless_gone(work: Coroutine[Any, Any, Result], gone: Callable[[], Awai
 
 
 def kept_picture(data: bytes, media_type: str) -> Response:
-    """Return the answer with a picture of somebody's own recording or run."""
+    """Return a response with a picture of a person's own recording or run."""
     return Response(data, media_type=media_type, headers={"Cache-Control": f"private, max-age={DAY_S}"})

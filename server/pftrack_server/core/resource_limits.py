@@ -1,6 +1,6 @@
-"""Limits that the shell has set (`ulimit`): looked at when the server starts, and named when they hit.
+"""Limits set by the shell (`ulimit`): checked when the server starts, and named when they are reached.
 
-A limit of the operating system speaks in its own words, if at all: a process is simply killed, a file cannot be opened.
+The operating system hardly explains its limits: it kills a process, or a file cannot be opened.
 """
 
 import resource
@@ -10,15 +10,15 @@ from collections.abc import Callable
 MEBIBYTE = 1024 * 1024
 LEAST_OPEN_FILES = 256
 USUAL_OPEN_FILES = 8192
-"""A class of 200 that follows a comparison of four holds 1,800 connections."""
+"""Wanted limit of open files: 200 followers of a comparison of four hold 1,800 connections."""
 FILES_SHARE = 0.5
-"""Share of the process's files that browsers may have; the others belong to workers, uploads and the database."""
-# Between the signal that tells that the time is over and the one that cannot be caught.
+"""Share of the open files for browsers; workers, uploads and the database need the rest."""
+# Time between the signal that warns and the signal that cannot be caught.
 LAST_WORDS_S = 5
 
 
 def too_few_files() -> str | None:
-    """Allow this process as many open files as a class needs, and say what is wrong if it may not have enough."""
+    """Raise the limit of open files to what a class needs; return a message if the shell allows too few."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = USUAL_OPEN_FILES if hard == resource.RLIM_INFINITY else min(hard, USUAL_OPEN_FILES)
     if soft < most:
@@ -32,13 +32,13 @@ def too_few_files() -> str | None:
 
 
 def most_connections() -> int:
-    """Return how many connections the process may have, by its limit of open files."""
+    """Return the most connections of the process, from its limit of open files."""
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return max(int(FILES_SHARE * files), 16)
 
 
 def notices() -> list[str]:
-    """Return a sentence for each limit that will sooner or later be felt."""
+    """Return a sentence for each limit that may be reached."""
     found = []
     _, cpu = resource.getrlimit(resource.RLIMIT_CPU)
     if cpu != resource.RLIM_INFINITY:
@@ -52,18 +52,18 @@ def notices() -> list[str]:
 
 
 def allowed_cpu_seconds(wanted: int) -> int | None:
-    """Return how much processor time the shell allows a child, where that is less than it is meant to have."""
+    """Return the processor time that the shell allows a child (s), or None if that is at least `wanted`."""
     _, cpu = resource.getrlimit(resource.RLIMIT_CPU)
     return cpu if cpu != resource.RLIM_INFINITY and cpu < wanted else None
 
 
 def name_cpu_limit(stop: Callable[[str], None]) -> None:
-    """Have `stop` called, with a sentence, shortly before this process has used up its processor time."""
+    """Call `stop` with a sentence shortly before this process uses up its processor time."""
     soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
     if hard == resource.RLIM_INFINITY:
         return
     sentence = (
-        f"The server has used up the {hard} s of processor time that its shell allows (ulimit -t), and stops; "
+        f"The server used up the {hard} s of processor time that its shell allows (ulimit -t) and stops; "
         "start it again, and its sessions continue where they were."
     )
     signal.signal(signal.SIGXCPU, lambda *_: stop(sentence))
@@ -71,5 +71,5 @@ def name_cpu_limit(stop: Callable[[str], None]) -> None:
 
 
 def mebibytes(count: int) -> str:
-    """Return a number of bytes as people read it."""
+    """Return a number of bytes as text in MiB."""
     return f"{count / MEBIBYTE:{',.0f' if count >= 1000 * MEBIBYTE else '.4g'}} MiB"

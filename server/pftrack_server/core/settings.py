@@ -20,12 +20,12 @@ SHORTEST_TOKEN = 16
 
 
 def _processors() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Settings(BaseSettings):
-    """The configuration of a server, read at start and frozen from then on."""
+    """The configuration of a server, read at start and then frozen."""
 
     model_config = SettingsConfigDict(env_prefix="PFTRACK_", frozen=True, extra="forbid")
 
@@ -40,7 +40,7 @@ class Settings(BaseSettings):
         "", description="Prefix of all addresses, such as /any/prefix."
     )
     trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
-        (), description="Addresses and networks of proxies whose X-Forwarded headers count, with commas between."
+        (), description="Addresses and networks of trusted proxies (X-Forwarded headers), comma-separated."
     )
 
     filters: Annotated[tuple[Path, ...], NoDecode] = Field((), description="Filter files to execute, colon-separated.")
@@ -79,17 +79,17 @@ class Settings(BaseSettings):
     @field_validator("allowed_hosts", "trusted_proxies", mode="before")
     @classmethod
     def _split_names(cls, value: object, info: ValidationInfo) -> object:
-        """Read names with commas between."""
+        """Read comma-separated names."""
         if not isinstance(value, str):
             return value
         if '"' in value:
-            raise ValueError(f"{info.field_name} must be names with commas between, without quotes")
+            raise ValueError(f"{info.field_name} must be comma-separated names without quotes")
         return tuple(name.strip() for name in value.split(",") if name.strip())
 
     @field_validator("filters", mode="before")
     @classmethod
     def _split_paths(cls, value: object) -> object:
-        """Read paths as PATH has them."""
+        """Read paths separated as in PATH."""
         return tuple(filter(None, value.split(os.pathsep))) if isinstance(value, str) else value
 
     @field_validator("trusted_proxies")
@@ -107,8 +107,8 @@ class Settings(BaseSettings):
         if self.token is not None and len(self.token.get_secret_value()) < SHORTEST_TOKEN:
             raise ValueError(f"token must have at least {SHORTEST_TOKEN} characters")
         if self.token is None and (self.filters or not is_loopback(self.host)):
-            # Frozen for everybody else: a server that others can reach, or that executes what a page has written, never
-            # runs without a token; on this machine, too, there may be other people.
+            # A server that others can reach, or that executes files written on a page, never runs without a token: even
+            # on this machine there may be other users.
             object.__setattr__(self, "token", SecretStr(secrets.token_urlsafe(24)))
         if self.token is None:
             strangers = [name for name in self.allowed_hosts if not is_loopback(name)]
@@ -121,14 +121,14 @@ class Settings(BaseSettings):
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Names that a Host header may carry; `*` where the token alone guards the door."""
+        """Host names that a Host header may carry; `*` where the token alone protects the server."""
         if self.allowed_hosts:
             return ("localhost", "127.0.0.1", "::1", *self.allowed_hosts)
         return ("localhost", "127.0.0.1", "::1", self.host) if is_loopback(self.host) else ("*",)
 
     @property
     def edits_filters(self) -> bool:
-        """Whether pages may write the files of filters: where this machine alone, and no proxy, reaches the server."""
+        """Whether pages may write filter files: only if nobody but this machine, and no proxy, reaches the server."""
         return bool(self.filters) and is_loopback(self.host) and not (self.allowed_hosts or self.trusted_proxies)
 
     @property
@@ -137,7 +137,7 @@ class Settings(BaseSettings):
         return f"sqlite:///{self.data_dir / 'pftrack.sqlite'}"
 
     def link(self, port: int) -> str:
-        """Return the address to open in a browser, with the token where there is one."""
+        """Return the address to open in a browser, with the token if one is set."""
         everywhere = self.host in {"0.0.0.0", "::", ""}  # noqa: S104 - compared, not bound
         name = "localhost" if everywhere else f"[{self.host}]" if ":" in self.host else self.host
         query = f"?{urlencode({'token': self.token.get_secret_value()})}" if self.token else ""
@@ -145,7 +145,7 @@ class Settings(BaseSettings):
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether a host name reaches this machine only."""
+    """Return whether a host name reaches only this machine."""
     try:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:

@@ -1,6 +1,6 @@
-"""Jobs: work on what people sent, each in a confined process, so that it harms nobody and nobody waits for it.
+"""Jobs: work on untrusted files in confined processes, so that it harms nobody and blocks nobody.
 
-- `child_tasks`: how the web process has work carried out, and who is next;
-- `jobs`: work that is followed by its id, and `results`: what was computed once and is kept;
-- `functions`: what the confined processes do with uploads and experiments.
+- `child_tasks`: starts child processes for tasks and queues them;
+- `jobs`: long work with an id and progress; `results`: the cache of computed results;
+- `functions`: the functions that run in confined processes.
 """

@@ -1,10 +1,10 @@
-"""Child tasks: work that must not run in the web process, each in a process of its own with limits, in its turn.
+"""Child tasks: work that must not run in the web process; each runs in turn in a process of its own, with limits.
 
-A process is there in some 20 ms, and ended when it falls silent, when nobody waits for it any more, and when the web
-process is gone.
+A process starts in some 20 ms. It is ended if it falls silent, if nobody waits for it any more, or if the web process
+is gone.
 
-Light work, such as a picture of a frame, never waits for heavy work, such as decoding a film. Equal work is served in
-the order of arrival. Work of unknown length begins among light work, and makes room there once it proves heavy.
+Light work, such as a picture of a frame, never waits for heavy work, such as decoding a film. Work of the same weight
+is served in order of arrival. Work of unknown length begins as light work and leaves that queue if it proves heavy.
 """
 
 import asyncio
@@ -29,17 +29,17 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """A place in the line: its ticket, and the time (s, by the loop's clock) from which on nothing new passes it."""
+    """A place in the queue: its ticket, and the time (s, loop's clock) after which no new arrival passes it."""
 
     ticket: str | None
     due: float
 
 
 class Queue:
-    """So many places, and a line before them.
+    """A number of places, and the queue for them.
 
     Args:
-        places: How many may be at work at one time.
+        places: Most tasks at work at one time.
     """
 
     def __init__(self, places: int) -> None:
@@ -48,16 +48,16 @@ class Queue:
 
     @property
     def is_free(self) -> bool:
-        """Whether nobody would have to wait."""
+        """Whether a new task would start at once."""
         return self._free > 0
 
     @asynccontextmanager
     async def place(self, ticket: str | None = None, *, weight_s: float = 0.0) -> AsyncIterator[None]:
-        """Wait for a place, and have it as long as the context lasts.
+        """Wait for a place, and hold it while the context lasts.
 
         Args:
-            ticket: A name under which the client asks `before`.
-            weight_s: How long it may take, s: what comes by so much later and takes no time still comes before.
+            ticket: Name with which the client asks `before`.
+            weight_s: Expected duration, s; an instant task that arrives less than this later still goes first.
         """
         if self._free > 0:
             self._free -= 1
@@ -79,7 +79,7 @@ class Queue:
             self._next()
 
     def before(self, ticket: str) -> int | None:
-        """Return how many are before a ticket, or None if it does not wait."""
+        """Return the number of tasks before a ticket, or None if it does not wait."""
         waiting = [self._waiting[turn].ticket for turn in self._line()]
         return waiting.index(ticket) + 1 if ticket in waiting else None
 
@@ -96,17 +96,17 @@ class Queue:
 
 
 class Queues:
-    """The queues of a kind of work.
+    """The queues of light and heavy work.
 
     Attributes:
-        check: For what makes sure that work can be done; it waits for no other work.
-        light: For what takes a moment.
-        heavy: For what may take minutes.
+        check: For checks that processes can be started; they wait for no other work.
+        light: For work of a moment.
+        heavy: For work of minutes.
 
     Args:
-        light: How much light work is done at one time.
-        heavy: How much heavy work.
-        moment_s: So long work is light.
+        light: Most light tasks at one time.
+        heavy: Most heavy tasks at one time.
+        moment_s: Time after which a task counts as heavy, s.
     """
 
     def __init__(self, *, light: int = 4, heavy: int = 2, moment_s: float = 3.0) -> None:
@@ -120,13 +120,13 @@ class Queues:
     ) -> Result:
         """Do work of unknown length, so that short work never waits for longer work.
 
-        It begins among light work. What is not done in a moment goes on among heavy work if there is a free place, and
-        else ends, and begins again when its turn comes.
+        It begins as light work. If it is not done in a moment, it continues as heavy work if there is a free place;
+        otherwise it is stopped, and begins again when its turn comes.
 
         Args:
-            work: Begins it.
-            ticket: A name under which the client asks `before`.
-            weight_s: How long it may take as heavy work, s; see `Queue.place`.
+            work: Starts the work.
+            ticket: Name with which the client asks `before`.
+            weight_s: Expected duration as heavy work, s; see `Queue.place`.
         """
         async with AsyncExitStack() as light:
             await light.enter_async_context(self.light.place(ticket))
@@ -146,13 +146,13 @@ class Queues:
             return await work()
 
     def before(self, ticket: str) -> int:
-        """Return how many are before a ticket; 0 once it is worked on, or unknown."""
+        """Return the number of tasks before a ticket; 0 if its task has started or is unknown."""
         return self.light.before(ticket) or self.heavy.before(ticket) or 0
 
 
 BUDGET = Budget()
 LONG_S = 30.0
-"""Assumed length of a long task, s, for its place in the line."""
+"""Assumed duration of a long task, s, for its place in the queue."""
 
 warnings = RateLimitedLogger(__name__)
 
@@ -163,32 +163,34 @@ async def _never() -> None:
 
 @dataclass(frozen=True)
 class ChildTasks:
-    """Sends tasks to confined processes, a few at a time.
+    """Runs tasks in confined processes, a few at a time.
 
     Attributes:
-        queues: Where tasks wait for their turn.
-        gone: Waits until the client that has asked is gone; its short tasks are then dropped.
+        queues: The queues in which tasks wait.
+        gone: Waits until the client hangs up; its short tasks are then dropped.
     """
 
     queues: Queues
     gone: Callable[[], Awaitable[object]] = _never
 
     async def check(self) -> None:
-        """Make sure that processes can be made; this waits for no other task, but one after the other.
+        """Make sure that processes can be started; checks run one at a time and wait for no other task.
 
         Raises:
-            RefusedError: They die.
-            ApiError: They do not answer (503).
+            RefusedError: Processes die.
+            ApiError: Processes do not answer (503).
         """
         async with self.queues.check.place():
             await self.run_beside(functions.do_nothing)
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
-        """Return the result of a function of `pftrack_server.jobs.functions`, of values that JSON can say and bytes.
+        """Return the result of a function in `pftrack_server.jobs.functions`.
+
+        Arguments and result are JSON values or bytes.
 
         Raises:
-            RefusedError: The function refused its arguments, with a sentence, or its process died.
-            ApiError: It took too long (503); its client hung up (499).
+            RefusedError: The function refused its arguments, or its process died.
+            ApiError: It took too long (503), or its client hung up (499).
         """
         return await unless_gone(self._in_turn(function, arguments), self.gone)
 
@@ -201,19 +203,19 @@ class ChildTasks:
         file_bytes: int | None = None,
         may_be_short: bool = False,
     ) -> Any:  # noqa: ANN401 - whatever the function returns
-        """Return the result of a function that tells how far it is; it takes as long as it takes.
+        """Return the result of a function that reports its progress; its duration is not limited.
 
         Args:
-            function: A generator of `pftrack_server.jobs.functions`.
-            arguments: For it.
-            cpu_seconds: Processor time that it may take.
-            on_step: Called now and then with the steps that are done, and with all that there are.
-            file_bytes: Length of any file that it writes; None for any.
-            may_be_short: Whether it may take a moment only, so that it begins among light work.
+            function: A generator in `pftrack_server.jobs.functions`.
+            arguments: Its arguments.
+            cpu_seconds: Limit of its processor time.
+            on_step: Called at intervals with the steps done and the total.
+            file_bytes: Most bytes of a file that it writes; None for no limit.
+            may_be_short: Whether it may take only a moment, so that it begins as light work.
 
         Raises:
-            RefusedError: The function refused its arguments, with a sentence, or its process died.
-            ApiError: It gave no sign of life for too long (503).
+            RefusedError: The function refused its arguments, or its process died.
+            ApiError: It was silent for too long (503).
         """
         budget = Budget(cpu_seconds=cpu_seconds, file_bytes=file_bytes)
         work = partial(self.run_beside, function, *arguments, budget=budget, on_step=on_step)
@@ -235,21 +237,21 @@ class ChildTasks:
         stopped: Callable[[], bool] | None = None,
         prepare: Callable[[], object] | None = None,
     ) -> Any:  # noqa: ANN401 - whatever the function returns
-        """Return the result of a function at once, without waiting for a turn.
+        """Run a function now, without waiting in a queue, and return its result.
 
-        Its process and everything it started have ended when this returns or is cancelled.
+        Its process and all that it started have ended when this returns or is cancelled.
 
         Args:
-            function: One of `pftrack_server.jobs.functions`.
-            arguments: For it.
-            budget: What it may take.
-            on_step: Called now and then with what it yields, such as the steps that are done and all that there are.
-            stopped: Asked ten times a second whether to give up; the process is then killed.
-            prepare: Is called in the process before it has a thread.
+            function: A function in `pftrack_server.jobs.functions`.
+            arguments: Its arguments.
+            budget: Limits of time, memory and files.
+            on_step: Called at intervals with what it yields, such as the steps done and the total.
+            stopped: Called ten times a second; once it returns true, the process is killed.
+            prepare: Called in the process before it has a thread.
 
         Raises:
-            RefusedError: The function refused its arguments, with a sentence, or its process died.
-            ApiError: It gave no sign of life for too long, or was stopped (503).
+            RefusedError: The function refused its arguments, or its process died.
+            ApiError: It was silent for too long, or was stopped (503).
         """
         outcome = await run_task(
             FORK_SERVER,
@@ -266,15 +268,15 @@ class ChildTasks:
 
 
 def ending_message(how: Ending, budget: Budget) -> str:
-    """Return the sentence for a task whose process ended without an answer."""
+    """Return a message about a task whose process ended without an answer."""
     match how:
         case Ending.OUT_OF_TIME:
             return f"This did not respond for {budget.silence_s:g} s and was stopped."
         case Ending.OUT_OF_CPU_TIME:
             return f"This needs more than the {budget.cpu_seconds:g} s of processor time that it may use."
         case Ending.KILLED:
-            return "This could not be finished: its process was killed, by the system or by somebody. Try again."
-    return "This could not be finished: its process ended unexpectedly. What it reads may be damaged."
+            return "This could not be finished: its process was killed. Try again."
+    return "This could not be finished: its process ended unexpectedly. Its input may be damaged."
 
 
 def _result(outcome: Outcome, budget: Budget) -> Any:  # noqa: ANN401 - whatever the function returns
@@ -287,7 +289,7 @@ def _result(outcome: Outcome, budget: Budget) -> Any:  # noqa: ANN401 - whatever
             raise unavailable(ending_message(how, budget))
         case Ending() as how:
             raise RefusedError(ending_message(how, budget))
-    raise RefusedError("This failed, or what it reads cannot be read safely; the server's log says where.")
+    raise RefusedError("This failed, or its input cannot be read safely; see the server's log.")
 
 
 def _tasks(request: Request, tasks: Annotated[ChildTasks, service(ChildTasks)]) -> ChildTasks:
@@ -295,4 +297,4 @@ def _tasks(request: Request, tasks: Annotated[ChildTasks, service(ChildTasks)]) 
 
 
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
-"""Child tasks for a client: what it no longer waits for is dropped."""
+"""Child tasks for a client; they are dropped when it hangs up."""

@@ -1,6 +1,6 @@
-"""What confined processes do with uploads and experiments.
+"""Functions that run in confined processes: on uploads and experiments.
 
-One that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
+A function that may take minutes is a generator: it yields the steps done and the total, and returns its result.
 """
 
 import base64
@@ -30,7 +30,7 @@ from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack.sources.sequence import Recording, open_sequence
 from pftrack.vision.rendering import over
 
-# How long one answer looks through a recording; a client that still wants to know asks again.
+# How long one request searches a recording; a client that wants to continue asks again.
 SEARCH_S = 1.5
 SUITABILITY_WIDTH_PX = 480
 MEBIBYTE = 1024**2
@@ -39,20 +39,20 @@ Steps: TypeAlias = Generator[tuple[int, int], None, dict[str, Any]]
 
 
 def do_nothing() -> bool:
-    """Do nothing; the answer proves that processes can be started."""
+    """Do nothing; the answer proves that processes can start."""
     return True
 
 
 def index_frames(path: str, limits: Limits, memory_bytes: int, columns: Mapping[str, int] | None = None) -> str:
-    """Decode every frame of a file from a stranger, and return the index of it as JSON.
+    """Decode every frame of an untrusted file, and return its index as JSON.
 
     Args:
         path: The file or folder.
-        limits: How large it may be.
-        memory_bytes: What this process may take.
-        columns: Places of a table's columns by their meaning, which its header shall name.
+        limits: Limits of its size.
+        memory_bytes: Memory limit of this process.
+        columns: Column numbers of a table by their meaning; they are written to its header.
     """
-    # Tokens and passwords are none of a decoder's business. What was forked with this process may still hold them.
+    # A decoder needs neither tokens nor passwords. Memory forked into this process may still hold them.
     os.environ.clear()
     try:
         if columns is not None:
@@ -60,13 +60,13 @@ def index_frames(path: str, limits: Limits, memory_bytes: int, columns: Mapping[
         sequence = open_sequence(Path(path), limits)
     except MemoryError:
         allowed = f"{memory_bytes / MEBIBYTE:,.4g} MiB"
-        raise RefusedError(f"decoding needs more than the {allowed} of memory that are allowed") from None
+        raise RefusedError(f"decoding needs more than the allowed {allowed} of memory") from None
     sequence.close()
     return sequence.index.to_json()
 
 
 def _name_columns(path: Path, columns: Mapping[str, int]) -> None:
-    """Give the columns of a table the names of what a person says they mean."""
+    """Write a header to a table with the column names that a person chose."""
     content = rename(path.read_bytes(), columns) if path.stat().st_size <= LARGEST_FILE_BYTES else b""
     if not 0 < len(content) <= LARGEST_FILE_BYTES:
         raise RefusedError(f"columns can be named in a table of at most {LARGEST_FILE_BYTES // MEBIBYTE} MiB")
@@ -74,28 +74,28 @@ def _name_columns(path: Path, columns: Mapping[str, int]) -> None:
 
 
 class FailureSide(BaseModel):
-    """The result of one of the two runs of a failure."""
+    """The result of one of a failure's two runs."""
 
-    errors: list[Known] = Field(description="Of each frame; null where the truth is unknown")
-    lost: list[bool] = Field(description="Whether the target is lost in a frame")
+    errors: list[Known] = Field(description="Error in each frame; null where the truth is unknown")
+    lost: list[bool] = Field(description="Whether the target is lost, for each frame")
     shown: bool = Field(description="Whether the run fails in this way")
-    finding: str = Field(description="What was found in its numbers, a sentence")
-    numbers: dict[str, Known] = Field(description="What the sentence is said from; empty where it does not fail so")
-    why: str = Field(description="Why its target was lost, told from its numbers alone, a sentence")
+    finding: str = Field(description="Finding in the run's numbers, a sentence")
+    numbers: dict[str, Known] = Field(description="Numbers behind the finding; empty if the run does not fail this way")
+    why: str = Field(description="Cause of the loss, derived from the run's numbers alone, a sentence")
 
 
 class FailureResult(BaseModel):
     """Both runs of a failure, computed on this server."""
 
     unit: str
-    frame: int | None = Field(description="In which the target is lost; null if it is not lost here")
-    measured: tuple[Measured, ...] = Field(description="From that frame on: medians, and shares of frames in %")
+    frame: int | None = Field(description="Frame of the first loss; null if the target is not lost here")
+    measured: tuple[Measured, ...] = Field(description="Medians, and shares of frames in %, from that frame on")
     failing: FailureSide
     cured: FailureSide
 
 
 def run_with_and_without_cure(failure_id: str) -> dict[str, Any]:
-    """Return how the run of a failure went, and the cured one, as `FailureResult` has it."""
+    """Run a failure without and with its cure, and return the fields of a `FailureResult`."""
     shown = entry(EXPERIMENTS, failure_id)
     failing, cured = (run_failure(shown, cured=it) for it in (False, True))
     return FailureResult(
@@ -132,14 +132,14 @@ def _jpeg(picture_rgb: NDArray[np.uint8]) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class TargetSearch:
-    """Where to look for a target.
+    """Where to search for a target.
 
     Attributes:
         experiment: Identifier of the experiment.
-        frame: First frame of the upload to look into.
-        last: Last one, not before the first, or None for that of the upload.
-        looked: How many of the frames worth looking into were looked into before.
-        hint: Where a person has shown in that frame that the target is, as JSON values of a mark.
+        frame: First frame of the upload to search.
+        last: Last frame to search, not before the first; None for the upload's last.
+        looked: Number of candidate frames already searched.
+        hint: The target's place that a person marked in the first frame, as JSON values of a mark.
     """
 
     experiment: str
@@ -150,7 +150,7 @@ class TargetSearch:
 
 
 def find_mark(recording: Recording, question: TargetSearch) -> dict[str, Any]:
-    """Look for a target in an upload for a while, and return what was found."""
+    """Search an upload for a target for a while, and return the result."""
     finder = find(question.experiment).video.finder
     if finder is None:
         raise RefusedError(f"the experiment {question.experiment} cannot find its target automatically; mark it")
@@ -158,9 +158,7 @@ def find_mark(recording: Recording, question: TargetSearch) -> dict[str, Any]:
     if question.hint is not None:
         hint = read_mark(finder.hints, question.hint)
         if finder.within is None:
-            raise RefusedError(
-                f"the experiment {question.experiment} cannot look for its target in a part of a picture"
-            )
+            raise RefusedError(f"the experiment {question.experiment} cannot search part of a picture for its target")
         try:
             seen = finder.within(sequence, question.frame, hint)
         except ValueError as error:
@@ -174,7 +172,7 @@ def find_mark(recording: Recording, question: TargetSearch) -> dict[str, Any]:
     until, looked = time.monotonic() + SEARCH_S, min(question.looked, len(frames) - 1)
     for seen in finder.search(sequence, frames[looked:]):
         looked += 1
-        # What is only guessed may do where it was asked for, and is not looked for elsewhere.
+        # A mere guess is enough in the frame that was asked for; other frames are not searched for one.
         if seen.sure or (seen.mark is not None and len(frames) == 1) or time.monotonic() > until:
             break
     if seen.sure and question.last is None:
@@ -184,7 +182,7 @@ def find_mark(recording: Recording, question: TargetSearch) -> dict[str, Any]:
 
 
 def weigh_target(recording: Recording, experiment_id: str, frame: int, raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Look whether the trackers of an experiment can follow a target that is marked in a frame of an upload."""
+    """Judge whether the trackers of an experiment can follow a target marked in a frame of an upload."""
     experiment = find(experiment_id)
     sequence = _open_at(recording, frame)
     experiment.check_footage(sequence.index.kind)
@@ -226,7 +224,7 @@ def _sighting_json(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
 
 
 def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]) -> dict[str, Any]:
-    """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames of this size."""
+    """Read a truth table for an upload, of the kind that an experiment takes."""
     kind, name = find(experiment_id).video.truth, Path(path).name
     if kind is None:
         raise RefusedError(f"the experiment {experiment_id} takes no truth")
@@ -247,7 +245,7 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
         raise RefusedError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
     view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
     warnings = [*table.warnings]
-    if beyond := len(table.rows) - len(rows):  # as of a table for a longer clip
+    if beyond := len(table.rows) - len(rows):  # the table may be of a longer clip
         listed = "a frame" if beyond == 1 else f"{beyond:,} frames"
         warnings.append(f"The file lists {listed} after the last of the upload, {frames - 1}; they are left out.")
     warnings += kind.misfits(rows.items(), *size)
@@ -255,7 +253,7 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
 
 
 def _open_at(recording: Recording, number: int) -> FrameSequence:
-    """Open an upload that has a frame."""
+    """Open an upload and check that it has a frame."""
     sequence = recording.open()
     if not 0 <= number < sequence.frame_count:
         raise ParameterError("frame", number, f"a frame of the upload, 0 to {sequence.frame_count - 1}")

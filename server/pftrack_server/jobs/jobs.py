@@ -1,7 +1,7 @@
 """Jobs: work that takes longer than a client should wait for one answer.
 
-Each tells its progress and can be cancelled. Jobs live in memory alone. A job continues for as long as somebody asks
-for it: a visitor who closed the page no longer waits, and others wait for the place.
+Each reports its progress and can be cancelled. Jobs exist only in memory. A job continues only while somebody asks for
+it: a visitor who closed the page no longer waits for it, and others need its place.
 """
 
 import asyncio
@@ -22,19 +22,19 @@ Result = TypeVar("Result")
 
 
 class Job(BaseModel, Generic[Result]):
-    """Work under way, or its result."""
+    """Work in progress, or its result."""
 
     id: str
     kind: str
-    name: str = Field(description="Of the file that is read or written, or what is compared, fitted or explored")
+    name: str = Field(description="Name of the file being read or written, or of what is compared, fitted or explored")
     state: Literal["working", "done", "failed"] = "working"
     done: int = Field(0, description="Steps done")
-    total: int = Field(0, description="Steps to do; 0 until that is known")
-    result: Result | None = Field(None, description="What has been found so far; all of it once it is done")
-    error: str | None = Field(None, description="Why it has failed, a sentence")
+    total: int = Field(0, description="Total of steps; 0 until it is known")
+    result: Result | None = Field(None, description="Result so far; complete once the job is done")
+    error: str | None = Field(None, description="Why the job failed, a sentence")
 
     def refresh(self) -> None:
-        """Say what has been found so far, where that grows; called before anybody looks."""
+        """Update a result that grows; called before the job is returned."""
 
 
 log = structlog.get_logger(__name__)
@@ -42,31 +42,31 @@ log = structlog.get_logger(__name__)
 MOST_AT_WORK = 32
 """Of a kind."""
 KEPT_S = 600.0
-"""How long the result of a job is kept, s."""
+"""How long a job is kept after its end, s."""
 LOOK_S = 15.0
-"""Time between two looks whether somebody has asked for a job that is under way."""
+"""Interval of the checks whether somebody has asked for a running job, s."""
 MOST_LOOKS = 10
-"""Looks without a question after which it is dropped: 150 s, since browsers let a hidden page ask once a minute only.
-They are counted, so that a while in which this very process was stopped is one look and not hundreds of seconds."""
+"""Checks without a request after which a job is dropped: 150 s, since browsers let a hidden page ask only once a
+minute. Checks are counted, not seconds, so that a pause of this whole process counts as one check."""
 
 OneJob = TypeVar("OneJob", bound=Job[Any])
 
 OnStep: TypeAlias = Callable[[int, int], None]
-"""(steps done, all that there are) -> None."""
+"""(steps done, total) -> None."""
 Work: TypeAlias = Callable[[OnStep], Coroutine[Any, Any, Any]]
-"""Does what a job is about, and returns its result."""
+"""Does the work of a job, and returns its result."""
 
 
 @dataclass
 class _Entry:
-    """A job with what carries it out.
+    """A job and its task.
 
     Attributes:
-        job: What is told of it.
-        drop: Lets go of what it leaves behind.
-        task: Carries it out.
-        ended: When that ended (monotonic, s).
-        unasked: Looks since somebody asked for it.
+        job: Its public state.
+        drop: Removes what the job left behind.
+        task: The task that does its work.
+        ended: When the task ended (monotonic, s).
+        unasked: Checks since the last request for it.
     """
 
     job: Job[Any]
@@ -88,7 +88,7 @@ class Jobs:
         self._all: dict[str, _Entry] = {}
 
     def all(self) -> list[Job[Any]]:
-        """Return those under way, and those that ended a while ago, the newest first; this asks for none."""
+        """Return running and recently ended jobs, newest first; this does not count as a request for them."""
         self._forget()
         jobs = [each.job for each in reversed(self._all.values())]
         for job in jobs:
@@ -96,14 +96,14 @@ class Jobs:
         return jobs
 
     def under_way(self, kind: type[OneJob]) -> list[OneJob]:
-        """Return those of a kind that are under way; this asks for none."""
+        """Return the running jobs of a kind; this does not count as a request for them."""
         return [each.job for each in self._all.values() if each.ended is None and isinstance(each.job, kind)]
 
     def get(self, name: str) -> Job[Any]:
-        """Return a job, which then goes on.
+        """Return a job; the request keeps it running.
 
         Raises:
-            ApiError: It is unknown, or ended long ago (404).
+            ApiError: The job is unknown, or ended long ago (404).
         """
         self._forget()
         found = self._all.get(name)
@@ -114,10 +114,10 @@ class Jobs:
         return found.job
 
     def find_or_begin(self, job: OneJob, work: Work) -> OneJob:
-        """Return the job of the same id, which then goes on, or begin this one; one that was left alone begins anew.
+        """Return the job of the same id, and keep it running, or begin this one; a dropped job begins again.
 
         Raises:
-            ApiError: There are as many under way as there may be (503).
+            ApiError: Too many jobs of this kind are running (503).
         """
         self._forget()
         known = self._all.get(job.id)
@@ -125,29 +125,29 @@ class Jobs:
         return cast("OneJob", self.get(job.id)) if is_kept else self.begin(job, work)
 
     async def wait(self, name: str, patience_s: float) -> None:
-        """Wait for a job to end, but no longer than this."""
+        """Wait at most `patience_s` seconds for a job to end."""
         await asyncio.wait({self._all[name].task}, timeout=patience_s)
 
     def check_room(self, kind: type[OneJob]) -> None:
-        """Make sure that there is a place for one more of a kind.
+        """Make sure that there is room for one more job of a kind.
 
         Raises:
-            ApiError: There are as many under way as there may be (503).
+            ApiError: Too many jobs of this kind are running (503).
         """
         if len(self.under_way(kind)) >= MOST_AT_WORK:
             several = f"{kind.model_fields['kind'].default}s"
             raise unavailable(f"The server works on at most {MOST_AT_WORK} {several} at a time; wait, or cancel one.")
 
     def begin(self, job: OneJob, work: Work, *, drop: Callable[[], object] = lambda: None) -> OneJob:
-        """Begin a job, and return it.
+        """Begin a job and return it.
 
         Args:
-            job: What is told of it, with a name of its own.
+            job: Its public state, with a unique name.
             work: Does it.
-            drop: Lets go of what it leaves behind: once it has failed, or nobody can ask for it any more.
+            drop: Removes what the job left behind; called when it has failed, or is forgotten.
 
         Raises:
-            ApiError: There are as many under way as there may be (503).
+            ApiError: Too many jobs of this kind are running (503).
         """
         self.check_room(type(job))
         made = _Entry(job, drop)
@@ -156,17 +156,17 @@ class Jobs:
         return job
 
     async def cancel(self, name: str) -> None:
-        """End a job, and forget it.
+        """End a job and forget it.
 
         Raises:
-            ApiError: It does not exist (404).
+            ApiError: The job does not exist (404).
         """
         self.get(name)
         await _cancel(self._all[name])
         self._drop(name)
 
     async def close(self) -> None:
-        """End all of them."""
+        """End all jobs."""
         await asyncio.gather(*map(_cancel, self._all.values()))
 
     def _forget(self) -> None:
@@ -188,18 +188,18 @@ class Jobs:
 
         try:
             job.result = await _run_while_asked(entry, work(step))
-            job.done, job.state = job.total, "done"  # the last steps are not told
+            job.done, job.state = job.total, "done"  # the last steps are not reported
         except BaseException as error:
             job.state, job.error = "failed", failure_message(error)
             entry.drop()
             if not isinstance(error, RefusedError | asyncio.CancelledError):
-                # Its client may have gone: nobody else would write it down.
+                # Its client may have gone: only the log would show the failure.
                 log.exception("a job failed", kind=job.kind, job=job.id)
             if not isinstance(error, Exception):
                 raise
         finally:
             entry.ended = time.monotonic()
-            # What it left behind goes also if nobody asks again.
+            # Forget it in time even if nobody asks again.
             asyncio.get_running_loop().call_later(self._kept_s + 1.0, self._forget)
 
 

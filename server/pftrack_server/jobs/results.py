@@ -1,9 +1,9 @@
-"""Results: what was computed once, kept on the disk until the program changes.
+"""Results that are computed once and kept on disk until the program changes.
 
-A cache holds JSON objects by a hash of their subject. Pictures of experiments and courses of their failures are
-computed in a child when somebody first asks for them, while all others wait for the same. Results
-of our own experiments are kept on the disk; those of other packages' as long as the server runs, which sees no change
-of theirs.
+A cache holds JSON objects by a hash of their subject. Pictures of experiments and results of failures are computed in a
+child process at the first request, and concurrent requests wait for the same one. Results of our own experiments are
+kept on disk; those of other packages only in memory while the server runs, since it cannot see when such a package
+changes.
 """
 
 import asyncio
@@ -24,23 +24,23 @@ from pftrack_server.jobs.child_tasks import ChildTasks
 
 
 def digest(about: str) -> str:
-    """Return the name under which something is kept.
+    """Return the name under which a result is kept.
 
     Args:
-        about: All that it depends on beside the program.
+        about: Everything that it depends on, except the program.
     """
     return hashlib.sha256(about.encode()).hexdigest()[:32]
 
 
 class DiskCache:
-    """A folder of results, each a file; what cannot be read, or written, is computed again.
+    """A folder of results, one file each; a result that cannot be read or written is computed again.
 
     Args:
-        folder: Where they are kept.
+        folder: The folder.
     """
 
     def __init__(self, folder: Path) -> None:
-        """Forget what another version of the program has computed."""
+        """Delete results of other versions of the program."""
         on = json.dumps(machine.describe_platform(), sort_keys=True)
         self._folder = folder / hashlib.sha256(on.encode() + source_hash()).hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -50,7 +50,7 @@ class DiskCache:
         self._folder.mkdir(exist_ok=True, mode=0o700)
 
     def read(self, name: str) -> dict[str, Any] | None:
-        """Return what is kept under a name; None if nothing is."""
+        """Return the result of a name; None if there is none."""
         try:
             kept = json.loads((self._folder / name).read_bytes())
         except (OSError, ValueError):
@@ -59,20 +59,20 @@ class DiskCache:
 
     def write(self, name: str, result: dict[str, Any]) -> None:
         """Keep a result under a name."""
-        with contextlib.suppress(OSError):  # a full disk: it is computed again after the next start
+        with contextlib.suppress(OSError):  # full disk: the result is computed again after the next start
             write_whole(self._folder / name, json.dumps(result).encode())
 
 
 class ExperimentResults:
-    """Results of functions, as JSON objects."""
+    """Cached results of functions, as JSON objects."""
 
     def __init__(self, kept: DiskCache, tasks: ChildTasks, wait_for: Callable[[str], Awaitable[None]]) -> None:
-        """Begin with what was computed by this very program.
+        """Begin with the results that this version of the program has kept.
 
         Args:
-            kept: Where results are kept.
-            tasks: Where they are computed.
-            wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
+            kept: Cache on disk.
+            tasks: Runs the functions.
+            wait_for: Waits for an experiment to be compiled; raises an error if it takes longer.
         """
         self._kept = kept
         self._tasks = tasks
@@ -84,13 +84,13 @@ class ExperimentResults:
         """Return the result of a function.
 
         Args:
-            experiment: Which one it runs.
-            function: Is called in a child.
+            experiment: Identifier of the experiment that it runs.
+            function: The function, called in a child process.
             subject: Its argument.
 
         Raises:
-            ApiError: The experiment is still being compiled, or it takes too long (503).
-            RefusedError: It cannot be computed.
+            ApiError: The experiment is still being compiled, or the function takes too long (503).
+            RefusedError: The result cannot be computed.
         """
         name = digest(f"{function.__name__} {subject}")
         async with self._under_way.setdefault(name, asyncio.Lock()):

@@ -24,14 +24,14 @@ class SessionCreate(RequestBody):
     recipe: Recipe
     upload: str | None = Field(None, max_length=64, description="Name of the footage's upload; optional with its hash")
     position: FrameNumber = 0
-    id: str | None = Field(None, pattern=r"^[0-9a-f]{16}$", description="Name that the client chose, to end it with")
+    id: str | None = Field(None, pattern=r"^[0-9a-f]{16}$", description="Name chosen by the client, to end it with")
 
 
 def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
-    """Return the spec of a session that was asked for; its parameters are checked by the worker that makes the run.
+    """Return the spec of a requested session; the worker checks its parameters.
 
     Raises:
-        ParameterError: The experiment is unknown, or what is said of the target does not go together.
+        ParameterError: The experiment is unknown, or the data about the target are inconsistent.
         RefusedError: The upload does not exist.
     """
     recipe = body.recipe
@@ -47,16 +47,16 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
 def footage_in(
     store: Store, experiment: Experiment, upload: str | None, given: Footage | None
 ) -> tuple[Footage, UploadRow] | None:
-    """Return the footage that was asked for, with what is known of its upload, and that upload; None if none was.
+    """Return the requested footage, completed from its upload, and the upload; None for each if none was requested.
 
     Args:
-        store: Where uploads are.
-        experiment: That is to run on it.
-        upload: Name of the upload, if it was named.
-        given: What was said of the target in it.
+        store: Holds the uploads.
+        experiment: Experiment to run on the footage.
+        upload: Name of the upload, if given.
+        given: The request's data about footage and target.
 
     Raises:
-        ParameterError: What is said of the target does not go together, or the experiment takes no such recording.
+        ParameterError: The data about the target are inconsistent, or the experiment takes no such recording.
         RefusedError: The upload does not exist.
     """
     found = _upload(store, upload, given)
@@ -81,16 +81,16 @@ def new_spec(
     computed: int | None = None,
     bookmarks: Sequence[Bookmark] = (),
 ) -> SessionSpec:
-    """Return the spec of a new session that makes a recipe's run.
+    """Return the spec of a new session for a recipe.
 
     Args:
-        recipe: What makes the run.
-        name: Of the session; one that nobody can guess if not given.
-        upload: Name of the upload that the recipe's footage is.
-        sweep: Name of the sweep that it is a run of.
+        recipe: The run's recipe.
+        name: Name of the session; unguessable by default.
+        upload: Name of the upload that holds the recipe's footage.
+        sweep: Name of the sweep that the run belongs to.
         position: Frame to show.
-        computed: Frame to compute up to; the one to show if not given.
-        bookmarks: To begin with.
+        computed: Last frame to compute; by default the frame to show.
+        bookmarks: Initial bookmarks.
     """
     run = RunSnapshot(
         branch=FIRST,
@@ -111,7 +111,7 @@ def new_spec(
 
 
 def _upload(store: Store, upload: str | None, footage: Footage | None) -> UploadRow | None:
-    """Return the upload that footage is, or None if there is none."""
+    """Return the upload of some footage, or None if no footage is given."""
     sha256 = footage and footage.sha256
     if upload is None and footage is None:
         return None
@@ -121,12 +121,12 @@ def _upload(store: Store, upload: str | None, footage: Footage | None) -> Upload
     found = found or (store.upload_of(sha256) if sha256 else None)
     if found is None or sha256 not in {None, found.sha256}:
         name = (footage and footage.name) or "the recording"
-        raise RefusedError(f"The upload is not here; upload {name} first.", field="upload", value=upload or sha256)
+        raise RefusedError(f"The upload is missing; upload {name} first.", field="upload", value=upload or sha256)
     return found
 
 
 def _check_mark(footage: Footage, experiment: Experiment, kind: str) -> None:
-    """Refuse a mark that the experiment does not take, or the lack of one that it needs."""
+    """Refuse a mark that the experiment does not take, or a missing mark that it needs."""
     if footage.mark is not None:
         experiment.video.mark(footage.mark)
     elif experiment.video.needs_mark(kind):

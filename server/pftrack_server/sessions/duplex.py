@@ -1,8 +1,8 @@
 """Streams between server and pages, the same for sessions, sweeps and classes.
 
-A listener is a page that hears a stream at its own pace: an asynchronous iterator of encoded messages. What it says and
-when is its own: a session's queues messages, a sweep's looks at what has changed. `converse` sends them over a socket
-and hears what the page says.
+A listener is one page's end of a stream: an asynchronous iterator of encoded messages, read at the page's own pace. A
+session's listener queues messages, a sweep's looks for changes. `converse` sends the messages over a socket and
+receives the page's replies.
 """
 
 import asyncio
@@ -23,7 +23,7 @@ VERSION: Literal[1] = 1
 
 
 class Message(BaseModel):
-    """Base of all messages: each names its version and its type."""
+    """Base of all messages, with the version of the protocol and the type."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -31,14 +31,14 @@ class Message(BaseModel):
 
 
 class Pong(Message):
-    """The answer to a ping, with its time."""
+    """The answer to a ping; it returns the ping's time."""
 
     type: Literal["pong"] = "pong"
     sent: float
 
 
 class Ping(Message):
-    """What a page says on any stream, to measure the delay."""
+    """A page's message on any stream, to measure the delay."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -47,7 +47,7 @@ class Ping(Message):
 
 
 class Painted(BaseModel):
-    """How many drawings of a session's stream a page has painted or left out since it came."""
+    """A page's count of the drawings that it has painted or skipped since it connected."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -69,19 +69,19 @@ FAILED = 1011
 UNKNOWN_WORD = 1003
 SLOWEST_LISTENER_S = 30.0
 MOST_HZ = 150.0
-"""Messages a second that a page may go on sending; one that paints every drawing of a fast run sends 60."""
+"""Sustained messages per second that a page may send; one that paints every drawing of a fast run sends 60."""
 BURST = 300
-"""Messages that it may send at once."""
+"""Messages that a page may send in one burst."""
 
 One = TypeVar("One", bound="Listener")
 
 
 class Listener(ABC):
-    """One page that hears a stream.
+    """One page's end of a stream.
 
     Attributes:
-        news: Set when there may be something to say.
-        closed: Whether the stream ends after what is left to say.
+        news: Set when there may be a message to send.
+        closed: Whether the stream ends after the remaining messages.
     """
 
     def __init__(self) -> None:
@@ -90,13 +90,13 @@ class Listener(ABC):
         self.closed = False
 
     def close(self) -> None:
-        """End the stream after what is left to say."""
+        """End the stream after the remaining messages."""
         self.closed = True
         self.news.set()
 
     @abstractmethod
     def __aiter__(self) -> AsyncIterator[str | bytes]:
-        """Yield messages as they come, the greeting first."""
+        """Yield messages as they arrive, the greeting first."""
 
 
 class Listeners(Generic[One]):
@@ -113,7 +113,7 @@ class Listeners(Generic[One]):
 
     @contextmanager
     def add(self, listener: One) -> Iterator[One]:
-        """Add a listener for as long as the context lasts."""
+        """Add a listener while the context lasts."""
         self._all.add(listener)
         try:
             yield listener
@@ -132,14 +132,14 @@ async def converse(
     farewell: str,
     painted: Callable[[int], None] | None = None,
 ) -> None:
-    """Tell a page everything that comes, and answer its pings, until one of the two leaves.
+    """Send a page all messages and answer its pings, until one of the two leaves.
 
     Args:
-        websocket: To the page, accepted.
-        messages: What to tell; it ends when there is nothing more to come.
-        farewell: Why it ended.
-        painted: Called with the number of drawings that the page has painted, where it is sent any; raises a ValueError
-            if that cannot be.
+        websocket: The accepted socket of the page.
+        messages: Messages to send; the stream ends with them.
+        farewell: Reason to give when the stream ends.
+        painted: Called with the number of drawings that the page has painted, if it receives drawings; raises a
+            ValueError for an impossible number.
     """
     directions = [
         asyncio.ensure_future(each) for each in (_tell(websocket, messages, farewell), _listen(websocket, painted))
@@ -158,7 +158,7 @@ async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], fare
             if not await _send(websocket, message):
                 return
     except Exception:
-        # A page that hears nothing more would wait for ever; sent away, it comes back and is told what is wrong.
+        # Without a close the page would wait for ever; so it reconnects and learns what is wrong.
         log.exception("a stream failed", path=route_path(websocket.scope))
         await websocket.close(FAILED, "The server failed unexpectedly; details are in its log.")
         return
@@ -166,9 +166,9 @@ async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], fare
 
 
 async def _send(websocket: WebSocket, message: str | bytes) -> bool:
-    """Send a message; return whether the page is there to take it."""
+    """Send a message; return whether the page took it."""
     try:
-        # A peer that takes nothing for so long is gone, whatever its TCP connection pretends.
+        # A peer that takes nothing for this long is gone, even if its TCP connection is open.
         async with asyncio.timeout(SLOWEST_LISTENER_S):
             await (websocket.send_text(message) if isinstance(message, str) else websocket.send_bytes(message))
     except (TimeoutError, WebSocketDisconnect, RuntimeError):  # uvicorn raises the last where no ping was answered
@@ -177,9 +177,9 @@ async def _send(websocket: WebSocket, message: str | bytes) -> bool:
 
 
 async def _listen(websocket: WebSocket, painted: Callable[[int], None] | None) -> None:
-    """Hear what the page says, no faster than it may talk, until it leaves or says what it must not."""
+    """Receive the page's messages at the allowed rate, until it leaves or sends one that is not allowed."""
     loop = asyncio.get_running_loop()
-    # When what has come so far would be taken up at the rate that is allowed.
+    # When the messages so far would be used up at the allowed rate.
     taken_up = loop.time()
     with contextlib.suppress(WebSocketDisconnect):
         while True:

@@ -1,7 +1,7 @@
 """The manager: all sessions of a server, and the housekeeping around them.
 
-It makes room, ends and resumes sessions, watches over workers that fall silent, suspends sessions that nobody watches,
-and writes down what changed, so that after a restart of the server every session is where it was.
+It makes room, ends and resumes sessions, stops workers that fall silent, suspends sessions that nobody watches, and
+stores every change, so that each session resumes at the same frame after a restart of the server.
 """
 
 import asyncio
@@ -29,15 +29,15 @@ from pftrack_server.store.files import is_name
 from pftrack_server.uploads.intake import limits_of, recording_of
 
 Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
-"""What is done with a session that has started before anybody is told of it."""
+"""Prepares a started session before its client receives it."""
 
 log = structlog.get_logger(__name__)
 
 ROUND_S = 0.5
-# A position is worth a write every ten seconds; after a crash the run computes the rest again.
+# Positions are stored every ten seconds; after a crash the run computes the rest again.
 POSITIONS_EVERY = 20
 LONGEST_CATCH_S = 5.0
-# How long a start or resumption waits for a session to be where it was; then the answer says how far it is.
+# How long a start or resume waits for a session to reach its frame; then the answer reports how far it is.
 OPENING_S = 2.0
 
 
@@ -45,19 +45,19 @@ class Manager:
     """All sessions of a server.
 
     Attributes:
-        is_followed: Tells of a session by its name whether a class follows it.
+        is_followed: Returns whether a class follows the session of a name.
     """
 
     def __init__(
         self, settings: Settings, store: Store, tasks: ChildTasks, wait_for: Callable[[str], Awaitable[None]]
     ) -> None:
-        """Begin without any session.
+        """Begin without sessions.
 
         Args:
-            settings: Of the server.
-            store: Where sessions are kept.
-            tasks: Where an upload is decoded whose index is damaged.
-            wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
+            settings: Settings of the server.
+            store: Holds the sessions.
+            tasks: Decodes an upload again if its index is damaged.
+            wait_for: Waits for an experiment to be compiled; raises an error if it takes longer.
         """
         self._settings = settings
         self._wait_for = wait_for
@@ -70,12 +70,12 @@ class Manager:
         self.is_followed: Callable[[str], bool] = lambda _: False
 
     async def open(self) -> None:
-        """Take over the sessions that the store kept, all of them suspended, and begin the rounds."""
+        """Load the stored sessions, all suspended, and begin the periodic rounds."""
         for row in reversed(await asyncio.to_thread(self._store.all, SessionRow)):
             try:
                 spec = SessionSpec.model_validate_json(row.spec)
                 if spec.follow is not None:
-                    # Its class was gone with the server.
+                    # Its class ended with the server.
                     await asyncio.to_thread(self._store.remove, SessionRow, spec.id)
                     continue
                 session = Session(spec, self._settings, self.config)
@@ -84,29 +84,29 @@ class Manager:
             except (ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
                 continue
-            session.enter(Phase.SUSPENDED, "The server was restarted; the session continues where it was.")
+            session.enter(Phase.SUSPENDED, "The server was restarted; the session resumes at the same frame.")
             session.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._watch_sessions())
 
     async def close(self) -> None:
-        """Write everything down and end all workers."""
+        """Store everything and end all workers."""
         if self._rounds is not None:
             self._rounds.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await self._rounds
         await self._attempt(self.keep())
-        message = "The server was stopped; the session continues when it is back."
+        message = "The server was stopped; the session resumes when it is back."
         await asyncio.gather(*(session.close(message) for session in self._sessions.values()))
         self._sessions.clear()
 
     @property
     def all(self) -> list[Session]:
-        """All sessions, the newest first."""
+        """All sessions, newest first."""
         return sorted(self._sessions.values(), key=lambda session: session.spec.created, reverse=True)
 
     def find(self, name: str) -> Session | None:
-        """Return a session, if there is one."""
+        """Return a session, or None if it does not exist."""
         session = self._sessions.get(name)
         return session if session is not None and session.spec.description is not None else None
 
@@ -114,7 +114,7 @@ class Manager:
         """Return a session.
 
         Raises:
-            ApiError: It does not exist (404).
+            ApiError: The session does not exist (404).
         """
         session = self.find(name)
         if session is None:
@@ -122,12 +122,12 @@ class Manager:
         return session
 
     async def create(self, spec: SessionSpec, prepare: Prepare | None = None) -> Session:
-        """Start a new session, and prepare it for its client; where that fails, it is ended.
+        """Start a new session and prepare it for its client; if that fails, end it.
 
         Raises:
-            ApiError: The house is full (503).
-            ConflictError: There is a session of that name.
-            Exception: Whatever refused the spec, or failed in preparing.
+            ApiError: All places are taken (503).
+            ConflictError: A session of that name exists.
+            Exception: The refusal of the spec, or the failure of the preparation.
         """
         await asyncio.to_thread(self._store.disk_budget.check)
         while spec.id not in self._sessions and len(self._sessions) >= self._settings.max_stored_sessions:
@@ -149,35 +149,35 @@ class Manager:
         return session
 
     async def resume(self, session: Session) -> None:
-        """Give a session a worker again, where it was.
+        """Start a worker for a session again, at the same frame.
 
         Raises:
-            ApiError: The house is full (503).
+            ApiError: All places are taken (503).
         """
         if not session.live:
             await self._start(session)
             await session.wait_until_open(OPENING_S)
 
     async def measure_by(self, session: Session, truth: dict[int, tuple[float, ...]] | None) -> None:
-        """Measure a session by another truth: its run is made again, to the same estimates, and goes on if it did."""
+        """Measure a session by another truth: remake its run with the same estimates; resume it if it was playing."""
         playing = session.phase is Phase.PLAYING
         session.keep(truth=truth)
         await self.note()
         if session.live:
-            await session.suspend("The run is measured anew.")
+            await session.suspend("The run is measured again.")
             await self.resume(session)
             if playing:
                 await session.command(Play())
 
     async def revise_filter(self, experiment: str, name: str, text: str) -> None:
-        """Have all sessions of an experiment that are at work go on with another version of a filter's file."""
+        """Switch all live sessions of an experiment to a new version of a filter file."""
         for session in list(self._sessions.values()):
             if session.spec.recipe.experiment == experiment and session.worker is not None:
                 await self._attempt(session.order(ReviseFilter(name, text)))
         await self.note()
 
     async def end(self, session: Session) -> None:
-        """End a session for good."""
+        """End a session permanently."""
         self._sessions.pop(session.spec.id, None)
         await session.close("The session was ended.")
         async with self._writing:
@@ -185,14 +185,14 @@ class Manager:
         await asyncio.to_thread(self._store.files.remove_states, session.spec.id)
 
     async def forget(self, name: str) -> bool:
-        """Delete what is stored of a session that could not be read; return whether there was anything."""
+        """Delete a stored session that could not be read; return whether it existed."""
         if name in self._sessions or not is_name(name):
             return False
         async with self._writing:
             return await asyncio.to_thread(self._store.remove, SessionRow, name)
 
     async def keep(self, *, positions: bool = True) -> None:
-        """Write down every session that has changed; those that only moved on as well, if `positions`."""
+        """Store every session that has changed, including those whose position alone moved if `positions`."""
         async with self._writing:
             known = [session for session in self._sessions.values() if session.spec.description]
             changed = [each for each in known if each.dirty or (positions and each.moved)]
@@ -210,11 +210,11 @@ class Manager:
                 raise
 
     async def note(self) -> None:
-        """Write down what has happened already; if that fails, every round tries again."""
+        """Store what has changed; if that fails, every round tries again."""
         await self._attempt(self.keep(positions=False))
 
     def uses(self, upload: str) -> bool:
-        """Tell whether a session needs an upload."""
+        """Return whether a session needs an upload."""
         return any(session.spec.upload == upload for session in self._sessions.values())
 
     async def _start(self, session: Session) -> None:
@@ -222,7 +222,8 @@ class Manager:
         began = time.perf_counter()
         if session.spec.upload:
             await self._recording(session.spec.upload)
-        # Last, since others may come meanwhile: once there is room, nothing is awaited before the place is taken.
+        # Last, since other sessions may start meanwhile: after making room nothing is awaited before the place is
+        # taken.
         if not session.live:
             await self._make_room()
         await session.start()
@@ -235,7 +236,7 @@ class Manager:
         )
 
     async def _make_room(self) -> None:
-        """Suspend sessions that nobody watches, the longest left first, until there is a free place."""
+        """Suspend sessions that nobody watches, those left longest first, until a place is free."""
         while sum(session.live for session in self._sessions.values()) >= self._settings.max_sessions:
             unused = [session for session in self._sessions.values() if session.is_unused]
             if not unused:
@@ -244,13 +245,13 @@ class Manager:
                     "end one, or close its page."
                 )
             longest_left = min(unused, key=lambda session: session.left)
-            await longest_left.suspend("Another session needed the place; this one continues where it was.")
+            await longest_left.suspend("Another session needed the place; this one resumes at the same frame.")
 
     async def _drop_oldest(self, new: SessionSpec) -> None:
-        """End the session that was left longest ago, of those that nobody holds.
+        """End the session that was left longest ago, among those that nothing keeps.
 
         Raises:
-            ApiError: All of them are held, or the new one is a follower's copy, to which none gives way (503).
+            ApiError: All are kept, or the new one is a follower's copy, for which no session is ended (503).
         """
         plain = [session for session in self._sessions.values() if not self._is_held(session)]
         if new.follow or not plain:
@@ -258,21 +259,21 @@ class Manager:
             who = "Ask the lecturer to end" if new.follow else "End"
             raise unavailable(
                 f"The server keeps at most {self._settings.max_stored_sessions} sessions{held}. "
-                f"{who} some in My work, and try again."
+                f"{who} some in My work and try again."
             )
         oldest = min(plain, key=lambda session: session.left)
         log.info("a session gives way to a new one", session=oldest.spec.id)
         await self.end(oldest)
 
     def _is_held(self, session: Session) -> bool:
-        """Return whether a session has a worker, a visitor, a name or bookmarks, or is followed by a class."""
+        """Return whether a worker, visitor, name, bookmark or class keeps a session from being ended."""
         spec = session.spec
-        # One without a description is still on its way to its first worker.
+        # A session without a description still waits for its first worker.
         used = session.live or not spec.description or session.visitors or spec.name or spec.bookmarks
         return bool(used or self.is_followed(spec.id))
 
     async def config(self, spec: SessionSpec) -> WorkerConfig:
-        """Return what a worker needs to make the active branch of a spec."""
+        """Return a worker's configuration for the active branch of a spec."""
         recipes = [branch.run.recipe for branch in spec.branches.values()]
         filters = await asyncio.to_thread(self._store.files.filters_of, *recipes)
         recording = await self._recording(spec.upload) if spec.upload else None
@@ -294,7 +295,7 @@ class Manager:
         return await recording_of(self._store, self._settings, self._tasks, upload)
 
     async def _watch_sessions(self) -> None:
-        """Watch over workers and visitors, and write down what changed."""
+        """Check workers and visitors, and store changes, periodically."""
         last = time.monotonic()
         longest_s = min(LONGEST_CATCH_S, max(2 * ROUND_S, self._settings.hang_seconds / 2))
         for number in itertools.count(1):
@@ -305,9 +306,9 @@ class Manager:
                 session.check(after_gap=after_gap)
                 if session.visitors:
                     session.left = now
-                # A command under way may wait for a worker that hangs, which only this round ends.
+                # A command may be waiting for a hung worker, which only this round ends.
                 elif session.is_unused and now - session.left > self._settings.idle_seconds:
-                    message = "Nobody was connected for a while; the session continues where it was."
+                    message = "Session paused after inactivity. It resumes at the same frame."
                     await self._attempt(session.suspend(message))
             seldom = number % POSITIONS_EVERY == 0
             await self._attempt(self.keep(positions=seldom))
@@ -315,14 +316,14 @@ class Manager:
                 await self._attempt(asyncio.to_thread(self._remove_orphans))
 
     async def _attempt(self, duty: Coroutine[Any, Any, None]) -> None:
-        """Do a duty; if it fails, say so and go on with the others."""
+        """Do a duty; if it fails, log that and continue with the others."""
         try:
             await duty
         except Exception as error:
             if not is_full(error) and not is_busy(error):
                 log.exception("housekeeping failed")
             else:
-                self._warnings.warn("changes cannot be written yet", reason=failure_message(error))
+                self._warnings.warn("changes cannot be stored yet", reason=failure_message(error))
 
     def _remove_orphans(self) -> None:
         self._store.files.trim_states(self._settings.max_states_bytes)

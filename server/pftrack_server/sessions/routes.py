@@ -1,4 +1,4 @@
-"""Sessions: start, steer, branch, end; and the stream of one: what happens to it, and what is seen of it."""
+"""Routes of sessions: start, steer, branch, end; and the stream of a session's state and drawings."""
 
 import asyncio
 import contextlib
@@ -36,13 +36,13 @@ from pftrack_server.uploads.truth import TruthPublic, rows_of, store_truth
 
 
 class SessionUpdate(RequestBody):
-    """What people call a session."""
+    """A session's new name."""
 
-    name: Title = Field(description="As it is to be called; by its clip or preset again if empty")
+    name: Title = Field(description="New name; the name of its clip or preset if empty")
 
 
 class BookmarkCreate(RequestBody):
-    """A bookmark on the frame that is shown."""
+    """A bookmark on the shown frame."""
 
     note: str = Field("", max_length=500)
 
@@ -61,7 +61,7 @@ ASession = Annotated[Session, Depends(_session)]
 
 
 Begins: TypeAlias = Callable[[SessionSpec, Prepare | None], Awaitable[Session]]
-"""Takes a spec, and how to prepare its session, as `Manager.create` does."""
+"""Takes a spec and a preparation, as `Manager.create` does."""
 
 
 def _begin(request: Request, manager: AManager) -> Begins:
@@ -69,7 +69,8 @@ def _begin(request: Request, manager: AManager) -> Begins:
 
 
 Begin = Annotated[Begins, Depends(_begin)]
-"""Starts a session for a client: one that hangs up meanwhile could not know of it, so it is ended."""
+"""Starts a session for a client; if the client hangs up meanwhile, the session is ended, since nobody knows its
+name."""
 
 
 @router.post("", status_code=HTTPStatus.CREATED)
@@ -82,19 +83,19 @@ async def start_session(body: SessionCreate, begin: Begin, store: AStore, filter
 
 @router.get("")
 async def list_sessions(manager: AManager) -> list[SessionPublic]:
-    """List all sessions, the newest first."""
+    """List all sessions, newest first."""
     return [session.view() for session in manager.all if session.spec.description]
 
 
 @router.get("/{session}")
 async def show_session(session: ASession) -> SessionPublic:
-    """Tell everything about a session."""
+    """Return the complete state of a session."""
     return session.view()
 
 
 @router.patch("/{session}")
 async def rename_session(session: ASession, body: SessionUpdate, manager: AManager) -> SessionPublic:
-    """Give a session a name."""
+    """Rename a session."""
     session.keep(name=body.name)
     await manager.note()
     return session.view()
@@ -102,7 +103,7 @@ async def rename_session(session: ASession, body: SessionUpdate, manager: AManag
 
 @router.delete("/{session}", status_code=HTTPStatus.NO_CONTENT)
 async def end_session(session: AName, manager: AManager) -> None:
-    """End a session for good, also one whose stored data is damaged."""
+    """End a session permanently, even one with damaged stored data."""
     found = manager.find(session)
     if found is not None:
         await manager.end(found)
@@ -112,9 +113,9 @@ async def end_session(session: AName, manager: AManager) -> None:
 
 @router.post("/{session}/commands")
 async def command(session: ASession, body: Command, manager: AManager) -> Answer:
-    """Carry out a command: play, pause, seek, change, branch, inspect and others; `kind` names it.
+    """Carry out a command, named by `kind`: play, pause, seek, change, branch, inspect and others.
 
-    `change` is answered with the values in force, `inspect` with what is found, any other with the session.
+    The answer to `change` holds the current values, that to `inspect` the findings, any other the session.
     """
     answer = await session.command(body)
     if isinstance(body, MakeBranch):
@@ -124,14 +125,14 @@ async def command(session: ASession, body: Command, manager: AManager) -> Answer
 
 @router.post("/{session}/resume")
 async def resume(session: ASession, manager: AManager) -> SessionPublic:
-    """Give a suspended or crashed session a worker again, where it was."""
+    """Start a worker for a suspended or crashed session again, at the same frame."""
     await manager.resume(session)
     return session.view()
 
 
 @router.get("/{session}/diagnostics", response_class=Response, responses={200: {"model": Columns}})
 async def diagnostics(session: ASession, branch: str | None = None) -> Response:
-    """Return the diagnostics of all frames of a branch; of the active one if none is named."""
+    """Return the diagnostics of all frames of a branch, by default the active one."""
     name = branch or session.spec.branch
     if name not in session.spec.branches:
         raise not_found("The session has no branch of this name.")
@@ -142,7 +143,7 @@ async def diagnostics(session: ASession, branch: str | None = None) -> Response:
 async def give_truth(
     request: Request, session: ASession, manager: AManager, store: AStore, tasks: TheTasks
 ) -> TruthPublic:
-    """Take in a table of what is truly so in the session's upload, and measure the run by it from now on."""
+    """Read a truth table for the session's upload, and measure the run by it from now on."""
     spec = session.spec
     upload = await asyncio.to_thread(store.get, UploadRow, spec.upload) if spec.upload else None
     if upload is None:
@@ -157,24 +158,24 @@ async def give_truth(
 
 @router.get("/{session}/explanation")
 async def explain(session: ASession, frame: Annotated[int | None, Query(ge=0)] = None) -> Explanation:
-    """Tell why the target was lost in the active branch, in its first lasting loss or at a frame."""
+    """Explain a loss of the target in the active branch: the first lasting one, or the one at a frame."""
     explanation: Explanation = await session.order(Explain(frame))
     return explanation
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
 async def picture(session: ASession) -> Response:
-    """Return the frame that is shown as a picture."""
+    """Return the shown frame as a picture."""
     return Response(await session.order(Picture()), media_type="image/png", headers={"Cache-Control": "no-store"})
 
 
 @router.get(
     "/{session}/thumbnail.png",
     response_class=Response,
-    responses={200: {"content": {"image/png": {}}}, 307: {"description": "It has none; this is its experiment's"}},
+    responses={200: {"content": {"image/png": {}}}, 307: {"description": "No picture; leads to its experiment's"}},
 )
 async def thumbnail(request: Request, session: ASession) -> Response:
-    """Return a picture of about where a session is, or lead to that of its experiment."""
+    """Return a recent picture of a session, or redirect to that of its experiment."""
     png = await session.thumbnail()
     if png is None:
         experiment = session.spec.recipe.experiment
@@ -184,7 +185,7 @@ async def thumbnail(request: Request, session: ASession) -> Response:
 
 @router.post("/{session}/bookmarks", status_code=HTTPStatus.CREATED)
 async def bookmark(session: ASession, manager: AManager, body: BookmarkCreate | None = None) -> Bookmark:
-    """Remember the frame that is shown."""
+    """Bookmark the shown frame."""
     made = session.bookmark(new_name(), body.note if body else "")
     try:
         await manager.keep(positions=False)
@@ -206,17 +207,18 @@ async def forget_bookmark(session: ASession, bookmark: AName, manager: AManager)
 async def stream(
     websocket: WebSocket, session: ASession, manager: AManager, *, paints: bool = False, has_picture: bool = False
 ) -> None:
-    """Greet a page, then tell it everything that happens until one of the two leaves.
+    """Send a page the complete state, then all changes until one of the two leaves.
 
     Args:
-        websocket: To the page.
-        session: What it shows.
-        manager: Resumes it where it is suspended.
-        paints: Whether the page is sent drawings, each with what was told up to it, as fast as it paints them.
-        has_picture: Whether it shows a drawing of an earlier connection, so that the greeting comes with the next one.
+        websocket: The page's socket.
+        session: The session that it shows.
+        manager: Resumes the session if it is suspended.
+        paints: Whether to send the page drawings, each with the messages up to its frame, as fast as it paints them.
+        has_picture: Whether it still shows a drawing of an earlier connection; the greeting then comes with the next
+            drawing.
     """
     await websocket.accept()
-    # A suspended session goes on, since somebody is here again.
+    # A suspended session resumes, since somebody watches again.
     waking = asyncio.ensure_future(_wake(session, manager))
     try:
         with session.stream.join(paints=paints, has_picture=has_picture) as page:

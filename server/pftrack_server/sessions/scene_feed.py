@@ -1,12 +1,12 @@
-"""The scene feed: the viser scene of a session, fed with the newest drawing, and what people do on the panel in it.
+"""The scene feed: sends a session's newest drawing to its viser scene, and carries out commands of the scene's panel.
 
-The viewer is made when somebody first looks. It keeps the newest drawing and sends as many as its browsers can follow,
-so handing it one costs nothing. The worker gets credit for its next drawing when the viewer could show it and somebody
-looks on: in a crowd, drawings that no browser takes up would keep everybody waiting.
+The viewer is made when somebody first opens the scene. It keeps the newest drawing and sends as many as its browsers
+can take, so offering one costs nothing. The worker gets credit for its next drawing once the viewer could show it and
+somebody watches: with many sessions, drawings that no browser takes would slow all of them.
 
-What people do on the panel are commands of the session. A slider that is dragged asks for twenty values a second. While
-another command is under way one change waits for its turn and takes up the newest value of each parameter. Nobody waits
-for the answer, so a refusal is told to all who look on.
+Actions on the panel are commands of the session. A dragged slider sends twenty values a second. While another command
+is being carried out, one change waits and collects the newest value of each parameter. Nobody waits for its answer, so
+all watchers are shown a refusal.
 """
 
 import asyncio
@@ -32,15 +32,15 @@ log = structlog.get_logger(__name__)
 
 
 class SceneFeed:
-    """The scene of one session and those who look at it; all methods belong to the event loop's thread.
+    """The scene of one session and its watchers; call all methods in the event loop's thread.
 
     Args:
         credit: Lets the worker send one drawing.
-        carry_out: Carries out a command of the panel, and calls `note_turn` before it is sent.
+        carry_out: Carries out a command of the panel; calls `note_turn` before sending it.
         on_refusal: Called with the inside of an error.
 
     Attributes:
-        watchers: How many look at it.
+        watchers: Number of watchers.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class SceneFeed:
         self.watchers = 0
 
     def open(self, description: PanelDescription, in_force: PanelValues) -> "Endpoint":
-        """Make the viewer unless there is one, and return where browsers are joined to it."""
+        """Make the viewer if there is none, and return the endpoint for its browsers."""
         from pftrack_server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
 
         if self._viewer is None:
@@ -67,14 +67,14 @@ class SceneFeed:
         return self._viewer.endpoint
 
     async def close(self) -> None:
-        """Close the viewer, if there is one; it can be opened again."""
+        """Close the viewer if there is one; it can be opened again."""
         viewer, self._viewer = self._viewer, None
         if viewer is not None:
             await viewer.close()
 
     @contextmanager
     def watch(self) -> Iterator[None]:
-        """Count somebody as looking on for as long as the context lasts."""
+        """Count one more watcher while the context lasts."""
         self.watchers += 1
         self._credit()
         try:
@@ -83,25 +83,25 @@ class SceneFeed:
             self.watchers -= 1
 
     def want(self) -> None:
-        """Ask the worker for a drawing if somebody looks on; a browser that comes later asks again."""
+        """Ask the worker for a drawing if somebody watches; a browser that joins later asks again."""
         if self.watchers:
             self._credit()
 
     def offer(self, drawing: SceneDrawing, frame: int) -> None:
-        """Show the drawing of a frame; the viewer leaves it out if a newer one comes before it can be sent."""
+        """Show the drawing of a frame; the viewer skips it if a newer one arrives before it can be sent."""
         if self._viewer is not None:
             self._viewer.show(drawing, frame)
 
     def tell(self, in_force: PanelValues) -> None:
-        """Show in the panel what is in force."""
+        """Show the current values in the panel."""
         self._try(lambda viewer: viewer.tell(in_force))
 
     def refuse(self, message: str) -> None:
-        """Tell that a value was refused; its control springs back."""
+        """Show that a value was refused; its control springs back."""
         self._try(lambda viewer: viewer.refuse(message))
 
     def ask(self, body: dict[str, Any]) -> None:
-        """Carry out a command; new values join the change that waits for its turn, where there is one."""
+        """Carry out a command; new values join the waiting change, if there is one."""
         try:
             command = COMMAND.validate_python(body)
         except ValidationError as error:
@@ -118,12 +118,12 @@ class SceneFeed:
         task.add_done_callback(self._commands.discard)
 
     def note_turn(self, order: Order) -> None:
-        """Take note that an order is about to be sent: no other value can join it."""
+        """Note that an order is about to be sent: no other value can join it."""
         if order is self._waiting:
             self._waiting = None
 
     async def _send(self, command: Command) -> None:
-        """Carry out a command, and tell if it fails."""
+        """Carry out a command; show and log its failure."""
         try:
             await self._carry_out(command)
         except RefusedError as error:
@@ -133,7 +133,7 @@ class SceneFeed:
             self._on_refusal(shape(failure_message(error)))
 
     def _try(self, act: "Callable[[Viewer], None]") -> None:
-        """Do something with the viewer; what cannot be shown must not end the session: its page has the plots."""
+        """Act on the viewer; a failure there must not end the session, whose page still has the plots."""
         try:
             if self._viewer is not None:
                 act(self._viewer)

@@ -1,7 +1,6 @@
-"""The session: a run that somebody watches, as the web process knows it.
+"""The session: a run that somebody watches, in the web process.
 
-What it knows of the run comes from the worker alone and is kept in its state. Commands go through one door,
-one at a time.
+All data about the run come from the worker and are kept in the session's state. Commands are carried out one at a time.
 """
 
 import asyncio
@@ -27,15 +26,15 @@ if TYPE_CHECKING:
 
 ConfigOf = Callable[[SessionSpec], Awaitable[protocol.WorkerConfig]]
 Answer: TypeAlias = SessionPublic | protocol.Changed | protocol.InspectionPublic
-"""What a command is answered with."""
+"""The answer to a command."""
 
 
 class Session(SessionState):
-    """One session; all methods belong to the event loop's thread.
+    """One session; call all methods in the event loop's thread.
 
     Attributes:
-        scene_feed: Its scene.
-        worker: The worker, where there is one.
+        scene_feed: Feeds its scene.
+        worker: The worker, if there is one.
         left: When the last visitor left (monotonic, s).
     """
 
@@ -53,36 +52,36 @@ class Session(SessionState):
         self._thumbnail: bytes | None = None
         self._reopening: asyncio.Future[None] | None = None
 
-    # ------------------------------------------------------------ what it is
+    # ------------------------------------------------------------ properties
 
     @property
     def live(self) -> bool:
-        """Whether it has a worker, or is about to have one."""
+        """Whether it has a worker, or one is starting."""
         return self.phase in LIVE
 
     @property
     def visitors(self) -> int:
-        """Number of connections that look at it or listen to it."""
+        """Number of connections to its scene and its stream."""
         return len(self.stream) + self.scene_feed.watchers
 
     @property
     def is_free(self) -> bool:
-        """Whether no command is under way that the next one has to wait for."""
+        """Whether the next command can be carried out at once."""
         return not self._command_lock.locked()
 
     @property
     def is_unused(self) -> bool:
-        """Whether it has a worker, which nobody watches or waits for."""
+        """Whether it has a worker that nobody watches or waits for."""
         return self.worker is not None and self.is_free and not self.visitors and not self.worker.is_asked
 
-    # ------------------------------------------------------------ life
+    # ------------------------------------------------------------ life cycle
 
     async def start(self) -> None:
-        """Start a worker that makes the run as the spec has it; it may then still be on its way to where it was.
+        """Start a worker for the run of the spec; the run may then still be computing up to its frame.
 
         Raises:
-            ConflictError: It was ended while this waited.
-            Exception: Whatever refused the spec.
+            ConflictError: The session was ended meanwhile.
+            Exception: The worker's refusal of the spec.
         """
         async with self._command_lock:
             if self.phase is Phase.CLOSED:
@@ -102,7 +101,7 @@ class Session(SessionState):
             self.stream.want()
 
     async def wait_until_open(self, patience_s: float) -> None:
-        """Wait for the run to be where it was, but no longer than this; a page can watch it on its way.
+        """Wait at most `patience_s` seconds for the run to reach its frame; a page can watch meanwhile.
 
         Raises:
             ApiError: The worker ended first (503).
@@ -111,17 +110,17 @@ class Session(SessionState):
             await self.worker.wait_until_open(patience_s)
 
     async def suspend(self, message: str) -> None:
-        """End the worker; the spec remembers everything."""
+        """End the worker; the spec keeps everything."""
         async with self._command_lock:
-            # Before the worker has ended, so that a page that comes meanwhile resumes it.
+            # Before the worker has ended, so that a page that connects meanwhile resumes it.
             self.enter(Phase.SUSPENDED, message)
             await self._stop_worker()
         await self.scene_feed.close()
 
     async def close(self, message: str) -> None:
-        """End it for good, or for this server's life."""
+        """End the session permanently, or until the server restarts."""
         self.enter(Phase.CLOSED, message)
-        # Before the door opens, so that all who wait inside for the worker are sent away.
+        # Before the lock is taken, so that all commands waiting for the worker are refused.
         await self._stop_worker()
         async with self._command_lock:
             await self._stop_worker()
@@ -131,13 +130,13 @@ class Session(SessionState):
         await self.scene_feed.close()
 
     def check(self, *, after_gap: bool) -> None:
-        """End the worker if it has been silent for too long.
+        """End the worker if it was silent for too long.
 
         Args:
-            after_gap: Nobody has looked for a while because this process itself was stopped. Then the worker may have
-                been stopped as well, and only its silence from now on counts.
+            after_gap: Whether the last check is long ago because this process itself was stopped. The worker may have
+                been stopped too, so only its silence from now on counts.
         """
-        # While it starts, or compiles a function, a worker has nothing to say.
+        # A worker is silent while it starts or compiles a function.
         is_quiet = self._starting is not None or self.spec.run.compiling is not None
         patience = self._settings.start_seconds if is_quiet else self._settings.hang_seconds
         worker = self._starting or self.worker
@@ -148,11 +147,11 @@ class Session(SessionState):
         elif time.monotonic() - worker.heard > patience:
             worker.kill(
                 f"The session's worker did not respond for {patience:g} s and was stopped. "
-                "Resume it to continue where it was."
+                "Resume it to continue at the same frame."
             )
 
     def open_scene(self) -> "Endpoint":
-        """Make the scene unless there is one, and return where browsers are joined to it."""
+        """Make the scene if there is none, and return the endpoint for its browsers."""
         return self.scene_feed.open(self.description, self._in_force())
 
     # ------------------------------------------------------------ commands
@@ -161,12 +160,12 @@ class Session(SessionState):
         """Carry out a command.
 
         Returns:
-            What it is answered with, or the session as it left it, which is not where it is by now if it plays.
+            The command's answer, or the session right after the command; a playing session has moved on since.
 
         Raises:
-            ConflictError: There is no worker, or the other branches forbid it.
+            ConflictError: There is no worker, or the other branches rule the command out.
             ApiError: The branch does not exist (404).
-            Exception: Whatever refused it, as the worker raised it.
+            Exception: The worker's refusal.
         """
 
         def answer(result: Any) -> Answer:  # noqa: ANN401 - of any order
@@ -180,21 +179,21 @@ class Session(SessionState):
         count = len(self.spec.branches)
         if isinstance(command, protocol.Restart) and command.seed not in {None, self.spec.recipe.seed} and count > 1:
             raise ConflictError(
-                f"All {count} branches have the session's seed; start another session for {command.seed}."
+                f"All {count} branches share the session's seed; start another session for seed {command.seed}."
             )
         answered: Answer = await self.order(command, answer)
         return answered
 
     async def order(self, order: protocol.Order, then: Callable[[Any], Any] = lambda result: result) -> Any:  # noqa: ANN401 - each has an answer of its own
-        """Send an order to the worker, after the one before it where it has to wait for that.
+        """Send an order to the worker, after the order before it if it has to wait for that.
 
         Args:
-            order: What is asked for.
-            then: Makes the answer of its result, before anything else happens to the session.
+            order: The order.
+            then: Turns its result into the answer before anything else happens to the session.
 
         Raises:
             ConflictError: There is no worker, or no room for another branch.
-            Exception: Whatever refused it, as the worker raised it.
+            Exception: The worker's refusal.
         """
         async with self._command_lock if order.queues else nullcontext():
             self.scene_feed.note_turn(order)
@@ -206,7 +205,7 @@ class Session(SessionState):
             return await self.worker.request(order, then, self.spec.next_branch(), known)
 
     async def thumbnail(self) -> bytes | None:
-        """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""
+        """Return a recent picture as PNG, or None if there was none since the server started."""
         if self.worker is not None and self.is_free:
             with suppress(ConflictError, ApiError):
                 self._thumbnail = await self.order(protocol.Picture())
@@ -219,7 +218,7 @@ class Session(SessionState):
             return self.spec.run.branch_point is not None
         return isinstance(order, protocol.MakeBranch | protocol.ReviseFilter)
 
-    # ------------------------------------------------------------ what the scene's panel hears
+    # ------------------------------------------------------------ news for the scene's panel
 
     def _tell_refusal(self, detail: dict[str, Any]) -> None:
         self.stream.emit(Refused(**detail))
@@ -229,7 +228,7 @@ class Session(SessionState):
         run = self.spec.run
         return PanelValues(run.parameters, run.tracker, run.recipe.seed, run.speed, run.branch_point)
 
-    # ------------------------------------------------------------ what the worker says
+    # ------------------------------------------------------------ reports of the worker
 
     def _credit(self, form: protocol.Form) -> None:
         if self.worker is not None:

@@ -1,8 +1,8 @@
-"""Snapshots: what moves of a session while it lives.
+"""Specs and snapshots: what is kept of a session, and what changes while it exists.
 
-The worker makes a snapshot of its run and tells what has changed of it since the last time. The web process keeps the
-newest one, adds what it alone knows, and tells the pages which of the fields are new to them. Neither knows a field by
-name for that: what is declared here and set where it is known travels to the pages, where each field is a signal.
+The worker makes a snapshot of its run and reports the fields that have changed since the last one. The web process
+keeps the newest snapshot, adds its own fields, and sends the pages those that are new to them. Neither names a field
+for that: every field declared here travels to the pages, where it is a signal.
 """
 
 from collections.abc import Mapping
@@ -26,35 +26,35 @@ class MeasurePublic(BaseModel):
     name: str
     title: str
     description: str = Field(description="Its definition, one sentence")
-    how: How = Field(description="A share of the frames, their median, or how many there were until one missed")
+    how: How = Field(description="Share of frames, median over frames, or number of frames until the first miss")
     unit: str
     better: Literal["higher", "lower"]
     source: str = Field(description="Author, title and year of its definition; empty for the project's own")
 
 
 class TruthMark(BaseModel):
-    """The kind of mark by which a person says what is true of a picture."""
+    """The kind of mark by which a person gives the truth of a picture."""
 
     editor: Editor
-    parts: list[str] = Field(description="Where in the mark the values of the columns after the frame's number stand")
+    parts: list[str] = Field(description="Paths in the mark of the values of the columns after the frame number")
 
 
 class SessionDescription(PanelDescription):
-    """What is fixed of a session while it lives."""
+    """The part of a session that does not change."""
 
-    subject: str = Field("", description="Its clip, or the preset that it began as; empty if it is neither")
+    subject: str = Field("", description="Its clip, or the preset that it began as; empty if it has neither")
     unit: str = "px"
     target: str = "target"
     series: list[Series] = Field([])
     plots: list[Plot] = Field([])
     readings: list[Reading] = Field([])
     measures: list[MeasurePublic] = Field([])
-    success_measure: str = Field("", description="Name of the measure that decides on success")
-    exports: list[FileKind] = Field([], description="Files that can be made of the run, or of the frame that is shown")
-    watch: str = Field("", description="What to look at, where it began as a preset that says so")
-    truth_columns: list[str] = Field([], description="Of a table of truth that can be given; empty if none can")
+    success_measure: str = Field("", description="Name of the measure that decides success")
+    exports: list[FileKind] = Field([], description="Kinds of files to export the run or the shown frame as")
+    watch: str = Field("", description="Hint on where to look, if its preset has one")
+    truth_columns: list[str] = Field([], description="Columns of a truth table; empty if no truth can be given")
     truth_mark: TruthMark | None = Field(None, description="How truth is marked in pictures; null if it cannot be")
-    fittable: dict[str, list[str]] = Field({}, description="Numbers that can be fitted to what was seen, by tracker")
+    fittable: dict[str, list[str]] = Field({}, description="Parameters that can be fitted to the data, by tracker")
     width: int
     height: int
     frame_rate_hz: float
@@ -66,7 +66,7 @@ FIRST = "b0"
 
 
 class Phase(StrEnum):
-    """What a session does; `SessionState` derives it and is the one who changes it."""
+    """The phase of a session; only `SessionState` derives and changes it."""
 
     STARTING = "starting"
     READY = "ready"
@@ -79,10 +79,10 @@ class Phase(StrEnum):
 
 
 AWAKE = frozenset({Phase.READY, Phase.PLAYING, Phase.ENDED})
-"""There is a worker that listens."""
+"""Phases with a worker that takes commands."""
 
 LIVE = AWAKE | {Phase.STARTING}
-"""There is a worker, or there is about to be one."""
+"""Phases with a worker, or with one that starts."""
 
 TRANSITIONS: Mapping[Phase, frozenset[Phase]] = {
     Phase.SUSPENDED: frozenset({Phase.STARTING, Phase.CLOSED}),
@@ -91,34 +91,34 @@ TRANSITIONS: Mapping[Phase, frozenset[Phase]] = {
     **{phase: AWAKE - {phase} | {Phase.SUSPENDED, Phase.CRASHED, Phase.CLOSED} for phase in AWAKE},
     Phase.CLOSED: frozenset(),
 }
-"""To which phases each leads; nothing else is ever made of a session."""
+"""Allowed transitions: the phases that can follow each phase."""
 
 
 class Goal(NamedTuple):
-    """Where a run is on its way to: the furthest frame to compute, and the frame to show then, which is no later."""
+    """A run's goal: the last frame to compute, and the frame to show then, which is not later."""
 
     computed: int
     position: int
 
 
 class ChangePublic(BaseModel):
-    """A change of parameters on the timeline, with what was in force before it, unless the run begins with it."""
+    """A change of parameters on the timeline, with the values before it, unless the run begins with it."""
 
     frame: int
     values: dict[str, Value]
     before: dict[str, Value] = {}
-    moved: list[str] = Field([], description="What a person has moved, in words")
+    moved: list[str] = Field([], description="Changes made by a person, in words")
 
 
 class ThresholdStep(BaseModel):
-    """From this frame on a threshold has this value; null while no tracker reads it."""
+    """A threshold's value from a frame on; null while no tracker reads it."""
 
     frame: int
     value: float | None
 
 
 class ThresholdPublic(BaseModel):
-    """What the tracker compares something with, as it changed in the course of the run."""
+    """A threshold of the tracker, with its changes over the run."""
 
     name: str
     of: str
@@ -126,60 +126,60 @@ class ThresholdPublic(BaseModel):
 
 
 class Problem(BaseModel):
-    """Why a person's own filter cannot go on."""
+    """Why a person's own filter cannot continue."""
 
     model_config = ConfigDict(frozen=True)
 
     file: str
-    line: int | None = Field(description="Where it shows, from 1; null where no line can be named")
+    line: int | None = Field(description="Line of the fault, from 1; null if unknown")
     text: str
 
 
 class RunSnapshot(BaseModel):
-    """What moves of a run, the active branch of a session; also where a worker has to begin."""
+    """The changing part of a run, the active branch of a session; a worker begins from it."""
 
     model_config = ConfigDict(frozen=True)
 
     branch: str = FIRST
-    second: str | None = Field(None, description="Branch that is drawn beside the active one")
+    second: str | None = Field(None, description="Branch that is drawn together with the active one")
     recipe: Recipe
-    tracker: str = Field(description="In force for the next frame")
-    parameters: dict[str, Value] = Field({}, description="In force for the next frame")
-    doubts: dict[str, str] = Field({}, description="How error bands are off in the next frame, each in a sentence")
+    tracker: str = Field(description="Tracker for the next frame")
+    parameters: dict[str, Value] = Field({}, description="Parameters for the next frame")
+    doubts: dict[str, str] = Field({}, description="Why error bands of the next frame are wrong, each in a sentence")
     timeline: list[ChangePublic] = []
     thresholds: list[ThresholdPublic] = []
-    restarts: int = Field(0, description="How often it was restarted, which drops its past")
-    position: int = Field(0, description="Frame that is shown")
+    restarts: int = Field(0, description="Number of restarts; each drops the past")
+    position: int = Field(0, description="The shown frame")
     computed: int = Field(0, description="Furthest frame computed")
-    branch_point: int | None = Field(None, description="Frame where a change branches off; null if it makes no branch")
-    goal: int | None = Field(None, description="Frame to which it is computing, while it is; a pause stops it")
-    goal_position: int | None = Field(None, description="Frame that it shows when it has come to its goal")
+    branch_point: int | None = Field(None, description="Frame where a change branches off; null if it does not")
+    goal: int | None = Field(None, description="Last frame to compute, while it computes; a pause stops it")
+    goal_position: int | None = Field(None, description="Frame to show when the goal is reached")
     playing: bool = False
     speed: float = Field(1.0, description="Times real time; 0 is as fast as possible")
-    behind_s: float = Field(0.0, description="How far a frame is behind its time, s, since it plays at this speed")
-    stop_at: float | None = Field(None, description="P(lost), 0 to 1, from which on it stops playing; null for never")
-    stopped: str = Field("", description="Why it has stopped playing by itself, a few words")
-    compiling: int | None = Field(None, description="While it compiles what it uses first: how many functions so far")
-    problem: Problem | None = Field(None, description="What is wrong in the file of a filter, where something is")
-    look: str = Field("", description="How the target separates from its surroundings where it is, and since when")
+    behind_s: float = Field(0.0, description="Delay of the shown frame since it plays at this speed, s")
+    stop_at: float | None = Field(None, description="P(lost), 0 to 1, at which playing stops; null for never")
+    stopped: str = Field("", description="Why playing stopped by itself, a few words")
+    compiling: int | None = Field(None, description="Functions compiled so far, while it compiles")
+    problem: Problem | None = Field(None, description="Fault in the filter file, if any")
+    look: str = Field("", description="How well the target stands out from its surroundings, and since when")
     measured: dict[str, float | None] = Field({}, description="Measures of the branch so far, by name")
 
     @property
     def bound(self) -> Goal:
-        """Where it is on its way to, or where it is: a run that is made again goes there."""
+        """Its goal, or its present place: a run that is made again computes up to there."""
         if self.goal is None or self.goal_position is None:
             return Goal(self.computed, self.position)
         return Goal(self.goal, self.goal_position)
 
     def phase(self, frames: int) -> Phase:
-        """Return the phase of a session whose worker holds this run of so many frames."""
+        """Return the phase of a session whose worker holds this run of `frames` frames."""
         if self.playing:
             return Phase.PLAYING
         return Phase.ENDED if self.position >= frames - 1 else Phase.READY
 
 
 class BranchPublic(BaseModel):
-    """A branch as the page lists it."""
+    """A branch in the page's list."""
 
     id: str
     title: str
@@ -199,29 +199,29 @@ class Bookmark(BaseModel):
 
 
 class SessionSnapshot(RunSnapshot):
-    """What moves of a session: that of its run, and what the web process alone knows."""
+    """The changing part of a session: its run's, and the fields of the web process."""
 
     state: Phase
-    message: str | None = Field(None, description="Why it is in this state, where there is something to say")
-    name: str = Field("", description="As a person called it, or its clip, preset or experiment")
-    remark: str | None = Field(None, description="What a person should know of it, a sentence")
+    message: str | None = Field(None, description="Why it is in this phase, if there is a reason")
+    name: str = Field("", description="Name given by a person, or its clip, preset or experiment")
+    remark: str | None = Field(None, description="Remark on the session, a sentence")
     branches: list[BranchPublic]
     bookmarks: list[Bookmark]
 
 
 def differences(before: BaseModel, after: BaseModel) -> dict[str, Any]:
-    """Return the fields of a snapshot that have changed since an earlier one, with their values."""
+    """Return the fields of a snapshot that differ from an earlier one, with their new values."""
     return {name: value for name, value in after if value != getattr(before, name)}
 
 
 class BranchSpec(BaseModel):
-    """One branch: where it left which other, and all that makes it again.
+    """One branch: its parent, where it left that, and everything to make it again.
 
     Attributes:
-        title: What people call it.
+        title: Its title.
         parent: The branch that it left.
-        frame: Where it left that.
-        run: Its run as it was told of last, without the truth, which the session keeps.
+        frame: Frame where it left its parent.
+        run: The last reported snapshot of its run, without the truth, which the session keeps.
     """
 
     title: str
@@ -231,22 +231,22 @@ class BranchSpec(BaseModel):
 
 
 class SessionSpec(BaseModel):
-    """Everything that is kept of a session.
+    """The stored part of a session.
 
     Attributes:
         id: Its name.
-        name: What a person called it; empty if nobody did.
-        sweep: Name of the sweep that it is a run of.
-        upload: Name of the upload that its footage is.
-        follow: Name of the class whose follower has it; it ends with that.
-        truth: Of the footage, once for all branches, since it may have a row for each of thousands of frames.
+        name: Name given by a person, or empty.
+        sweep: Name of the sweep that the run belongs to.
+        upload: Name of the upload that holds its footage.
+        follow: Name of the class whose follower owns it; it ends with the class.
+        truth: Truth of the footage, once for all branches, since it may have thousands of rows.
         branch: The active branch.
-        branches: By name.
-        branches_made: How many there ever were, so that no name comes twice.
-        bookmarks: In the order of their frames.
-        created: When.
-        remark: What a person should know of it, such as that it came to other numbers than the run that was saved.
-        description: What is fixed of it, as its worker reported it; None before the first one has.
+        branches: Branches by name.
+        branches_made: Number of branches ever made, so that no name is used twice.
+        bookmarks: Bookmarks in the order of their frames.
+        created: When it was created.
+        remark: Remark on it, such as that its numbers differ from those of the saved run.
+        description: Its unchanging part, as the worker reported it; None before the first worker has.
     """
 
     id: str
@@ -270,7 +270,7 @@ class SessionSpec(BaseModel):
 
     @property
     def run(self) -> RunSnapshot:
-        """What moves of the active branch, as it was told of last."""
+        """The last reported snapshot of the active branch."""
         return self.active.run
 
     @property
@@ -279,5 +279,5 @@ class SessionSpec(BaseModel):
         return self.run.recipe
 
     def next_branch(self) -> str:
-        """Return a name that no branch had before."""
+        """Return a new name for a branch."""
         return f"b{self.branches_made}"

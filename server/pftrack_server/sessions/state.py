@@ -1,7 +1,7 @@
-"""The state of a session: what is kept of it, what moves, and what of that is news for the pages.
+"""The state of a session: its spec, its snapshot, and the changes that are sent to the pages.
 
-It alone changes the spec's branches. Whatever changes it, the snapshot of all that moves is made again of the spec and
-the phase, and the pages are told the fields that differ from the snapshot that they know.
+Only this class changes the spec's branches. After every change the snapshot is made again from the spec and the phase,
+and the pages receive the fields that differ from the snapshot that they have.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,24 +19,24 @@ from pftrack_server.sessions.worker.protocol import Ready
 
 
 class Columns(BaseModel):
-    """The diagnostics of a branch, a list a column."""
+    """The diagnostics of a branch, one list per column."""
 
     branch: str
     columns: dict[str, list[Any]]
 
 
 OF_PANEL = frozenset({"branch_point", "parameters", "recipe", "speed", "tracker"})
-"""Fields that the panel beside the scene shows."""
+"""Fields shown by the scene's panel."""
 MOST_BOOKMARKS = 500
 LONGEST_CHANGE = 40
-"""Letters of a change by which a branch is called; the text of a file says nothing there."""
+"""Most letters of a change in a branch's title; a longer value, such as a file's text, is not shown."""
 
 
 class History:
-    """The diagnostics of one branch, a list a column, in the order of the frames.
+    """The diagnostics of one branch, one list per column, in the order of the frames.
 
     Attributes:
-        changes: How often it has changed.
+        changes: Number of changes so far.
     """
 
     def __init__(self) -> None:
@@ -47,11 +47,11 @@ class History:
         return len(self.columns.get("frame", ()))
 
     def put(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-        """Take over rows; a frame that is known already is replaced.
+        """Add rows; a row of a known frame replaces the old one.
 
         Returns:
-            The rows with what is told of the target: `lost_by`, who says whether it is lost, and `lost_since`, where
-            the loss began that goes on there.
+            The rows with two more columns: `lost_by`, the source of the verdict on loss, and `lost_since`, the frame
+            where the present loss began.
         """
         self.changes += 1
         return [self._put(row) for row in rows]
@@ -69,7 +69,7 @@ class History:
         return row
 
     def upto(self, frame: int) -> "History":
-        """Return a copy of the frames up to and including one: what a branch shares with its parent."""
+        """Return a copy up to and including a frame: the part that a branch shares with its parent."""
         copy = History()
         copy.columns = {name: column[: frame + 1] for name, column in self.columns.items()}
         return copy
@@ -79,19 +79,19 @@ class SessionState:
     """Spec, snapshot and diagnostics of one session.
 
     Attributes:
-        spec: Everything that is kept of the session.
-        phase: What it does.
-        message: Why it does that, where there is something to say.
-        snapshot: What moves of it, as the pages know it.
-        dirty: Whether something that people made has changed since the spec was last stored.
-        moved: Whether the position has.
-        frames_computed: Frames that its workers have computed.
-        stream: Who hears the news.
+        spec: The stored part of the session.
+        phase: Its phase.
+        message: Why it is in this phase, if there is a reason.
+        snapshot: The snapshot that the pages have.
+        dirty: Whether anything made by a person has changed since the spec was last stored.
+        moved: Whether the position has changed since then.
+        frames_computed: Number of frames that its workers have computed.
+        stream: The stream to its pages.
 
     Args:
-        spec: Everything that is kept of the session so far.
+        spec: The session's spec so far.
         credit: Lets the worker send one drawing for the stream.
-        on_values: Called when the values in force have changed.
+        on_values: Called when the current values have changed.
     """
 
     def __init__(self, spec: snapshots.SessionSpec, credit: Callable[[], None], on_values: Callable[[], None]) -> None:
@@ -109,7 +109,7 @@ class SessionState:
         self._columns_text: tuple[History | None, int, str] = None, 0, ""
 
     def _snapshot_now(self) -> snapshots.SessionSnapshot:
-        """Return what moves of the session."""
+        """Return the present snapshot of the session."""
         spec, known = self.spec, self.spec.description
         return snapshots.SessionSnapshot.model_construct(
             **vars(spec.run) | {"playing": self.phase is snapshots.Phase.PLAYING},
@@ -121,21 +121,21 @@ class SessionState:
             bookmarks=spec.bookmarks,
         )
 
-    # ------------------------------------------------------------ what is known
+    # ------------------------------------------------------------ views
 
     @property
     def description(self) -> snapshots.SessionDescription:
-        """What is fixed of it.
+        """The session's unchanging part.
 
         Raises:
-            ConflictError: No worker has told that yet.
+            ConflictError: No worker has reported it yet.
         """
         if self.spec.description is None:
             raise ConflictError("The session has not started yet.")
         return self.spec.description
 
     def view(self) -> SessionPublic:
-        """Return the session as everybody outside sees it: what is fixed, what moves, and where it is found."""
+        """Return the public view of the session: its description, its snapshot and its addresses."""
         spec = self.spec
         return SessionPublic.model_construct(
             **vars(self.description),
@@ -150,7 +150,7 @@ class SessionState:
         )
 
     def hello(self) -> Hello:
-        """Return the complete state."""
+        """Return the greeting with the complete state."""
         return Hello(session=self.view(), diagnostics=self.columns(self.spec.branch))
 
     def columns(self, branch: str) -> dict[str, list[Any]]:
@@ -158,7 +158,7 @@ class SessionState:
         return dict(self._history(branch).columns)
 
     def columns_text(self, branch: str) -> str:
-        """Return the diagnostics of a branch as JSON, encoded once for all who ask for them at one time."""
+        """Return the diagnostics of a branch as JSON, encoded once for concurrent requests."""
         history = self._history(branch)
         known, changes, text = self._columns_text
         if known is not history or changes != history.changes:
@@ -169,7 +169,7 @@ class SessionState:
     # ------------------------------------------------------------ reports of the worker
 
     def begin(self, ready: Ready) -> None:
-        """Apply the run that a new worker has made, and greet all pages again."""
+        """Apply the run of a new worker, and greet all pages again."""
         if not self._goes_to(ready.run.phase(ready.description.frames)):
             return
         self.spec.description = self._with_first_preset(ready.description)
@@ -184,7 +184,7 @@ class SessionState:
     def describe(self, description: snapshots.SessionDescription) -> None:
         """Replace the description, and greet all pages again."""
         kept = self._with_first_preset(description)
-        # A filter that was saved has sliders of its own, which come first.
+        # A saved filter has sliders of its own, which come first.
         about = list(dict.fromkeys((*description.about, *kept.about)))
         self.spec.description = kept.model_copy(update={"about": about})
         self.dirty = True
@@ -194,7 +194,7 @@ class SessionState:
     def _with_first_preset(self, description: snapshots.SessionDescription) -> snapshots.SessionDescription:
         """Return a new worker's description with the preset's part as the first worker had it.
 
-        What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
+        Later changes may belong to another preset or none, but the controls keep their order.
         """
         first = self.spec.description or description
         return description.model_copy(update={"about": first.about, "watch": first.watch, "subject": first.subject})
@@ -207,7 +207,7 @@ class SessionState:
         branch = self.spec.branches.get(run.branch) or self._new_branch(run)
         branch.run, self.spec.branch = run, run.branch
         self.moved = True
-        # While it plays on, what moves is worth writing down now and then alone.
+        # While it plays, the position is stored only at intervals.
         self.dirty = self.dirty or not (run.playing or run.goal is not None) or "recipe" in changes
         if "restarts" in changes:
             self._forget(run.branch)
@@ -219,13 +219,13 @@ class SessionState:
     def enter(self, phase: snapshots.Phase, message: str | None = None) -> None:
         """Enter a phase in which the run does not play, if the table allows it.
 
-        So a worker that ends after its session was closed does not make it crashed.
+        So a worker that ends after its session was closed does not mark it as crashed.
         """
         if self._goes_to(phase, message):
             self._tell()
 
     def _goes_to(self, phase: snapshots.Phase, message: str | None = None) -> bool:
-        """Enter a phase if the table allows it; return whether the session is in it now."""
+        """Enter a phase if the table allows it; return whether the session is now in it."""
         leads = phase is self.phase or phase in snapshots.TRANSITIONS[self.phase]
         if leads:
             self.phase, self.message = phase, message
@@ -235,7 +235,7 @@ class SessionState:
         return self._histories.setdefault(branch, History())
 
     def _new_branch(self, run: snapshots.RunSnapshot) -> snapshots.BranchSpec:
-        """Add a branch that the worker made."""
+        """Add the branch that the worker made."""
         parent = self.spec.branch
         made = snapshots.BranchSpec(
             title=self._branch_title(run, self.spec.branches[parent].run), parent=parent, frame=run.position, run=run
@@ -246,7 +246,7 @@ class SessionState:
         return made
 
     def _branch_title(self, run: snapshots.RunSnapshot, before: snapshots.RunSnapshot) -> str:
-        """Return what a branch is called: its tracker, or the parameter that it has otherwise, and where it begins."""
+        """Return a branch's title: its new tracker or the parameter that differs, and where it begins."""
         what = self.description.tracker_title(run.tracker)
         if run.tracker == before.tracker:
             told = (
@@ -261,25 +261,25 @@ class SessionState:
         return title if title not in taken else next(each for each in numbered if each not in taken)
 
     def _forget(self, branch: str) -> None:
-        """Forget the past of a branch that was restarted."""
+        """Forget the past of a restarted branch."""
         self._histories[branch] = History()
         self.keep(bookmarks=[item for item in self.spec.bookmarks if item.branch != branch])
         self.stream.greet()
 
-    # ------------------------------------------------------------ what people do to it
+    # ------------------------------------------------------------ changes by people
 
     def keep(self, **changes: Any) -> None:  # noqa: ANN401 - the fields of a `SessionSpec`
-        """Put other values in place of fields of the spec: name, truth, remark or bookmarks."""
+        """Replace fields of the spec: name, truth, remark or bookmarks."""
         for name, value in changes.items():
             setattr(self.spec, name, value)
         self.dirty = True
         self._tell()
 
     def bookmark(self, name: str, note: str) -> snapshots.Bookmark:
-        """Bookmark the frame that is shown.
+        """Bookmark the shown frame.
 
         Raises:
-            ConflictError: It holds as many as it may.
+            ConflictError: The session has too many bookmarks.
         """
         if len(self.spec.bookmarks) >= MOST_BOOKMARKS:
             raise ConflictError(f"A session holds at most {MOST_BOOKMARKS} bookmarks; delete one first.")
@@ -288,14 +288,14 @@ class SessionState:
         return made
 
     def unbookmark(self, name: str) -> bool:
-        """Forget a bookmark; return whether there was one."""
+        """Delete a bookmark; return whether it existed."""
         kept = [item for item in self.spec.bookmarks if item.id != name]
         found = len(kept) < len(self.spec.bookmarks)
         self.keep(bookmarks=kept)
         return found
 
     def _tell(self, rows: Sequence[dict[str, Any]] = ()) -> None:
-        """Send the pages new rows and the fields that have changed."""
+        """Send the pages new rows and changed fields."""
         before, self.snapshot = self.snapshot, self._snapshot_now()
         news = snapshots.differences(before, self.snapshot)
         if news or rows:
@@ -303,7 +303,7 @@ class SessionState:
 
 
 def branch_views(spec: snapshots.SessionSpec) -> list[snapshots.BranchPublic]:
-    """Return the branches as the page lists them, in the colours of the scene: active one, second run, the others."""
+    """Return the branches for the page's list, in the colours of the scene: active one, second run, the others."""
     order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.run.second))
     colours = {name: hexadecimal(BRANCHES[place % len(BRANCHES)]) for place, name in enumerate(order)}
     return [

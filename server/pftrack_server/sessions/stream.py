@@ -1,12 +1,12 @@
-"""The stream of a session: its messages and drawings, for all pages that look on, each at its own pace.
+"""The stream of a session: its messages and drawings for all pages, each at its own pace.
 
 One socket carries all messages in one order. A page that paints gets the newest drawing, whose head holds all messages
-up to its frame: so all numbers beside a picture belong to that picture. A message that changes nothing visible goes out
-at once; the others wait for their drawing.
+up to its frame, so all numbers next to a picture belong to it. A message that changes nothing visible is sent at once;
+the others wait for their drawing.
 
 A page reports how many drawings it has painted. At most `WINDOW` are on their way to it; meanwhile newer drawings
-replace each other here, so a slow page sees fewer drawings, never old ones, and slows nobody. The stream asks the
-worker for a drawing as soon as one page could take it; the worker encodes it once for all pages.
+replace each other here. So a slow page sees fewer drawings, never old ones, and slows no other page. The stream asks
+the worker for a drawing as soon as one page can take it; the worker encodes it once for all.
 """
 
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
@@ -23,7 +23,7 @@ from pftrack_server.sessions.worker.codec import EncodedDrawing
 
 
 class SessionPublic(SessionDescription, SessionSnapshot):
-    """A session as everybody outside sees it: what is fixed of it, what moves, and where it is found."""
+    """The public view of a session: its description, its snapshot and its addresses."""
 
     id: str
     speeds: tuple[float, ...] = SPEEDS
@@ -44,11 +44,11 @@ class Hello(Message):
 
 
 class Changes(Message):
-    """What has changed of all that moves, and the frames computed; the other fields of the session are as they were."""
+    """The changed fields of a session's snapshot, and new rows of diagnostics; all other fields stay as they are."""
 
     type: Literal["changes"] = "changes"
     session: Annotated[dict[str, Any], WithJsonSchema({"type": "object", "partial": SessionSnapshot.__name__})]
-    rows: list[dict[str, Any]] = Field([], description="Diagnostics of frames of the branch that is active then")
+    rows: list[dict[str, Any]] = Field([], description="Diagnostics of new frames of the branch active then")
 
 
 class Refused(Message, ErrorDetail):
@@ -58,22 +58,23 @@ class Refused(Message, ErrorDetail):
 
 
 WINDOW = 2
-"""Drawings on their way to one page: one that is painted while the next one travels."""
+"""Most drawings on their way to one page: one is painted while the next one travels."""
 LONGEST_QUEUE = 256
 LONGEST_TALE = 64
-"""Messages after a greeting for which it is kept; a page then reads them faster than a new one is made."""
+"""Messages after a greeting up to which it is reused; reading them is faster than making a new greeting."""
 
 
 class Page(Listener):
-    """One page that hears a session.
+    """One page's end of a session's stream.
 
-    A page that falls behind is not waited for and not fed old news: its queue is dropped and it is greeted again with
-    the complete state.
+    Nobody waits for a page that falls behind, and it gets no old messages: its queue is dropped and it is sent the
+    complete state again.
 
     Args:
-        stream: What it hears.
-        paints: Whether it is sent drawings.
-        has_picture: Whether it shows one from an earlier connection, so that its greeting waits for the next one.
+        stream: The session's stream.
+        paints: Whether it receives drawings.
+        has_picture: Whether it still shows a drawing of an earlier connection; its greeting then waits for the next
+            drawing.
     """
 
     def __init__(self, stream: "SessionStream", *, paints: bool, has_picture: bool) -> None:
@@ -86,20 +87,20 @@ class Page(Listener):
         self._drawing = None if stream.is_ahead or not paints else stream.newest
         """The newest drawing, until it is sent."""
         self._drawn = 0
-        """How many of the texts it shows."""
+        """How many of the queued texts belong to the drawing."""
         self._keys: frozenset[int] = frozenset()
         self._sent = self._painted = 0
 
     @property
     def ready(self) -> bool:
-        """Whether it could take one more drawing."""
+        """Whether the page can take one more drawing."""
         return self._paints and self._sent - self._painted < WINDOW
 
     def note_painted(self, count: int) -> None:
-        """Take note of how many drawings the page has painted, or left out for newer ones, since it came.
+        """Note the number of drawings that the page has painted or skipped since it connected.
 
         Raises:
-            ValueError: It says that it has painted more than it was sent.
+            ValueError: The number is larger than that of the sent drawings, or went down.
         """
         if not self._painted <= count <= self._sent:
             raise ValueError(f"expected between {self._painted} and {self._sent} painted drawings, got {count}")
@@ -108,7 +109,7 @@ class Page(Listener):
         self._stream.want()
 
     def put(self, text: str) -> None:
-        """Add a message, or give up the queue when it is full."""
+        """Queue a message; if the queue is full, drop it and greet again."""
         if len(self._texts) >= LONGEST_QUEUE:
             self.greet()
         elif not self._behind:
@@ -116,24 +117,24 @@ class Page(Listener):
             self.news.set()
 
     def greet(self) -> None:
-        """Drop what is queued and send everything again."""
+        """Drop the queue and send the complete state again."""
         self._texts.clear()
         self._drawn, self._behind = 0, True
         self.news.set()
 
     def offer(self, drawing: EncodedDrawing) -> None:
-        """Take the newest drawing, which shows all that was told so far."""
+        """Take the newest drawing, which covers all messages so far."""
         if self._paints:
             self._drawing, self._drawn = drawing, len(self._texts)
             self.news.set()
 
     def forget_drawings(self) -> None:
-        """Send no drawing of a worker that has ended; the next one gives the same keys to other pictures."""
+        """Drop drawings of a worker that has ended; the next worker reuses the keys for other pictures."""
         self._drawing, self._drawn, self._keys = None, 0, frozenset()
         self.news.set()
 
     async def __aiter__(self) -> AsyncIterator[str | bytes]:
-        """Yield messages as they come, the greeting first."""
+        """Yield messages as they arrive, the greeting first."""
         while True:
             await self.news.wait()
             message = self._next()
@@ -146,19 +147,19 @@ class Page(Listener):
 
     @property
     def _waits(self) -> bool:
-        """Whether what is told next belongs to a drawing that is still to come."""
+        """Whether the next message belongs to a drawing that is still to come."""
         if not self._has_picture or not self._paints or self.closed:
             return False
         return self._stream.is_ahead or (self._drawing is not None and not self.ready)
 
     def _next(self) -> str | bytes | None:
-        """Return the next message; None while there is none, or its drawing is still to come."""
+        """Return the next message; None if there is none, or if its drawing is still to come."""
         if self._behind and not self._waits:
             self._behind = False
             self._texts = list(self._stream.greeting())
             self._drawn = len(self._texts)
             if self._stream.is_ahead:
-                # A drawing that was not sent shows less than the greeting tells.
+                # An unsent drawing shows less than the greeting says.
                 self._drawing = None
                 self._stream.want()
         if self._behind:

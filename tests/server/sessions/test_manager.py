@@ -71,7 +71,7 @@ def test_what_nobody_watches_gives_way(start_server: Any) -> None:
         before = columns(client, left)["estimate"]
         new = begin(client)["id"]
         assert states() == ["suspended", "ready", "ready"]
-        assert get(client, left)["message"] == "Another session needed the place; this one continues where it was."
+        assert get(client, left)["message"] == "Another session needed the place; this one resumes at the same frame."
         watch(left)
         assert states() == ["ready", "ready", "suspended"]
         assert get(client, left)["position"] == 12

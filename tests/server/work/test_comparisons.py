@@ -93,7 +93,7 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
     client.delete(f"/api/v1/sessions/{session}")
     assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
     linked = ({"recipe": run["recipe"]} for run in begun["runs"])
-    assert "upload is not here; upload clip.mp4 first" in refusal(client, 422, *linked)
+    assert "upload is missing; upload clip.mp4 first" in refusal(client, 422, *linked)
     assert "the clip clip.mp4, which is not on this server. Upload it first." in refusal(
         client, 409, {"reference": saved}, {"reference": saved}
     )
