@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -14,25 +12,6 @@ from pftrack.experiments.shared.sketch import raised, with_depth
 from pftrack.output.displays import draw_likelihood
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
-from pftrack.vision.rendering import render
-
-
-@pytest.mark.parametrize("name", ["ball", "prism"])
-def test_a_second_run_is_drawn_in_its_colour(name: str) -> None:
-    """Where there is another run to compare with, its belief is drawn on a layer of its own; else there is none."""
-    experiment = find(name)
-    first, last = (*experiment.trackers, *experiment.trackers)[:: len(experiment.trackers) * 2 - 1]
-    one, two = (
-        Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=4).finish() for tracker in (first, last)
-    )
-    past = [one.diagnostics] * 4
-    assert "second run" in experiment.display.shown
-    assert all(item.layer != "second run" for item in experiment.draw(one, past).primitives.values())
-    drawing = experiment.draw(one, past, two.diagnostics)
-    shown = [item for item in drawing.primitives.values() if item.layer == "second run"]
-    assert shown
-    assert {item.colour for item in shown} == {shapes.COLOURS["second"]}  # type: ignore[union-attr]
-    assert render(drawing).shape == (drawing.height, drawing.width, 3)
 
 
 def test_a_second_run_of_a_ball_is_a_cross_at_its_estimate() -> None:
@@ -98,15 +77,6 @@ def test_of_stems_that_stand_side_by_side_the_highest_is_drawn() -> None:
     np.testing.assert_allclose(stems.segments[:, 1], places[1:])
 
 
-def test_a_cloud_without_heights_has_no_stems() -> None:
-    """Nor has one that is drawn without."""
-    flat = shapes.Points(np.array([[1, 2, 0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, stems=True)
-    stems = raised(flat, 320, 240)
-    assert isinstance(stems, shapes.Links)
-    assert not len(stems.segments)
-    assert raised(replace(flat, stems=False), 320, 240) is None
-
-
 def test_past_frames_recede_behind_the_picture() -> None:
     """Each outline is as large as the picture and as deep as the path was then, which the axis says."""
     _, drawn = ball_drawing()
@@ -119,16 +89,6 @@ def test_past_frames_recede_behind_the_picture() -> None:
     words = {item.text: item.position[2] for item in drawn.values() if isinstance(item, shapes.Text)}
     assert np.allclose(words["60 frames ago"], -400)
     assert np.allclose(words["weight"], shapes.LIFT * 320)
-
-
-def test_from_the_front_nothing_is_drawn_that_only_depth_shows() -> None:
-    """The trail stays, the path through time goes."""
-    run, drawn = ball_drawing()
-    flat = shapes.from_front(
-        run.experiment.draw(run.current, run.diagnostics), run.experiment.display.layers
-    ).primitives
-    assert {"space-time", "true space-time", "past frames", "axis"} <= drawn.keys() - flat.keys()
-    assert {"picture", "particles", "trail"} <= flat.keys()
 
 
 def test_the_posterior_of_a_signal_is_a_surface() -> None:
@@ -249,11 +209,3 @@ def test_a_page_without_scene_has_depth_as_a_world(name: str) -> None:
     assert stems.segments[..., 2].max() == 0.0 > stems.segments[..., 2].min()
     corners = np.vstack([frame.positions, axis.segments[0]]) - drawn.world.middle
     assert np.linalg.norm(corners, axis=1).max() < drawn.world.radius
-
-
-def test_a_solid_has_no_such_world() -> None:
-    """It stands on the rays of its camera, and many a one has a world of its own."""
-    prism = find("prism")
-    run = Run(prism, prism.simulate(), seed=1, frames=3)
-    drawing = prism.draw(run.seek(2), run.diagnostics)
-    assert with_depth(drawing, prism.display.layers).worlds == ()

@@ -41,21 +41,6 @@ def test_from_above_comes_the_joint_prediction() -> None:
         assert abs(np.corrcoef(cloud.coordinates[n, :2])[0, 1]) < 0.03
 
 
-def test_from_below_come_survivors_in_motion() -> None:
-    """With a ratio of 0, each particle is a survivor moved on as it was moving, with noise, and knows where it was."""
-    features = adaptive.begin(PLACES, 1.0, 40_000, rng(0))
-    moved = features.coordinates + np.array([3.0, 1.0, 0.0, 0.0])[:, None]
-    moving = adaptive.Draw(moved, features.upper_counts, features.parents)
-    features = adaptive.weigh(moving, np.zeros((3, 40_000)), rng(1))
-    cloud = adaptive.draw(features, from_above(), np.zeros(3), 5.0, 40_000, rng(2))
-    assert not cloud.upper_counts.any()
-    for n in range(3):
-        assert np.isin(cloud.coordinates[n, 2], features.coordinates[n, 0]).all()
-        steps = cloud.coordinates[n, :2] - cloud.coordinates[n, 2:]
-        assert np.allclose(steps.mean(axis=1), [3.0, 1.0], atol=0.1)
-        assert np.allclose(steps.std(axis=1), 5.0, atol=0.1)
-
-
 def test_parents_are_where_particles_were() -> None:
     """A particle from below was, in the last frame, where its parent is; one from above has no parent."""
     features = adaptive.weigh(drawn(0.5, 30), np.random.default_rng(3).normal(size=(3, 30)), rng())
@@ -144,13 +129,3 @@ def test_alone_it_is_a_bootstrap_filter() -> None:
         features = adaptive.weigh(cloud, scores, rng(t))
         assert np.allclose(features.means[0], exact.mean[0], atol=0.15)
         assert np.allclose(features.variances[0], exact.covariance[0, 0], rtol=0.03)
-
-
-def test_what_survives_and_where_it_goes() -> None:
-    """Surviving positions are those of the survivors, and they move on by as much as they have moved."""
-    cloud = drawn(0.5, 50)
-    features = adaptive.weigh(cloud, np.random.default_rng(1).normal(size=(3, 50)), rng())
-    for n in range(3):
-        kept = features.particles[n, features.survivors[n]]
-        assert np.array_equal(adaptive.surviving(features)[n].T, kept[:, :2])
-        assert np.allclose(adaptive.propagate(features)[n].T, 2 * kept[:, :2] - kept[:, 2:])

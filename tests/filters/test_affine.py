@@ -83,14 +83,6 @@ def test_the_pose_follows_the_camera(estimator: str) -> None:
     assert (np.linalg.eigvalsh(pose.covariance) > 0).all()
 
 
-def test_the_start_is_the_reference_at_rest() -> None:
-    """The first belief is the reference camera, now and a frame ago, facing the camera."""
-    belief = LAYER.begin()
-    assert np.array_equal(belief.camera, CAMERA)
-    assert np.array_equal(belief.mean[:, 4:], CAMERA)
-    assert not belief.theta.mean.any()
-
-
 def test_particles_of_the_pose_begin_at_the_belief() -> None:
     """An object whose pose was estimated otherwise before has its first particles where that was."""
     theta = np.array([0.3, -0.2, 0.1])

@@ -30,20 +30,6 @@ def test_the_extended_filter_is_the_one_of_the_library() -> None:
     assert np.allclose(ours.covariance, exact.covariance, atol=1e-8)
 
 
-def test_particles_agree_with_the_extended_filter() -> None:
-    """Where the model is nearly linear, many particles come to the extended filter's posterior (0.1 degrees, 10 %)."""
-    prior = Gaussian(np.array([0.1, -0.2, 0.05]), np.diag([1e-3, 1e-3, 1e-3]))
-    seen = measured(np.array([0.12, -0.22, 0.04]))
-    rng = Stream(0, 1, Purpose.TRACK)
-    particles = prior.sample(rng, 200_000)
-    ours, survivors = affine.particle(particles, seen, NOISE, REFERENCE, SD, rng, 1000)
-    exact = affine.extended_step(prior, seen, NOISE, REFERENCE, SD)
-    assert np.allclose(ours.mean, exact.mean, atol=np.deg2rad(0.1))
-    assert np.allclose(ours.standard_deviations, exact.standard_deviations, rtol=0.1)
-    assert survivors.shape == (1000, 3)
-    assert np.allclose(survivors.mean(axis=0), ours.mean, atol=np.deg2rad(0.2))
-
-
 def test_angles_may_walk_together() -> None:
     """A learned covariance takes the place of the step of each angle, by both filters; a diagonal one is the same."""
     prior = Gaussian(np.array([0.1, -0.2, 0.05]), 1e-3 * np.eye(3))
@@ -61,14 +47,6 @@ def test_angles_may_walk_together() -> None:
     ours, _ = affine.particle(particles, seen, NOISE, REFERENCE, 99.0, rng, 1000, walk)
     assert np.allclose(ours.mean, exact.mean, atol=np.deg2rad(0.1))
     assert np.allclose(ours.standard_deviations, exact.standard_deviations, rtol=0.1)
-
-
-def test_entries_come_by_rows() -> None:
-    """The first three entries of both rows and their covariances, which do not mix."""
-    mean, covariance = np.arange(16.0).reshape(2, 8), np.stack([np.eye(8), 2 * np.eye(8)])
-    entries, noise = affine.entries(mean, covariance)
-    assert entries.tolist() == [0, 1, 2, 8, 9, 10]
-    assert np.array_equal(noise, np.diag([1.0, 1, 1, 2, 2, 2]))
 
 
 @pytest.mark.parametrize("camera", [np.zeros((2, 3)), np.array([[5.0, 0, 0], [5.0, 0, 0]])])

@@ -55,13 +55,6 @@ def test_it_comes_to_the_exact_answer() -> None:
     assert len(found.particles) == n
 
 
-def test_a_seed_gives_the_same_numbers() -> None:
-    """The same seed comes to the same bits, and another one to others."""
-    one, same, other = (pftrack.filter(Walk(), measured(), n=50, seed=seed) for seed in (1, 1, 2))
-    assert np.array_equal(one.means, same.means)
-    assert not np.array_equal(one.means, other.means)
-
-
 def test_a_model_of_an_experiment_runs_alone() -> None:
     """The belief in a signal filters a list of frames, with the experiment's parameters."""
     sine = find("sine")

@@ -70,18 +70,6 @@ def test_backtracking_follows_the_parents() -> None:
     assert backtrack([], 0).tolist() == []
 
 
-def test_backtracking_ends_where_there_is_no_parent() -> None:
-    """A member that was begun anew has no past."""
-    assert backtrack([roots(1), np.array([0, -1]), np.array([1])], 0).tolist() == [-1, 1, 0]
-
-
-def test_one_certain_member() -> None:
-    """A run begins with one hypothesis, whose probability is 1."""
-    beam = Beam.of("open hand")
-    assert beam.weights.tolist() == [1.0]
-    assert beam.parents.tolist() == [-1]
-
-
 def test_a_beam_of_nothing_is_refused() -> None:
     """A beam has a member at least, and so has what it is made of."""
     with pytest.raises(ValueError, match="at least one"):

@@ -1,11 +1,9 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from pftrack.filters.learning.charts import Chart, Reading, advance_states, body_velocity, changes, steps
+from pftrack.filters.learning.charts import Chart, Reading, advance_states, changes, steps
 
 FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
 BALL = Chart(place=("u", "v"))
@@ -55,27 +53,6 @@ def test_an_even_circle_has_speed_times_turn_across() -> None:
     assert changes(track, FISH, "increments")[:, :2] == pytest.approx(0, abs=1e-12)
 
 
-@given(
-    st.floats(-np.pi, np.pi),
-    st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)),
-    st.sampled_from(READINGS),
-)
-def test_turned_and_moved_tracks_change_alike(angle: float, shift: tuple[float, float], reading: Reading) -> None:
-    """A track that is turned and moved as a whole has the same changes."""
-    track = walk()
-    other = track.copy()
-    other[:, :2] = track[:, :2] @ rotation(angle).T + shift
-    other[:, 2] += angle
-    assert changes(other, FISH, reading) == pytest.approx(changes(track, FISH, reading), abs=1e-9)
-
-
-@pytest.mark.parametrize("reading", READINGS)
-def test_a_mirrored_track_changes_sign_across(reading: Reading) -> None:
-    """In a mirror what is across, the turn and the bend change sign; what is along does not."""
-    mirrored = walk() * [1, -1, -1, -1]
-    assert changes(mirrored, FISH, reading) == pytest.approx(changes(walk(), FISH, reading) * [1, -1, -1, -1])
-
-
 def test_a_place_without_a_heading_may_turn_with_its_motion() -> None:
     """Without a heading the frame is the picture's, or that of the motion before: turning the track matters no more."""
     track = walk()[:, :2]
@@ -110,12 +87,6 @@ def test_angles_may_jump_by_full_turns() -> None:
     jumping[:, 2:] = (track[:, 2:] + np.pi) % (2 * np.pi) - np.pi
     assert changes(jumping, FISH, "document") == pytest.approx(changes(track, FISH, "document"))
     assert steps([[0, 0, 0, 0, 0.0], [0, 0, 0, 0, 7.0]], BIRD)[0, 4] == 7.0
-
-
-def test_a_pose_changes_from_its_first_frame_on() -> None:
-    """A chart without a place needs one frame before, not two."""
-    angles = np.cumsum(np.random.default_rng(1).normal(size=(9, 3)) * 0.1, axis=0)
-    assert changes(angles, POSE, "fixed") == pytest.approx(np.diff(angles, axis=0))
 
 
 def move(state: NDArray[np.float64], drawn: NDArray[np.float64], reading: Reading) -> NDArray[np.float64]:
@@ -157,18 +128,6 @@ def test_what_moves_the_particles_is_learned_back(chart: Chart, reading: Reading
         track.append(state[0, kept])
         drawn.append(root @ normals[:, 0])
     assert changes(track, chart, reading) == pytest.approx(np.array(drawn)[2 if places else 1 :], abs=1e-9)
-
-
-def test_velocity_in_the_bodys_frame() -> None:
-    """A body that faces down the picture and moves down moves along itself; a third coordinate stays."""
-    assert body_velocity([0, 5], np.pi / 2) == pytest.approx([5, 0])
-    assert body_velocity([0, 5, 2], np.pi / 2) == pytest.approx([5, 0, 2])
-
-
-def test_names_and_units_of_changes() -> None:
-    """Changes of a place are accelerations, all others first differences."""
-    assert FISH.change_names == ("a''", "b''", "theta'", "phi'")
-    assert FISH.change_units == ("px/frame²", "px/frame²", "rad/frame", "rad/frame")
 
 
 @pytest.mark.parametrize(

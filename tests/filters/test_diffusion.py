@@ -77,15 +77,6 @@ def test_correlations_can_be_switched_off_and_the_width_scaled() -> None:
     assert not whole.mean.any()
 
 
-def test_the_world_reading_learns_what_the_paper_does() -> None:
-    """Readings (i) and (iii) differ in how they move, not in what they learn; (ii) learns something else."""
-    document = LEARNED.diffusion("document").covariance
-    assert np.array_equal(LEARNED.diffusion("world").covariance, document)
-    assert not np.allclose(LEARNED.diffusion("increments").covariance, document)
-    with pytest.raises(ValueError, match="a reading document or increments or world"):
-        LEARNED.diffusion("motion")
-
-
 def test_a_file_is_read_back_to_the_bit() -> None:
     """What is written and read again is equal, number for number."""
     again = Learned.read(LEARNED.text, experiment="fish", chart=FISH)

@@ -398,7 +398,6 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
     "ten values": (lambda: weighed(np.zeros(10)), r"log_likelihood must be \(N\) with N = 50, got \(10,\)"),
     "a column": (lambda: weighed(np.zeros((50, 1))), r"log_likelihood must be \(N\), got \(50, 1\)"),
     "a list": (lambda: weighed([0.0] * 50), "log_likelihood must be an array .* got list"),
-    "states in one dimension": (lambda: ParticleSet.uniform(FIFTY[:, 0]), r"states must be \(N, d\), got \(50,\)"),
     "a strange ancestor": (lambda: WALK.diffuse(rng(), FIFTY, np.array([50])), "ancestors between 0 and N - 1"),
     **{
         f"{name}, {what}": (lambda it=it, w=w: it(rng(), w, 5), "got")
@@ -413,14 +412,6 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
     },
     "no weights": (lambda: particles.normalise(np.zeros(0)), "at least one log weight, got none"),
     "no parents": (lambda: resampling.systematic(rng(), np.zeros(3), 0), "count must be at least 1, got 0"),
-    "too few weights": (
-        lambda: ParticleSet(FIFTY, np.zeros(49), np.arange(50)),
-        r"log_weights must be \(N\) with N = 50, got \(49,\)",
-    ),
-    "states of NaN": (
-        lambda: ParticleSet(np.full((50, 4), np.nan), np.zeros(50), np.arange(50)),
-        "states must be finite, got NaN or infinity",
-    ),
     "an infinite state": (
         lambda: ParticleSet.uniform(np.where(FIFTY > 2.0, np.inf, FIFTY)),
         "states must be finite, got NaN or infinity",
@@ -441,10 +432,6 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
         lambda: matching.small_grey(PICTURE.astype(float)),  # type: ignore[arg-type]
         "the picture must be an array .* of uint8, got an array of float64",
     ),
-    "a small picture in colour": (
-        lambda: matching.camera_shift(PICTURE, PICTURE, GREY),
-        r"picture must be \(height, width\), got \(16, 20, 3\)",
-    ),
     "a strange space": (
         lambda: counting.bin_table("cmyk"),  # type: ignore[arg-type]
         "a space of colour is one of hsv, lab, chromaticity, got 'cmyk'",
@@ -462,19 +449,11 @@ SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
         lambda: histogram.shares(PICTURE, np.ones(2), histogram.Window(-1, 2), "hsv"),
         "reach_across_px must be at least 0, got -1",
     ),
-    "patches of other sizes": (
-        lambda: template.Templates(TEMPLATES.pixels[:9], TEMPLATES.sizes),
-        r"pixels must be \(180\), got \(9,\)",
-    ),
     "half a cloud": (
         lambda: clouds.Cloud(
             np.full((1, 3), 7), *(np.zeros(0) for _ in range(2)), np.zeros(0), np.zeros((0, 2)), np.zeros(1)
         ),
         "a cloud needs nodes",
-    ),
-    "tracks without measurements": (
-        lambda: _follow_cloud(**{**arrays_of(DOORS["cloud.step"]), "measurements": np.zeros((0, 2))}),
-        r"got \(0, 2\)",
     ),
     "a sigma of NaN": (lambda: auxiliary.soft(np.array([np.nan]), 1.0, 2.0, 5), "got none or NaN"),
 }

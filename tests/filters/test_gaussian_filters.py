@@ -73,34 +73,6 @@ def test_unscented_transform_is_right_to_second_order() -> None:
     assert cross[0, 0, 0] == pytest.approx(2 * mean * variance)
 
 
-def test_nonlinear_filters_follow_range_and_bearing() -> None:
-    """Seen from the origin in range and bearing, a moving point is followed to within its noise."""
-
-    def observe(state: NDArray[np.float64]) -> NDArray[np.float64]:
-        u, v = state[..., 0], state[..., 1]
-        return np.stack([np.hypot(u, v), np.arctan2(v, u)], axis=-1)
-
-    def slope(state: NDArray[np.float64]) -> NDArray[np.float64]:
-        u, v = state[:2]
-        reach = np.hypot(u, v)
-        return np.array([[u / reach, v / reach, 0, 0], [-v / reach**2, u / reach**2, 0, 0]])
-
-    rng = np.random.default_rng(5)
-    noise = np.diag([0.04, 1e-4])
-    truth = np.array([20.0, 5.0, -0.3, 0.4])
-    by_slope = by_points = Gaussian(truth + rng.normal(size=4), np.eye(4))
-    errors = []
-    for _ in range(60):
-        truth = MODEL.transition @ truth
-        measurement = observe(truth) + rng.normal(size=2) * np.sqrt(np.diag(noise))
-        by_slope = kalman.predict(by_slope, constant_velocity(2, 1.0, 0.01))
-        by_slope, _ = extended.update(by_slope, measurement, observe, slope, noise)
-        by_points = kalman.predict(by_points, constant_velocity(2, 1.0, 0.01))
-        by_points, _ = unscented.update(by_points, measurement, observe, noise)
-        errors.append([np.hypot(*(each.mean - truth)[:2]) for each in (by_slope, by_points)])
-    assert (np.mean(errors[20:], axis=0) < 0.25).all()
-
-
 def test_singular_measurement_is_refused() -> None:
     """A measurement that is certain already cannot be conditioned on, and the filter says so."""
     with pytest.raises(np.linalg.LinAlgError):

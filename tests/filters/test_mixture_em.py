@@ -49,19 +49,6 @@ def test_the_first_step_is_the_mean_responsibility(density: str) -> None:
     assert ours.ratios[0] == pytest.approx(expected)
 
 
-def test_each_step_makes_the_survivors_likelier() -> None:
-    """Repeated on the same survivors, without memory, the step never lowers their likelihood under the mixture."""
-    above = log_density(POINTS[0].T, ABOVE[0], np.diag(ABOVE[1][0]))
-    below = mixture_em.kernel_log_density(POINTS[0], CENTRES[0], 5.0)
-    mixture, last = mixture_em.begin(1, 0.9), -np.inf
-    for _ in range(20):
-        ratio = mixture.ratios[0]
-        likelihood = np.log(ratio * np.exp(above) + (1 - ratio) * np.exp(below)).sum()
-        assert likelihood >= last - 1e-12
-        last = likelihood
-        mixture = mixture_em.adapt(mixture, POINTS, ABOVE, CENTRES, 5.0, Settings(0.0, 0.0, "kernel"))
-
-
 def test_saying_nothing_teaches_nothing() -> None:
     """With the exact density an observation that says nothing leaves the ratio as it is on average (a martingale)."""
     features, count = 6000, 50
@@ -95,12 +82,3 @@ def test_clear_cases_go_to_the_clip(offset: float, expected: float, density: str
     for _ in range(10):
         mixture = mixture_em.adapt(mixture, survivors, ABOVE, centres, 5.0, Settings(0.5, 0.1, density))
     assert mixture.ratios[0] == pytest.approx(expected)
-
-
-def test_a_ratio_that_was_fixed_can_be_freed() -> None:
-    """From 1 and from 0 the ratio comes to the clip, and moves again."""
-    for fixed, freed in ((1.0, 0.9), (0.0, 0.1)):
-        mixture = mixture_em.adapt(mixture_em.begin(1, fixed), POINTS, ABOVE, CENTRES, 5.0, Settings())
-        assert mixture.ratios[0] == pytest.approx(freed)
-        moved = mixture_em.adapt(mixture, POINTS, ABOVE, CENTRES, 5.0, Settings())
-        assert moved.ratios[0] != mixture.ratios[0]

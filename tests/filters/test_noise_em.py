@@ -82,13 +82,6 @@ def test_one_noise_alone_is_fitted_within_its_bounds() -> None:
     assert fit_noise([walk()], {"process": (0.5, 2.0)}, most_steps=1).converged is False
 
 
-def test_steps_are_bounded() -> None:
-    """As many as may be, and no more."""
-    found = fit_noise([curve(0.002)], WIDE, most_steps=6)
-    assert found.steps <= 6
-    assert not found.converged
-
-
 @pytest.mark.parametrize(("chains", "bounds"), [((), WIDE), ((walk(),), {}), ((walk(),), {"process": (0.0, 1.0)})])
 def test_nothing_to_fit_is_refused(chains: tuple[LinearChain, ...], bounds: dict[str, tuple[float, float]]) -> None:
     """No chain, no noise, and a bound that is no scale."""

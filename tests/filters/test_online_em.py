@@ -44,13 +44,6 @@ def test_noise_is_allowed_for() -> None:
     assert online_em.period_frames(learned(400, noise_px=2.0)) == pytest.approx(30, rel=0.05)
 
 
-def test_warm_up_keeps_the_initial_model() -> None:
-    """Before the warm-up is over the model is the initial one."""
-    model = learned(15)
-    assert np.allclose(model.transition, INITIAL.transition)
-    assert np.allclose(model.offset, INITIAL.offset)
-
-
 def test_guard_refuses_runaways() -> None:
     """A model whose spectral radius is beyond the guard is never accepted."""
     settings = online_em.Settings(0.99, 15, 1e-7, 1.02)

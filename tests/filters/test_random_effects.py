@@ -26,14 +26,6 @@ def test_the_weighted_residuals_of_the_fit_have_their_expected_sum() -> None:
     assert (weights * (residuals - JACOBIAN @ fitted) ** 2).sum() == pytest.approx(11.0, rel=1e-5)
 
 
-def test_the_excess_is_right_on_average() -> None:
-    """Over many draws of errors of variance v + 9 the excess is 9."""
-    rng = np.random.default_rng(3)
-    variances = rng.uniform(0.1, 4.0, 16)
-    draws = np.sqrt(variances + 9.0) * rng.standard_normal((2000, 16))
-    assert np.mean([excess_variance(draw, JACOBIAN, variances, ALL) for draw in draws]) == pytest.approx(9.0, abs=0.4)
-
-
 def test_what_is_missing_is_not_counted_as_fitting() -> None:
     """The excess of ten measurements is the same with six more that nobody has seen and that fit by themselves."""
     rng = np.random.default_rng(5)

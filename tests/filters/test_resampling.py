@@ -58,19 +58,6 @@ def test_residual_keeps_whole_parts() -> None:
         assert (copies >= [3, 1, 0]).all()
 
 
-def test_variance_orders_the_family() -> None:
-    """Systematic, stratified and residual scatter less around the expectation than multinomial."""
-    log_weights, _ = normalise(np.random.default_rng(3).normal(size=50))
-    scatter = {
-        name: np.var(
-            [np.bincount(draw(np.random.default_rng(s), log_weights, 50), minlength=50) for s in range(400)], 0
-        )
-        for name, draw in RESAMPLERS.items()
-    }
-    for name in ("systematic", "stratified", "residual"):
-        assert scatter[name].sum() < 0.75 * scatter["multinomial"].sum()
-
-
 def test_it_waits_until_the_effective_sample_size_falls() -> None:
     """Resampling happens below the threshold, at threshold one always, and whenever the number changes."""
     rng = np.random.default_rng(0)

@@ -11,7 +11,7 @@ from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.filters.trajectories import cloud, gaussian
-from pftrack.filters.trajectories.cloud import MOST_PARTICLES, Cloud
+from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import locate, logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface, track_error
 
@@ -96,20 +96,6 @@ def test_particles_come_to_the_exact_answer(count: int, filtered: float, smoothe
     assert apart(found.filtered, exact.filtered) < filtered
     assert apart(found.smoothed, exact.smoothed) < smoothed
     assert found.log_likelihoods.mean() == pytest.approx(exact.log_likelihoods[0], abs=2.0)
-
-
-@pytest.mark.slow
-def test_many_particles_come_nearer() -> None:
-    """With 8,000 the figures of the reference: .05 and .17 px, and the log likelihood within 0.2."""
-    track = np.repeat(clean()[:, None], 5, axis=1)
-    exact = follow("lg", clean()[:, None], DOCUMENT)
-    found = follow("mcf-gaussian", track, replace(DOCUMENT, count=8000, by_mode=False))
-    assert apart(found.filtered, exact.filtered) < 0.06
-    assert apart(found.smoothed, exact.smoothed) < 0.19
-    assert found.log_likelihoods.mean() == pytest.approx(exact.log_likelihoods[0], abs=0.2)
-    with_outliers = follow("mcf-gaussian", REFERENCE_PX[:, None], replace(DOCUMENT, by_mode=False))
-    dragged = follow("lg", REFERENCE_PX[:, None], DOCUMENT)
-    assert apart(with_outliers.filtered, dragged.filtered) == pytest.approx(1.0, abs=0.3)
 
 
 @pytest.mark.parametrize(("method", "noise"), [("lng", 1.0), ("nlng", 3.0)])
@@ -245,19 +231,3 @@ def test_a_mode_is_the_mean_about_the_fullest_bin() -> None:
     assert locate(nodes, counts, False)[0] == pytest.approx(float(nodes[:, 0] @ counts) / 17)
     assert logs_mode(np.array([0.0, 0.1, 0.3, 2.0]), np.array([1.0, 1.0, 1.0, 1.5])) == pytest.approx(0.4 / 3)
     assert logs_mode(np.array([0.0, 0.1, 0.3, 2.0]), np.array([0.1, 0.1, 0.1, 1.5])) == pytest.approx(2.0)
-
-
-def test_moments_are_those_of_the_particles() -> None:
-    """What a Kalman filter takes over: means of two positions, and a covariance of both axes."""
-    found = follow("lng", REFERENCE_PX[:20, None], Settings(count=MOST_PARTICLES // 10)).last
-    assert isinstance(found, Cloud)
-    means, covariances = found.moments()
-    assert np.hypot(*(means[0, :, 0] - TRUE_PATH[19])) < 3.0
-    assert np.hypot(*(means[0, :, 1] - TRUE_PATH[18])) < 3.0
-    assert covariances[0, 0] > covariances[0, 1] > 0.0
-
-
-def test_other_shapes_are_refused() -> None:
-    """A single track is a batch of one, and has to say so."""
-    with pytest.raises(ValueError, match=r"\(frames, tracks, 2\), got \(100, 2\)"):
-        follow("lg", REFERENCE_PX, Settings())

@@ -104,17 +104,6 @@ def test_resampling_only_when_it_is_needed_is_the_filters_own(threshold: float) 
     assert any(decisions) == (threshold > 0)
 
 
-def test_an_observation_that_says_nothing_leaves_the_prediction() -> None:
-    """Where no parent could have given the picture, all particles come from the prediction, with uniform weights."""
-    parameters = revise(BallTrackerParameters(), {"sample_count": 50, "background_level": 0})
-    dark = Frame(1, 0.0, image_rgb=np.zeros((120, 160, 3), np.uint8))
-    state = TRACKERS["apf"].step(begun(parameters, 1.0), dark, parameters, Stream(0, 1, Purpose.TRACK))
-    assert state.observation_count == 0
-    assert state.log_evidence == -np.inf
-    assert state.particles is not None
-    assert np.allclose(state.particles.weights, 1 / 50)
-
-
 def test_the_loop_is_compiled_once() -> None:
     """Values from a person have the loop compiled no second time: in a live session that would take half a minute."""
     for values in ({}, {"gamma_px": 6, "gamma_max_px": 21, "resampling_threshold": 1, "background_level": 0}):

@@ -198,7 +198,7 @@ def test_the_kalman_filter_takes_over_the_moments_of_the_particles(before: str) 
 
 
 @pytest.mark.parametrize("tracker", [name for name in TRACKERS if name != "kalman"])
-@pytest.mark.parametrize("count", [1, 37, 500])
+@pytest.mark.parametrize("count", [1, 500])
 def test_the_number_of_particles_may_change(tracker: str, count: int) -> None:
     """The next frame has as many as are asked for now, descended from those that there are."""
     state = stepped(tracker, begun(parameters()), 1, parameters(resampling_threshold=0.1))
@@ -287,34 +287,6 @@ def test_where_nothing_is_possible_the_prediction_stays(tracker: str) -> None:
     velocity = state.posterior.mean[:2] - state.posterior.mean[2:]
     assert blind.estimate == pytest.approx(state.estimate + velocity, abs=1.0)
     assert np.isfinite(stepped(tracker, blind, 3, given).log_evidence)
-
-
-@pytest.mark.parametrize("tracker", TRACKERS)
-@pytest.mark.parametrize("learned", [False, True])
-def test_a_step_leaves_its_state_alone(tracker: str, learned: bool) -> None:
-    """A step taken twice gives the same, and no array of the state that it was taken from has changed."""
-    given = parameters(learn_dynamics=learned, smoothing_lag_frames=4, warm_up_frames=1)
-    state = begun(given)
-    for index in range(1, 8):
-        state = stepped(tracker, state, index, given)
-    held = arrays_of(state)
-    before = {name: array.copy() for name, array in held.items()}
-    one, other = (arrays_of(stepped(tracker, state, 8, given)) for _ in range(2))
-    for name, array in held.items():
-        assert np.array_equal(array, before[name]), name
-    assert one.keys() == other.keys()
-    for name, array in one.items():
-        assert np.array_equal(array, other[name]), name
-
-
-def arrays_of(state: PointState) -> dict[str, NDArray[np.float64]]:
-    held = {"mean": state.posterior.mean, "covariance": state.posterior.covariance, **state.arrays()}
-    if state.learner is not None:
-        held |= {name: getattr(state.learner, name) for name in ("theta", "regressors", "products")}
-        held["positions"] = state.learner.positions.mean
-    if state.lineage is not None:
-        held["paths"] = state.lineage.paths
-    return held
 
 
 @pytest.mark.parametrize("tracker", [name for name in TRACKERS if name != "kalman"])

@@ -1,7 +1,5 @@
 """Trackers of a ball: what must be the same is the same, to the bit."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
@@ -37,35 +35,6 @@ def test_process_noise_control_without_a_difference() -> None:
     assert sha("pc-pf", large_process_noise_px=3) == sha("condensation")
 
 
-def test_start_is_the_truth() -> None:
-    """At frame 0 the estimate is the true position and sigma the initial spread, for every tracker."""
-    for tracker in BALL.trackers:
-        row = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=2).diagnostics[0]
-        assert row.estimate == (60.0, 120.0)
-        assert row.sigma == pytest.approx((1.0, 1.0))
-        assert row.error == 0
-
-
-def test_switch_follows_the_last_sigma() -> None:
-    """h-SPF draws by observation exactly in the frames after one whose sigma exceeds gamma on any axis."""
-    run = whole_run(BALL, tracker="h-spf", seed=5, frames=60)
-    rows = run.diagnostics
-    assert {row.vector("samples") for row in rows[1:]} == {(800.0, 0.0), (0.0, 800.0)}
-    for before, row in pairwise(rows):
-        assert (row.vector("samples") == (0.0, 800.0)) == (max(before.sigma) > 5)
-    changed = [row.frame for before, row in pairwise(rows[1:]) if before.vector("samples") != row.vector("samples")]
-    assert [row.frame for row in rows[2:] if row.number("switched")] == changed
-
-
-def test_soft_switch_draws_a_share() -> None:
-    """s-SPF draws the share that eqs. 3.6 and 3.7 say."""
-    run = whole_run(BALL, tracker="s-spf", seed=5, frames=60)
-    for before, row in pairwise(run.diagnostics):
-        expected = round(800 * min(max((max(before.sigma) - 4) / 16, 0), 1))
-        assert row.vector("samples") == (800 - expected, expected)
-    assert any(0 not in (row.vector("samples") or ()) for row in run.diagnostics)
-
-
 @pytest.mark.parametrize("tracker", MODELLED)
 def test_learning_goes_with_every_tracker(tracker: str) -> None:
     """Those with a motion model learn that of a ball in plain sight; its period is within two frames of the truth."""
@@ -84,15 +53,6 @@ def test_learning_can_be_switched_on_and_off() -> None:
     learners = [step.state.learner for step in run]
     assert [learner is not None for learner in learners] == [10 <= frame < 40 for frame in range(60)]
     assert learners[39].frames == 30
-
-
-def test_smoothing_recalls_the_path() -> None:
-    """The lineage reaches back as many frames as asked, and no further than the start of the smoothing."""
-    run = Run(
-        BALL, BALL.simulate(), tracker="h-spf", seed=5, frames=30, timeline=(Change(5, {"smoothing_lag_frames": 6}),)
-    )
-    lengths = [0 if step.state.lineage is None else len(step.state.lineage.paths) for step in run]
-    assert lengths == [0] * 5 + [2, 3, 4, 5, 6] + [7] * 20
 
 
 @pytest.mark.parametrize("tracker", BALL.trackers)

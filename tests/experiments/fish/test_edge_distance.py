@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from pftrack.experiments.fish.model import (
     CAP_PX,
-    GOLDFISH,
     FishShape,
     Foreground,
     body_points,
@@ -69,15 +68,6 @@ def test_a_whole_turn_changes_nothing() -> None:
     assert (largest_distances(seen.distances, many, SMALL) == largest_distances(seen.distances, turned, SMALL)).all()
 
 
-def test_velocities_between_place_and_angles_are_passed_over() -> None:
-    """States may carry other numbers between the place and the two angles."""
-    pose = np.array([70.0, 60.0, 0.5, 0.4])
-    seen = edges_of(picture(pose), COLOUR)
-    many = poses(20, pose, 10.0)
-    wide = np.insert(many, [2, 2], 7.0, axis=1)
-    assert (largest_distances(seen.distances, many, SMALL) == largest_distances(seen.distances, wide, SMALL)).all()
-
-
 def test_the_likelihood_is_of_the_largest_distance_and_limits_the_bend() -> None:
     """Eq. 7: -d^2 / sigma_d; a bend beyond a right angle is impossible unless the limit is off."""
     largest = np.array([0, 4, 40], np.uint8)
@@ -120,13 +110,6 @@ def test_a_range_of_hues_may_go_through_red() -> None:
     red = picture(pose, colour=(230, 40, 60))  # hue 177
     assert edges_of(red, COLOUR._replace(hue_low=170, hue_high=5)).mask[60, 70] == 255
     assert edges_of(red, COLOUR).mask[60, 70] == 0
-
-
-def test_goldfish_fit_their_own_outline() -> None:
-    """With the sizes of the tank too."""
-    pose = np.array([80.0, 60.0, 0.2, -0.3])
-    seen = edges_of(picture(pose, GOLDFISH), COLOUR)
-    assert largest_distances(seen.distances, pose[None], GOLDFISH)[0] <= 4 * 5
 
 
 def test_a_picture_that_stays_is_looked_at_once() -> None:

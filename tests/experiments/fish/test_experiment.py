@@ -184,12 +184,6 @@ def test_the_ghost_moves_along_the_mode(mode: int) -> None:
     assert tail.positions[:, :2] == pytest.approx(expected, abs=1e-4)
 
 
-def test_what_a_mode_does_is_written_beside_it() -> None:
-    """The stroke turns one way and bends the other; the first mode goes ahead."""
-    assert drawn(shown_mode=3, along_mode=1)["label"].text == "turn -8°, bend +11°"
-    assert drawn(shown_mode=1, along_mode=2)["label"].text == "+8 px ahead"
-
-
 def test_the_ghost_can_be_dragged_before_anything_is_played() -> None:
     """It sways from where it is dragged to: in frame 0 it is there."""
     run = Run(FISH, FISH.simulate(), frames=2, timeline=(Change(0, {"shown_mode": 3, "along_mode": 1}),))

@@ -106,15 +106,6 @@ def test_the_followed_fish_must_be_there() -> None:
         frame({"fish_count": 1, "followed_fish": 2})
 
 
-def test_the_box_is_around_the_body() -> None:
-    """A fish along the axes has the box of its ellipse."""
-    target = frame({}).target
-    assert target.extent[0] <= 80
-    assert target.extent[1] <= 80
-    assert max(target.extent) >= 57
-    assert target.pose.tolist() == [*target.position, target.theta, target.phi]
-
-
 @pytest.mark.parametrize("followed", [1, 2])
 def test_the_truth_is_of_the_followed_fish(followed: int) -> None:
     """Pose and velocity of the truth are those of the fish that is followed, and so is the start."""

@@ -177,14 +177,6 @@ def test_a_learned_file_of_something_else_is_refused() -> None:
     assert revise(DEFAULTS, {"learned": text}).learned == text
 
 
-def test_with_constant_velocity_accelerations_spread_alike_along_both_axes() -> None:
-    """The sd along either axis of the picture is the root mean square of the learned ones along and across the body."""
-    sd = GUIDANCE.parse("").diffusion(DEFAULTS.motion_reading).sd
-    found = np.diagonal(draw("constant-velocity", DEFAULTS).root)
-    assert found[:2] == pytest.approx([np.hypot(sd[0], sd[1]) / np.sqrt(2.0)] * 2)
-    assert sd[0] != pytest.approx(sd[1])
-
-
 @pytest.mark.parametrize("heading", [np.pi - 1e-5, 1e-5 - np.pi])
 def test_the_spread_of_the_heading_is_on_the_circle(heading: float) -> None:
     """A fish that swims to the left has headings on both sides of half a turn, and a small spread all the same."""

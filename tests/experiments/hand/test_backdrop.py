@@ -19,7 +19,6 @@ from pftrack.experiments.hand.silhouette import (
     differs,
     doubtful,
     silhouette_of,
-    smaller,
     suggest_parameters,
 )
 
@@ -157,11 +156,3 @@ def test_doubt_begins_where_fewer_than_seven_pictures_of_ten_agree() -> None:
     model = backdrop_model(Clip(*shown), 0, 1)
     assert doubtful(model, 40)[0, :5].tolist() == [False, False, False, False, True]
     assert not doubtful(model, 70).any()
-
-
-def test_a_model_of_large_pictures_is_as_small_as_the_silhouette() -> None:
-    """Squares of pixels are one; what is left over at the ends is cut."""
-    picture = np.arange(5 * 7 * 3, dtype=np.uint8).reshape(5, 7, 3)
-    assert smaller(picture, 2).shape == (2, 3, 3)
-    assert smaller(picture, 1) is picture
-    assert backdrop_model(Clip(picture), 0, 2).median_rgb.shape == (2, 3, 3)

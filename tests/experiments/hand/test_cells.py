@@ -55,9 +55,9 @@ def axis(places: NDArray[np.float64], end: int = TIP) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("sd", [1.0, 2.5])
 def test_the_mean_over_a_cell_is_the_integral_of_eq_2_9(sd: float) -> None:
-    """Against 300,000 points of the five angles, from a measure of 0 to beyond the farthest; no term is above 0."""
+    """Against 100,000 points of the five angles, from a measure of 0 to beyond the farthest; no term is above 0."""
     moves = moves_of(POSE)[MIDDLE]
-    fine = np.random.default_rng(0).uniform(-1.0, 1.0, (300_000, 5))
+    fine = np.random.default_rng(0).uniform(-1.0, 1.0, (100_000, 5))
     distances = np.hypot(*np.tensordot(fine, moves[:, TIP], axes=1).T)
     for measure in np.linspace(0.0, farthest(moves, TIP), 7):
         integral = np.exp(-0.5 * np.square((measure - distances) / sd)).mean()

@@ -52,9 +52,3 @@ def test_a_finger_of_which_the_middle_joint_is_seen_fits_its_protrusion() -> Non
     }
     assert fits[False] == pytest.approx(-JOINT_COST, abs=0.8)
     assert fits[False] > fits[True] + 1.0
-
-
-def test_ends_at_joints_are_tried_by_default() -> None:
-    """Only the simplification leaves out all but the tip and the last joint."""
-    simple = [settings(HandTrackerParameters(scoring=one), SCALE).reference for one in ("points", "cells", "reference")]
-    assert simple == [False, False, True]

@@ -118,21 +118,6 @@ def test_the_hand_that_is_chosen_is_drawn_whole_and_the_others_as_ghosts() -> No
     assert not len(alone[0]["ghosts"].vertices)
 
 
-def test_what_is_said_of_the_tips_is_of_the_hand_that_is_shown() -> None:
-    """Not of the best one: the hand whose weight is told beside it."""
-    step = beam_of(POSE, moved((0, 30.0)), moved((0, 60.0)))
-    step = replace(step, frame=replace(step.frame, target=TARGET))
-    captions = []
-    for shown in (1, 2, 3):
-        chosen = replace(step, parameters=revise(step.parameters, {"shown_hypothesis": shown}))
-        captions.append(HAND.draw(chosen, []).caption)
-    assert [caption.split(" · ")[3] for caption in captions] == [
-        "tips off by 0 px",
-        "tips off by 30 px",
-        "tips off by 60 px, lost (by truth)",
-    ]
-
-
 def test_the_hand_in_space_stands_upright_and_is_seen_from_the_front_as_in_the_picture() -> None:
     """Turned in the picture, it is the same in space; its tips are where the picture has them, in palm axes."""
     upright, turned = (drawn(beam_of(moved((2, angle))), 1)["space joints"].positions for angle in (0.0, 1.1))

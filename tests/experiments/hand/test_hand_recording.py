@@ -11,7 +11,6 @@ import pytest
 from pftrack.core.model.drawing import COLOURS
 from pftrack.core.model.setup import Setup, Sighting
 from pftrack.core.model.source import FrameSequence, History
-from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
 from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
@@ -184,33 +183,6 @@ def test_a_flash_and_an_empty_picture_are_waited_out(tmp_path: Path) -> None:
         COLOURS["estimate"],
         COLOURS["hidden"],
     ]
-
-
-def test_a_large_picture_is_followed_in_a_smaller_one_and_a_larger_one_refused(tmp_path: Path) -> None:
-    """Poses are in px of the picture, ten times larger here; 4,000 x 4,000 px are more than a sequence may have."""
-    for place, picture in enumerate(pictures()[:2]):
-        large = cv2.resize(picture, (2000, 2000), interpolation=cv2.INTER_NEAREST)
-        cv2.imwrite(str(tmp_path / f"{place}.png"), large[..., ::-1])
-    with closing(open_sequence(tmp_path)) as sequence:
-        run = Run(HAND, wired(sequence), seed=0)
-        state = run.finish().state
-    assert 520 * 0.85 < state.scale < 520 * 1.15
-    assert run.diagnostics[1].number("difference") < 15.0
-    cv2.imwrite(str(tmp_path / "0.png"), np.zeros((4000, 4000), np.uint8))
-    with pytest.raises(RefusedError, match="4000 x 4000"):
-        open_sequence(tmp_path)
-
-
-def test_a_hand_that_comes_nearer_is_followed_as_it_grows(tmp_path: Path) -> None:
-    """A real hand does not keep to its distance from the camera; on recordings its size may change by itself."""
-    picture, nearer = pictures()[0], 1.02 ** np.arange(9)
-    zooms = [np.array([[zoom, 0.0, 100.0 * (1.0 - zoom)], [0.0, zoom, 200.0 * (1.0 - zoom)]]) for zoom in nearer]
-    with closing(
-        film(tmp_path / "nearer.mp4", [cv2.warpAffine(picture, zoom, (200, 200)) for zoom in zooms])
-    ) as sequence:
-        run = Run(HAND, wired(sequence), seed=0)
-        begun = run.current.state.scale
-        assert run.finish().state.scale / begun == pytest.approx(nearer[-1], rel=0.06)
 
 
 @pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are not beside this checkout")

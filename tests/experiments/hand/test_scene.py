@@ -11,7 +11,6 @@ from pftrack.experiments.hand.scene import (
     HandSource,
     HandTarget,
     folded_time,
-    hand_of,
     pose_at,
     with_noisy_edge,
 )
@@ -86,13 +85,6 @@ def test_the_picture_shows_the_hand_of_the_seed() -> None:
     assert target.position == pytest.approx(joints(target.pose, 52.0, target.shape)[:, 3].ravel())
 
 
-def test_seeds_are_other_hands() -> None:
-    """Two seeds have other fingers; one seed always has the same."""
-    one, other = hand_of(1, 0.04, MODEL), hand_of(2, 0.04, MODEL)
-    assert not np.array_equal(one.phalanges, other.phalanges)
-    assert np.array_equal(one.radii, hand_of(1, 0.04, MODEL).radii)
-
-
 def test_the_edge_moves_by_as_much_as_is_said() -> None:
     """A straight edge moves by 0.6 px in the mean square, and neighbouring rows nearly alike; its mean stays."""
     half = np.zeros((600, 120), np.bool_)
@@ -103,13 +95,6 @@ def test_the_edge_moves_by_as_much_as_is_said() -> None:
     assert abs(moved.mean()) < 0.06
     assert np.corrcoef(moved[:-1], moved[1:])[0, 1] > 0.6
     assert with_noisy_edge(half, 0.0, 3, 0) is half
-
-
-def test_frames_are_functions_of_their_arguments() -> None:
-    """The same frame twice is the same; another frame has another edge."""
-    images = [frame({"image_noise_sd": 8}, index).image_rgb for index in (7, 7, 8)]
-    assert np.array_equal(images[0], images[1])  # type: ignore[arg-type]
-    assert not np.array_equal(images[0], images[2])  # type: ignore[arg-type]
 
 
 def test_a_left_hand_is_the_mirror_image() -> None:

@@ -88,25 +88,6 @@ def test_a_flash_is_waited_for_and_said(tracker: str) -> None:
     assert not after.finding
 
 
-def test_trackers_take_over_from_each_other() -> None:
-    """Particles begin where a beam is, and the other way round."""
-    parameters = revise(DEFAULTS, {"sample_count": 60})
-    state = tracked("beam", 4)[-1]
-    for index, tracker in ((5, "particles"), (6, "beam")):
-        state = TRACKERS[tracker].step(state, frame(index), parameters, Stream(SEED, index, Purpose.TRACK))
-    assert tip_error(state, 6) < 0.2
-    assert state.particles is None
-
-
-def test_a_picture_four_times_as_large_gives_the_hand_four_times_as_large() -> None:
-    """It is searched in a smaller mask; pose and tips are those of the picture."""
-    states = tracked("beam", 5, picture_side_px=800)
-    target = frame(5, picture_side_px=800).target
-    tips = joints(states[-1].pose, states[-1].scale, states[-1].shape)[:, 3, :2]
-    assert np.hypot(*(tips - target.tips).T).mean() < 0.2 * target.scale
-    assert target.scale == 4 * 52.0
-
-
 def test_a_hand_that_does_not_fit_is_lost_and_found_again_when_open() -> None:
     """The tracker says by how much its best hand is off, then waits, and begins anew with the open hand."""
     begin = frame(FIRST)
@@ -166,16 +147,3 @@ def test_a_turn_that_one_hand_loses_is_kept_by_four() -> None:
     assert all(wrong[1][-6:])
     assert any(wrong[4])
     assert not any(wrong[4][-3:])
-
-
-@pytest.mark.parametrize("tracker", TRACKERS)
-def test_a_fist_is_said_to_be_one(tracker: str) -> None:
-    """A silhouette without a finger is not guessed at: the pose stays, and the reason is told."""
-    rows, columns = np.indices((200, 200))
-    fist = (np.hypot(columns - 100, rows - 100) < 35) | ((np.abs(columns - 100) < 20) & (rows > 100))
-    shown = Frame(1, 0.1, image_rgb=np.where(fist, 200, 0).astype(np.uint8)[:, :, None].repeat(3, axis=2))
-    before = tracked(tracker, FIRST)[-1]
-    state = TRACKERS[tracker].step(before, shown, DEFAULTS, Stream(SEED, 1, Purpose.TRACK))
-    assert "fist" in state.finding
-    assert TRACKERS[tracker].searching(state)
-    assert (state.pose == before.pose).all()

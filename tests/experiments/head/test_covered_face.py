@@ -55,20 +55,6 @@ def scarf(picture: Picture, row: dict[str, float], up: float) -> Picture:
     return cv2.fillPoly(picture.copy(), [corners.astype(np.int32)], (60, 70, 130))
 
 
-def hand(picture: Picture, row: dict[str, float], up: float) -> Picture:
-    """Lay a fist with four fingers and an arm over the mouth."""
-    mouth = (point(row, "mouth_subj_right") + point(row, "mouth_subj_left")) / 2 + [0, 160 * (1.0 - up)]
-    shown, skin = picture.copy(), (205, 160, 135)
-    x, y = (int(value) for value in mouth)
-    cv2.ellipse(shown, (x + 8, y + 14), (34, 26), -15, 0, 360, skin, -1)
-    for finger in range(4):
-        cv2.line(
-            shown, (x - 30 + 5 * finger, y - 8 + 13 * finger), (x + 12 + 5 * finger, y - 4 + 13 * finger), skin, 11
-        )
-    cv2.line(shown, (x + 20, y + 35), (x + 70, y + 160), skin, 34)
-    return shown
-
-
 def watch(cover: object, **values: Value) -> tuple[float, float]:
     """Return the mean error of the yaw, degrees, and the share of frames in which the face is tracked to 15 degrees."""
     shown = []
@@ -87,10 +73,9 @@ def watch(cover: object, **values: Value) -> tuple[float, float]:
 
 
 @NEEDS_CLIP
-@pytest.mark.parametrize("cover", [scarf, hand])
-def test_a_cover_does_not_pull_the_pose(cover: object) -> None:
+def test_a_cover_does_not_pull_the_pose() -> None:
     """While mouth and chin are covered the eyes tell the pose."""
-    yaw_deg, tracked = watch(cover)
+    yaw_deg, tracked = watch(scarf)
     assert yaw_deg < 4.0
     assert tracked > 0.9
 

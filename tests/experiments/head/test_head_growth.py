@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive, drawn_keys
+from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head import experiment as head
-from pftrack.experiments.head.experiment import MEAN_FACE, UNCERTAINTY, front, points_of, surface_of
+from pftrack.experiments.head.experiment import UNCERTAINTY, front, points_of, surface_of
 from pftrack.runs.run import Run
-from pftrack.vision.face import FEATURES, TITLES, mean_model
+from pftrack.vision.face import FEATURES, mean_model
 from tests.making import whole_run
 
 HEAD = find("head")
@@ -74,18 +73,6 @@ def test_points_carry_their_uncertainty(run: Run) -> None:
     np.testing.assert_allclose(ellipsoids.covariances, memory.growth.covariances, rtol=1e-4, atol=1e-4)
 
 
-def test_the_legend_says_what_the_colours_mean(run: Run) -> None:
-    """Both ends of the ramp and the wire are in it while the model grows, and none of them for a model that stays."""
-
-    def meanings(run: Run) -> set[str]:
-        keys = drawn_keys(HEAD.draw(run.current, run.diagnostics), HEAD.display.layers)
-        return {key.meaning for name, key in keys if name in {UNCERTAINTY, MEAN_FACE}}
-
-    assert len(meanings(run)) == 3
-    plain = Run(HEAD, HEAD.simulate(), frames=2, timeline=(Change(0, {**VALUES, "face_model": "mean"}),))
-    assert meanings(plain) == set()
-
-
 def test_a_lost_face_says_nothing_of_itself(run: Run) -> None:
     """It has the colour of what is lost, without ellipsoids."""
     step = run.seek(39)
@@ -115,13 +102,3 @@ def test_the_points_are_taken_away_with_what_is_known_of_them(run: Run) -> None:
     assert 10 < growth.own.frames <= 39
     plain = Run(HEAD, HEAD.simulate(), frames=1, timeline=(Change(0, {**VALUES, "face_model": "mean"}),))
     assert not {"standard_deviations", "own_share"} & set(json.loads(points_of(plain.current.state)))
-
-
-def test_what_the_page_says_of_a_head_is_what_the_program_has() -> None:
-    """The rows of features have the titles of the marks, and the legend the ends of the colours."""
-    (plot,) = (plot for plot in HEAD.display.plots if plot.id == "alpha")
-    assert plot.row_titles == tuple(map(TITLES.get, FEATURES))
-    sure, unsure = next(layer for layer in HEAD.display.layers if layer.name == UNCERTAINTY).legend
-    assert f"{head.SURE_MM:g} mm" in sure.meaning
-    assert f"{head.UNSURE_MM:g} mm" in unsure.meaning
-    assert HEAD.display.plots[1:4] == find("prism").display.plots[1:4]  # which both have by their names alone

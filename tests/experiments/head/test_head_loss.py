@@ -79,27 +79,6 @@ def test_a_lost_face_is_looked_for_now_and_then(monkeypatch: pytest.MonkeyPatch)
     assert {id(model) for _, _, model in run.asked} == {id(memory(known).sight.own)}
 
 
-def test_nothing_is_given_up_unless_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without `find_again` doubt grows for ever and the face stays tracked."""
-    run = Search(parameters(patience_frames=1), monkeypatch, lambda _: None)
-    for _ in range(12):
-        run.step(NOTHING)
-    assert memory(run.state).doubtful_frames == 12
-    assert not memory(run.state).lost
-    assert not run.asked
-
-
-def test_a_good_frame_ends_the_doubt(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Doubtful frames count in a row only."""
-    run = Search(parameters(find_again=True, patience_frames=3, hidden_weight=0.25), monkeypatch, lambda _: None)
-    for _ in range(4):
-        run.step(NOTHING)
-        run.step(NOTHING)
-        assert not memory(run.state).lost
-        run.step(grey())
-        assert memory(run.state).doubtful_frames == 0
-
-
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("scale", [0.81, 1.0, 1.24])
 def test_a_face_of_much_the_same_size_is_found_again(

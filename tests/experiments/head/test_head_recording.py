@@ -3,14 +3,11 @@
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
-from pftrack.core.model.recipe import Change
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
-from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.recording import FaceBox, FacePoints, PoseTable, read_poses
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
@@ -19,7 +16,6 @@ from pftrack.vision.face import FEATURES, gaze
 from tests.experiments.head.heads import Picture, Pictures, empty, pictures, simulated
 
 HEAD = find("head")
-BALL = find("ball")
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
 
 
@@ -72,13 +68,6 @@ def test_any_picture_of_a_face_will_do(change: object) -> None:
     assert max(abs(angle) for angle in run.diagnostics[-1].estimate) < 12
 
 
-def smaller(picture: Picture, share: float) -> Picture:
-    """Return a picture of the same size in which everything is smaller, with a grey border."""
-    height, width = picture.shape[:2]
-    matrix = np.array([[share, 0.0, (1 - share) * width / 2], [0.0, share, (1 - share) * height / 2]])
-    return np.asarray(cv2.warpAffine(picture, matrix, (width, height), borderValue=(45, 45, 45)), np.uint8)
-
-
 def test_what_may_happen_between_two_pictures_follows_the_time_between_them() -> None:
     """At 12 frames a second features may move 2.5 times as far in a frame as at 30, and further on a larger face."""
     shown = pictures(3, width=320)
@@ -116,62 +105,6 @@ def test_who_leaves_and_comes_back_is_found_again() -> None:
     assert HEAD.measured.report(run.diagnostics)["tracked_share"] == pytest.approx(face.mean())  # type: ignore[misc]
 
 
-def test_who_is_found_twice_has_the_size_of_the_last_time() -> None:
-    """Each time the size is that of the face relative to the first picture, not to the time before."""
-    shown = pictures(12, width=320)
-    further = [smaller(picture, 0.87) for picture in shown]
-    nobody = [empty(shown[0])] * 20
-    run = on([*shown, *nobody, *further, *nobody, *further])
-    scales = [run.seek(frame).state.solid.scale for frame in (11, 43, 75)]
-    assert not any(run.diagnostics[frame].searching for frame in (11, 43, 75))
-    assert np.divide(scales[1:], scales[0]) == pytest.approx(0.87, abs=0.03)
-
-
-def test_who_comes_back_much_further_away_is_looked_at_anew() -> None:
-    """Flat templates of a face of another size would not fit: they are cut again, and the pose begins there."""
-    shown = pictures(12, width=480)
-    back = [smaller(picture, 0.65) for picture in shown]
-    run = on([*shown, *[empty(shown[0])] * 20, *back], timeline=(Change(0, AS_PUBLISHED),))
-    first, last = (run.seek(frame).state.memory for frame in (11, 43))
-    assert not last.lost
-    assert last.enlarged == 1.0
-    sizes = [memory.templates.sizes for memory in (first, last)]
-    assert np.median(sizes[1] / sizes[0]) == pytest.approx(0.65, abs=0.06)
-
-
-def test_where_no_truth_is_known_a_loss_is_what_the_tracker_says() -> None:
-    """On a recording without truth nothing is judged lost, and yet it is known when the face is."""
-    shown = pictures(40, width=320)
-    run = on([*shown[:10], *[empty(shown[0])] * 20, *shown[10:40]])
-    searching = np.array([row.searching for row in run.diagnostics])
-    assert {row.lost for row in run.diagnostics} == {None}
-    assert [row.is_lost for row in run.diagnostics] == searching.tolist()
-    first = int(np.argmax(searching))
-    assert 10 < first < 25
-    assert not searching[45:].any()
-
-
-def test_who_never_comes_back_leaves_wide_uncertainty() -> None:
-    """However long nobody is there, the estimate stays finite and its deviation stays below a turn."""
-    shown = pictures(6, width=320)
-    run = on([*shown, *[empty(shown[0])] * 300])
-    assert run.diagnostics[-1].searching is True
-    assert 40 < run.diagnostics[-1].sigma[1] < 90
-    drawing = HEAD.draw(run.current, run.diagnostics)
-    assert "no face" in drawing.caption
-    assert "particles" not in drawing.primitives
-
-
-def test_a_cover_that_comes_and_goes_is_survived() -> None:
-    """While an occluder covers the face uncertainty grows, and the face is found again behind it."""
-    cover = (Change(10, {"occlusion_width_px": 260}), Change(40, {"occlusion_width_px": 0}))
-    run = on(pictures(60, width=320), timeline=cover)
-    sigma = [row.sigma[1] for row in run.diagnostics]
-    assert sigma[39] > 3 * sigma[9]
-    assert sigma[45] < 3 * sigma[9]
-    assert run.diagnostics[-1].searching is False
-
-
 def test_marked_points_are_taken_as_they_are() -> None:
     """Points that a person has marked stay where they were put; the others are placed by the model."""
     first = simulated(1, width=320)[0].target
@@ -198,23 +131,6 @@ def test_a_box_says_which_face() -> None:
         assert max(xs) < left + 320
     with pytest.raises(RefusedError):
         HEAD.video.on_video(Pictures(both), FaceBox.of(0.0, 0.0, 40.0, 40.0))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (empty, "found none"),
-        (lambda picture: picture[:8, :8], "at least 24 x 24 px"),
-        (lambda picture: picture[:, :165], "face"),
-        (lambda picture: picture[::-1], "face"),
-        (np.zeros_like, "found none"),
-    ],
-    ids=["nobody", "8x8", "half a face", "upside down", "black"],
-)
-def test_pictures_without_a_face_are_refused(change: object, message: str) -> None:
-    """What can be no face is refused with a sentence that says what was expected."""
-    with pytest.raises(RefusedError, match=message):
-        HEAD.video.on_video(Pictures(pictures(3, change, width=320)), None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,9 @@ import pytest
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.refusal import RefusedError
-from pftrack.experiments import find
 from pftrack.experiments.head.recording import FINDER, MOST_SEARCHED, FaceBox, first_face, to_search
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
-from pftrack.vision.face import FEATURES, LINKS, TITLES
+from pftrack.vision.face import FEATURES
 from tests.experiments.head.heads import Picture, Pictures, empty, marked, pictures
 
 
@@ -96,12 +95,3 @@ def test_a_box_without_a_face_is_filled_with_a_mean_one() -> None:
     assert points[FEATURES.index("reye"), 0] < points[FEATURES.index("nose"), 0] < points[FEATURES.index("leye"), 0]
     with pytest.raises(ValueError, match="within the picture of"):
         FINDER.within(nobody, 0, FaceBox.of(300.0, 0.0, 100.0, 50.0))
-
-
-def test_every_feature_has_a_name_and_a_line() -> None:
-    """What people call a feature is known for each, and no feature is drawn apart from all others."""
-    assert tuple(TITLES) == FEATURES
-    assert len(set(TITLES.values())) == len(FEATURES)
-    assert {name for link in LINKS for name in link} == set(FEATURES)
-    assert find("head").video.finder is FINDER
-    assert find("ball").video.finder is None

@@ -2,14 +2,12 @@
 
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from pftrack.core.geometry import rotation
 from pftrack.core.numerics.matrices import pinhole
-from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head import trackers as head
 from pftrack.experiments.head.appearance import FirstSight, Form, around
 from pftrack.experiments.head.detection import eye_distance
@@ -26,13 +24,11 @@ from tests.experiments.head.moving_face import (
     WIDTH,
     begun,
     covered,
-    frame,
     grey,
     memory,
     parameters,
     similar,
     stepped,
-    target,
 )
 
 
@@ -49,17 +45,6 @@ def test_a_still_face_stays_where_it_is(method: Method) -> None:
     assert np.rad2deg(np.abs(state.estimate)).max() < 3
     assert np.abs(state.feature_means - POINTS).max() < (1.0 if method != "rb-pf" else 2.0)
     assert state.project(state.solid.points_mm) == pytest.approx(POINTS, abs=2.0)
-
-
-def test_a_moving_face_is_followed() -> None:
-    """What moves by three pixels a frame is there after ten frames, in the pose that it had."""
-    given = parameters()
-    state = begun("pf-asd", given)
-    for index in range(1, 11):
-        state = stepped(state, "pf-asd", given, index, grey(3 * index, -2 * index))
-    assert np.abs(state.feature_means - POINTS - [30, -20]).max() < 1.5
-    assert np.rad2deg(np.abs(state.estimate)).max() < 3
-    assert memory(state).box == pytest.approx(around(state.feature_means))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -213,46 +198,6 @@ def test_the_solid_at_first_sight_is_where_the_features_are(upper: str) -> None:
     away = np.abs(state.project(state.solid.points_mm, np.zeros(3)) - POINTS).max()
     assert away < (1e-6 if upper == "affine" else 0.1 * eye_distance(POINTS))
     assert state.solid.translation_mm[2] == pytest.approx(1.3 * WIDTH / PX_PER_MM, rel=0.1)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_a_step_leaves_its_state_alone(method: Method) -> None:
-    """A step taken twice gives the same; templates, first sight and particles of the state before are unchanged."""
-    given = parameters(template_renewal=0.05, joint_sample_count=150)
-    state = stepped(begun(method, given), method, given, 1, grey(1, 0))
-    frontal = memory(state).templates
-    held = {**state.arrays(), "templates": frontal.pixels, "sight": memory(state).sight.grey}
-    held |= {"correlations": memory(state).correlations, "turn": memory(state).turn, "pose": state.pose.mean}
-    before = {name: np.array(array) for name, array in held.items()}
-    one, other = (stepped(state, method, given, 2, grey(2, 0)) for _ in range(2))
-    for name, array in held.items():
-        assert np.array_equal(array, before[name]), name
-    assert np.array_equal(one.feature_means, other.feature_means)
-    assert np.array_equal(one.estimate, other.estimate)
-
-
-@pytest.mark.parametrize(("before", "after"), list(pairwise([*METHODS, next(iter(METHODS))])))
-def test_a_method_takes_over_templates_and_doubt(before: Method, after: Method) -> None:
-    """Whichever was at work, the next one has its memory, and follows the face from where it is."""
-    given = parameters(joint_sample_count=2000)
-    state = begun(before, given)
-    for index in range(1, 4):
-        state = stepped(state, before, given, index, grey(index, 0))
-    taken = stepped(state, after, given, 4, grey(4, 0))
-    assert memory(taken).templates is memory(state).templates
-    assert memory(taken).sight is memory(state).sight
-    assert np.abs(taken.feature_means - POINTS - [4, 0]).max() < 4
-    assert np.rad2deg(np.abs(taken.estimate)).max() < 6
-
-
-def test_points_on_a_line_make_no_face() -> None:
-    """Marks that are all in one place, or on one line, are refused in a sentence."""
-    line = np.column_stack([np.linspace(40, 200, 11), np.full(11, 90.0)])
-    for points in (line, np.full((11, 2), 90.0)):
-        with pytest.raises(ValueError, match="points that make a face"):
-            head.start("pf-asd", target(points), frame(0, grey()), parameters(), Stream(3, 0, Purpose.START))
-    with pytest.raises(ValueError, match="within the picture"):
-        head.start("pf-asd", target(POINTS + 300.0), frame(0, grey()), parameters(), Stream(3, 0, Purpose.START))
 
 
 def test_the_pose_before_a_pinhole_is_found_exactly() -> None:

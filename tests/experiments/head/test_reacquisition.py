@@ -6,10 +6,12 @@ from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import History
 from pftrack.experiments import find
 from pftrack.experiments.head import trackers as head
 from pftrack.experiments.head.appearance import HeadMemory
 from pftrack.experiments.head.first_sight import EYES, is_same_face, pose_found
+from pftrack.experiments.head.scene import HeadSource
 from pftrack.runs.run import Run
 from tests.experiments.head.moving_face import NOTHING, POINTS, begun, grey, grey_at, memory, parameters, similar
 
@@ -61,14 +63,14 @@ def test_the_pose_is_that_which_the_picture_tells(pitch: float, yaw: float) -> N
 def test_a_turned_head_is_found_turned() -> None:
     """With templates in relief the first guess after a loss is nearer to the true pose than the front is."""
     values = {"templates": "relief", "upper_layer": "perspective", "person": 240, "image_width_px": 480, "speed": 1.5}
-    run = Run(HEAD, HEAD.simulate(), seed=4, frames=200, timeline=(Change(0, values),))
+    run = Run(HEAD, HEAD.simulate(), seed=4, frames=2, timeline=(Change(0, values),))
     run.seek(1)
     state, given = run.current.state, run.parameters_at(0)
     known: HeadMemory = state.memory
+    source = HeadSource(4, given)
     found, front = [], []
     for index in range(20, 200, 20):
-        run.seek(index)
-        frame = run.current.frame
+        frame = source.frame(index, History(((0, given),)))
         assert frame.target is not None
         assert frame.target.landmarks is not None
         true = frame.target.position

@@ -7,7 +7,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.experiments.head.painting import blur
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
-from pftrack.vision.face import FEATURES, mean_model, person
+from pftrack.vision.face import FEATURES, person
 
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
 TURNED_LEFT, TURNED_RIGHT = 75, 135
@@ -69,27 +69,6 @@ def test_signs_of_the_motions() -> None:
     assert np.arctan2(line[1], line[0]) == pytest.approx(rolled.position[2], abs=0.05)
 
 
-def test_frames_are_a_function_of_seed_index_and_history() -> None:
-    """The same arguments give the same frame to the bit, whichever was asked for before; another seed other noise."""
-    parameters = HeadSceneParameters()
-    history = History(((0, parameters), (40, revise(parameters, {"speed": 2.0, "pillar_width_px": 50}))))
-    source = HeadSource(1, parameters)
-    there = [source.frame(index, history).image_rgb for index in (60, 3)]
-    back = [HeadSource(1, parameters).frame(index, history).image_rgb for index in (3, 60)]
-    assert np.array_equal(there[0], back[1])
-    assert np.array_equal(there[1], back[0])
-    assert not np.array_equal(there[1], HeadSource(2, parameters).frame(3, history).image_rgb)
-
-
-def test_pictures_are_grey_and_read_only() -> None:
-    """The three channels are alike, and a picture that is handed out cannot be spoiled."""
-    image = shown(0).image_rgb
-    assert image.shape == (480, 640, 3)
-    assert (image == image[:, :, :1]).all()
-    with pytest.raises(ValueError, match="read-only"):
-        image[0, 0] = 0
-
-
 def test_noise_has_the_spread_asked_for() -> None:
     """Pixels differ from those without noise by the standard deviation asked for."""
     clean, noisy = (shown(5, image_noise_sd=sd).image_rgb[:, :, 0].astype(float) for sd in (0, 3))
@@ -145,19 +124,6 @@ def test_a_larger_picture_shows_the_same_view() -> None:
     assert np.allclose(small.target.landmarks.points_px, large.target.landmarks.points_px / 2)
     halved = large.image_rgb[::2, ::2, 0].astype(float)
     assert np.abs(halved - small.image_rgb[:, :, 0]).mean() < 3
-
-
-def test_mean_face_can_drive() -> None:
-    """The driver may have the mean face, for which the mean model is exact."""
-    parameters = revise(HeadSceneParameters(), {"face": "mean"})
-    assert np.array_equal(HeadSource(0, parameters).model.points_mm, mean_model().points_mm)
-
-
-def test_start_is_frame_0() -> None:
-    """A run starts with the truth of frame 0, in which theta is 0."""
-    source = HeadSource(0, HeadSceneParameters())
-    assert not source.start.position.any()
-    assert np.array_equal(source.start.landmarks.points_px, shown(0).target.landmarks.points_px)
 
 
 def test_a_lens_out_of_focus_blurs_like_a_gaussian() -> None:

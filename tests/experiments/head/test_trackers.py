@@ -24,24 +24,6 @@ def memory_after(frames: int, **values: Value) -> tuple[HeadMemory, HeadMemory]:
     return first, run.finish().state.memory
 
 
-def test_templates_stay_what_they_were() -> None:
-    """Without renewal the templates of frame 0 are used throughout: the very same."""
-    first, last = memory_after(20)
-    assert last.templates is first.templates
-    assert last.lost is False
-    assert last.template_likeness.tolist() == [1.0] * 11
-
-
-def test_templates_can_follow_what_is_seen() -> None:
-    """With renewal they change a little in every frame, and still have unit norm."""
-    first, last = memory_after(20, **AS_PUBLISHED, template_renewal=0.05)
-    old, new = (memory.templates for memory in (first, last))
-    assert not np.array_equal(old.pixels, new.pixels)
-    assert float(old.pixels @ new.pixels) > 0.8 * 11
-    assert float(new.pixels @ new.pixels) == pytest.approx(11, abs=1e-3)
-    assert last.template_likeness.sum() == pytest.approx(float(old.pixels @ new.pixels), abs=1e-3)
-
-
 def test_doubt_needs_patience() -> None:
     """A face is lost after as many doubtful frames in a row as patience allows, never without; a good one resets."""
     memory, _ = memory_after(1)
@@ -55,13 +37,6 @@ def test_doubt_needs_patience() -> None:
     assert good.doubtful_frames == 0
     assert good.box == around(points)
     assert memory.box != good.box
-
-
-def test_misfit_is_measured_in_distances_of_the_eyes() -> None:
-    """Features that are all one distance of the eyes away have a misfit of one."""
-    memory, _ = memory_after(1)
-    moved = memory.sight.points_px + np.array([eye_distance(memory.sight.points_px), 0.0])
-    assert memory.misfit(memory.sight.points_px, moved) == pytest.approx(1.0)
 
 
 def test_one_feature_out_of_place_is_no_misfit() -> None:
@@ -80,17 +55,6 @@ def test_the_box_of_a_face_is_half_as_large_again_as_its_features() -> None:
     assert around(points) == pytest.approx((30 - 45, 50 - 45, 90, 90))
 
 
-def test_uncertainty_grows_to_a_bound() -> None:
-    """Unseen for long, the angles' deviation grows, and stops at that of not knowing."""
-    belief, last = Gaussian(np.ones(3), 1e-4 * np.eye(3)), 0.0
-    for _ in range(2000):
-        belief = widen(belief, 0.05)
-        assert belief.standard_deviations[0] >= last
-        last = float(belief.standard_deviations[0])
-    assert last == pytest.approx(np.deg2rad(60.0))
-    assert np.array_equal(belief.mean, np.ones(3))
-
-
 def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
     """A belief that is a little surer than that stays what it is, with a frame's noise more."""
     nearly = Gaussian(np.zeros(3), np.deg2rad(59.5) ** 2 * np.eye(3))
@@ -107,9 +71,9 @@ def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
 def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str, value: Value) -> None:
     """Solid and templates are then those of a run that began so, and the pose goes on from where it was."""
     beginning = {"face_model": "mean", "image_width_px": 320, "feature_noise_px": 3, "joint_sample_count": 500}
-    begun = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, {**beginning, name: value}),))
-    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, beginning),))
-    before = run.seek(29).state
+    begun = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=(Change(0, {**beginning, name: value}),))
+    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=(Change(0, beginning),))
+    before = run.seek(10).state
     run.change({name: value})
     after = run.advance().state
     wanted, got = begun.current.state.solid, after.solid

@@ -9,18 +9,15 @@ from typer.testing import CliRunner
 
 from pftrack.cli.app import app
 from pftrack.core.model.drawing import Points
-from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.linkage.experiment import direction_error
 from pftrack.runs.run import Run
 from tests.making import whole_run
 
 LINKAGE = find("linkage")
-FRAMES = {"cross": 51, "cross-one": 51, "mirror3": 91, "mirror2": 81}
-"""Of a run; of the others 201."""
 
 
 @cache
@@ -81,33 +78,12 @@ def test_both_sides_are_followed_until_bounds_leave_one_behind() -> None:
     assert [row.frame for row in rows("cross") if row.number("refuted")] == [38, 39]
 
 
-def test_one_filter_loses_the_third_link() -> None:
-    """It ends 120 degrees off."""
-    assert round(errors("cross-one")[50], -1) == 120.0
-
-
 def test_a_filter_is_sure_of_a_wrong_length_and_a_region_is_not() -> None:
     """Of the same frames the filter makes half a pixel about 48 px, the region 14 px that hold the 50."""
     low, high = length(rows("static")[-1], 3)
     assert round(low) == round(high) == 48
     assert 0.3 < high - low < 0.6
     assert 13.0 < width(rows("static-regions")[-1], 3) < 15.0
-
-
-def test_two_objects_are_told_apart_by_two_of_their_lengths() -> None:
-    """Links 1 and 2 have intervals that do not overlap, some 9 and 8 px of 20, reached in the frames that are named."""
-    first, second = rows("two-1"), rows("two-2")
-    for link in (1, 2):
-        assert length(first[-1], link)[1] < length(second[-1], link)[0]
-    assert [round(width(first[-1], link)) for link in (1, 2, 3)] == [9, 8, 16]
-    assert length(first[7], 1) == length(first[-1], 1)
-    assert (length(first[54], 2), length(first[97], 2)) == ((50.0, 70.0), length(first[-1], 2))
-
-
-def test_the_documents_ellipsoids_learn_no_length() -> None:
-    """The intervals are as wide at the end as they were at first."""
-    found = rows("two-1-literal")
-    assert [length(found[-1], link) for link in (1, 2, 3)] == [length(found[0], link) for link in (1, 2, 3)]
 
 
 def test_lengths_in_space_come_within_a_pixel() -> None:
@@ -136,26 +112,6 @@ def test_a_run_says_what_it_came_to() -> None:
     assert "contained_share" not in said("--tracker", "ekf", "--frames", "4")
 
 
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        ({"length_1_low_px": 90}, "length_1_low_px must be at most length_1_high_px, 80"),
-        ({"joint_low_deg": 100}, "joint_low_deg must be at most joint_high_deg, 90"),
-        ({"length_difference_12_px": 0, "length_2_high_px": 55}, "length_difference_12_px must be at least 5"),
-        ({"measurement_noise_px": float("nan")}, "measurement_noise_px must be a finite number"),
-        ({"beam_width": 0}, "beam_width must be a whole number between 1 and"),
-    ],
-)
-def test_bad_values_are_refused_with_both_sides(values: dict[str, Value], said: str) -> None:
-    """Bounds in the wrong order or that nothing fulfils, NaN and what is out of range, by API and command line."""
-    with pytest.raises(ParameterError, match=said):
-        revise(LINKAGE.simulate().parameters, values)
-    options = [text for name, value in values.items() for text in ("--set", f"{name}={value}")]
-    done = CliRunner().invoke(app, ["run", "linkage", *options])
-    assert done.exit_code != 0
-    assert said in str(done.exception)
-
-
 @pytest.mark.parametrize("tracker", LINKAGE.trackers)
 def test_all_trackers_cope_with_what_is_not_seen_and_with_outliers(tracker: str) -> None:
     """Points behind a strip are left out, frames that contradict all bounds are marked, and nothing ever ends a run."""
@@ -164,13 +120,6 @@ def test_all_trackers_cope_with_what_is_not_seen_and_with_outliers(tracker: str)
     timeline = (Change(0, values), Change(8, strip), Change(10, {"occlusion_width_px": 0}))
     run = Run(LINKAGE, LINKAGE.simulate(), tracker=tracker, seed=2, frames=14, timeline=timeline).finish()
     assert np.isfinite(run.diagnostics.estimate).all()
-
-
-def test_regions_count_an_observation_outside_every_bound() -> None:
-    """It is left out, the prediction stands, and the frame is marked."""
-    values: dict[str, Value] = {"outlier_share": 0.5, "outlier_px": 200}
-    run = whole_run(LINKAGE, tracker="ellipsoids", frames=10, values=values)
-    assert sum(row.number("outlier") for row in run.diagnostics) > 2.0
 
 
 def test_errors_of_directions_are_those_of_vectors() -> None:

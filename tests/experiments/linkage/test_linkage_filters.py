@@ -12,14 +12,12 @@ from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
-from pftrack.experiments.linkage.gaussians import box, constraints, from_moments, noise
+from pftrack.experiments.linkage.gaussians import box, from_moments, noise
 from pftrack.experiments.linkage.linearised import linearisation_points, predict
-from pftrack.experiments.linkage.model import UPRIGHT, Chain, describe, observe, read_observation, slopes
+from pftrack.experiments.linkage.model import UPRIGHT, describe, observe, read_observation, slopes
 from pftrack.experiments.linkage.scene import REFERENCE_RAD, LinkageTarget
 from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters import kalman
-from pftrack.reproduce.linkage import measure, scene
-from pftrack.reproduce.pool import begin, recipe
 from tests.experiments.linkage.chains import CAREFUL
 
 LINKAGE = find("linkage")
@@ -158,20 +156,6 @@ def test_a_flat_chain_has_two_sides_in_space() -> None:
             assert observe(point, attitude) == pytest.approx(observe(flat, attitude), abs=8.0 if count == 4 else 1e-6)
 
 
-def test_both_sides_are_kept_until_one_is_refuted() -> None:
-    """On the way through the parallel the beam splits, a joint's limit refutes the wrong side, and the right one stays.
-
-    One filter with the same bounds goes wrong on the same seed.
-    """
-    one = measure(begin(recipe("linkage", "ekf-truncated", scene("cross"))))
-    several = measure(begin(recipe("linkage", "ekf-mirrors", scene("cross"))))
-    assert one.errors[-6:].mean() > 1.0
-    assert several.errors[-6:].mean() < 0.1
-    assert several.hypotheses.max() == 4
-    assert (one.hypotheses == 1).all()
-    assert several.refuted.sum() > 0
-
-
 def test_a_beam_tells_where_its_members_come_from() -> None:
     """Parents are places in the frame before; the first frame has none, and a plain filter keeps the best alone."""
     values = {"mirror_tau": 1.0, "rejection_sd": 100.0, "start_angle_variance_rad2": 0.05}
@@ -271,18 +255,3 @@ def test_bounds_that_contradict_each_other_are_refused(changes: dict[str, float]
     """The sentence names both sides; bounds that only a chain of differences makes impossible are found as well."""
     with pytest.raises(ParameterError, match=sentence):
         revise(DEFAULTS, changes)
-
-
-def test_table_4_1_is_one_step_from_the_defaults() -> None:
-    """Its bounds are accepted, and become inequalities on the nine coordinates of a state."""
-    rows, low, high = constraints(revise(DEFAULTS, scene("cross")), in_space=False)
-    assert rows.shape == (10, 9)
-    assert not rows[:, 3:6].any()
-    assert (low[0], high[0]) == (0.0, pytest.approx(0.75 * np.pi))
-
-
-def test_chains_know_their_arrays() -> None:
-    """A state gives what it holds for a file, a row for each member."""
-    state = start("ekf-mirrors", plane(THETA))
-    assert state.arrays()["means"].shape == (1, 9)
-    assert isinstance(state.belief.members[0], Chain)

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.source import Measurements, Target
+from pftrack.core.model.source import Measurements
 from pftrack.experiments.linkage.model import directions
 from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE
 from pftrack.experiments.linkage.sets.regions import contains as in_region
@@ -14,10 +14,6 @@ from tests.experiments.linkage.chains import RUNS, frame_of, frames, lengths_of,
 PLANE = [name for name in RUNS if name != "3d"]
 SETS = ["ellipsoids", "ellipsoids-literal", "box-guides"]
 WRONG = {"predicted_ellipsoid": "printed", "first_ellipsoid": "inscribed"}
-
-
-def split_at(states: list[LinkageState]) -> list[int]:
-    return [index for index, state in enumerate(states) if len(state.belief) > 1]
 
 
 @pytest.mark.parametrize("tracker", SETS)
@@ -33,32 +29,10 @@ def test_the_truth_is_held_in_every_frame(name: str, tracker: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("tracker", SETS)
-@pytest.mark.parametrize("name", PLANE)
-def test_the_truth_is_held_with_twelve_seeds(name: str, tracker: str) -> None:
-    """The same for twelve seeds."""
-    assert all(all(tracked(name, seed, tracker)[1]) for seed in range(12))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("tracker", SETS)
-@pytest.mark.parametrize("seed", range(5))
-def test_the_truth_is_held_in_space(seed: int, tracker: str) -> None:
-    """The same for 200 frames in space."""
-    assert all(tracked("3d", seed, tracker)[1])
-
-
-@pytest.mark.parametrize(("name", "first", "last"), [("mirror3", 60, 67), ("mirror2", 39, 54)])
-def test_a_link_that_passes_the_parallel_splits_the_region(name: str, first: int, last: int) -> None:
-    """It does where Shimada's experiment does, within eight frames, and one of the two is refuted later."""
-    states, _ = tracked(name, 1)
-    apart = split_at(states)
-    assert first - 8 <= apart[0] <= last + 8
-    assert sum(state.events.splits for state in states) == sum(state.events.refuted for state in states) > 0
-    assert apart[-1] < len(states) - 1
-    parents = [state.belief.parents for state in states[1:]]
-    assert all(
-        set(own.tolist()) <= set(range(len(before.belief))) for own, before in zip(parents, states, strict=False)
-    )
+@pytest.mark.parametrize("name", RUNS)
+def test_the_truth_is_held_with_five_seeds(name: str, tracker: str) -> None:
+    """The same for other seeds, and for 200 frames in space."""
+    assert all(all(tracked(name, seed, tracker)[1]) for seed in range(5))
 
 
 def test_lengths_are_found_by_the_full_method_alone() -> None:
@@ -76,28 +50,12 @@ def test_lengths_are_found_by_the_full_method_alone() -> None:
         assert literal[1:] == pytest.approx(np.array([[50, 70], [40, 60]]), abs=1.5)
 
 
-def test_a_pose_that_is_held_teaches_nothing_new() -> None:
-    """Of the third length, which a filter believes to know to 0.2 px, an interval of 14 px is left."""
-    states, _ = tracked("static", 0)
-    widths = [float(np.ptp(lengths_of(states[index])[2])) for index in (20, 299)]
-    assert widths == pytest.approx([16.0, 14.1], abs=1.5)
-
-
 @pytest.mark.parametrize("name", ["mirror3", "mirror2", "two-1"])
 def test_the_printed_prediction_loses_the_truth(name: str) -> None:
     """P + du I holds it in the first frames alone, and then takes observations for wrong."""
     states, held = tracked(name, 0, "ellipsoids-literal", **WRONG)
     assert 0.05 < np.mean(held) < 0.17
     assert sum(state.events.outlier for state in states) > 5
-
-
-def test_in_space_the_truth_is_held_and_lengths_shrink() -> None:
-    """So it is while the attitude is known well; the estimate is finite, and a box."""
-    states, held = tracked("3d", 0, count=40)
-    assert all(held)
-    assert np.all(np.isfinite(states[-1].mean))
-    assert np.ptp(lengths_of(states[-1])[0]) < 16
-    assert states[-1].mean[5] == 0.0
 
 
 @pytest.mark.parametrize("tracker", SETS)
@@ -179,34 +137,6 @@ def test_lengths_in_the_wrong_order_are_said_and_survived() -> None:
     assert all(np.all(np.isfinite(state.mean)) and np.all(state.low <= state.high) for state in states)
 
 
-@pytest.mark.parametrize("other", ["ekf-mirrors", "ekf", "box-guides", "ellipsoids-literal"])
-def test_trackers_take_over_in_mid_run(other: str) -> None:
-    """From regions to another belief and back, every state is finite, and those of regions know no parent first."""
-    parameters = LinkageTrackerParameters(start_angle_variance_rad2=0.01, observation_variance_px2=1)
-    states: list[LinkageState] = []
-    for index, (target, frame) in enumerate(frames("mirror3", 0, 30)):
-        name = other if 10 <= index < 20 else "ellipsoids"
-        states.append(step(name, states, target, frame, parameters))
-        assert np.all(np.isfinite(states[-1].mean))
-        assert np.all(states[-1].low <= states[-1].high)
-    assert states[20].belief.parents.tolist() == ([-1] if other.startswith("ekf") else [0])
-    assert states[20].belief.members[0].has_ellipsoid
-
-
-def test_parameters_change_in_mid_run() -> None:
-    """Whether scale or splitting is turned, the truth is held."""
-    changes = [
-        {"angle_scale_px": 150},
-        {"split_regions": False},
-        {"angle_scale_px": 5},
-    ]
-    states: list[LinkageState] = []
-    for index, (target, frame) in enumerate(frames("mirror3", 0)):
-        parameters = LinkageTrackerParameters(**changes[index // 31])
-        states.append(step("ellipsoids", states, target, frame, parameters))
-        assert contains(states[-1], told(target))
-
-
 @pytest.mark.parametrize("tracker", ["ellipsoids", "ellipsoids-literal"])
 @pytest.mark.parametrize("count", [500, pytest.param(5000, marks=pytest.mark.slow)])
 def test_thousands_of_frames_leave_ellipsoids_positive(tracker: str, count: int) -> None:
@@ -277,10 +207,3 @@ def test_a_region_is_told_in_radians_and_pixels() -> None:
     boxes = tracked("mirror3", 0, "box-guides", 5)[0][-1].belief.members[0]
     assert not boxes.shape.any()
     assert np.allclose(boxes.pose, 0.5 * (boxes.low + boxes.high))
-
-
-def test_a_tracker_of_chains_begins_at_a_chain() -> None:
-    """Anything else is refused, with both kinds."""
-    _, frame = next(frames("static", 0, 1))
-    with pytest.raises(TypeError, match="got Target"):
-        step("ellipsoids", [], Target(np.zeros(2)), frame, LinkageTrackerParameters())

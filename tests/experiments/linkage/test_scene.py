@@ -13,7 +13,6 @@ from pftrack.experiments.linkage.scene import (
     LinkageSource,
     LinkageTarget,
     PathName,
-    attitude,
     ease,
     in_radians,
     places,
@@ -73,14 +72,6 @@ def test_a_chain_in_space_keeps_its_lengths() -> None:
     np.testing.assert_allclose(target.reference.T @ target.reference, np.eye(3), atol=1e-12)
     assert target.position.shape == (11,)
     assert target.theta[0] == 0.0
-
-
-def test_attitudes_are_rotations_about_their_axis() -> None:
-    """A rotation vector is left as it is by its own rotation; nothing is turned by none."""
-    omega = np.array([0.3, -0.7, 0.2])
-    np.testing.assert_allclose(attitude(omega) @ omega, omega)
-    np.testing.assert_allclose(np.trace(attitude(omega)), 1.0 + 2.0 * np.cos(np.linalg.norm(omega)))
-    np.testing.assert_array_equal(attitude(np.zeros(3)), np.eye(3))
 
 
 def test_what_is_behind_the_occluder_is_not_measured() -> None:

@@ -83,14 +83,6 @@ def test_the_motion_is_that_of_the_study() -> None:
         assert np.allclose(now.translation_mm, [across, down, 80 * (1 + 0.15 * np.sin(3 * np.pi * u))])
 
 
-def test_a_frame_depends_on_seed_frame_and_parameters_only() -> None:
-    """The same arguments give the same frame to the bit, another seed other noise on the same truth."""
-    first, again, other = sight(1, 9, SCENE), sight(1, 9, SCENE), sight(2, 9, SCENE)
-    assert np.array_equal(first.points_px, again.points_px)
-    assert not np.array_equal(first.points_px, other.points_px)
-    assert np.array_equal(first.true_px, other.true_px)
-
-
 def test_a_change_of_speed_does_not_make_it_jump() -> None:
     """When the speed changes in mid-run the motion goes on from where it was."""
     fast = revise(SCENE, {"speed": 3})

@@ -65,31 +65,18 @@ def test_the_affine_camera_sees_the_middle_plane_as_the_pinhole_does(distance: f
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_it_begins_at_the_true_vertices(method: Method) -> None:
-    """At frame 0 the angles are 0, the vertices where they are, and all of them count as seen."""
-    given = parameters(initial_sd_px=0)
-    state = begun(method, given)
-    assert state.estimate.tolist() == [0, 0, 0]
-    assert np.rad2deg(state.sigma) == pytest.approx([given.pose_noise_deg] * 3)
-    assert state.feature_means == pytest.approx(posed((0, 0, 0), given))
-    assert state.recognised.all()
-    assert not state.switched
-
-
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("angle", [0, 1, 2])
-@pytest.mark.parametrize("sign", [-1, 1])
-def test_each_angle_turns_its_own_way(method: Method, angle: int, sign: int) -> None:
+def test_each_angle_turns_its_own_way(method: Method, angle: int) -> None:
     """Exact vertices of a prism that turns about one axis bring that angle and no other, to 2 degrees."""
     given = parameters(distance_mm=800, focal_length_px=2000, sample_count=100, joint_sample_count=4000)
     state = begun(method, given)
     for frame in range(1, 13):
         theta = [0.0, 0.0, 0.0]
-        theta[angle] = sign * np.deg2rad(min(frame, 10))
+        theta[angle] = np.deg2rad(min(frame, 10))
         seen = frame_of(posed((theta[0], theta[1], theta[2]), given), frame, 0.5)
         state = prism.step(method, state, seen, given, rng(frame))
     found = np.rad2deg(state.estimate)
-    assert sign * found[angle] == pytest.approx(10, abs=2)
+    assert found[angle] == pytest.approx(10, abs=2)
     assert np.abs(np.delete(found, angle)).max() < 2
 
 
@@ -190,20 +177,6 @@ def test_a_solid_may_be_drawn_in_another_pose() -> None:
         assert state.project(VERTICES_MM, theta) == pytest.approx(turned.project(VERTICES_MM))
         if upper == "perspective":
             assert state.project(VERTICES_MM, theta) == pytest.approx(posed((0.1, -0.2, 0.3), given), abs=1.0)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_the_tracker_s_functions_are_those_of_its_method(method: Method) -> None:
-    """What the registry has under a name steps by that method, to the bit."""
-    given = parameters()
-    source, history = PrismSource(1, given), History(((0, given),))
-    tracker = TRACKERS[method]
-    state = tracker.start(source.start, source.frame(0, history), given, rng(0))
-    after = tracker.step(state, source.frame(1, history), given, rng(1))
-    expected = prism.step(method, begun(method, given), source.frame(1, history), given, rng(1))
-    assert np.array_equal(after.estimate, expected.estimate)
-    assert tracker.measure(after).keys() == {series.name for series in tracker.series}
-    assert tracker.searching is None
 
 
 def test_the_place_is_that_of_this_frame() -> None:

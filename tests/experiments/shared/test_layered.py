@@ -31,11 +31,6 @@ def begun(layer: AffineLayer = AFFINE, settings: Settings = Settings(), ratio: f
     return layered.begin(layer, layer.begin(), sight(0, 0, SCENE).true_px, settings, start, ratio=ratio)
 
 
-def finite(state: Layered) -> bool:
-    arrays = (state.features.means, state.features.covariances, state.mixture.ratios, state.upper.mean)
-    return all(np.isfinite(array).all() for array in (*arrays, state.pose.mean, state.pose.covariance))
-
-
 @pytest.mark.parametrize("layer", LAYERS.values(), ids=LAYERS)
 def test_the_prism_is_followed(layer: AffineLayer) -> None:
     """Over eighty frames every upper layer has the angles to 4 degrees and the visible vertices to 4 px on average."""
@@ -48,20 +43,6 @@ def test_the_prism_is_followed(layer: AffineLayer) -> None:
         assert (np.linalg.eigvalsh(state.pose.covariance) > 0).all()
     assert np.mean(errors) < 4.0
     assert np.mean(distances) < 4.0
-
-
-def test_a_step_is_a_pure_function() -> None:
-    """The same state, observation and random numbers give the same state, and the state given is left alone."""
-    state = begun()
-    before = [state.features.coordinates.copy(), state.upper.mean.copy(), state.mixture.ratios.copy()]
-    now = sight(0, 1, SCENE)
-    first, second = (layered.step(state, AFFINE, of(now), Settings(), rng(1)) for _ in range(2))
-    assert np.array_equal(first.features.coordinates, second.features.coordinates)
-    assert np.array_equal(first.pose.mean, second.pose.mean)
-    for kept, now_there in zip(
-        before, (state.features.coordinates, state.upper.mean, state.mixture.ratios), strict=True
-    ):
-        assert np.array_equal(kept, now_there)
 
 
 def test_a_step_is_its_two_halves() -> None:
@@ -140,32 +121,3 @@ def test_the_upper_layer_is_never_made_sure_of_itself() -> None:
         stepped = layered.step(state, AFFINE, sharp, Settings(sd_floor_px=floor), rng(1))
         exact = AFFINE.update(predicted, stepped.features.means, np.full((8, 2), floor**2), rng(1))
         assert np.allclose(upper.covariance, exact.covariance)
-
-
-@pytest.mark.parametrize("layer", LAYERS.values(), ids=LAYERS)
-def test_nothing_and_nonsense_leave_it_finite(layer: AffineLayer) -> None:
-    """Frames in which nothing is possible, measurements that are no numbers, and wild ones leave no NaN behind."""
-    wild = np.random.default_rng(0)
-    state = begun(layer)
-    for t in range(1, 60):
-        kind = t % 3
-        scores = (
-            (lambda x: np.full(x.shape[:2], -np.inf))
-            if kind == 0
-            else (lambda x: np.full(x.shape[:2], np.nan))
-            if kind == 1
-            else (lambda x: points.log_likelihood(x, 1e4 * wild.normal(size=(8, 2)), np.ones(8)))
-        )
-        state = layered.step(state, layer, scores, Settings(), rng(t))
-        assert finite(state)
-
-
-def test_settings_may_change_in_mid_run() -> None:
-    """More particles, fewer, and a ratio that is fixed and freed again are taken from one frame to the next."""
-    state = begun()
-    for t, settings in enumerate(
-        (Settings(sample_count=200), Settings(sample_count=7), NOTHING_LEARNED, Settings(), Settings(sample_count=1)), 1
-    ):
-        state = layered.step(state, AFFINE, of(sight(0, t, SCENE)), settings, rng(t))
-        assert state.features.positions.shape == (8, settings.sample_count, 2)
-        assert finite(state)

@@ -11,7 +11,6 @@ from pftrack.experiments.own.code import trust
 from pftrack.experiments.own.extension import extend, widen
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
-from tests.making import whole_run
 
 
 def looked_at(experiment: str, tracker: str, frame: int = 6) -> tuple[Run, object, object]:
@@ -146,17 +145,6 @@ def test_hypotheses_are_laid_open_like_particles(experiment: str, tracker: str) 
     if experiment == "linkage":
         low, high, _, width, _ = np.array(part.rows).T
         assert width == pytest.approx(high - low)
-
-
-def test_hands_drawn_as_particles_have_ancestors() -> None:
-    """Each particle of a hand has a parent among those of the frame before, from the second frame of particles on."""
-    found = find("hand")
-    run = whole_run(found, tracker="particles", seed=5, frames=4)
-    cloud, lineage = Inspection(run).cloud, Inspection(run).genealogy()
-    assert cloud is not None
-    assert lineage is not None
-    assert len(cloud) == run.parameters_at(3).sample_count
-    assert len(lineage.places) > 1
 
 
 def test_joint_particles_of_a_pose_have_ancestors() -> None:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
-from pftrack.core.model.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
+from pftrack.core.model.drawing import COLOURS, Drawing, Frustum, Links, Mesh, Text
 from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments import find
@@ -16,7 +16,7 @@ from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.prism.scene import NAMES, VERTICES_MM
 from pftrack.experiments.shared.pose.drawing import beside, dashes, heights, place_points
 from pftrack.runs.run import Run
-from pftrack.vision.face import FEATURES, TITLES, FaceModel, mean_model
+from pftrack.vision.face import FEATURES, FaceModel, mean_model
 from tests.experiments.head.heads import Pictures, empty, pictures
 
 BOTH = pytest.mark.parametrize("name", ["prism", "head"])
@@ -67,15 +67,6 @@ def test_the_camera_stands_a_focal_length_before_the_principal_point(name: str) 
     assert drawing.apex is camera.apex
 
 
-def test_the_camera_moves_with_the_focal_length() -> None:
-    """With half the widths it stands half as far away."""
-    head = find("head")
-    far, near = (
-        Run(head, head.simulate(), frames=2, timeline=(Change(0, {"focal_widths": widths}),)) for widths in (2, 1)
-    )
-    assert camera_of(drawn(far)).apex[2] == 2 * camera_of(drawn(near)).apex[2]
-
-
 @BOTH
 def test_camera_pixel_and_point_are_in_line_and_the_solid_has_its_proportions(name: str) -> None:
     """With the pinhole every point stands where it is in the camera's frame, on one scale for all three directions."""
@@ -119,12 +110,6 @@ def test_the_solid_is_before_its_picture_and_before_the_camera(name: str) -> Non
                 assert item.segments[..., 2].min(initial=np.inf) > 0
 
 
-def test_what_would_be_behind_the_camera_is_drawn_before_it() -> None:
-    """A face that fills the picture of a short lens looks past the camera, and stays in the drawing."""
-    state = run_of("head").current.state
-    assert heights(state, np.array([-1e4, 0.0])).max() < state.solid.focal_px
-
-
 @BOTH
 @pytest.mark.parametrize("upper", ["affine", "perspective"])
 def test_the_ghost_of_a_second_run_has_the_pose_of_its_row(name: str, upper: str) -> None:
@@ -163,25 +148,6 @@ def test_the_ghost_of_the_truth_is_where_the_face_is() -> None:
     assert {drawing.primitives[name].layer for name in ("true lines", "true lines rim", "true look")} == {"truth"}
 
 
-def test_truth_and_estimate_are_told_apart_where_they_coincide() -> None:
-    """The truth is painted after the estimate, and narrower."""
-    for name, estimated, true in (("prism", "estimated edges", "true edges"), ("head", "head lines", "true lines")):
-        primitives = drawn(run_of(name)).primitives
-        names = list(primitives)
-        assert names.index(estimated) < names.index(true)
-        assert primitives[estimated].width >= 2 * primitives[true].width  # type: ignore[union-attr]
-
-
-def test_the_axes_come_out_of_the_nose_as_the_head_looks() -> None:
-    """Its z axis lies on the line that shows where the head looks."""
-    drawing = drawn(run_of("head"))
-    axes, line = drawing.primitives["axes"], links(drawing, "look")[0]
-    assert isinstance(axes, Axes)
-    assert axes.origin == pytest.approx(line[0], abs=1e-3)
-    along, way = axes.rotation[:, 2], line[1] - line[0]
-    assert along / np.linalg.norm(along) == pytest.approx(way / np.linalg.norm(way), abs=1e-3)
-
-
 def test_ways_lead_from_the_picture_to_the_solid() -> None:
     """Every feature has one, from where it is tracked to its point on the solid."""
     run = run_of("head")
@@ -205,15 +171,6 @@ def test_names_do_not_cover_each_other(name: str) -> None:
     solid = state.project(state.solid.points_mm)
     assert left < solid[:, 0].min() < solid[:, 0].max() < right
     assert links(drawing, "name lines")[:, 1, :2] == pytest.approx(state.feature_means, abs=1e-3)
-
-
-def test_names_of_a_face_are_written_out_away_from_it() -> None:
-    """Each short name carries the words for it, which end at the left column and begin at the right one."""
-    drawing = drawn(run_of("head"))
-    names = [item for item in drawing.primitives.values() if isinstance(item, Text) and item.layer == "names"]
-    assert [item.title for item in names] == [TITLES[name] for name in FEATURES]
-    middle = np.mean([item.position[0] for item in names])
-    assert all(item.anchor == ("end" if item.position[0] < middle else "start") for item in names)
 
 
 def test_names_keep_their_order_whatever_the_points_do() -> None:

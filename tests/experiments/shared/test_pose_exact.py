@@ -289,21 +289,6 @@ def test_the_order_of_the_points_does_not_matter(method: pose.Method) -> None:
     assert found[1][1] == pytest.approx(found[0][1], abs=2.0 if method == "alpha-0" else 0.8)
 
 
-@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0", "rb-pf"])
-@pytest.mark.parametrize("upper", ["affine", "perspective"])
-def test_a_step_leaves_its_state_alone(method: pose.Method, upper: str) -> None:
-    """A step taken twice gives the same, and no array of the state that it was taken from has changed."""
-    given = parameters(sample_count=40, joint_sample_count=200, upper_layer=upper, pose_estimator="particle")
-    state = stepped(stepped(begun(method, given), method, given, 1), method, given, 2)
-    held = {**state.arrays(), "means": state.feature_means, "pose": state.pose.covariance}
-    before = {name: np.array(array) for name, array in held.items()}
-    one, other = (stepped(state, method, given, 3) for _ in range(2))
-    for name, array in held.items():
-        assert np.array_equal(array, before[name]), name
-    assert np.array_equal(one.belief.positions, other.belief.positions)
-    assert np.array_equal(one.estimate, other.estimate)
-
-
 def test_counts_and_settings_may_change_in_mid_run() -> None:
     """The next frame has as many particles as are asked for, and a narrower clip moves ratios that were beyond it."""
     given = parameters(sample_count=60, joint_sample_count=300, alpha_clip=0.05)
@@ -339,14 +324,3 @@ def test_a_pose_that_is_poorly_known_begins_so() -> None:
         )
         assert np.sqrt(begun.pose.covariance.diagonal()) == pytest.approx([max(sd, POSE_NOISE[0])] * 3)
         assert begun.pose.mean == pytest.approx([0.1, 0.0, 0.0])
-
-
-def test_another_focal_length_puts_the_solid_elsewhere() -> None:
-    """Before a pinhole of twice the focal length a solid of the same look and pose is twice as far away."""
-    given = parameters(upper_layer="perspective", sample_count=60)
-    state = begun("pf-asd", given)
-    far = replace(SOLID, focal_px=2 * FOCAL)
-    moved = pose.transfer(state, far, given)
-    assert moved.translation_mm[2] == pytest.approx(2 * state.translation_mm[2], rel=0.05)
-    assert moved.estimate == pytest.approx(state.estimate)
-    assert apart(moved).features is apart(state).features

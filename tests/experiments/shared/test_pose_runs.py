@@ -17,7 +17,6 @@ HEAD, PRISM = find("head"), find("prism")
 SMALL: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 1.5, "slack_px": 2.0, "initial_speed_px": 2.0}
 """A small picture, and what is assumed in px of it."""
 
-METHODS = ("pf-asd", "alpha-1", "alpha-0", "rb-pf")
 FEW: dict[str, Value] = {"joint_sample_count": 300}
 
 
@@ -36,21 +35,6 @@ def test_a_branch_has_the_mixing_ratio_of_its_own_method(name: str) -> None:
     run.seek(10)
     branch = run.branch(10, {"tracker": "alpha-0"})
     assert set(branch.advance().diagnostics.series["alpha"]) == {0.0}
-
-
-@pytest.mark.parametrize("name", ["prism", "head"])
-@pytest.mark.parametrize("upper", ["affine", "perspective"])
-def test_every_method_takes_over_from_every_other(name: str, upper: str) -> None:
-    """Whichever method was at work before, the next goes on from there and stays near the truth."""
-    order = [*METHODS, "alpha-0", "rb-pf", "alpha-1", "pf-asd"]
-    values: dict[str, Value] = {"upper_layer": upper, "joint_sample_count": 2000}
-    experiment = find(name)
-    run = Run(experiment, experiment.simulate(), tracker=order[0], seed=4, frames=32, timeline=(Change(0, values),))
-    for place, tracker in enumerate(order[1:], 1):
-        run.seek(4 * place - 1)
-        run.change({"tracker": tracker})
-    run.finish()
-    assert max(row.error for row in run.diagnostics if row.error is not None) < 12
 
 
 def numbers(value: object) -> Iterator[float]:
@@ -118,19 +102,6 @@ def test_alpha_rises_while_a_corner_hides() -> None:
     assert alpha[~visible].mean() > alpha[visible].mean() + 0.15
     assert run.summary().verdict.mean_error == pytest.approx(1.85, abs=0.15)
     assert run.summary().verdict.success is True
-
-
-def test_the_camera_can_be_exchanged_in_mid_run() -> None:
-    """From affine to pinhole the error falls to that of the right camera, and back to that of the affine one."""
-    prism = find("prism")
-    pinhole = {"upper_layer": "perspective"}
-    timeline = (Change(0, AS_PUBLISHED), Change(150, pinhole), Change(300, {"upper_layer": "affine"}))
-    run = whole_run(prism, seed=3, frames=450, timeline=timeline)
-    errors = np.array([row.error for row in run.diagnostics])
-    assert errors[160:300].mean() < 0.6
-    assert 1.0 < errors[:150].mean() < 3.0
-    assert 1.0 < errors[310:].mean() < 3.0
-    assert errors.max() < 12.0
 
 
 def test_each_angle_has_its_own_deviation() -> None:

@@ -89,7 +89,7 @@ def test_the_estimated_evidence_is_not_biased(seen: list[Frame]) -> None:
     few = revise(PARAMETERS, {"sample_count": 100})
     short = seen[:4]
     exact = sum(state.log_evidence for state in followed("kalman", short, PARAMETERS))
-    totals = [sum(s.log_evidence for s in followed("condensation", short, few, seed)[1:]) for seed in range(1000)]
+    totals = [sum(s.log_evidence for s in followed("condensation", short, few, seed)[1:]) for seed in range(400)]
     ratios = np.exp(np.array(totals) - exact)
     assert ratios.mean() == pytest.approx(1.0, abs=4 * ratios.std() / np.sqrt(len(ratios)))
     assert np.mean(totals) < exact
@@ -121,30 +121,6 @@ def test_the_unit_of_the_signal_does_not_matter(seen: list[Frame]) -> None:
         large = chosen.step(large, other, doubled, Stream(1, one.index, Purpose.TRACK))
         assert large.estimate == pytest.approx(2 * small.estimate, rel=1e-9)
         assert chosen.measure(large)["ess"] == pytest.approx(chosen.measure(small)["ess"], rel=1e-6)
-
-
-def test_a_particle_filter_that_takes_over_begins_at_the_exact_posterior(seen: list[Frame]) -> None:
-    """The exact answer goes on without a break, and the particles come near it at once."""
-    many = revise(PARAMETERS, {"sample_count": 50_000})
-    exact = followed("kalman", seen, PARAMETERS)
-    state = exact[5]
-    for frame, known in zip(seen[5:], exact[6:], strict=True):
-        state = SAMPLED.step(state, frame, many, Stream(1, frame.index, Purpose.TRACK))  # type: ignore[assignment]
-        assert SAMPLED.measure(state)["exact"] == tuple(known.estimate.tolist())
-        assert state.estimate == pytest.approx(known.estimate, abs=0.02)
-
-
-def test_each_reports_what_it_has(seen: list[Frame]) -> None:
-    """The Kalman filter tells its innovations beside its posterior; the particle filter counts its particles."""
-    state = followed("condensation", seen, PARAMETERS)[-1]
-    found = SAMPLED.measure(state)
-    assert found.keys() == {series.name for series in SAMPLED.series}
-    assert found["particles"] == PARAMETERS.sample_count
-    assert isinstance(found["ess"], float)
-    assert 1 <= found["ess"] <= PARAMETERS.sample_count
-    assert {series.role for series in KALMAN.series} == {"nis", "nis_freedom", "nis_limit"}
-    assert KALMAN.measure(followed("kalman", seen, PARAMETERS)[-1]).keys() == {series.name for series in KALMAN.series}
-    assert KALMAN.searching is None
 
 
 def test_a_tracker_of_signals_needs_one() -> None:

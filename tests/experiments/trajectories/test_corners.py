@@ -122,14 +122,6 @@ def test_renewed_templates_adapt() -> None:
     assert costs[True] < 0.3 * costs[False]
 
 
-def test_points_that_are_given_are_followed() -> None:
-    """What is to be followed may be said, and need not lie on whole pixels."""
-    given = np.array([[40.4, 50.0], [90.0, 70.6]])
-    corners, positions = begin(seen(60), with_values(), points=given)
-    assert (positions == given).all()
-    assert corners.places.tolist() == [[40, 50], [90, 71]]
-
-
 @pytest.mark.parametrize("size", [(1, 1), (11, 11), (400, 3)])
 def test_a_picture_without_room_has_no_corner(size: tuple[int, int]) -> None:
     """Nothing is found in a picture that is smaller than a template, or flat, and nothing can be followed: no error."""
@@ -137,11 +129,6 @@ def test_a_picture_without_room_has_no_corner(size: tuple[int, int]) -> None:
     corners, positions = begin(image, with_values(corner_margin_px=0))
     assert positions.shape == (0, 2)
     assert follow(corners, image, with_values(new_corners=True), 10)[1].shape == (0, 2)
-
-
-def test_the_template_has_a_middle() -> None:
-    """An even side, which a slider does not offer but a command may, counts as the next odd one."""
-    assert begin(seen(60), with_values(template_px=8))[0].templates.shape[1:] == (9, 9)
 
 
 def test_what_rests_is_told_by_its_place() -> None:

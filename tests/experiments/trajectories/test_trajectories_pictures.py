@@ -146,14 +146,6 @@ def test_the_lattice_does_not_move() -> None:
     assert trusting["false_motion_px"] > 1.3 * found["false_motion_px"]
 
 
-@pytest.mark.skipif(not CLIPS.exists(), reason="needs the sample clips in ../shared/data")
-def test_a_moving_camera_is_followed() -> None:
-    """Of a folder of pictures from a camera in motion, more than half of the tracks are measured, and none rests."""
-    run = run_of(CLIPS / "corners_moving_camera" / "img", frames=40)
-    assert report(run)["false_motion_px"] is None
-    assert np.mean([row.number("seen_share") for row in run.diagnostics]) > 0.5
-
-
 @pytest.mark.parametrize("tracker", EXPERIMENT.trackers)
 def test_a_corner_that_takes_a_place_at_once_begins_anew(tracker: str, tmp_path: Path) -> None:
     """In the very frame in which a corner is gone another may take over: of the old one nothing is left, in any row."""

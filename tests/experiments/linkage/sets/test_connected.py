@@ -5,18 +5,6 @@ from scipy import ndimage
 from pftrack.experiments.linkage.sets.cells import label_components
 
 
-def runs(pattern: str) -> tuple[list[int], int]:
-    labels, count = label_components(np.array([it == "x" for it in pattern]), np.array([len(pattern)]))
-    return labels.tolist(), count
-
-
-def test_runs_of_a_line_are_numbered_in_order() -> None:
-    """Cells beside each other are one run; others have none."""
-    assert runs("xx..x.xxx") == ([0, 0, -1, -1, 1, -1, 2, 2, 2], 3)
-    assert runs("....") == ([-1] * 4, 0)
-    assert runs("x") == ([0], 1)
-
-
 @pytest.mark.parametrize("sizes", [(30,), (9, 11), (6, 7, 8), (5, 6, 7, 4)])
 def test_runs_of_any_grid_are_those_of_scipy(sizes: tuple[int, ...]) -> None:
     """Neighbours touch at least at a corner, in any dimension."""

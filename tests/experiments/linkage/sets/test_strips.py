@@ -4,9 +4,7 @@ from pftrack.experiments.linkage.sets.ellipsoids import cut, cut_along
 from pftrack.reproduce.linkage_regions import (
     algebra,
     count_lost_points,
-    points_of_both,
     random_shape,
-    random_strip,
     values,
 )
 from pftrack.reproduce.pool import Pool
@@ -24,17 +22,6 @@ def test_the_algebra_is_that_of_the_reference() -> None:
     with Pool(1) as pool:
         findings = list(algebra(pool, full=True))
     assert [one.result for one in findings if one.verdict not in {"reproduced", "our own figure"}] == []
-
-
-def test_points_of_both_are_points_of_both() -> None:
-    """What the test of containment takes is in the ellipsoid and in the strip, and comes close to the surface."""
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        centre, shape = rng.normal(size=4), random_shape(rng, 4)
-        normal, offset, width = random_strip(rng, centre, shape)
-        points = points_of_both(rng, 100, (centre, shape), (normal, offset, width))
-        assert np.all(abs(points @ normal - offset) <= width * (1 + 1e-6) + 1e-9)
-        assert 0.98 < values(points, centre, shape).max() <= 1 + 1e-9
 
 
 def test_sets_that_share_nothing_are_found_empty() -> None:
