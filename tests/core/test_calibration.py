@@ -1,14 +1,11 @@
 """Bands that are not to be believed are declared once, and said wherever a run is summarised."""
 
-import json
 import math
 from dataclasses import replace
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from pftrack.cli.app import app
 from pftrack.core.model.band import DIRECTIONS, Calibration, Direction, Miscalibration
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
@@ -84,14 +81,3 @@ def test_what_is_not_there_is_refused(calibration: Calibration, sentence: str) -
     """A declaration names trackers, bands and presets of its own experiment."""
     with pytest.raises(ValueError, match=sentence):
         replace(BALL, quality=Quality(calibration))
-
-
-def test_the_command_line_says_it() -> None:
-    """`show` lists the trackers by direction; `run --json` has the fields in any case."""
-    told = CliRunner().invoke(app, ["show", "linkage"]).output
-    assert all(direction in told for direction in DIRECTIONS)
-    shown = json.loads(CliRunner().invoke(app, ["show", "linkage", "--json"]).stdout)
-    assert shown["miscalibrated"].keys() == DIRECTIONS.keys()
-    assert {"ekf", "particles"} <= set(shown["miscalibrated"]["overconfident"])
-    made = CliRunner().invoke(app, ["run", "prism", "--frames", "2", "--json"]).stdout
-    assert {name: json.loads(made.splitlines()[-1])[name] for name in DIRECTIONS} == dict.fromkeys(DIRECTIONS, False)

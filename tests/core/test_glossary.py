@@ -1,7 +1,6 @@
 """The glossary: one meaning for each word, and none missing for what pages say of a frame."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -44,30 +43,11 @@ def test_every_reading_is_explained(name: str) -> None:
     assert unknown == []
 
 
-def test_words_of_results_are_explained() -> None:
-    """What sweeps, fits, "What if" and the map of a loss say of their numbers is not left to a course of statistics."""
-    said = "nats, Wilson's, McNemar, Holm, 95 % interval, pooled, trials, hold, baseline, median, P(lost), NIS, IoU"
-    words = f"{said}, genealogy, branch, bookmark, keyframe, Gaussian, covariance, prior, smoothed, outlier, occlusion"
-    assert set(words.lower().split(", ")) <= set(forms(*GLOSSARY))
-
-
 @pytest.mark.parametrize("blank", [{"name": " "}, {"meaning": ""}, {"also": ("",)}])
 def test_no_term_is_blank(blank: dict[str, Any]) -> None:
     """A form without a letter would be found between all letters of a page."""
     with pytest.raises(ValueError, match="a term needs a name, a meaning and no blank form"):
         Term(**{"name": "ESS", "meaning": "effective sample size", **blank})
-
-
-def test_a_tracker_that_says_nothing_of_itself_has_its_title() -> None:
-    """One of another package leaves the glossary whole."""
-    silent = replace(EXPERIMENTS["ball"].trackers["apf"], title="Mine (M)", description="")
-    assert silent.term == Term("Mine (M)", "Mine (M)", ("M",))
-
-
-def test_trackers_are_found_by_their_short_names() -> None:
-    """What stands in brackets in a title is a form of it."""
-    words = [term for each in EXPERIMENTS.values() for term in each.glossary.terms]
-    assert any(term.also == ("h-SPF",) and term.meaning for term in words)
 
 
 @pytest.mark.parametrize(

@@ -8,16 +8,10 @@ import pytest
 from matplotlib import colormaps
 
 from pftrack.core.model import drawing
-from pftrack.core.model.drawing import BRANCHES, COLOURS, CURVES, DIVERGING, OKABE_ITO, VIRIDIS, Palette, hexadecimal
+from pftrack.core.model.drawing import BRANCHES, COLOURS, CURVES, OKABE_ITO, VIRIDIS, Palette, hexadecimal
 from pftrack.core.texts import read_whole
 
 ROOT = Path(__file__).parents[2]
-
-
-def test_hexadecimal() -> None:
-    """A colour is written as style sheets and matplotlib read it."""
-    assert hexadecimal((0, 114, 178)) == "#0072b2"
-    assert hexadecimal((255, 255, 255)) == "#ffffff"
 
 
 def test_a_wrong_colour_is_refused_with_its_line(tmp_path: Path) -> None:
@@ -44,13 +38,6 @@ def test_viridis() -> None:
     """The stops of the map of amounts are matplotlib's."""
     theirs = colormaps["viridis"](np.linspace(0, 1, len(VIRIDIS)), bytes=True)[:, :3]
     np.testing.assert_allclose(np.array(VIRIDIS), theirs, atol=1)
-
-
-def test_middle() -> None:
-    """The map of differences is the same distance long on either side of a neutral middle."""
-    assert len(DIVERGING) % 2 == 1
-    for colour in DIVERGING[len(DIVERGING) // 2]:
-        assert max(colour) - min(colour) <= 12
 
 
 def test_declared_once() -> None:

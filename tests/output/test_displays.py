@@ -67,12 +67,6 @@ def test_a_track_has_a_point_for_each_error_and_a_band_for_each_loss(run: pftrac
     assert len([part for part in drawn if part.tag == "rect"]) == stretches > 0
 
 
-def test_a_change_is_marked_on_the_track() -> None:
-    """A parameter that was turned in mid-run has a mark that says what and to which value."""
-    run = pftrack.run({"experiment": "ball", "frames": 20, "timeline": [{"frame": 8, "values": {"sample_count": 50}}]})
-    assert "Particles 50" in track(run)
-
-
 def test_a_comparison_shows_what_differs_and_what_one_gains(run: pftrack.Run) -> None:
     """Trackers, errors and the paired difference with its interval are said as the comparison has them."""
     other = pftrack.run("ball", tracker="condensation", frames=60, seed=3, **WIDE)
@@ -128,14 +122,6 @@ def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_pat
         pftrack.run("ball", mark={"kind": "box"})
     with pytest.raises(RefusedError, match="two to four runs"):
         pftrack.compare(run)
-
-
-def test_a_table_says_titles_and_units(run: pftrack.Run) -> None:
-    """An Arrow table has a row a frame, and each column says what it is and in what unit."""
-    table = run.table()
-    assert table.num_rows == 60
-    assert table.schema.field("error").metadata[b"unit"] == b"px"
-    assert table["error"].to_pylist() == [row.error for row in run.diagnostics]
 
 
 def test_importing_the_library_loads_nothing_until_it_is_asked_for() -> None:

@@ -83,12 +83,6 @@ def test_the_way_back_of_a_tree_follows_the_parents() -> None:
     assert axes.lines[0].get_xydata().tolist() == [[float(x), float(y)] for x, y in way]
 
 
-def test_a_single_frame_is_drawn() -> None:
-    """A line has no length there, so it is a point."""
-    (axes,) = figure_of(finished("sine", 1), "error").axes
-    assert axes.lines[0].get_marker() == "."
-
-
 def test_what_cannot_be_drawn_is_told(ball: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plot that is not there, one that the tracker measures nothing for, and a tree with more than can be seen."""
     with pytest.raises(ConflictError, match="ball has no plot 'gain', only error, ess, sigma, proposals"):

@@ -58,13 +58,6 @@ def test_coming_back_repeats_no_step(kept: Path) -> None:
     assert [step.diagnostics.frame for step in run.seeking(FAR)] == [FAR]
 
 
-def test_a_change_made_later_does_no_harm(kept: Path) -> None:
-    """A checkpoint serves every run that has the same past."""
-    found = checkpoint.read(kept, "pftrack")
-    assert found is not None
-    assert begun("ball", None, Change(FAR + 1, {"sample_count": 90})).recall(found)
-
-
 @pytest.mark.parametrize(
     "other",
     [

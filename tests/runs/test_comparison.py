@@ -64,13 +64,6 @@ def test_a_comparison_has_two_to_four_runs(count: int) -> None:
         align([sine()] * count)
 
 
-def test_runs_of_other_units_are_refused() -> None:
-    """Pixels are not compared with pure numbers."""
-    other = Run(BALL, BALL.simulate(), frames=3)
-    with pytest.raises(RefusedError, match=f"{SINE.title} are pure numbers, those of {BALL.title} in px; compare"):
-        Comparison.of(sine(), other)
-
-
 # ---------------------------------------------------------------- what differs
 
 
@@ -181,13 +174,6 @@ def test_computing_tells_how_far_it_is_and_does_nothing_twice() -> None:
     one.finish()
     steps = list(Comparison.of(one, other).computing())
     assert steps == [(done, 80) for done in range(42, 81)]
-
-
-def test_what_is_compared_before_it_is_computed_is_little() -> None:
-    """Settings and names are known from the start, numbers as far as all runs have come."""
-    compared = Comparison.of(sine(), sine(seed=5))
-    assert compared.frames == 1
-    assert compared.as_dict()["settings"] == [{"name": "seed", "title": "Seed", "values": ["4", "5"]}]
 
 
 # ---------------------------------------------------------------- files

@@ -39,20 +39,6 @@ def test_a_particle_is_followed_to_its_ancestors(steps: tuple[Run, list]) -> Non
         assert (where == step.state.particles.states[place, :2]).all()
 
 
-def test_many_particles_are_followed_as_far_as_few() -> None:
-    """Of states of twenty million bytes only the particles are kept, so ten generations are known of them, too."""
-    run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=12)
-    clouds = [PRISM.trackers["rb-pf"].cloud(step.state) for step in run]
-    run.seek(10)
-    found = Inspection(run).at_particle(17).particle
-    assert len(found.ancestors) == 10
-    place = 17
-    for frame, ancestor, where in zip(range(9, -1, -1), found.ancestors, found.path[1:], strict=True):
-        place = int(clouds[frame + 1].ancestors[place])
-        assert place == ancestor
-        assert (where == clouds[frame].places[place]).all()
-
-
 def test_joint_particles_are_weighed_by_their_likelihood() -> None:
     """A weight is the likelihood that is told, times the parent's weight where no parents were drawn."""
     run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=8)
@@ -140,19 +126,6 @@ def test_particles_from_the_solid_have_no_parents() -> None:
     own = looked.at_particle(7).particle
     assert (own.sampler, own.ancestors, own.begins) == ("the solid's pose", (), 4)
     assert list(looked.genealogy().frames) == [4]
-
-
-def test_another_method_begins_other_lines() -> None:
-    """Joint particles are no ancestors of a feature's own, though there are as many of them."""
-    run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=8)
-    run.change({"joint_sample_count": 500})
-    run.seek(4)
-    run.change({"tracker": "alpha-0"})
-    run.seek(6)
-    looked = Inspection(run)
-    assert list(looked.genealogy().frames) == [5, 6]
-    assert looked.at_particle(9).particle.ancestors == (looked.follow(9, 6) and looked.cloud.ancestors[9],)
-    assert looked.follow(9, 4) is None
 
 
 def test_frame_0_has_no_frame_before(steps: tuple[Run, list]) -> None:

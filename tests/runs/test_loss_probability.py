@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import pftrack
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
-from pftrack.runs.loss_probability import LossAccount, columns_of, loss_probabilities
+from pftrack.runs.loss_probability import LossAccount, loss_probabilities
 from pftrack.runs.run import Run
 from tools.loss_probability import describe_models, write_models
 
@@ -63,22 +62,6 @@ def test_a_tracker_that_takes_over_begins_anew() -> None:
     run.finish()
     told = loss_probabilities(run)
     assert np.flatnonzero(np.isnan(told)).tolist() == [0, 10]
-
-
-def test_it_is_a_column_of_the_run(lost: Run) -> None:
-    """Tables and notebooks have it under the name of its series, with its title."""
-    column = columns_of(lost)["series_loss_probability"]
-    assert np.array_equal(column, loss_probabilities(lost), equal_nan=True)
-    field = lost.table().schema.field("series_loss_probability")
-    assert field.metadata[b"title"] == b"probability that the target is lost"
-
-
-def test_a_saved_run_has_it(lost: Run, tmp_path: Path) -> None:
-    """It is told again from what the file holds, to the same bits."""
-    lost.save(tmp_path / "run.pft")
-    assert np.array_equal(
-        loss_probabilities(pftrack.load(tmp_path / "run.pft")), loss_probabilities(lost), equal_nan=True
-    )
 
 
 def test_a_file_of_probabilities_comes_back(tmp_path: Path) -> None:

@@ -104,15 +104,6 @@ def test_on_a_recording_held_means_inside_the_true_box(experiment: str) -> None:
     assert (row.lost_frames, row.first_lost_frame) == (inside.count(False), inside.index(False))
 
 
-def test_few_marks_judge_where_nobody_else_says_anything() -> None:
-    """Runs are judged by the marks since the loss."""
-    run = on_clip(marked=(0, 5, 20), tracker="apf")
-    assert [row.lost for row in run.diagnostics if row.lost is not None] == [False, False, True]
-    *_, report = what_if(run, rounds=(1,))
-    assert report.loss == 20
-    assert all(finding.held for finding in report.findings)
-
-
 def test_a_loss_that_marks_tell_is_gone_back_from_to_the_last_that_held() -> None:
     """Nobody knows when it began after that mark; runs are judged by the marks."""
     run = on_clip(marked=(0, 9, 36))

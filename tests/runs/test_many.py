@@ -9,9 +9,7 @@ from pftrack.core.model.band import Calibration
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, History
-from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED
@@ -158,22 +156,6 @@ def test_an_estimate_that_is_none_is_no_success() -> None:
     assert found[0] == found[1]
 
 
-def test_values_at_odds_are_refused() -> None:
-    """A condition that no run could have is refused with the names of both sides."""
-    setup: Setup = BALL.simulate()
-    with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
-        many.outcomes(BALL, setup, values={"gamma_min_px": 30}, trackers=["s-spf"], seeds=[0], frames=5)
-
-
-def test_the_share_of_the_observation_sampler_is_that_of_the_counts() -> None:
-    """What a batch says of the samplers is the mean over the frames of what a live run says of each."""
-    [[outcome]] = many.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["s-spf"], seeds=[5], frames=60)
-    rows = live("s-spf", 5, CONDITION).diagnostics[1:]
-    samples = np.array([row.vector("samples") for row in rows])
-    shares = samples[:, 1] / samples.sum(axis=1)
-    assert outcome.reductions["observation_share"] == pytest.approx(np.mean(shares), abs=1e-15)
-
-
 def test_what_is_missed_by_the_target_is_judged_alike_in_a_batch() -> None:
     """A fold knows places alone: an experiment with its own notion of a miss has its runs made one by one."""
     ball = replace(BALL, judge=replace(BALL.judge, missed=lambda _state, _target: True))
@@ -241,15 +223,3 @@ def test_pictures_of_a_block_are_kept_once() -> None:
     single = many.FrameBlock((one,), 1, 2)
     assert single.frames[0].picture is one.picture
     assert np.shares_memory(single.pictures_rgb, one.picture)
-
-
-def test_a_window_of_a_batch_is_measured_as_a_live_one() -> None:
-    """From frame 0 on, in which the tracker has its first box."""
-    window = find("histogram")
-    setup = window.simulate()
-    (outcomes,) = many.outcomes(window, setup, values={}, trackers=["condensation", "h-spf"], seeds=[3], frames=60)
-    for tracker, outcome in zip(("condensation", "h-spf"), outcomes, strict=True):
-        run = Run(window, setup, tracker=tracker, seed=3, frames=60)
-        run.finish()
-        assert outcome.measures == run.measures()
-        assert outcome.reductions == scoring.reductions(window.all_series(tracker), run.diagnostics[1:])

@@ -251,18 +251,6 @@ def test_a_state_may_know_all_before_it() -> None:
     assert bytes_of(chain, set()) == 20_000 * 8
 
 
-def test_signals_run_beside_their_exact_answer() -> None:
-    """A run of a signal carries the exact posterior mean beside the particles', and has no notion of lost."""
-    sine = find("sine")
-    run = whole_run(sine, seed=1, frames=100)
-    summary = run.summary().as_dict()
-    assert summary["success"] is None
-    assert summary["mean_error_px"] is None
-    exact = whole_run(sine, tracker="kalman", seed=1, frames=100)
-    assert [row.vector("exact") for row in run.diagnostics[1:]] == [row.estimate for row in exact.diagnostics[1:]]
-    assert summary["mean_error"] < 3 * exact.summary().verdict.mean_error
-
-
 def test_steps_are_replayed_while_the_run_stands_where_it_is() -> None:
     """Steps of the past come again, to the bit, and neither the place of the run nor its numbers have changed."""
     run, steps = ball(timeline=CHANGES), {}

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import find
-from pftrack.sweep.axis import Axis, SweepError, parse_axis
+from pftrack.sweep.axis import SweepError, parse_axis
 
 BALL = find("ball")
 
@@ -96,10 +96,3 @@ def test_steps_are_exact(start: int, steps: int, tenths: int) -> None:
     stop = start + steps * tenths / 10
     axis = parse_axis(BALL, f"occlusion_width_px={start}:{stop:.1f}:{tenths / 10}")
     assert axis.values == tuple(float(f"{start + index * tenths / 10:.1f}") for index in range(steps + 1))
-
-
-def test_an_axis_knows_whether_it_is_numerical() -> None:
-    """Numbers have a scale; truths, choices and trackers do not."""
-    assert parse_axis(BALL, "layout=1,2").numerical
-    assert not Axis("learn_dynamics", (True, False)).numerical
-    assert not parse_axis(BALL, "tracker=apf").numerical

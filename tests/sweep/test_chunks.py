@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.table import MOST_CHUNKS, Chunks
+from pftrack.sweep.table import Chunks
 
 
 def plan_of(widths: int, radii: int, trackers: int, trials: int) -> Plan:
@@ -37,12 +37,6 @@ def test_chunks_cover_the_plan_once_and_in_order(
     assert sorted(chunks.spread()) == list(range(len(chunks)))
 
 
-def test_there_are_never_too_many_chunks() -> None:
-    """A huge plan is cut into no more files than a folder can bear, or little more."""
-    plan = plan_of(600, 100, 1, 30)
-    assert len(Chunks.of(plan, 1)) <= MOST_CHUNKS * 1.1
-
-
 @pytest.mark.parametrize("part", [0.1, 0.25, 0.5])
 def test_a_map_fills_evenly(part: float) -> None:
     """At any time every row, column and quarter of the map has about its share of the cells."""
@@ -54,19 +48,6 @@ def test_a_map_fills_evenly(part: float) -> None:
         assert np.abs(done.mean(axis=axis) - part).max() <= 0.11
     quarters = done.reshape(2, 10, 2, 10).mean(axis=(1, 3))
     assert np.abs(quarters - part).max() <= 0.05
-
-
-def test_pooled_axes_fill_evenly_too() -> None:
-    """With the layout as slowest axis and whole rows as chunks, a tenth of them reaches every layout and size."""
-    axes = (
-        Axis("layout", tuple(range(20))),
-        Axis("distracter_radius_px", tuple(float(radius) for radius in range(1, 21))),
-        Axis("occlusion_width_px", tuple(float(width) for width in range(5, 101, 5))),
-    )
-    chunks = Chunks.of(Plan("ball", axes, ("h-spf", "s-spf", "pc-pf"), trials=10), 600)
-    assert len(chunks) == 400
-    first = np.array([divmod(int(number), 20) for number in chunks.spread()[:40]])
-    assert len(set(first[:, 0])) == len(set(first[:, 1])) == 20
 
 
 def test_there_is_no_chunk_beyond_the_last() -> None:

@@ -14,7 +14,7 @@ import psutil
 import pyarrow as pa
 import pytest
 
-from pftrack.sweep import Plan, Result, begin, carry_out, estimate, resume
+from pftrack.sweep import Plan, Result, begin, carry_out, resume
 from pftrack.sweep.axis import Axis, SweepError, SweepStopped
 from pftrack.sweep.driver import Progress
 from pftrack.sweep.table import TIMING, Chunks
@@ -222,27 +222,6 @@ def test_an_experiment_without_verdicts_has_none(tmp_path: Path) -> None:
     assert table["mean_error"].null_count == table["problem"].null_count - 8 == 0
 
 
-def test_progress_is_told(plan: Plan, tmp_path: Path) -> None:
-    """It begins at nothing, never falls, ends with all, and knows its rate and the time left."""
-    seen: list[Progress] = []
-    carry_out(plan, tmp_path / "told.parquet", progress=seen.append)
-    done = [progress.done for progress in seen]
-    assert done[0] == 0
-    assert done == sorted(done)
-    assert done[-1] == plan.runs
-    assert seen[-1].rate > 0
-    assert seen[-1].seconds_left == 0
-
-
-def test_an_estimate_is_measured(plan: Plan) -> None:
-    """A plan's cost is told before it begins, and more processes make it shorter."""
-    one, two = estimate(plan), estimate(plan, jobs=2)
-    assert (one.runs, one.conditions) == (plan.runs, plan.conditions)
-    assert 0 < one.run_s < 1
-    assert one.seconds == pytest.approx(one.run_s * plan.runs)
-    assert two.seconds == pytest.approx(two.run_s * plan.runs / 2)
-
-
 def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path: Path) -> None:
     """When a chunk cannot be written the sweep fails with the system's own words, and goes on when there is room."""
     out = tmp_path / "full.parquet"
@@ -261,17 +240,6 @@ def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path
     seen: list[Progress] = []
     assert carry_out(None, out, progress=seen.append).complete
     assert seen[0].done >= 12
-
-
-def test_the_driver_holds_no_rows() -> None:
-    """What comes back from a worker is bytes on their way to the disk, a few dozen a run."""
-    from pftrack.sweep.work import as_text, compute_chunk
-
-    plan = Plan("ball", (), ("h-spf",), trials=200, frames=2, values={"sample_count": 1})
-    begun = time.perf_counter()
-    data = compute_chunk(as_text(plan), 1, 200, 0)
-    assert time.perf_counter() - begun < 60
-    assert len(data) < 200 * 120
 
 
 def test_workers_have_the_environment_of_one_thread() -> None:

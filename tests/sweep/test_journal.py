@@ -188,14 +188,6 @@ def test_a_damaged_cut_is_told(plan: Plan, tmp_path: Path) -> None:
         carry_out(None, tmp_path / "cuts.parquet")
 
 
-def test_a_sweep_without_chunks_can_be_read(plan: Plan, tmp_path: Path) -> None:
-    """Before the first chunk there are no rows, but there is a plan and a place."""
-    journal = begin(plan, tmp_path / "none.parquet")
-    result = read_result(tmp_path / "none.parquet")
-    assert (result.path, result.complete, len(result.table)) == (journal.folder, False, 0)
-    assert result.table.column_names[0] == "run"
-
-
 def test_a_chunk_damaged_in_the_middle_does_not_come_into_the_result(
     plan: Plan, finished: Result, tmp_path: Path
 ) -> None:

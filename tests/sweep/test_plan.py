@@ -97,13 +97,6 @@ def test_a_plan_survives_json() -> None:
     assert [again.single(number) for number in range(8)] == [plan.single(number) for number in range(8)]
 
 
-def test_lengths_and_trackers_have_defaults() -> None:
-    """Without frames and trackers a plan has the experiment's own, and without axes it is one condition."""
-    plan = Plan("sine")
-    assert (plan.frames, plan.trackers, plan.conditions, plan.runs) == (361, ("condensation",), 1, 1)
-    assert plan.condition(0) == {}
-
-
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
@@ -131,11 +124,6 @@ def test_an_impossible_plan_is_refused(changes: dict[str, object], reason: str) 
     with pytest.raises(SweepError) as refused:
         Plan(**given)  # type: ignore[arg-type]
     assert reason in str(refused.value)
-
-
-def test_a_combination_may_be_impossible_in_places() -> None:
-    """A plan in which some conditions are at odds with themselves is no mistake."""
-    assert Plan("ball", (Axis("gamma_min_px", (10.0, 30.0)),), ("s-spf",)).conditions == 2
 
 
 @pytest.mark.parametrize(

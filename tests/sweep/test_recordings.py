@@ -131,9 +131,3 @@ def test_what_a_plan_needs_to_know_of_a_recording(plan: Plan, footage: Footage) 
             replace(plan, **changes)  # type: ignore[arg-type] # of all kinds
     with pytest.raises(SweepError, match="takes no recording"):
         replace(plan, experiment="sine", axes=(), trackers=())
-
-
-def test_how_probable_a_loss_is_is_not_measured(plan: Plan) -> None:
-    """On recordings that is not calibrated, and the refusal says where it is."""
-    with pytest.raises(SweepError, match=r"not calibrated on recordings; loss_probability needs a simulated scene"):
-        replace(plan, loss_probability=True)

@@ -20,10 +20,8 @@ from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import cells, quantities, quantity_named, samples
 from pftrack.sweep.report.files import (
     Report,
-    amounts,
     export_result,
     figures,
-    largest_difference,
     page,
     scale_of,
     write_report,
@@ -83,21 +81,6 @@ def test_a_scale_reaches_from_zero_to_all_means(
     maps = [np.array([row]) for row in means]
     assert scale_of(quantity_named(plan, "median_error_px"), maps) == ends
     assert scale_of(quantity_named(plan, "inside_share"), maps) == (0.0, 1.0)
-
-
-def test_what_is_better_is_bright(plan: Plan) -> None:
-    """Of a measure of which more is better the large values are, of one of which less is better the small ones."""
-    for name, better in (("inside_share", 1.0), ("median_error_px", 0.0)):
-        colours = amounts(quantity_named(plan, name))
-        assert sum(colours(better)[:3]) > sum(colours(1.0 - better)[:3])
-
-
-def test_a_scale_of_differences_reaches_to_the_largest(finished: Result) -> None:
-    """Of all pairs, in either direction; where nothing differs it has ends all the same."""
-    (pair,) = Study.of(finished).comparisons["success"]
-    small, large = (replace(pair, difference=np.array([values])) for values in ([0.1, np.nan], [0.2, -0.25]))
-    assert largest_difference([small, large]) == 0.25
-    assert largest_difference([replace(pair, difference=np.array([[np.nan, 0.0]]))]) == 1.0
 
 
 def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:

@@ -17,7 +17,7 @@ from PIL import Image
 from pftrack.sweep import Plan, Result, carry_out
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import quantity_named, samples
-from pftrack.sweep.report.files import curves, figures, mean_maps
+from pftrack.sweep.report.files import curves, figures
 from pftrack.sweep.report.study import Study
 
 COLOURS = ("#c83232", "#32c832", "#3232c8", "#c8c832", "#ffffff", "#000000")
@@ -65,14 +65,6 @@ def test_maps_have_the_colours_of_their_cells(finished: Result) -> None:
 def maps_of(figure: Figure) -> list[tuple[Axes, AxesImage]]:
     """Return the maps of a figure with their panels."""
     return [(panel, image) for panel in figure.axes for image in panel.images]
-
-
-def test_several_studies_share_a_scale(finished: Result) -> None:
-    """Each has its maps, with the values that it fixes in the titles."""
-    study = Study.of(finished)
-    figure = mean_maps([study, study], quantity_named(finished.plan, "error"))
-    assert len({image.norm for _, image in maps_of(figure)}) == 1
-    assert any("\nparticles 50" in panel.get_title() for panel in figure.axes)
 
 
 def texts_of(figure: Figure) -> Iterator[Text]:

@@ -144,17 +144,6 @@ def test_a_parameter_without_help_is_found() -> None:
         checks_of(declaring(Silent))["its parameters are declared whole"]()
 
 
-class Coarse(SineParameters, group="Signal"):
-    """A number that one step takes out of its bounds, whichever way."""
-
-    observation_noise_sd: float = parameter(0.1, "Observation noise", "Noise on what is seen.", within=(0.05, 0.5, 1))
-
-
-def test_a_coarse_step_is_no_fault() -> None:
-    """A branch is tried with a value within the bounds, however large the step is."""
-    checks_of(declaring(Coarse))["a branch shares the past and comes to the same numbers"]()
-
-
 def test_a_batch_that_keeps_less_than_a_live_run_is_found() -> None:
     """What a sweep keeps of a tracker's series is compared too: a fold may leave one out."""
     with pytest.raises(CheckError, match=r"another observation_share than a live run .*: None for 0"):

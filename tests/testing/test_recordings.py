@@ -123,8 +123,3 @@ def _noting(starts: list[Any], begin: Callable[..., None]) -> Callable[..., None
         starts.append((sequence, self.start.position))
 
     return init
-
-
-def test_what_takes_no_recordings_has_nothing_to_show() -> None:
-    """The check passes for an experiment on signals without making a film."""
-    drawings._a_film_is_tracked(find("sine"))

@@ -61,12 +61,6 @@ def test_people_vary_as_the_statistics_say() -> None:
     assert np.std(mouth[:, 1] - other[:, 1]) == pytest.approx(0.5 * np.sqrt(2), rel=0.1)
 
 
-def test_same_seed_same_person() -> None:
-    """A person is a pure function of the seed."""
-    assert np.array_equal(person(7).points_mm, person(7).points_mm)
-    assert not np.array_equal(person(7).points_mm, person(8).points_mm)
-
-
 def test_mean_of_turned_copies_is_the_face() -> None:
     """The mean of copies of one face, turned, moved and scaled, is that face again up to a similarity."""
     face = person(3)

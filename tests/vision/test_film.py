@@ -67,12 +67,6 @@ def test_no_pictures_make_no_film(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_picture_of_another_size_is_refused(tmp_path: Path) -> None:
-    """All pictures of a film have the size of the first; the message names both."""
-    with pytest.raises(ValueError, match="the film's pictures are 64 x 48, got one of 32 x 48"):
-        write(tmp_path / "film.mp4", [grey(0), grey(0, width=32)])
-
-
 def test_a_place_that_cannot_be_written_is_an_error_at_once(tmp_path: Path) -> None:
     """A missing folder is noticed before a single picture is computed."""
     with pytest.raises(OSError, match="No such file"):

@@ -34,15 +34,6 @@ def test_mesh_lies_on_the_surface() -> None:
     assert mesh.normals[np.argmin(z)][2] < -0.8
 
 
-def test_coarser_mesh_has_the_same_shape() -> None:
-    """With a quarter of the triangles every vertex is still on the same surface."""
-    coarse = head_mesh(mean_model(), 100, 110)
-    assert len(coarse.triangles) == 2 * 99 * 109
-    x, y, z = coarse.vertices_mm.T
-    front = (z < 60) & (np.abs(x) < 40) & (np.abs(y) < 60)
-    assert np.allclose(HeadSurface(mean_model()).depth(x, y)[front], z[front], atol=1e-6)
-
-
 def test_triangles_run_clockwise_to_the_camera() -> None:
     """Seen by a camera in front, the triangles of the face have a positive area with y down."""
     mesh = head_mesh(mean_model(), 60, 60)

@@ -60,16 +60,6 @@ def test_a_shift_is_found(cost: Cost) -> None:
     assert (found.seconds > 0.05).all()
 
 
-def test_the_order_of_templates_does_not_matter() -> None:
-    """Each template is searched for itself: in another order the same is found, to the bit."""
-    around, order = places(20), np.random.default_rng(3).permutation(20)
-    templates = cut(texture(), around, 9)
-    one, other = match(texture(2), templates, around, REACH), match(texture(2), templates[order], around[order], REACH)
-    assert (one.places[order] == other.places).all()
-    assert (one.costs[order] == other.costs).all()
-    assert (one.offsets[order] == other.offsets).all()
-
-
 @pytest.mark.parametrize("cost", COSTS)
 def test_what_has_no_structure_stays(cost: Cost) -> None:
     """Where all places are equally good the nearest is taken, so that a flat template does not wander."""
@@ -121,11 +111,6 @@ def test_what_cannot_be_in_the_picture_is_not_found() -> None:
         found = match(grey, template, np.array([place]), REACH if place[0] > 0 else 4)
         assert found.places.tolist() == [place]
         assert found.costs.tolist() == found.seconds.tolist() == [np.inf]
-
-
-def test_nothing_is_matched_with_nothing() -> None:
-    """No template, no match."""
-    assert match(texture(), np.zeros((0, 11, 11), np.uint8), np.zeros((0, 2), np.int64), 5).places.shape == (0, 2)
 
 
 def test_unusable_templates_are_refused() -> None:

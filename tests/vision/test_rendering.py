@@ -16,7 +16,6 @@ from pftrack.core.model.drawing import (
     Drawing,
     Ellipse,
     Ellipsoids,
-    Frustum,
     Links,
     Mesh,
     Picture,
@@ -104,13 +103,6 @@ def test_many_points_are_painted_as_few_are() -> None:
     whole = ink(np.array([[BLUE]], np.uint8))[0, 0]
     assert ((few == whole) <= (many == whole)).all()
     assert ((many > 0) <= (few > 0)).all()
-
-
-@pytest.mark.parametrize("at", [20.0, 20.3, 20.8])
-def test_many_points_lie_on_the_nearest_pixel(at: float) -> None:
-    """Thousands of points are set on whole pixels, at most half a pixel from where they belong."""
-    many = Points(np.tile(f32([at, 15, 0]), (5_000, 1)), np.tile(np.array([BLUE], np.uint8), (5_000, 1)), 3.0)
-    assert centre_of_ink(single(many)) == pytest.approx((at, 15.0), abs=0.5)
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.7, 2.0, 2.3, 0.6])
@@ -296,12 +288,6 @@ def test_a_mesh_lets_through_what_lies_below() -> None:
     """A mesh of half opacity that faces the viewer is half its colour and half the paper."""
     mesh = Mesh(f32([0, 0, 0], [39, 0, 0], [0, 29, 0]), np.array([[0, 1, 2]], np.int32), (0, 0, 0), 0.5, "mesh")
     assert int(single(mesh)[5, 5, 0]) == pytest.approx(127, abs=1)
-
-
-def test_a_camera_does_not_see_itself() -> None:
-    """Its frustum is for viewers with depth: from the front there is nothing of it."""
-    corners = f32([-0.5, -0.5, 0], [39.5, -0.5, 0], [39.5, 29.5, 0], [-0.5, 29.5, 0])
-    assert (single(Frustum(f32(20, 15, 40), corners, BLUE, 1.0, "camera")) == 255).all()
 
 
 def test_captions_are_written_in_letters_that_there_are() -> None:

@@ -38,12 +38,6 @@ def test_it_stands_upright(surface: Surface) -> None:
     assert (normals[:, 2] > 0).mean() > 0.9
 
 
-def test_the_unit_is_stated(surface: Surface) -> None:
-    """In a comment at the beginning, with the title."""
-    assert b"unit: mm" in as_obj(surface)[:200]
-    assert b"a head" in as_obj(surface)[:200]
-
-
 @pytest.mark.parametrize(
     ("vertices", "faces", "count", "words"),
     [

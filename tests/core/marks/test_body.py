@@ -27,13 +27,6 @@ def test_it_reads_lengths_and_angles_from_its_points() -> None:
     assert body(head=[80, 60], tip=[80, 130]).heading == pytest.approx(-math.pi / 2)
 
 
-def test_a_body_without_a_tail_is_straight() -> None:
-    """A tip on the root means no tail."""
-    mark = body(tip=[80, 100])
-    mark.check(SIZE)
-    assert (mark.bend, mark.tail_length) == (0.0, 0.0)
-
-
 @given(st.floats(-math.pi, math.pi), st.floats(-1.5, 1.5))
 def test_the_bend_does_not_depend_on_the_heading(heading: float, bend: float) -> None:
     """Turned anywhere, a body has the bend that it has."""
@@ -72,10 +65,3 @@ def test_what_is_no_body_is_refused(changes: dict[str, object], message: str) ->
     """Outside the picture, without length, wider than long, or with a tail folded to the front."""
     with pytest.raises(ParameterError, match=message):
         body(**changes).check(SIZE)
-
-
-def test_it_is_drawn_as_an_ellipse_with_its_axis() -> None:
-    """The ellipse has the marked half axes, and the axis runs from head to tip."""
-    drawn = body().draw()
-    assert drawn["body"].half_axes.tolist() == [[20.0, 0.0], [0.0, 8.0]]
-    assert drawn["axis"].positions[:, 0].tolist() == [120.0, 80.0, 60.0]

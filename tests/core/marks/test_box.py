@@ -1,7 +1,6 @@
 """Boxes: read from text and JSON, checked against a picture, drawn around their pixels."""
 
 import json
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,24 +32,6 @@ def test_what_is_no_box_is_refused(text: str, message: str) -> None:
         Box.parse(text)
 
 
-@pytest.mark.parametrize(
-    ("raw", "field"),
-    [
-        (None, "mark.kind"),
-        ({"kind": "line"}, "mark.kind"),
-        ({"kind": "box", "x": 1}, "mark.y"),
-        ({"kind": "box", "x": "left", "y": 1, "width": 2, "height": 3}, "mark.x"),
-        ({"kind": "box", "x": 1, "y": 1, "width": float("nan"), "height": 3}, "mark.width"),
-        ({"kind": "box", "x": 1, "y": 1, "width": 2, "height": 3, "depth": 4}, "mark.depth"),
-    ],
-)
-def test_wrong_json_names_the_field(raw: Any, field: str) -> None:
-    """Of a mark that is none the field that is wrong is named."""
-    with pytest.raises(ParameterError) as caught:
-        read_mark([Box], raw)
-    assert caught.value.field == field
-
-
 @pytest.mark.parametrize("box", [(310, 5, 20, 10), (-1, 0, 9, 9), (0, 0, 0, 5), (5, 5, 3, 0.5), (1e5, 0, 9, 9)])
 def test_a_box_has_to_fit_the_picture(box: tuple[float, float, float, float]) -> None:
     """A box without area or beyond the picture is refused with both sizes; one that fills it is not."""
@@ -63,11 +44,6 @@ def test_it_is_drawn_around_its_pixels() -> None:
     """The outline of a box of one pixel is half a pixel from the pixel's centre."""
     outline = Box.of(3, 4, 1, 1).draw()["box"]
     assert outline.positions[:, :2].tolist() == [[2.5, 3.5], [3.5, 3.5], [3.5, 4.5], [2.5, 4.5], [2.5, 3.5]]
-
-
-def test_an_editor_has_its_numbers() -> None:
-    """The description names all fields of the mark's JSON."""
-    assert {number.name for number in Box.editor().numbers} == {"x", "y", "width", "height"}
 
 
 def test_the_box_of_a_target_is_around_it() -> None:

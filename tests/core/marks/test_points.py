@@ -9,9 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.source import Landmarks, Target
-from pftrack.core.refusal import ParameterError
 from pftrack.experiments.head.recording import FaceBox, FacePoints
 from pftrack.vision.face import FEATURES, mean_model
 
@@ -70,34 +68,12 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory,
         FacePoints.parse(str(path))
 
 
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        ({"ear": (1, 2)}, "mark.points.ear must be one of nose, leye"),
-        ({"nose": (320, 2)}, r"mark.points.nose must be \(x, y\) within the picture of 320 x 240 px"),
-        ({"nose": (5, -0.6)}, "mark.points.nose must be"),
-    ],
-)
-def test_points_that_do_not_fit_are_refused(points: dict[str, tuple[float, float]], message: str) -> None:
-    """A point that is unknown or outside the picture is named."""
-    with pytest.raises(ParameterError, match=message):
-        FacePoints(points=points).check((320, 240))
-
-
 def test_they_are_drawn_with_the_lines_between_them() -> None:
     """All points are drawn, and those lines of which both ends are marked."""
     drawn = FacePoints(points={"nose": (5, 6), "lmc": (7, 8), "lmou": (1, 2)}).draw()
     assert drawn["points"].positions[:, :2].tolist() == [[5, 6], [7, 8], [1, 2]]
     assert drawn["links"].segments[:, :, :2].tolist() == [[[5, 6], [7, 8]]]
     assert set(FacePoints(points={"nose": (5, 6)}).draw()) == {"points"}
-
-
-def test_an_editor_has_a_handle_a_point() -> None:
-    """Each point of the kind is a handle with a title, at its place in the mark's JSON; links join handles."""
-    editor = FacePoints.editor()
-    assert issubclass(FacePoints, FeaturePoints)
-    assert [handle.name for handle in editor.handles][:2] == ["points.nose", "points.leye"]
-    assert {name for link in editor.links for name in link} == {handle.name for handle in editor.handles}
 
 
 def test_the_points_of_a_target_are_its_landmarks() -> None:

@@ -10,7 +10,6 @@ from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
-from pftrack.core.refusal import ParameterError
 from pftrack.experiments.ball import model as motion
 from pftrack.experiments.ball.model import (
     COLOURED,
@@ -334,13 +333,6 @@ def test_parents_are_drawn_as_the_parameters_say(tracker: str, resampling: str) 
     expected = RESAMPLERS[resampling](Stream(1, 1, Purpose.TRACK), log_weights, 200)
     assert after.particles is not None
     assert np.array_equal(after.particles.ancestors, expected)
-
-
-def test_thresholds_out_of_order_are_refused() -> None:
-    """The lower threshold must not be above the upper one; the message names both."""
-    with pytest.raises(ParameterError, match=r"gamma_min_px.*gamma_max_px \(20 px\)"):
-        parameters(gamma_min_px=21.0)
-    assert parameters(gamma_min_px=20.0).gamma_min_px == 20.0
 
 
 def test_the_colour_is_that_of_the_parameters() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.experiments.own.code import FUNCTIONS, trust
+from pftrack.experiments.own.code import trust
 from pftrack.teaching.exercises import Verdict, exercise_named_in, properties, read_exercises
 from pftrack.teaching.exercises.grading import check, check_text, results, table_of
 from pftrack.teaching.exercises.properties import PROPERTIES
@@ -402,8 +402,3 @@ def test_reports_have_the_form_of_gradescope() -> None:
     columns, (row,) = table_of({"ada": found})
     assert columns[0] == "name"
     assert dict(zip(columns, row, strict=True))["score"] == f"{found['score']:g}"
-
-
-def test_functions_of_exercises_are_functions_of_filter_files() -> None:
-    """There is one list of what a file may define."""
-    assert {name for each in SHIPPED.exercises.values() for name in each.functions} <= FUNCTIONS.keys()

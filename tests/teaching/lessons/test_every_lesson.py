@@ -1,11 +1,9 @@
 """What holds of every lesson of the course: its words, its question and its checks."""
 
 import re
-from dataclasses import replace
 
 import pytest
 
-from pftrack.core.refusal import ParameterError
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Answer, Demonstration, Lesson, Mistake, judge
 
@@ -94,22 +92,6 @@ def test_any_wrong_answer_gets_words(lesson: Lesson) -> None:
         assert not verdict.words[0].startswith("Right")
         if question.kind != "choice":
             assert isinstance(verdict.exact, float)
-
-
-@pytest.mark.parametrize("given", [float("nan"), float("inf"), -float("inf"), "absurd", "", None, True, [1.0], 1e300])
-def test_what_is_no_answer_is_refused(lesson: Lesson, given: object) -> None:
-    """NaN, infinities, text, nothing, truth values and numbers beyond the bounds are refused with what is allowed."""
-    with pytest.raises(ParameterError) as caught:
-        judge(lesson.question, right_answer(lesson), given)  # type: ignore[arg-type] # is what is tested
-    assert caught.value.field == "answer"
-    assert "between" in str(caught.value) or "one of" in str(caught.value)
-
-
-def test_a_broken_check_is_seen(lesson: Lesson) -> None:
-    """No check passes with a value that is far off or is no number."""
-    outcome = lesson.checks[0].run()
-    assert not replace(outcome, ours=float("nan")).passed
-    assert not replace(outcome, ours=outcome.exact + 2 * outcome.tolerance + 1e-9).passed
 
 
 def _examples(mistake: Mistake) -> tuple[float | str, ...]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.teaching.lessons.course.importance import MEAN, SD, ImportanceParameters, Proposal, show
+from pftrack.teaching.lessons.course.importance import MEAN, SD, Proposal
 from pftrack.teaching.lessons.course.probability import normal
 
 PROPOSALS = [Proposal(0.0, 1.0), Proposal(0.0, 2.0), Proposal(-1.0, 0.8), Proposal(MEAN, SD)]
@@ -42,19 +42,3 @@ def test_the_scatter_is_as_it_is_said_to_be(proposal: Proposal, count: int) -> N
     means = np.array([cloud.weights @ cloud.states[:, 0] for cloud in clouds])
     assert shares.std() == pytest.approx(proposal.share_sd(count), rel=0.15)
     assert means.std() == pytest.approx(proposal.mean_sd(count), rel=0.15)
-
-
-def test_stems_end_on_the_exact_curve() -> None:
-    """The weights that are drawn lie on p/q."""
-    figure = show(ImportanceParameters(), 3).figure
-    curve, stems = next(panel for panel in figure.panels if panel.id == "weights").traces
-    assert np.interp(stems.x, curve.x, curve.y) == pytest.approx(stems.y, abs=2e-3)
-
-
-def test_of_many_draws_the_heaviest_are_shown() -> None:
-    """However many there are, the draw that carries the most weight has its stem."""
-    parameters = ImportanceParameters(draws=5000, spread=0.2, centre=-3.0)
-    _, stems = next(panel for panel in show(parameters, 1).figure.panels if panel.id == "weights").traces
-    cloud = Proposal(-3.0, 0.2).draw(Stream(1, 0, Purpose.TRACK), 5000)
-    assert stems.y.max() == pytest.approx(5000 * cloud.weights.max())
-    assert 200 <= len(stems.x) <= 400

@@ -74,15 +74,6 @@ def test_a_file_makes_a_lesson(tmp_path: Path) -> None:
     assert find("my-lesson", found.lessons) is lesson
 
 
-def test_it_says_how_long_it_takes(tmp_path: Path) -> None:
-    """What its author says counts, and otherwise five minutes and one for each thing to try; yes is a word."""
-    lesson = read(tmp_path, changed("seed: 3", "seed: 3\nminutes: 7.5")).lessons["my-lesson"]
-    assert lesson.minutes == 7.5
-    lesson = read(tmp_path, changed("notice: ", "notice: yes #")).lessons["my-lesson"]
-    assert lesson.minutes == 5 + len(lesson.tries)
-    assert lesson.notice == "yes"
-
-
 def test_its_answer_is_computed_of_the_run_that_is_asked_about(tmp_path: Path) -> None:
     """Values and seed at which it is asked are in force; the answer is right, and the check says so."""
     lesson = read(tmp_path).lessons["my-lesson"]

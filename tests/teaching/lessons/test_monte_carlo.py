@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.course.monte_carlo import MEAN, SD, rms, sample, sizes_up_to
+from pftrack.teaching.lessons.course.monte_carlo import MEAN, SD, sample, sizes_up_to
 from pftrack.teaching.lessons.lesson import judge
 from tests.teaching.lessons.demonstrations import asked_at
 
@@ -34,12 +34,6 @@ def test_samples_have_the_density_that_is_drawn() -> None:
     samples, _ = sample(1, 10_000, 1, 1)
     assert samples.mean() == pytest.approx(MEAN, abs=4 * SD / 100)
     assert samples.std() == pytest.approx(SD, abs=4 * SD / np.sqrt(20_000))
-
-
-def test_the_error_is_a_root_mean_square() -> None:
-    """Over clouds and axes of one size."""
-    means = MEAN + np.array([[[3.0], [-4.0]], [[0.0], [1.0]]])
-    assert rms(means) == pytest.approx([np.sqrt(12.5), np.sqrt(0.5)])
 
 
 @pytest.mark.parametrize(("said", "words"), [(1000.0, "root of ten"), (400.0, "a tenth takes far more")])

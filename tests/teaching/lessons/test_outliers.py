@@ -37,13 +37,6 @@ def test_the_cauchy_mean_turns_round() -> None:
     assert cauchy_mean(200.0, 1.0) == pytest.approx(2.0 / 200.0, rel=0.01)
 
 
-def test_two_explanations_are_two_peaks() -> None:
-    """With a narrow scale and a moderate surprise the Cauchy posterior has two peaks, as the lesson says to try."""
-    words = show(OutliersParameters(z=3.0, scale=0.3), 1).figure.panels[0].words
-    assert "2 peaks" in words
-    assert "one peak" in show(OutliersParameters(), 1).figure.panels[0].words
-
-
 def test_the_track_is_followed_by_both() -> None:
     """At frame 45 the Gaussian filter goes with the outlier and the Cauchy filter does not, at any seed."""
     for seed in (1, 2, 3):

@@ -5,7 +5,6 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 
 from pftrack.core.model.drawing import COLOURS, hexadecimal
@@ -20,7 +19,6 @@ from pftrack.teaching.lessons.figure import (
     Histogram,
     Panel,
     Rule,
-    Scatter,
     Stems,
     StripChart,
     Tree,
@@ -73,12 +71,6 @@ def test_axes_have_titles_units_limits_and_names() -> None:
     assert [label.get_text() for label in axes.get_xticklabels()] == ["on", "off"]
 
 
-def test_a_hidden_axis_has_no_numbers() -> None:
-    """Where only the shape matters, no numbers stand beside it."""
-    axes = drawn(Curve(x=[0, 1], y=[0, 1]), y=Axis(title="", low=0, high=1, hidden=True))
-    assert list(axes.get_yticks()) == []
-
-
 def test_a_histogram_has_its_edges_and_heights() -> None:
     """Bars adjoin, each as high as it is said to be."""
     axes = drawn(Histogram(title="draws", edges=[0, 1, 3], heights=[2, 0.5]))
@@ -126,15 +118,6 @@ def test_stacked_bars_lie_end_to_end() -> None:
     assert neighbours[0] != neighbours[1]
 
 
-def test_points_are_as_large_as_they_should_be() -> None:
-    """A diameter in pixels becomes an area in points."""
-    axes = drawn(Scatter(x=[1, 2], y=[1, 2], size_px=8))
-    (points,) = axes.collections
-    assert isinstance(points, PathCollection)
-    assert points.get_offsets().tolist() == [[1, 1], [2, 2]]
-    assert points.get_sizes().tolist() == [36]
-
-
 def test_a_strip_chart_leaves_gaps() -> None:
     """Where there is no value there is no dot, and no line across."""
     (line,) = drawn(StripChart(title="variance", x=[0, 1, 2], y=[1, np.nan, 2])).lines
@@ -171,22 +154,6 @@ def test_the_key_names_what_has_a_title() -> None:
     alone = drawn(Curve(x=[0, 1], y=[1, 0]))
     assert alone.get_legend() is None
     assert alone.get_title(loc="left") == "What it shows"
-
-
-def test_rows_and_shares() -> None:
-    """Panels of a row stand side by side, rows below each other, each as large as its share."""
-    left, right, below = (
-        panel(Curve(x=[0, 1], y=[0, 1]), id=name, row=row, share=share)
-        for name, row, share in (("left", 0, (1.0, 3.0)), ("right", 0, (1.0, 1.0)), ("below", 1, (2.0, 1.0)))
-    )
-    figure = draw(Figure(panels=(left, right, below)))
-    figure.draw_without_rendering()
-    first, second, third = (axes.get_position() for axes in figure.axes)
-    assert first.x1 < second.x0
-    assert first.y0 == pytest.approx(second.y0)
-    assert third.y1 < first.y0
-    assert 2 < first.width / second.width < 4
-    assert 1.5 < third.height / first.height < 3
 
 
 @pytest.mark.parametrize(("suffix", "begins"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pftrack.core.model.parameters import Value
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.course.recursion import GRID, MEASURED, Moment, RecursionParameters, moments, spread
+from pftrack.teaching.lessons.course.recursion import GRID, Moment, RecursionParameters, moments, spread
 from tests.teaching.lessons.demonstrations import asked_at, shown
 
 LESSON = LESSONS["recursion"]
@@ -30,12 +30,6 @@ def test_grid_and_filter_agree_on_any_sequence(
     mean, variance = spread(GRID, moment.density)
     assert mean == pytest.approx(float(moment.exact.mean[0]), abs=1e-4)
     assert variance == pytest.approx(moment.variance, abs=1e-4)
-
-
-def test_measurements_turn_round_after_the_last() -> None:
-    """Who measures more than eight times goes back along them, and never meets a jump."""
-    measured = [moment.measurement for moment in moments(GRID, RecursionParameters(rounds=0, measurements=22))][1:]
-    assert measured == [*MEASURED, *MEASURED[-2:0:-1], *MEASURED]
 
 
 def test_hidden_is_never_measured() -> None:

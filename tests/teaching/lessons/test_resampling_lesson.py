@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from pftrack.teaching.lessons.course.resampling import (
-    LOOK,
     WEIGHTS,
     ResamplingParameters,
     Scheme,
@@ -17,13 +16,6 @@ from pftrack.teaching.lessons.course.resampling import (
 )
 
 SCHEMES: tuple[Scheme, ...] = "systematic", "stratified", "multinomial"
-
-
-def test_the_axis_of_copies_names_the_weights() -> None:
-    """The file repeats them."""
-    axis = LOOK.panels["copies"].x
-    assert axis.names == tuple(f"{weight:g}" for weight in WEIGHTS)
-    assert (axis.low, axis.high) == (-0.6, len(WEIGHTS) - 0.4)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -42,15 +34,6 @@ def test_the_exact_variance_is_that_of_many_redraws(scheme: Scheme, count: int) 
     """Within five standard errors of 4,000 redraws."""
     squared = np.square(sample_copies(scheme, count, 4000, 5) - count * WEIGHTS).sum(axis=1)
     assert squared.mean() == pytest.approx(exact_variance(scheme, count), abs=5 * squared.std() / 4000**0.5 + 1e-9)
-
-
-@pytest.mark.parametrize("count", [1, 2, 13, 20, 60])
-def test_a_comb_rounds_up_or_down(count: int) -> None:
-    """Whatever the offset, each particle has the whole part of what it expects, or one more."""
-    for offset in np.linspace(0.0, 0.99, 34):
-        ours = copies("systematic", count, offset, 1)
-        assert ours.sum() == count
-        assert (np.abs(ours - count * WEIGHTS) < 1.0).all()
 
 
 def test_all_descend_from_few() -> None:

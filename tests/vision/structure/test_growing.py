@@ -56,15 +56,6 @@ def test_a_body_that_changes_can_be_told() -> None:
     assert state.weight < 0.1
 
 
-def test_it_has_what_a_tracker_asks_for() -> None:
-    """Shape, a covariance for each point, a free energy and a weight are there from the first frame on."""
-    state = grown(own(), 1)[0]
-    assert state.shape.shape == (8, 3)
-    assert state.shape_covariances.shape == (8, 3, 3)
-    assert np.isfinite([state.free_energy, state.weight, state.probability, state.advantage]).all()
-    assert 0.0 <= state.weight <= 1.0
-
-
 def test_frames_without_points_change_nothing() -> None:
     """When nothing is seen neither shape has an advantage, and what is published stays finite."""
     state = grown(own(), 20)[-1]

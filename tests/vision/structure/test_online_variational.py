@@ -35,29 +35,11 @@ def test_the_first_full_window_is_the_batch() -> None:
     assert states[11].free_energy == whole.free_energies[-1]
 
 
-def test_memory_does_not_grow() -> None:
-    """However many frames are taken, the state holds one window."""
-    states = variational.run(seen(BODY, cameras(60), 1.0, noise=1.0), SHORT)
-    assert {state.rows.shape for state in states[11:]} == {(24, 9)}
-    assert {state.motion.shape for state in states[11:]} == {(24, 4)}
-
-
 @pytest.mark.parametrize("forgetting", ["common", "by-information"])
 def test_noise_free_tracks_are_recovered(forgetting: variational.Forgetting) -> None:
     """From nearly noise-free tracks the shape is right to 1e-6 in every step."""
     states = variational.run(seen(BODY, cameras(40), 1e-4), Settings(window=20, forgetting=forgetting))
     assert max(shape_error(state.shape, BODY) for state in states if state.full) < 1e-6
-
-
-def test_states_are_values() -> None:
-    """The same state and frame give the same next state, to the bit, and the first is left as it was."""
-    tracks = seen(BODY, cameras(20), 1.0, noise=1.0)
-    state = variational.run(tracks, SHORT)[-1]
-    rows, second = state.rows.copy(), state.second.copy()
-    one, other = (variational.step(state, tracks.positions[3], tracks.variances[3]) for _ in range(2))
-    assert np.array_equal(one.second, other.second)
-    assert np.array_equal(state.rows, rows)
-    assert np.array_equal(state.second, second)
 
 
 def hidden_late(frames: int = 60) -> np.ndarray:
@@ -77,16 +59,6 @@ def test_a_hidden_point_is_not_forgotten_where_information_counts() -> None:
     assert shape_error(own.shape, BODY) < 0.5 * shape_error(common.shape, BODY)
     assert own.eta[8] < 0.2 * own.eta[0]
     assert common.eta[8] == common.eta[0]
-
-
-def test_equal_information_forgets_equally() -> None:
-    """For points that are always seen alike both kinds of forgetting have nearly the same eta."""
-    tracks = seen(BODY, cameras(60), 1.0)
-    common, own = (
-        variational.run(tracks, Settings(window=30, forgetting=forgetting, memory=0.8))[-1]
-        for forgetting in ("common", "by-information")
-    )
-    assert own.eta == pytest.approx(common.eta, rel=0.15)
 
 
 def test_unseen_points_stay_finite() -> None:

@@ -1,7 +1,6 @@
 """Measurements that are silently wrong: found, and kept out of shapes."""
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
@@ -84,14 +83,13 @@ def test_a_factorization_does_without_them() -> None:
     assert error(ordinary) > 3.0 * error(fit)
 
 
-@pytest.mark.parametrize("tracker", ["growing", "informed"])
-def test_wrong_tracks_do_not_spoil_a_face(tracker: str) -> None:
+def test_wrong_tracks_do_not_spoil_a_face() -> None:
     """With a twentieth of tracks 40 px off the shape of a face is nearly as good as without, but not if all count."""
     experiment = find("structure")
 
     def error(**values: Value) -> float:
         scene: dict[str, Value] = {"tracked_body": "face", "swing_deg": 40, "seen_noise_px": 1, **values}
-        run = whole_run(experiment, tracker=tracker, seed=7, frames=100, values=scene)
+        run = whole_run(experiment, tracker="growing", seed=7, frames=100, values=scene)
         return float(np.median([row.error for row in run.diagnostics[70:]]))
 
     clean, doubted, believed = error(), error(slip_share=0.05), error(slip_share=0.05, wrong_odds=0)

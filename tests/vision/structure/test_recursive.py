@@ -6,7 +6,7 @@ from pftrack.vision.structure import recursive
 from pftrack.vision.structure.cameras import Sight, fit_camera, frontal, residuals_and_slopes, steady_camera
 from pftrack.vision.structure.factorization import Tracks, shape_error
 from pftrack.vision.structure.recursive import Recursive, Settings, from_window
-from tests.vision.structure.views import FOCAL_PX, angles, covariance, own, usual, views
+from tests.vision.structure.views import FOCAL_PX, covariance, own, usual, views
 
 SETTINGS = Settings(FOCAL_PX)
 
@@ -145,18 +145,6 @@ def test_what_is_hidden_is_not_forgotten() -> None:
     assert shape_error(state.shape, own(), "similarity") < shape_error(usual(), own(), "similarity")
     seen = np.arange(8) != 3
     assert (depths(state)[seen] > depths(learned(own(), 80))[seen]).all()
-
-
-def test_states_are_values() -> None:
-    """The same state and frame give the same next state, to the bit, and the first is left as it was."""
-    state = learned(own(), 10)
-    shape, precision = state.shape.copy(), state.precision.copy()
-    positions, variances = next(views(own(), 1))
-    one, other = (recursive.step(state, positions, variances) for _ in range(2))
-    assert np.array_equal(one.precision, other.precision)
-    assert np.array_equal(state.shape, shape)
-    assert np.array_equal(state.precision, precision)
-    assert angles(3, 0.0).any() == 0
 
 
 def test_bad_input_is_refused() -> None:

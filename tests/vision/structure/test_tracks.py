@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.vision.structure.factorization import Tracks, check_view
+from pftrack.vision.structure.factorization import Tracks
 
 ONE = np.ones((3, 5, 2))
 
@@ -35,14 +35,6 @@ def test_what_are_no_tracks_is_refused(positions: np.ndarray, variances: np.ndar
     """Wrong shapes, too few points or frames, variances that are none and NaN that counts are refused."""
     with pytest.raises(ValueError, match=said):
         Tracks(positions, variances)
-
-
-def test_a_frame_must_have_the_points_of_the_others() -> None:
-    """A single frame is refused alike."""
-    with pytest.raises(ValueError, match=r"expected positions and variances \(6, 2\), got \(5, 2\) and \(5, 2\)"):
-        check_view(ONE[0], ONE[0], 6)
-    with pytest.raises(ValueError, match="variances above 0"):
-        check_view(ONE[0], -ONE[0], 5)
 
 
 def test_tracks_keep_what_they_were_given() -> None:
