@@ -9,12 +9,12 @@ export interface Amount {
   kind: "amount";
 }
 
-/** What a person predicts: a number, or the name of a choice. */
+/** A person's prediction: a number, or the name of a choice. */
 export interface AnswerRequest {
   answer: number | string;
 }
 
-/** An axis with what a map needs to write beside it. */
+/** An axis with its labels for a map. */
 export interface AxisPublic {
   name: string;
   title: string;
@@ -35,7 +35,7 @@ export interface Bands {
   holding: (number | null)[];
 }
 
-/** Go to a frame from which to watch how the target was lost. */
+/** Go to a frame shortly before the target was lost. */
 export interface BeforeLoss {
   kind: "before_loss";
 }
@@ -63,7 +63,7 @@ export interface BranchPublic {
   colour: string;
 }
 
-/** The cells that have changed, by their number: row after row of the y axis. */
+/** The changed cells, by their number: row after row of the y axis. */
 export interface Cells {
   version: 1;
   type: "cells";
@@ -72,7 +72,7 @@ export interface Cells {
   maps: MapPublic[];
 }
 
-/** A sweep seen over one or two of its axes; the others, and the trials, are pooled. */
+/** A sweep over one or two of its axes; the others, and the trials, are pooled. */
 export interface CellsPublic {
   x: AxisPublic;
   y: AxisPublic | null;
@@ -104,7 +104,7 @@ export interface ChangeValues {
   values: Record<string, unknown>;
 }
 
-/** The values in force after a change, and the frame from which they count. */
+/** The values after a change, and the frame from which they apply. */
 export interface Changed {
   parameters: Record<string, boolean | number | string>;
   tracker: string;
@@ -121,13 +121,13 @@ export interface Changes {
   rows: Record<string, unknown>[];
 }
 
-/** What a lesson claims and computes. */
+/** A claim of a lesson that can be computed. */
 export interface CheckPublic {
   name: string;
   title: string;
 }
 
-/** What a check came to. */
+/** The result of a check. */
 export interface CheckedPublic {
   check: string;
   title: string;
@@ -139,7 +139,7 @@ export interface CheckedPublic {
   problem: string | null;
 }
 
-/** What the checks came to so far. */
+/** The results of the checks so far. */
 export interface ChecksPublic {
   done: number;
   total: number;
@@ -153,13 +153,13 @@ export interface ChoicePublic {
   words: string;
 }
 
-/** A place in a publication, as it can be cited. */
+/** A citation of a place in a publication. */
 export interface CitationPublic {
   /** Name of the publication in BibTeX */
   key: string;
   /** Family names, year and place */
   short: string;
-  /** The whole as plain text */
+  /** The whole reference as plain text */
   text: string;
   bibtex: string;
 }
@@ -178,25 +178,25 @@ export interface Columns {
 
 /** One of the runs of a comparison. */
 export interface ComparedPublic {
-  /** By what is special about it */
+  /** Name by its special setting */
   name: string;
-  /** What people call it, where it has such a name */
+  /** Title, if a person gave one */
   title: string | null;
   colour: string;
-  /** Its frame that is the first of those that are compared */
+  /** Its frame that is compared first */
   first: number;
   recipe: Recipe;
-  /** The same, no longer than what is compared */
+  /** The recipe, cut to the compared frames */
   shown: Recipe;
   upload: string | null;
 }
 
-/** A run to compare: one that is here, by its name, or what makes it. */
+/** A run to compare, given by a reference or by its recipe. */
 export interface ComparedRun {
   /** `run`, `session:branch`, `sweep:run`[`:tracker`] */
   reference?: string | null;
   recipe?: RecipeRequest | null;
-  /** Name of the upload that the recipe's footage is */
+  /** Name of the upload that holds the recipe's footage */
   upload?: string | null;
 }
 
@@ -205,14 +205,14 @@ export interface ComparisonCreate {
   runs: ComparedRun[];
 }
 
-/** Two to four runs whose comparison shall be written as a file. */
+/** Two to four runs whose comparison to write as a file. */
 export interface ComparisonExportCreate {
   runs: ComparedRun[];
-  /** By which the file is called */
+  /** Title for the file's name */
   title?: string;
 }
 
-/** A comparison of runs; its steps are frames of all of them. */
+/** A comparison of runs; its steps are frames of all runs. */
 export interface ComparisonJob {
   id: string;
   kind: "comparison";
@@ -229,7 +229,7 @@ export interface ComparisonJob {
   error: string | null;
 }
 
-/** Two methods against each other, cell by cell. */
+/** A comparison of two methods, cell by cell. */
 export interface ComparisonPublic {
   first: string;
   second: string;
@@ -256,16 +256,16 @@ export interface ComparisonResult {
   paired: Paired[];
 }
 
-/** How far compiling is, which is needed once after an installation or an update. */
+/** Progress of compiling, which is needed once after an installation or an update. */
 export interface CompilationPublic {
   finished: boolean;
   /** In words: "compiling, 14 of 41 functions, about 40 s on an idle machine" */
   sentence: string;
-  /** Functions that are compiled */
+  /** Number of compiled functions */
   done: number;
-  /** Functions that there are; 0 while that is not known */
+  /** Number of functions; 0 while unknown */
   total: number;
-  /** On an idle machine; null while unknown */
+  /** Seconds left on an idle machine; null if unknown */
   seconds_left: number | null;
   /** Experiments ready to start */
   usable: string[];
@@ -279,7 +279,7 @@ export interface Component {
   unit: string;
 }
 
-/** The run that answers the question is still computed; ask again. */
+/** The run that answers the question is still being computed; ask again. */
 export interface ComputingPublic {
   done: number;
   total: number;
@@ -341,7 +341,7 @@ export interface Diagnosis {
   sentence: string;
 }
 
-/** What the cure changes. */
+/** One setting that the cure changes. */
 export interface DifferencePublic {
   title: string;
   unit: string;
@@ -381,26 +381,26 @@ export interface EstimatePublic {
   problem: string | null;
 }
 
-/** A sweep whose size is wanted before it starts. */
+/** A sweep whose size is requested before it starts. */
 export interface EstimateRequest {
   experiment: string;
-  /** Name on the screen; made up from the plan if it is not given. */
+  /** Title; made from the plan if it is not given. */
   title?: string | null;
-  /** Axes, which multiply; may be empty on a recording. */
+  /** Axes; the sweep has all combinations. May be empty on a recording. */
   axes: SweepAxis[];
-  /** Trackers; all of them meet the same seeds. */
+  /** Trackers; all get the same seeds. */
   trackers?: string[];
   trials?: number;
   /** Length of a run. */
   frames?: number | null;
   seed?: number;
-  /** Whether to measure how probable a loss of the target is, too. */
+  /** Whether to measure the probability of a loss, too. */
   loss_probability?: boolean;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
   /** The recording of all runs; the simulated scene if not given. */
   footage?: FootageRequest | null;
-  /** Name of the upload that the footage is; its hash does as well. */
+  /** Name of the footage's upload; the footage's hash is enough, too. */
   upload?: string | null;
   /** Whether to measure the time on a few runs, which takes some seconds. */
   measure?: boolean;
@@ -415,87 +415,87 @@ export interface Evidence {
   values: (number | null)[];
 }
 
-/** An experiment with everything that can be turned. */
+/** An experiment with all its parameters. */
 export interface ExperimentDetail {
   id: string;
   title: string;
-  /** What it is called where a recording is tracked */
+  /** Title on a recording */
   clip_title: string;
-  /** What kind of thing it estimates; those of one family stand together */
+  /** Kind of quantity that it estimates; a family is listed together */
   family: string;
   question: string;
-  /** What it comes from, the main one first */
+  /** Sources, the main one first */
   references: CitationPublic[];
   description: string;
   accepts_video: boolean;
-  /** Kinds of recording that it takes, as an upload's kind names them */
+  /** Kinds of recording that it takes, as in an upload's kind */
   footage: string[];
-  /** What is tracked, one word */
+  /** The target, one word */
   target: string;
-  /** Kinds of mark that it takes in a recording, the one to offer first */
+  /** Kinds of mark that it takes in a recording, the default one first */
   marks: Editor[];
-  /** Kinds of recording in which the target need not be marked all the same */
+  /** Kinds of recording in which the target need not be marked */
   unmarked: string[];
-  /** Kind of mark that it finds itself; null if a person marks the target */
+  /** Kind of mark that it finds by itself; null if a person marks the target */
   finds: string | null;
-  /** Kinds of mark by which a person may show it where to find the target */
+  /** Kinds of mark with which a person can hint at the target */
   hints: string[];
-  /** Whether it can tell before tracking how suitable a target is */
+  /** Whether it can judge a target's suitability before tracking */
   suits: boolean;
-  /** What a person who marks the target should know */
+  /** Advice for marking the target */
   advice: string;
-  /** What a table of truth for a recording has; empty if there is none */
+  /** Columns of a truth table for a recording; empty if it takes none */
   truth_columns: string[];
   default_tracker: string;
   frames: number;
   trackers: Record<string, string>[];
   presets: Preset[];
-  /** Where a small picture of it is; null if it brings none */
+  /** Address of a small picture; null if it has none */
   thumbnail: string | null;
   declarations: Declaration[];
   layers: Layer[];
   worlds: World[];
   schema: Record<string, unknown>;
-  /** Trackers that can tell how probable it is that the target is lost */
+  /** Trackers that can give the probability of a loss */
   loss_trackers: string[];
 }
 
-/** An experiment as the start page shows it. */
+/** An experiment on the start page. */
 export interface ExperimentPublic {
   id: string;
   title: string;
-  /** What it is called where a recording is tracked */
+  /** Title on a recording */
   clip_title: string;
-  /** What kind of thing it estimates; those of one family stand together */
+  /** Kind of quantity that it estimates; a family is listed together */
   family: string;
   question: string;
-  /** What it comes from, the main one first */
+  /** Sources, the main one first */
   references: CitationPublic[];
   description: string;
   accepts_video: boolean;
-  /** Kinds of recording that it takes, as an upload's kind names them */
+  /** Kinds of recording that it takes, as in an upload's kind */
   footage: string[];
-  /** What is tracked, one word */
+  /** The target, one word */
   target: string;
-  /** Kinds of mark that it takes in a recording, the one to offer first */
+  /** Kinds of mark that it takes in a recording, the default one first */
   marks: Editor[];
-  /** Kinds of recording in which the target need not be marked all the same */
+  /** Kinds of recording in which the target need not be marked */
   unmarked: string[];
-  /** Kind of mark that it finds itself; null if a person marks the target */
+  /** Kind of mark that it finds by itself; null if a person marks the target */
   finds: string | null;
-  /** Kinds of mark by which a person may show it where to find the target */
+  /** Kinds of mark with which a person can hint at the target */
   hints: string[];
-  /** Whether it can tell before tracking how suitable a target is */
+  /** Whether it can judge a target's suitability before tracking */
   suits: boolean;
-  /** What a person who marks the target should know */
+  /** Advice for marking the target */
   advice: string;
-  /** What a table of truth for a recording has; empty if there is none */
+  /** Columns of a truth table for a recording; empty if it takes none */
   truth_columns: string[];
   default_tracker: string;
   frames: number;
   trackers: Record<string, string>[];
   presets: Preset[];
-  /** Where a small picture of it is; null if it brings none */
+  /** Address of a small picture; null if it has none */
   thumbnail: string | null;
 }
 
@@ -507,10 +507,10 @@ export interface Explanation {
   before: number | null;
 }
 
-/** What to find out about the active branch of a session. */
+/** The exploration of a session's active branch to begin. */
 export interface ExplorationCreate {
   kind: "what-if" | "ensemble";
-  /** For what-if: a frame of the loss; default: the first lasting */
+  /** For what-if: a frame of the loss; default: the first lasting one */
   frame?: number | null;
   /** For an ensemble: whether each run sees the scene of its own seed */
   scene?: "same" | "other";
@@ -518,7 +518,7 @@ export interface ExplorationCreate {
   seconds?: number;
 }
 
-/** What would have saved a run (a report), or what runs with other seeds do (bands). */
+/** Changes that would have saved a run (a report), or runs with other seeds (bands). */
 export interface ExplorationJob {
   id: string;
   kind: "exploration";
@@ -535,7 +535,7 @@ export interface ExplorationJob {
   error: string | null;
   session: string;
   branch: string;
-  /** Whether the session's run has changed since */
+  /** Whether the session's run has changed since then */
   stale: boolean;
 }
 
@@ -556,19 +556,19 @@ export interface ExportJob {
   error: string | null;
 }
 
-/** A file that was written. */
+/** An exported file. */
 export interface ExportedFile {
-  /** What kind of file it is */
+  /** Title of the file's kind */
   title: string;
   media_type: string;
-  /** Where it can be fetched */
+  /** Address of the file */
   address: string;
 }
 
-/** What a saved run can be exported as. */
+/** The exports of a saved run. */
 export interface ExportsPublic {
   exports: FileKind[];
-  /** What `plot` may name for an export of the group "plots" */
+  /** Values of `plot` for an export of the group "plots" */
   plots: Plot[];
 }
 
@@ -581,7 +581,7 @@ export interface FailureNeighbour {
 /** A named failure of an experiment's trackers, and its cure. */
 export interface FailurePublic {
   id: string;
-  /** Its place in the gallery, which stands for its id in addresses */
+  /** Number in the gallery; usable in addresses in place of the id */
   number: number;
   title: string;
   kind: string;
@@ -590,13 +590,13 @@ export interface FailurePublic {
   cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
   experiment: string;
   experiment_title: string;
-  /** What goes wrong and why */
+  /** Failure and its reason */
   diagnosis: string;
-  /** What helps, and why */
+  /** Remedy and its reason */
   cure: string;
-  /** The one before it happens */
+  /** The frame before it happens */
   frame: number;
-  /** What the cure changes at frame 0 */
+  /** Settings that the cure changes at frame 0 */
   differences: DifferencePublic[];
   failing: Recipe;
   cured: Recipe;
@@ -634,7 +634,7 @@ export interface FailureSide {
 
 /** The figure of a lesson at some parameters. */
 export interface FigurePublic {
-  /** As `pftrack.teaching.lessons.Figure` has it */
+  /** The figure, in the form of `pftrack.teaching.lessons.Figure` */
   figure: Record<string, unknown>;
   numbers: Number[];
   /** In force */
@@ -642,24 +642,24 @@ export interface FigurePublic {
   seed: number;
 }
 
-/** At which parameters a figure is wanted. */
+/** A request for a figure at some parameters. */
 export interface FigureRequest {
-  /** Values by name; others have their defaults */
+  /** Values by name; missing ones are the defaults */
   parameters?: Record<string, unknown>;
-  /** Of the random numbers; the lesson's own if left out */
+  /** Random seed; left out for the lesson's own */
   seed?: number | null;
-  /** Whether what answers the question is shown */
+  /** Whether to show what answers the question */
   revealed?: boolean;
   /** Whether a number out of bounds becomes the nearest allowed one */
   nearest?: boolean;
 }
 
-/** The lecturer's lesson shows another figure. */
+/** A new figure of the lecturer's lesson. */
 export interface FigureShown {
   version: 1;
   type: "figure";
   lesson: string;
-  /** As the lecturer's page got it */
+  /** The figure, as sent to the lecturer's page */
   figure: Record<string, unknown>;
 }
 
@@ -674,29 +674,29 @@ export interface FileKind {
   short: string;
 }
 
-/** A file with a filter of the server's owner. */
+/** A filter file of the server's owner. */
 export interface FilterPublic {
-  /** Of its tracker */
+  /** Name of its tracker */
   name: string;
   file: string;
-  /** Whose target it follows */
+  /** Experiment whose target it follows */
   experiment: string;
-  /** Hash of its text, by which recipes name it */
+  /** Hash of its text, which recipes refer to */
   digest: string;
   text: string;
   /** Whether pages may write it */
   editable: boolean;
   hints: Hint[];
-  /** Columns of the states with the usual parameters */
+  /** Columns of the states at the default parameters */
   components: Component[];
-  /** What the functions find in a frame */
+  /** Description of a frame's content for the functions */
   observed: string;
 }
 
-/** A new text of a file. */
+/** A new text for a filter file. */
 export interface FilterUpdate {
   text: string;
-  /** Hash of the text that it takes the place of */
+  /** Hash of the text that it replaces */
   before: string;
 }
 
@@ -724,13 +724,13 @@ export interface Fit {
   caution: string;
 }
 
-/** What to fit. */
+/** The parameters to fit. */
 export interface FitCreate {
-  /** Names of parameters of the tracker */
+  /** Names of the tracker's parameters */
   numbers: string[];
 }
 
-/** A fit of numbers to what a session's run has seen. */
+/** A fit of parameters to the data of a session's run. */
 export interface FitJob {
   id: string;
   kind: "fit";
@@ -757,29 +757,29 @@ export interface Fitted {
   at_bound: boolean;
 }
 
-/** What a class is to follow: at least one session or a lesson. */
+/** A new class, on at least one session or a lesson. */
 export interface FollowCreate {
-  /** One session, or up to four that are compared */
+  /** One session, or up to four to compare */
   sessions?: string[];
   lesson?: string | null;
-  /** That of the lesson or the first session, if left out */
+  /** Title; left out for that of the lesson or the first session */
   title?: string | null;
-  /** How the lecturer's page arranges them, for the followers' pages */
+  /** Arrangement on the lecturer's page, for the followers' pages */
   arrangement?: Record<string, unknown>;
-  /** At one time; 0 closes the class to new followers */
+  /** Followers at one time; 0 closes the class to new ones */
   most_followers?: number;
-  /** After which it ends by itself, from now on */
+  /** Hours from now after which it ends by itself */
   hours?: number;
 }
 
-/** What a class follows now; `hello` is the first message to a follower. */
+/** The class's state; `hello` is the first message to a follower. */
 export interface FollowNews {
   version: 1;
   type: "hello" | "follow";
   follow: FollowPublic;
 }
 
-/** What a class follows, as the lecturer sees it. */
+/** The lecturer's view of a class. */
 export interface FollowOwned {
   title: string;
   sessions: FollowedPublic[];
@@ -788,19 +788,19 @@ export interface FollowOwned {
   expires: string;
   poll: PollPublic | null;
   id: string;
-  /** For followers, the best first */
+  /** Links for followers, the best first */
   links: LinkPublic[];
-  /** For another device of the lecturer; gives rights over this class alone */
+  /** Link for another device of the lecturer; gives rights over this class only */
   owner_link: string;
-  /** What keeps others from following, a sentence */
+  /** Why others cannot follow, a sentence */
   notice: string | null;
   followers: number;
   most_followers: number;
-  /** Followers who try something of their own */
+  /** Number of followers with a copy of their own */
   forks: number;
 }
 
-/** What a class follows, as followers see it; `mine` is null in what goes to all. */
+/** The followers' view of a class; `mine` is null in messages to all. */
 export interface FollowPublic {
   title: string;
   sessions: FollowedPublic[];
@@ -811,22 +811,22 @@ export interface FollowPublic {
   mine: MinePublic | null;
 }
 
-/** What a class is to follow, and for how many; in a change what is left out stays. */
+/** A class's content and limits; in a change, fields that are left out stay the same. */
 export interface FollowUpdate {
-  /** One session, or up to four that are compared */
+  /** One session, or up to four to compare */
   sessions?: string[];
   lesson?: string | null;
-  /** That of the lesson or the first session, if left out */
+  /** Title; left out for that of the lesson or the first session */
   title?: string | null;
-  /** How the lecturer's page arranges them, for the followers' pages */
+  /** Arrangement on the lecturer's page, for the followers' pages */
   arrangement?: Record<string, unknown>;
-  /** At one time; 0 closes the class to new followers */
+  /** Followers at one time; 0 closes the class to new ones */
   most_followers?: number;
-  /** After which it ends by itself, from now on */
+  /** Hours from now after which it ends by itself */
   hours?: number;
 }
 
-/** A session that is followed. */
+/** A followed session. */
 export interface FollowedPublic {
   id: string;
   title: string;
@@ -856,17 +856,17 @@ export interface FootageRequest {
   square?: boolean | null;
 }
 
-/** A follower wants a session that begins as one of the class's stands, or to turn the lesson's figure. */
+/** A follower's request for a copy of a session, or to change the lesson's figure. */
 export interface ForkCreate {
-  /** One of the class's; the lesson if left out */
+  /** Session of the class to copy; left out for the lesson */
   session?: string | null;
-  /** The frame that is shown, if left out */
+  /** First frame of the copy; left out for the shown frame */
   frame?: number | null;
 }
 
-/** What a follower has: a session, or the lesson. */
+/** A follower's copy: a session or the lesson. */
 export interface ForkPublic {
-  /** Of the session; null for the lesson */
+  /** Name of the session; null for the lesson */
   id: string | null;
   title: string;
   page: string;
@@ -876,7 +876,7 @@ export interface ForkPublic {
 export interface GenealogyPublic {
   /** The oldest frame */
   first: number;
-  /** How many different ancestors there are in each frame from there on */
+  /** Number of distinct ancestors in each frame from there on */
   counts: number[];
   /** The newest frame in which one particle is the ancestor of all */
   coalesced: number | null;
@@ -916,7 +916,7 @@ export interface Histograms {
   kind: "histograms";
 }
 
-/** A run that was sent and is being computed; its steps are frames. */
+/** An imported run that is being computed; its steps are frames. */
 export interface ImportJob {
   id: string;
   kind: "import";
@@ -933,44 +933,44 @@ export interface ImportJob {
   error: string | null;
 }
 
-/** Look at a place, a particle, or without either the estimate; it is drawn from now on. */
+/** Inspect a place or a particle, or the estimate if neither is given; it is drawn from now on. */
 export interface Inspect {
   kind: "inspect";
-  /** Whether the likelihood lies over the picture */
+  /** Whether to draw the likelihood over the picture */
   likelihood?: boolean;
-  /** Of the picture, px */
+  /** Place in the picture, px */
   place?: [number, number] | null;
-  /** Whether the particle nearest to the place is looked at, and followed */
+  /** Whether to inspect and follow the particle nearest to the place */
   picks?: boolean;
-  /** Place of a particle to follow */
+  /** Index of a particle to follow */
   particle?: number | null;
-  /** The frame of the particle; the one that is shown if left out */
+  /** Frame of the particle; left out for the shown one */
   frame?: number | null;
-  /** Whether the ancestors of all particles are wanted */
+  /** Whether to return the ancestors of all particles */
   genealogy?: boolean;
-  /** Whether arrows show which way the parts of the tracker's step pull */
+  /** Whether to draw the parts of the tracker's step as arrows */
   pulls?: boolean;
 }
 
-/** What is found in the frame that is shown. */
+/** Findings of an inspection in the shown frame. */
 export interface InspectionPublic {
   frame: number;
-  /** What was looked at; gone is a particle that has no descendants here */
+  /** What was inspected; gone is a particle without descendants here */
   subject: "estimate" | "place" | "particle" | "gone";
   place: [number, number] | null;
-  /** What the likelihood compares; empty for a tracker that cannot be asked */
+  /** Title of the likelihood; empty if the tracker has none to show */
   title: string;
-  /** Whether the likelihood can lie over the picture */
+  /** Whether the likelihood can be drawn over the picture */
   has_map: boolean;
-  /** The log likelihoods of the darkest and the lightest colour */
+  /** Log likelihoods of the darkest and the lightest colour */
   scale: [number, number] | null;
-  /** Null where it cannot be asked, or is impossible */
+  /** Log likelihood at the place; null if unavailable or impossible */
   log_likelihood: number | null;
   impossible: boolean;
   parts: (Amount | Residual | Histograms | PatchesPublic | Contributions)[];
   state: StateValue[];
   particle: ParticleFinding | null;
-  /** What the tracker's step of this frame was made of */
+  /** Parts of the tracker's step in this frame */
   update: (Amount | Residual | Histograms | PatchesPublic | Contributions)[];
   courses: Course[];
   genealogy: GenealogyPublic | null;
@@ -1008,14 +1008,14 @@ export interface Layer {
   role: "" | "through time" | "flat only";
 }
 
-/** Two to four runs beside each other. */
+/** Two to four runs next to each other. */
 export interface LectureComparison {
   runs: ComparedRun[];
   position?: number;
   arrangement?: "side" | "over";
 }
 
-/** One thing that is shown or asked, of one of the kinds. */
+/** One item of a lecture, of one of the kinds. */
 export interface LectureItem {
   /** Id of a lesson */
   lesson?: string | null;
@@ -1023,35 +1023,35 @@ export interface LectureItem {
   failure?: string | null;
   session?: LectureRun | null;
   comparison?: LectureComparison | null;
-  /** Id of a lesson whose question the class is asked */
+  /** Id of a lesson whose question to ask the class */
   question?: string | null;
-  /** A question of one's own */
+  /** A question of the lecturer's own */
   poll?: string | null;
-  /** Of the poll */
+  /** Answers of the poll */
   answers?: string[] | null;
-  /** Its own, if left out */
+  /** Title; left out for the content's own */
   title?: string | null;
-  /** What is usual, if left out */
+  /** Minutes; left out for the usual time */
   minutes?: number | null;
 }
 
-/** What is known of an item. */
+/** The view of a lecture's item. */
 export interface LectureItemPublic {
-  /** As it is sent back, a LectureItem */
+  /** The item itself, a LectureItem to send back */
   item: Record<string, unknown>;
   kind: "lesson" | "failure" | "session" | "comparison" | "question" | "poll";
   title: string;
-  /** How long it takes: what it says, or what is usual */
+  /** Its minutes, given or usual */
   minutes: number;
-  /** Where it is shown; null for a poll, which is asked over what is shown */
+  /** Page that shows it; null for a poll, which appears over the present page */
   page: string | null;
-  /** What the class is asked, if it is a poll or a lesson's question */
+  /** Question to the class, if it is a poll or a lesson's question */
   asks: PollCreate | null;
-  /** Why it cannot be shown here, a sentence with its line in the file */
+  /** Why it cannot be shown here, a sentence with the line in the file */
   problem: string | null;
 }
 
-/** All of a lecture. */
+/** A whole lecture. */
 export interface LecturePublic {
   id: string;
   title: string;
@@ -1065,14 +1065,14 @@ export interface LecturePublic {
   notes: string;
 }
 
-/** A run, and the frame at which its session begins. */
+/** A run, and the first frame of its session. */
 export interface LectureRun {
   /** `run`, `session:branch`, `sweep:run`[`:tracker`] */
   reference?: string | null;
   recipe?: RecipeRequest | null;
-  /** Name of the upload that the recipe's footage is */
+  /** Name of the upload that holds the recipe's footage */
   upload?: string | null;
-  /** That of a saved run, or the first, if left out */
+  /** Frame to show; left out for that of a saved run, or the first */
   position?: number | null;
 }
 
@@ -1088,17 +1088,17 @@ export interface LectureSummary {
   page: string;
 }
 
-/** A lecture as its page sends it; its file has the same, with the notes as its text. */
+/** A lecture from its page; its file has the same fields, with the notes as its text. */
 export interface LectureUpdate {
   title: string;
   items?: LectureItem[];
   notes?: string;
 }
 
-/** A lesson with everything that its page needs; texts are HTML. */
+/** A lesson with everything for its page; texts are HTML. */
 export interface LessonDetail {
   id: string;
-  /** Place in the course; 0 for one beside it */
+  /** Number in the course; 0 for a lesson outside it */
   number: number;
   title: string;
   kind: "demonstration" | "scenario";
@@ -1106,7 +1106,7 @@ export interface LessonDetail {
   origin: string;
   checks: CheckPublic[];
   uses: ScenarioPublic[];
-  /** How long it takes a class */
+  /** Minutes that it takes a class */
   minutes: number;
   /** Why it cannot be run here, one sentence */
   problem: string | null;
@@ -1115,11 +1115,11 @@ export interface LessonDetail {
   notice: string;
   declarations: Declaration[];
   defaults: Record<string, boolean | number | string>;
-  /** Whether the seed matters */
+  /** Whether the figure depends on the seed */
   random: boolean;
   seed: number;
   question: QuestionPublic;
-  /** Values at which the question is asked */
+  /** Parameter values at which the question is asked */
   asked: Record<string, boolean | number | string>;
   scenario: ScenarioPublic | null;
   previous: NeighbourPublic | null;
@@ -1133,10 +1133,10 @@ export interface LessonProblem {
   message: string;
 }
 
-/** A lesson as the overview shows it. */
+/** A lesson in the overview. */
 export interface LessonPublic {
   id: string;
-  /** Place in the course; 0 for one beside it */
+  /** Number in the course; 0 for a lesson outside it */
   number: number;
   title: string;
   kind: "demonstration" | "scenario";
@@ -1144,13 +1144,13 @@ export interface LessonPublic {
   origin: string;
   checks: CheckPublic[];
   uses: ScenarioPublic[];
-  /** How long it takes a class */
+  /** Minutes that it takes a class */
   minutes: number;
   /** Why it cannot be run here, one sentence */
   problem: string | null;
 }
 
-/** All lessons, those of the course first and in its order. */
+/** All lessons; those of the course come first, in its order. */
 export interface LessonsPublic {
   lessons: LessonPublic[];
   problems: LessonProblem[];
@@ -1159,7 +1159,7 @@ export interface LessonsPublic {
 /** An address of the link for followers. */
 export interface LinkPublic {
   address: string;
-  /** Whether other machines can reach it */
+  /** Whether other machines can open it */
   everybody: boolean;
 }
 
@@ -1169,7 +1169,7 @@ export interface MakeBranch {
   frame: number;
   /** New values by name of the parameter; `tracker` is the tracker */
   values?: Record<string, unknown>;
-  /** Seed of the tracker from there on; the scene stays as it is */
+  /** Random seed of the tracker from there on; the scene stays the same */
   seed?: number | null;
   title?: string | null;
 }
@@ -1222,7 +1222,7 @@ export interface Measured {
   cured: number | null;
 }
 
-/** What belongs to one follower alone. */
+/** The part of a class's view that belongs to one follower. */
 export interface MinePublic {
   fork: ForkPublic | null;
   vote: Vote | null;
@@ -1231,11 +1231,11 @@ export interface MinePublic {
 /** Move a particle or the estimate before the next frame; in the past this makes a branch. */
 export interface MoveBelief {
   kind: "move";
-  /** The one that is shown, in which it is moved */
+  /** The shown frame, in which it is moved */
   frame: number;
-  /** Which of the particles that are drawn; the estimate, with all of them, if left out */
+  /** Index of a drawn particle; left out for the estimate with all particles */
   particle?: number | null;
-  /** Of the drawing, px; the nearest that is allowed counts */
+  /** New place in the drawing, px; the nearest allowed place is used */
   place: [number, number];
 }
 
@@ -1246,7 +1246,7 @@ export interface NeighbourPublic {
   title: string;
 }
 
-/** What people call a saved run or comparison. */
+/** A new title for a saved run or comparison. */
 export interface NewTitle {
   title: string;
 }
@@ -1263,7 +1263,7 @@ export interface Number {
   within: boolean | null;
 }
 
-/** With which method to open a run; with its own if none is named. */
+/** The method with which to open a run; by default its own. */
 export interface OpenRequest {
   tracker?: string | null;
 }
@@ -1276,7 +1276,7 @@ export interface Outcome {
   first_lost_frame: number | null;
 }
 
-/** What has changed for the lecturer; `hello` is the first message. */
+/** The class's state for the lecturer; `hello` is the first message. */
 export interface OwnedNews {
   version: 1;
   type: "hello" | "follow";
@@ -1317,7 +1317,7 @@ export interface ParticleFinding {
   descendants: number[];
 }
 
-/** A piece of the picture beside the one expected, as addresses of PNG data; null where it is outside. */
+/** A patch of the picture and the expected patch, as data URLs of PNG files; null where it is outside. */
 export interface PatchesPublic {
   kind: "patches";
   title: string;
@@ -1325,7 +1325,7 @@ export interface PatchesPublic {
   found: string | null;
 }
 
-/** Stop playing, or stop on the way to a frame. */
+/** Stop playing or seeking. */
 export interface Pause {
   kind: "pause";
 }
@@ -1340,7 +1340,7 @@ export interface Ping {
   sent: number;
 }
 
-/** Play from the frame that is shown; from the last frame on, play from the first. */
+/** Play from the shown frame, or from the first frame if the last one is shown. */
 export interface Play {
   kind: "play";
 }
@@ -1372,60 +1372,60 @@ export interface Plugin {
   problem: string;
 }
 
-/** A question to the class: one's own with its answers, a lesson's, or one that was answered before. */
+/** A question to the class: the lecturer's own with answers, a lesson's, or a stored one. */
 export interface PollCreate {
   question: string | null;
   answers: string[] | null;
-  /** Whose question is asked; the server makes the answers of it */
+  /** Lesson whose question is asked; the server makes its answers */
   lesson: string | null;
-  /** A poll that was kept, whose answers are shown again */
+  /** A stored poll, whose answers are shown again */
   kept: string | null;
-  /** In which lecture it is asked; kept with the answers */
+  /** Lecture in which it is asked; stored with the answers */
   lecture: string | null;
 }
 
-/** A question to the class: one's own with its answers, a lesson's, or one that was answered before. */
+/** A question to the class: the lecturer's own with answers, a lesson's, or a stored one. */
 export interface PollCreateRequest {
   question?: string | null;
   answers?: string[] | null;
-  /** Whose question is asked; the server makes the answers of it */
+  /** Lesson whose question is asked; the server makes its answers */
   lesson?: string | null;
-  /** A poll that was kept, whose answers are shown again */
+  /** A stored poll, whose answers are shown again */
   kept?: string | null;
-  /** In which lecture it is asked; kept with the answers */
+  /** Lecture in which it is asked; stored with the answers */
   lecture?: string | null;
 }
 
-/** A poll that is over, and how many gave which answer; who did is known to nobody. */
+/** A closed poll with the votes for each answer; who voted is not stored. */
 export interface PollKept {
   id: string;
   question: string;
   answers: string[];
-  /** Of each answer */
+  /** Votes for each answer */
   counts: number[];
-  /** How many were there to answer */
+  /** Followers who were present */
   followers: number;
-  /** Of what the class saw */
+  /** Title of the content that the class saw */
   title: string;
-  /** The lecture in which it was asked, if it was in one */
+  /** The lecture in which it was asked, if any */
   lecture: string | null;
   lecture_title: string | null;
   asked: string;
-  /** How many have answered */
+  /** Number of answers */
   votes: number;
 }
 
-/** A question to the class, and what was answered. */
+/** A question to the class, and its answers. */
 export interface PollPublic {
   id: string;
   question: string;
   answers: string[];
-  /** How many have answered; null for followers until it is revealed */
+  /** Number of answers; null for followers until it is revealed */
   votes: number | null;
-  /** Of each answer; null until it is revealed */
+  /** Votes for each answer; null until it is revealed */
   counts: number[] | null;
   revealed: boolean;
-  /** Whose question it is, if it is a lesson's */
+  /** Lesson that the question comes from, if any */
   lesson: string | null;
 }
 
@@ -1457,30 +1457,30 @@ export interface Preview {
   meanings: ColumnMeaning[];
 }
 
-/** The sweep, once it is further or in another state. */
+/** The sweep, after progress or a change of state. */
 export interface Progress {
   version: 1;
   type: "progress";
   sweep: SweepPublic;
 }
 
-/** What is asked, without its answer. */
+/** A lesson's question without its answer. */
 export interface QuestionPublic {
   /** HTML */
   text: string;
   kind: "number" | "choice" | "point";
   unit: string;
-  /** Lowest and highest number that is an answer at all */
+  /** Lowest and highest possible answer */
   bounds: [number, number];
   choices: ChoicePublic[];
-  /** Of a "point": id of the panel of the figure in which it is placed */
+  /** For a "point": id of the figure's panel in which to place it */
   panel: string;
   along: "x" | "y";
 }
 
-/** Where a request waits. */
+/** The place of a request in the queue. */
 export interface QueuePublic {
-  /** How many come before it */
+  /** Number of requests before it */
   before: number;
 }
 
@@ -1567,10 +1567,10 @@ export interface Residual {
   kind: "residual";
 }
 
-/** Start the active branch again with the values in force. */
+/** Start the active branch again with the current values. */
 export interface Restart {
   kind: "restart";
-  /** The seed to start again with; the same one if left out */
+  /** New random seed; left out for the same one */
   seed?: number | null;
 }
 
@@ -1589,27 +1589,27 @@ export interface RowPublic {
   problem: string | null;
 }
 
-/** Some runs of a cell, failures first, and how many there are. */
+/** Some runs of a cell, failures first, and the number of all. */
 export interface RowsPublic {
   total: number;
   failures: number;
   rows: RowPublic[];
 }
 
-/** What is known of a comparison; its frames are those in common, counted from 0 on. */
+/** A comparison; its frames are the common ones, counted from 0. */
 export interface RunComparisonPublic {
   unit: string;
   frames: number;
   runs: ComparedPublic[];
-  /** What differs, and that alone */
+  /** The settings that differ */
   settings: Setting[];
-  /** Files that can be made of it */
+  /** Kinds of files to export it as */
   exports: FileKind[];
   /** Results of the runs, once they are computed */
   found: ComparisonResult | null;
 }
 
-/** Which session's active branch to save. */
+/** The session whose active branch to save. */
 export interface RunCreate {
   session: string;
   title?: string | null;
@@ -1626,28 +1626,28 @@ export interface RunPublic {
   created: string;
   outcome: string;
   summary: Record<string, unknown>;
-  /** Address of its picture. */
+  /** Address of the run's picture. */
   thumbnail: string;
-  /** Address of the page that lists it. */
+  /** Address of the page that lists the run. */
   page: string;
 }
 
-/** A comparison to keep. */
+/** A comparison to save. */
 export interface SavedComparisonCreate {
   title: string;
   runs: SavedRunRequest[];
-  /** The frame to begin at, of those that all runs have */
+  /** The first frame to show, among the common ones */
   position?: number;
   arrangement?: "side" | "over";
 }
 
-/** A saved comparison with all that makes it again. */
+/** A saved comparison with its recipes. */
 export interface SavedComparisonDetail {
   id: string;
   title: string;
-  /** Of its runs, each once */
+  /** Experiments of its runs, each once */
   experiments: string[];
-  /** Of its runs, in order; empty where the recipe names none */
+  /** Trackers of its runs, in order; empty for a default */
   trackers: string[];
   created: string;
   page: string;
@@ -1660,36 +1660,36 @@ export interface SavedComparisonDetail {
 export interface SavedComparisonPublic {
   id: string;
   title: string;
-  /** Of its runs, each once */
+  /** Experiments of its runs, each once */
   experiments: string[];
-  /** Of its runs, in order; empty where the recipe names none */
+  /** Trackers of its runs, in order; empty for a default */
   trackers: string[];
   created: string;
   page: string;
 }
 
-/** What makes a run of a saved comparison. */
+/** The recipe of a run of a saved comparison. */
 export interface SavedRun {
   recipe: Recipe;
 }
 
-/** What makes a run of a saved comparison. */
+/** The recipe of a run of a saved comparison. */
 export interface SavedRunRequest {
   recipe: RecipeRequest;
 }
 
-/** A run of an experiment, with the parameters that may be turned. */
+/** A run of an experiment, with the parameters that can be changed. */
 export interface ScenarioPublic {
   recipe: Recipe;
-  /** What to look for in it, HTML */
+  /** Hint on what to look for, HTML */
   words: string;
   unlocked: string[];
   frame: number;
-  /** Ids of the plots to show; all of them if none is named */
+  /** Ids of the plots to show; empty for all */
   plots: string[];
-  /** Names of layers to show beside those that are shown anyway */
+  /** Names of layers to show in addition to the default ones */
   layers: string[];
-  /** Of the experiment */
+  /** Title of the experiment */
   title: string;
   /** Why it cannot be run here, one sentence */
   problem: string | null;
@@ -1929,17 +1929,17 @@ export interface ShowBranch {
 
 /** The result of a search for a target in an upload. */
 export interface SightingPublic {
-  /** Where it was found, or the last frame that was looked into */
+  /** Frame where it was found, or the last searched frame */
   frame: number;
-  /** The target, of the kind that is found; null if it was not found */
+  /** The found target's mark; null if it was not found */
   mark: Record<string, unknown> | null;
-  /** Handles of the mark that a model has placed rather than the picture shown */
+  /** Handles of the mark placed by a model, not found in the picture */
   placed: string[];
-  /** What to look at, or why nothing was found */
+  /** Points to check, or why nothing was found */
   remarks: string[];
-  /** How many frames were looked into */
+  /** Number of searched frames */
   looked: number;
-  /** How many frames there are to look into */
+  /** Number of frames to search */
   of: number;
 }
 
@@ -1963,49 +1963,49 @@ export interface SourceCode {
   command: string;
 }
 
-/** The runs: one, or several that are compared. */
+/** The runs to write as source code: one, or several to compare. */
 export interface SourceCodeRequest {
   runs: ComparedRun[];
-  /** Most frames each */
+  /** Most frames of each run */
   frames?: number | null;
 }
 
-/** One coordinate of the state that is looked at. */
+/** One coordinate of the inspected state. */
 export interface StateValue {
   name: string;
   unit: string;
   value: number | null;
 }
 
-/** Go to the next frame, or back to the one before; both ends hold. */
+/** Go one frame forward or back; at an end nothing happens. */
 export interface Step {
   kind: "step" | "back";
 }
 
-/** Stop playing where the target is probably lost. */
+/** Stop playing when the target is probably lost. */
 export interface StopAt {
   kind: "stop_at";
-  /** That the target is lost, from which on it stops playing; never if left out. On a recording any value stops it where a mark or the tracker itself says that the target is lost */
+  /** P(lost) at which playing stops; left out for never. On a recording any value stops it when a mark or the tracker itself reports a loss */
   probability?: number | null;
 }
 
-/** Whether a target can be followed, looked at before it is tracked. */
+/** A judgement, before tracking, whether a target can be followed. */
 export interface SuitabilityPublic {
-  /** 0..1, the higher the better */
+  /** Suitability, 0 to 1, higher is better */
   value: number;
-  /** The same in words */
+  /** Suitability in words */
   grade: "well" | "poorly" | "not at all" | "no verdict";
-  /** What was found, a sentence */
+  /** Finding, a sentence */
   remark: string;
-  /** What would help, a sentence each */
+  /** Advice, a sentence each */
   advice: string[];
-  /** A mark of the same target that suits better; null if unknown */
+  /** A better mark of the same target; null if unknown */
   better: Record<string, unknown> | null;
-  /** Likelihood over the picture as a data address; null if it has no places */
+  /** Likelihood over the picture as a data URL; null if unavailable */
   picture: string | null;
 }
 
-/** A parameter that is varied: from `start` to `stop` by `step`, both ends included, or over a list of values. */
+/** A varied parameter: from `start` to `stop` by `step`, both ends included, or over a list of values. */
 export interface SweepAxis {
   name: string;
   start?: number | null;
@@ -2017,23 +2017,23 @@ export interface SweepAxis {
 /** A new sweep: an experiment over a grid of conditions. */
 export interface SweepCreate {
   experiment: string;
-  /** Name on the screen; made up from the plan if it is not given. */
+  /** Title; made from the plan if it is not given. */
   title?: string | null;
-  /** Axes, which multiply; may be empty on a recording. */
+  /** Axes; the sweep has all combinations. May be empty on a recording. */
   axes: SweepAxis[];
-  /** Trackers; all of them meet the same seeds. */
+  /** Trackers; all get the same seeds. */
   trackers?: string[];
   trials?: number;
   /** Length of a run. */
   frames?: number | null;
   seed?: number;
-  /** Whether to measure how probable a loss of the target is, too. */
+  /** Whether to measure the probability of a loss, too. */
   loss_probability?: boolean;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
   /** The recording of all runs; the simulated scene if not given. */
   footage?: FootageRequest | null;
-  /** Name of the upload that the footage is; its hash does as well. */
+  /** Name of the footage's upload; the footage's hash is enough, too. */
   upload?: string | null;
 }
 
@@ -2078,7 +2078,7 @@ export interface SweepPublic {
   page: string;
 }
 
-/** The beginning of a table whose columns have names of its own. */
+/** The beginning of a table with unknown column names. */
 export interface TableHead {
   /** Its first lines */
   text: string;
@@ -2148,16 +2148,16 @@ export interface TruthMark {
   parts: string[];
 }
 
-/** Summary of the truth that is known of an upload. */
+/** Summary of an upload's truth. */
 export interface TruthPublic {
-  /** How many frames there is truth of */
+  /** Number of frames with truth */
   frames: number;
   first: number;
   last: number;
   warnings: string[];
 }
 
-/** An upload and what was found in it. */
+/** An upload and its content. */
 export interface UploadPublic {
   id: string;
   name: string;
@@ -2173,20 +2173,20 @@ export interface UploadPublic {
   created: string;
 }
 
-/** The first values of an axis as it would be, and how many there are. */
+/** The first values of a planned axis, and their number. */
 export interface ValuesPublic {
   name: string;
   count: number;
   first: (boolean | number | string)[];
 }
 
-/** What is said of a prediction. */
+/** The verdict on a prediction. */
 export interface VerdictPublic {
   right: boolean;
   given: number | string;
   exact: number | string;
   measured: number | null;
-  /** Of a run, where there is one: the frame that shows the answer */
+  /** Frame of the run that shows the answer, if there is a run */
   frame: number | null;
   /** The verdict and its reason, HTML */
   words: string[];
@@ -2200,22 +2200,22 @@ export interface Viewpoint {
   elevation_deg: number;
 }
 
-/** A follower's answer, by its place in the list. */
+/** A follower's answer, as an index in the list. */
 export interface Vote {
   poll: string;
   answer: number;
 }
 
-/** What was found, the newest of each kind first. */
+/** Results of a search, newest of each kind first. */
 export interface WorkPublic {
   sessions: SessionPublic[];
   runs: RunPublic[];
   comparisons: SavedComparisonPublic[];
   sweeps: SweepPublic[];
   uploads: UploadPublic[];
-  /** How many have all the words, those beyond the limit included */
+  /** Number of matches, including those beyond the limit */
   found: Record<string, number>;
-  /** How many there are */
+  /** Number of all items */
   total: Record<string, number>;
 }
 

@@ -163,7 +163,7 @@ def test_who_is_no_named_proxy_is_not_believed(behind: Behind) -> None:
         assert f'<base href="{BASE}/">' in page
         told = client.get(f"{behind.distrusted}/", headers={"accept": "text/html"})
         assert told.status_code == 400
-        assert f"takes {TAKEN_OFF} off the addresses" in told.json()["error"]["message"]
+        assert f"removes {TAKEN_OFF} from the addresses" in told.json()["error"]["message"]
         assert "PFTRACK_TRUSTED_PROXIES=127.0.0.1" in told.json()["error"]["message"]
 
 

@@ -169,7 +169,7 @@ class Page(Listener):
         return self._texts.pop(0) if self._texts and not self._waits else None
 
     def _draw(self, drawing: EncodedDrawing) -> bytes:
-        """Return the message of a drawing with what was told up to it."""
+        """Return the message of a drawing, with the queued messages up to its frame."""
         message = drawing.message(self._keys, self._texts[: self._drawn])
         self._keys = frozenset(picture.key for picture in drawing.pictures)
         self._texts = self._texts[self._drawn :]
@@ -180,10 +180,10 @@ class Page(Listener):
 
 
 class SessionStream(Listeners[Page]):
-    """All pages that hear one session; all methods belong to the event loop's thread.
+    """All pages of one session; call all methods in the event loop's thread.
 
-    A greeting holds the whole past of a run, so it is kept for those who come next, with what was said since: a class
-    that comes all at once is greeted by one.
+    A greeting holds the whole past of a run, so it is kept for the next pages, with the messages since: a class that
+    connects all at once shares one greeting.
 
     Args:
         greeting: Returns the complete state.
@@ -191,7 +191,7 @@ class SessionStream(Listeners[Page]):
 
     Attributes:
         newest: The newest drawing of the present worker, None before the first.
-        is_ahead: Whether the run is seen otherwise than in the newest drawing, and another one will come.
+        is_ahead: Whether the run looks different from the newest drawing, so that another one will come.
     """
 
     def __init__(self, greeting: Callable[[], Hello], credit: Callable[[], None]) -> None:
@@ -205,13 +205,13 @@ class SessionStream(Listeners[Page]):
 
     @contextmanager
     def join(self, *, paints: bool = False, has_picture: bool = False) -> Iterator[Page]:
-        """Add a page, as `Page` takes it, for as long as the context lasts."""
+        """Add a page while the context lasts; the arguments are those of `Page`."""
         with self.add(Page(self, paints=paints, has_picture=has_picture)) as page:
             self.want()
             yield page
 
     def emit(self, message: Message) -> None:
-        """Send a message to all, encoded once."""
+        """Send a message to all pages, encoded once."""
         if not self._all:
             self._tale = []
             return
@@ -224,29 +224,29 @@ class SessionStream(Listeners[Page]):
             page.put(text)
 
     def greet(self) -> None:
-        """Send everything again to all."""
+        """Send the complete state to all pages again."""
         self._tale = []
         for page in self._all:
             page.greet()
 
     def greeting(self) -> Sequence[str]:
-        """Return a greeting and what was said since."""
+        """Return a greeting and the messages since."""
         if not self._tale:
             self._tale = [encode(self._greeting())]
         return self._tale
 
     def want(self) -> None:
-        """Ask the worker for a drawing if a page could take one and none is on its way."""
+        """Ask the worker for a drawing if a page can take one and none is on its way."""
         if not self._asked and any(page.ready for page in self._all):
             self._asked = True
             self._credit()
 
     def draw(self, drawing: EncodedDrawing | None, *, is_ahead: bool) -> None:
-        """Take the drawing of all that was told so far, where there is one.
+        """Take the drawing that covers all messages so far, if there is one.
 
         Args:
-            drawing: What the worker was asked for; None if it has sent none.
-            is_ahead: Whether the run is seen otherwise than in the newest drawing.
+            drawing: The requested drawing; None if the worker sent none.
+            is_ahead: Whether the run looks different from the newest drawing.
         """
         self.is_ahead = is_ahead
         if drawing is not None:
@@ -255,7 +255,7 @@ class SessionStream(Listeners[Page]):
                 page.offer(drawing)
 
     def change_worker(self, *, is_ahead: bool) -> None:
-        """Forget the drawings of a worker that has ended; `is_ahead` if there is another one, which draws anew."""
+        """Forget the drawings of a worker that has ended; `is_ahead` if another worker will draw again."""
         self.newest, self._asked, self.is_ahead = None, False, is_ahead
         for page in self._all:
             page.forget_drawings()

@@ -1,8 +1,8 @@
-"""The worker handle: a worker process as the web process sees it.
+"""The worker handle: the web process's side of a worker process.
 
-It starts the worker, numbers requests and waits for their answers, notices when the worker dies, and says in one
-sentence why. Nothing is waited for by the clock: a worker that gives signs of life is at work, however long that takes,
-and one that gives none is ended by its session's watch.
+It starts the worker, numbers requests and waits for their answers, notices when the worker dies, and gives the reason
+in one sentence. No wait has a time limit: a worker that gives signs of life may take any time, and one that gives none
+is ended by its session's check.
 """
 
 import asyncio
@@ -64,20 +64,20 @@ class WorkerHandle:
 
     @property
     def is_asked(self) -> bool:
-        """Whether somebody waits for an answer, or for the run to be where it was."""
+        """Whether somebody waits for an answer, or for the run to reach its frame."""
         return any(not future.done() for future, _ in self._waiting.values())
 
     async def start(self) -> None:
-        """Start the worker and wait until its run stands, at its beginning or at its checkpoint.
+        """Start the worker and wait until its run is ready, at its beginning or its checkpoint.
 
         Raises:
-            Exception: Whatever refused the config, as the worker raised it.
-            ApiError: It ended first (503).
+            Exception: The worker's refusal of the config.
+            ApiError: The worker ended first (503).
         """
         load = load_compiled, self._config.run.recipe.experiment
         self._child = await FORK_SERVER.fork_async(main, self._config, load=load)
         self._end = await AsyncEnd.connect(self._child.end, self._event, self._handle_loss)
-        # Until now it could not give any.
+        # Until now it could not give a sign of life.
         self.heard = time.monotonic()
         try:
             await asyncio.shield(self._ready)
@@ -86,7 +86,7 @@ class WorkerHandle:
             raise
 
     async def wait_until_open(self, patience_s: float) -> None:
-        """Wait for the run to be where the config wants it, but no longer than this.
+        """Wait at most `patience_s` seconds for the run to reach the config's goal.
 
         Raises:
             ApiError: The worker ended first (503).
@@ -97,19 +97,19 @@ class WorkerHandle:
     async def request(
         self, order: protocol.Order, then: Callable[[Any], Result], branch: str = "", known: RunSnapshot | None = None
     ) -> Result:
-        """Send an order and return what `then` makes of its result.
+        """Send an order and return `then` of its result.
 
-        `then` is called as soon as the reply is read, before any later event is: what it looks at is as the order
-        left it, also while the run plays on.
+        `then` is called when the reply is read, before any later event: so it sees the state that the order left, even
+        while the run plays.
 
         Args:
-            order: What is asked for.
-            then: Makes the answer.
-            branch: What to call a branch that it makes.
-            known: What is known of the branch that it shows.
+            order: The order.
+            then: Turns the result into the answer.
+            branch: Name for a branch that it makes.
+            known: The known snapshot of the branch to show.
 
         Raises:
-            Exception: Whatever refused the order, as the worker raised it.
+            Exception: The worker's refusal of the order.
             ApiError: The worker ended first (503).
         """
         if self._end is None or self._gone.is_set():
@@ -129,13 +129,13 @@ class WorkerHandle:
             self._end.send(protocol.Credit(form))
 
     def kill(self, reason: str) -> None:
-        """End the worker at once, and say why when its end is noticed."""
+        """Kill the worker; `reason` is reported when its end is noticed."""
         self._reason = self._reason or reason
         if self._child is not None:
             self._child.kill()
 
     async def close(self) -> None:
-        """Close the pipe, wait for the worker's end, and free everything."""
+        """Close the pipe, wait for the worker's end, and release everything."""
         self._closing = True
         if self._end is not None:
             self._end.close()
@@ -147,7 +147,7 @@ class WorkerHandle:
         self.heard = time.monotonic()
         match event:
             case protocol.Ready():
-                # What follows it may be read in the same breath.
+                # The next event may be read in the same pass.
                 self._on_event(event)
                 if not self._ready.done():
                     self._ready.set_result(None)
@@ -174,7 +174,7 @@ class WorkerHandle:
         status = None
         if self._child is not None:
             await self._child.wait(LAST_WORDS_S)
-            self._child.kill()  # with all that it has started, which may have outlived it and the fork server
+            self._child.kill()  # with its children, which may have outlived it and the fork server
             status = await self._child.wait(LAST_WORDS_S)
         reason = self._reason or _cause(status, self._config)
         lost = unavailable(reason)
@@ -183,7 +183,7 @@ class WorkerHandle:
                 future.set_exception(lost)
         if not self._ready.done():
             self._ready.set_exception(lost)
-        # Nobody may be waiting for them any more.
+        # Perhaps nobody waits for them any more.
         self._ready.exception()
         if not self._opened.cancelled():
             self._opened.exception()
@@ -193,7 +193,7 @@ class WorkerHandle:
 
 
 def _cause(status: int | None, config: protocol.WorkerConfig) -> str:
-    """Return a sentence that explains an exit status to a person."""
+    """Return a sentence that explains an exit status."""
     how = None if status is None else ending(status)
     if how is Ending.OUT_OF_CPU_TIME:
         shell, used = allowed_cpu_seconds(config.cpu_seconds), f"its {config.cpu_seconds} s of processor time"
@@ -201,7 +201,7 @@ def _cause(status: int | None, config: protocol.WorkerConfig) -> str:
             used = f"the {shell} s of processor time that the server's shell allows (ulimit -t)"
         return f"The session used up {used}. Resume it to continue with the same amount again."
     if how is Ending.KILLED:
-        return "The session's worker was killed, by the system or by somebody. Resume it to continue where it was."
+        return "The session's worker was killed. Resume the session to continue at the same frame."
     if status is not None and how is Ending.CRASHED:
-        return f"The session's worker crashed ({describe(status)}). Resume it to continue where it was."
-    return "The session's worker ended unexpectedly. Resume it to continue where it was."
+        return f"The session's worker crashed ({describe(status)}). Resume the session to continue at the same frame."
+    return "The session's worker ended unexpectedly. Resume the session to continue at the same frame."

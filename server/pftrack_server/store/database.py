@@ -1,6 +1,6 @@
-"""The database: its rows, and one engine, whose tables are made at the first start.
+"""The database: its rows, and one engine; the tables are made at the first start.
 
-A database that cannot be used, for whatever reason, is told in one sentence that says what to do.
+If the database cannot be used, one sentence says why and what to do.
 """
 
 import sqlite3
@@ -13,30 +13,30 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from pftrack_server.store.disk_budget import DISK_FULL, is_busy, is_full
 
 FORM = "form"
-"""Key of a JSON column's `info` under which it says which JSON values it holds."""
+"""Key in a JSON column's `info` of the types of its values."""
 
 BUSY_S = 2
 """How long to wait for another writer, s; one of ours takes milliseconds."""
 APPLICATION = int.from_bytes(b"pftk")
-"""By which SQLite's header says that a database is ours."""
+"""Application id in SQLite's header that marks a database as ours."""
 VERSION = 1
-"""Of the tables, in the same header; 0 where they are not all made."""
+"""Version of the tables, in the same header; 0 if not all exist."""
 
 UNRELEASED = "alembic_version"
-"""A table that databases had before the first release."""
+"""A table of databases from before the first release."""
 
 AWAY = "move it away to begin with an empty one, or choose another --data-dir"
 
 
 class Base(DeclarativeBase):
-    """Base of all rows, which are listed by when they were created."""
+    """Base of all rows, which are listed by their time of creation."""
 
     id: Mapped[str] = mapped_column(primary_key=True)
     created: Mapped[str] = mapped_column(index=True)
 
 
 class UploadRow(Base):
-    """A video, GIF or set of pictures that somebody sent and that was decoded once from end to end."""
+    """An uploaded video, GIF or set of pictures, which was decoded once from end to end."""
 
     __tablename__ = "uploads"
 
@@ -70,7 +70,7 @@ class RunRow(Base):
 
 
 class ComparisonRow(Base):
-    """A saved comparison: the recipes of its runs, and how they were looked at."""
+    """A saved comparison: the recipes of its runs, and their view."""
 
     __tablename__ = "comparisons"
 
@@ -79,7 +79,7 @@ class ComparisonRow(Base):
 
 
 class SessionRow(Base):
-    """A session's spec, kept for as long as the session is not ended."""
+    """A session's spec, kept until the session is ended."""
 
     __tablename__ = "sessions"
 
@@ -114,7 +114,7 @@ class LectureRow(Base):
 
 
 class PollRow(Base):
-    """What a class was asked, when that was created, and how many gave which answer; who gave it is kept nowhere."""
+    """A poll's question, time of creation and counts of answers; who gave an answer is not stored."""
 
     __tablename__ = "polls"
 
@@ -130,7 +130,8 @@ def connect(url: str) -> Engine:
     """Open the database, with its tables.
 
     Raises:
-        RuntimeError: It is damaged, of another version, of another program, or does not answer.
+        RuntimeError: The database is damaged, of a newer or unreleased version, of another program, or cannot be
+            opened.
     """
     engine = create_engine(url)
     name = f"The database {engine.url.database or url}"
@@ -162,7 +163,7 @@ def _prepare(engine: Engine, name: str) -> None:
 
 
 def _find_version(connection: Connection, name: str) -> int:
-    """Return the version of a database, 0 if it is empty; refuse what this program must not touch."""
+    """Return the version of a database, 0 if it is empty; refuse one that this program must not touch."""
     found = connection.execute(text("PRAGMA quick_check(1)")).scalar()
     if found != "ok":
         raise RuntimeError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
@@ -178,7 +179,7 @@ def _find_version(connection: Connection, name: str) -> int:
 
 
 def _trouble(error: DBAPIError) -> str:
-    """Say what is wrong with a database, and what to do."""
+    """Return what is wrong with a database, and what to do."""
     if is_full(error):
         return f"cannot be opened. {DISK_FULL.rstrip('.')}"
     if is_busy(error):
@@ -197,10 +198,10 @@ def _trouble(error: DBAPIError) -> str:
 
 def _pragmas(connection: sqlite3.Connection, _record: Any) -> None:  # noqa: ANN401 - SQLAlchemy's own
     cursor = connection.cursor()
-    # First of all, as any of the others may meet another process at work.
+    # First, since each of the others may find another process at work.
     cursor.execute(f"PRAGMA busy_timeout={BUSY_S * 1000}")
     cursor.execute("PRAGMA journal_mode=WAL")
-    # Committed is committed, even when the power goes.
+    # A commit survives a power failure.
     cursor.execute("PRAGMA synchronous=FULL")
     cursor.execute("PRAGMA foreign_keys=ON")
     cursor.close()

@@ -1,10 +1,10 @@
-"""DiskBudget: what may still be written to the disk of the data directory, and how to make room when it is full.
+"""DiskBudget: free space on the disk of the data directory, and how to make room when it is full.
 
-A reserve of free space is left to others and looked at before anything large is written. On a disk that is full all the
-same, deleting must work, and deleting from a database writes to it. So a file of nothing, the ballast, holds a few
-mebibytes, and is let go of for as long as such a write takes.
+A reserve of free space is left to other programs and checked before every large write. Deleting must work even on a
+full disk, and deleting from a database writes to it. So a dummy file, the ballast, holds a few mebibytes and is removed
+while such a write lasts.
 
-Errors of disk, database and system are also put here into words for somebody who has only a browser.
+This module also words errors of disk, database and system for a person at a browser.
 """
 
 import errno
@@ -30,7 +30,7 @@ log = structlog.get_logger(__name__)
 Result = TypeVar("Result")
 
 BALLAST_BYTES = 8 * MEBIBYTE
-"""Twice what SQLite's log grows to before it is used again from its beginning."""
+"""Size of the ballast: twice the length at which SQLite reuses its log."""
 PAGE_BYTES = 4096
 FULL = {errno.ENOSPC, errno.EDQUOT}
 SQLITE_FULL = {
@@ -39,7 +39,7 @@ SQLITE_FULL = {
     sqlite3.SQLITE_IOERR_FSYNC,
     sqlite3.SQLITE_IOERR_SHMSIZE,
 }
-"""What SQLite says of a disk that takes nothing, depending on the file and the moment."""
+"""SQLite's error codes for a full disk, which depend on the file and the moment."""
 DISK_FULL = "The server's disk is full; delete uploads, saved runs, sweeps or sessions, and try again."
 FOLDER_GONE = "The server's data directory was deleted or is read-only; restore it, then restart the server."
 MEANINGS = {
@@ -49,18 +49,18 @@ MEANINGS = {
     ),
     errno.EMFILE: (
         HTTPStatus.SERVICE_UNAVAILABLE,
-        "The server holds as many files and connections as it may (`ulimit -n`); close some pages, or end sessions.",
+        "The server reached its limit of open files and connections (`ulimit -n`); close some pages, or end sessions.",
     ),
     errno.ENFILE: (
         HTTPStatus.SERVICE_UNAVAILABLE,
-        "The server's machine holds as many files open as it may; try again later.",
+        "The server's machine reached its limit of open files; try again later.",
     ),
     errno.EROFS: (HTTPStatus.INSUFFICIENT_STORAGE, "The server's disk is read-only."),
 }
 
 
 def is_full(error: BaseException) -> bool:
-    """Tell whether an error is that of a disk with no room, or that takes nothing."""
+    """Return whether an error means a full or read-only disk."""
     if isinstance(error, ApiError):
         return error.status == HTTPStatus.INSUFFICIENT_STORAGE
     if isinstance(error, OSError):
@@ -71,13 +71,13 @@ def is_full(error: BaseException) -> bool:
 
 
 def is_busy(error: BaseException) -> bool:
-    """Tell whether an error is that of a database that another program keeps locked."""
+    """Return whether an error means a database that another program keeps locked."""
     code = getattr(error.orig, "sqlite_errorcode", 0) if isinstance(error, DBAPIError) else 0
     return code & 0xFF in {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED}
 
 
 def failure_message(error: BaseException) -> str:
-    """Return the sentence for something that failed after the request for it was answered."""
+    """Return the message for a failure after its request was answered."""
     if isinstance(error, RefusedError):
         return str(error)
     if isinstance(error, OSError | DBAPIError):
@@ -86,9 +86,9 @@ def failure_message(error: BaseException) -> str:
 
 
 def describe(error: Exception) -> tuple[HTTPStatus, str]:
-    """Return the status and the sentence with which a request is answered that met an error of the system."""
+    """Return the status and message of the answer to a request that met a system error."""
     if is_full(error):
-        # A database tells the one from the other no more than it tells paths.
+        # SQLite names neither the cause nor the path.
         limited = isinstance(error, DBAPIError) and resource.getrlimit(resource.RLIMIT_FSIZE)[0] >= 0
         return MEANINGS[errno.EFBIG] if limited else (HTTPStatus.INSUFFICIENT_STORAGE, DISK_FULL)
     if is_busy(error):
@@ -104,16 +104,16 @@ class DiskBudget:
     """The free space on the disk of a data directory."""
 
     def __init__(self, folder: Path, reserve_bytes: int) -> None:
-        """Take up the ballast that an earlier server may have left."""
+        """Remove the ballast of an earlier server."""
         self._folder = folder
         self._reserve_bytes = reserve_bytes
         self._ballast = folder / "ballast"
         self._lock = threading.Lock()
-        # A database that is opened may write to a disk that is full.
+        # Opening a database may write to a full disk.
         self._ballast.unlink(missing_ok=True)
 
     def check(self, wanted_bytes: int = 0) -> None:
-        """Make sure that so much may be written.
+        """Make sure that a number of bytes may be written.
 
         Raises:
             ApiError: Less than the reserve would be left, or the folder cannot be written (507).
@@ -128,26 +128,26 @@ class DiskBudget:
             )
 
     def check_folder(self) -> None:
-        """Make sure that the folder is there and can be written; a database goes on in files that were deleted.
+        """Make sure that the folder exists and is writable; SQLite keeps working in deleted files.
 
         Raises:
-            ApiError: It is not (507).
+            ApiError: The folder is missing or read-only (507).
         """
         if not os.access(self._folder, os.W_OK):
             raise disk_full(FOLDER_GONE)
 
     def take_ballast(self) -> None:
-        """Hold as much ballast as there is room for."""
+        """Write as much of the ballast as there is room for."""
         self.check_folder()
         with self._lock:
             self._take()
 
     def write(self, work: Callable[[], Result]) -> Result:
-        """Do what makes room or has happened already; on a full disk do it again without the ballast.
+        """Do work that frees space or must not fail; on a full disk, do it again without the ballast.
 
         Raises:
             ApiError: The folder cannot be written (507).
-            Exception: What the work raises, after the second time where the disk was full at the first.
+            Exception: An error of the work; on a full disk, that of the second attempt.
         """
         self.check_folder()
         try:
@@ -172,5 +172,5 @@ class DiskBudget:
             with self._ballast.open("ab") as file:
                 os.posix_fallocate(file.fileno(), 0, size)
         except OSError:
-            # Somebody else was faster; what it came to is held all the same.
+            # Another writer was faster; the ballast holds what it got.
             return

@@ -1,7 +1,7 @@
-"""Filters that the server was started with: files of its owner, which stand among the trackers of an experiment.
+"""Filters that the server was started with: files of its owner, listed among the trackers of an experiment.
 
-They are named on the command line and nowhere else, and executed in workers alone; here they are read, and looked at
-without being executed. A version that was saved while the server runs is kept, since runs were made with it.
+They are named only on the command line and executed only in workers; this module reads and checks them without
+executing them. Versions saved while the server runs are kept, since runs were made with them.
 """
 
 import ast
@@ -29,29 +29,29 @@ from pftrack_server.store.files import DataDirectory
 
 
 class FilterPublic(BaseModel):
-    """A file with a filter of the server's owner."""
+    """A filter file of the server's owner."""
 
-    name: str = Field(description="Of its tracker")
+    name: str = Field(description="Name of its tracker")
     file: str
-    experiment: str = Field(description="Whose target it follows")
-    digest: str = Field(description="Hash of its text, by which recipes name it")
+    experiment: str = Field(description="Experiment whose target it follows")
+    digest: str = Field(description="Hash of its text, which recipes refer to")
     text: str
     editable: bool = Field(description="Whether pages may write it")
     hints: tuple[Hint, ...]
-    components: tuple[Component, ...] = Field(description="Columns of the states with the usual parameters")
-    observed: str = Field(description="What the functions find in a frame")
+    components: tuple[Component, ...] = Field(description="Columns of the states at the default parameters")
+    observed: str = Field(description="Description of a frame's content for the functions")
 
 
 log = structlog.get_logger(__name__)
 
 EVERY_S = 0.1
-"""How often a file is looked at; somebody who saves it waits for what comes of it."""
+"""Interval of checks for saved files, s; a person who saves a file waits for its effect."""
 
 TARGET = "EXPERIMENT"
-"""What a file calls the experiment whose target it follows."""
+"""Variable in a file that names the experiment whose target it follows."""
 
 OnSaved: TypeAlias = Callable[[str, str, str], Awaitable[None]]
-"""Takes experiment, name of the tracker and text of a file that was saved."""
+"""Takes the experiment, the tracker's name and the text of a saved file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +59,10 @@ class ServedFilter:
     """A file that the server was started with.
 
     Attributes:
-        path: Where it is.
-        name: Of its tracker.
-        experiment: Whose target it follows.
-        title: What it says of itself, or its name.
+        path: Path of the file.
+        name: Name of its tracker.
+        experiment: Experiment whose target it follows.
+        title: Title from its docstring, or its name.
         digest: Hash of its newest version.
     """
 
@@ -74,11 +74,11 @@ class ServedFilter:
 
 
 def look_at(path: Path) -> tuple[str, str, str]:
-    """Return the experiment of a file, its title and its text, without executing it.
+    """Return the experiment, title and text of a file, without executing it.
 
     Raises:
-        ValueError: It is not a filter that can be served; the sentence says what to do.
-        OSError: It cannot be read.
+        ValueError: The file is not a filter that can be served; the message says what to do.
+        OSError: The file cannot be read.
     """
     name, text = name_of(path), path.read_text(encoding="utf-8")
     try:
@@ -87,7 +87,7 @@ def look_at(path: Path) -> tuple[str, str, str]:
         raise ValueError(f"{path.name}, line {error.lineno}: {error.msg}") from None
     experiment = next((value for node in tree.body if (value := _declared(node)) is not None), None)
     if experiment is None:
-        raise ValueError(f"{path.name} does not say whose target it follows: write {TARGET} as pftrack new filter does")
+        raise ValueError(f"{path.name} does not name its experiment: write {TARGET} as pftrack new filter does")
     try:
         found = find(experiment)
     except RefusedError as error:
@@ -95,20 +95,20 @@ def look_at(path: Path) -> tuple[str, str, str]:
     if found.model is None:
         raise ValueError(f"{path.name}: {found.id} takes no filters from files")
     if name in found.trackers:
-        raise ValueError(f"{path.name}: {found.id} has a tracker {name}; call the file otherwise")
+        raise ValueError(f"{path.name}: {found.id} already has a tracker {name}; rename the file")
     said = (ast.get_docstring(tree) or "").partition("\n")[0].rstrip(".")
     return found.id, said or path.name, text
 
 
 class FilterFiles:
-    """The files, the newest version of each, and the watch over them."""
+    """The filter files, the newest version of each, and the watch for changes."""
 
     def __init__(self, paths: Sequence[Path], files: DataDirectory, *, editable: bool = False) -> None:
-        """Read the files; pages may write them if they are editable.
+        """Read the files; pages may write them if `editable`.
 
         Raises:
-            ValueError: One is not a filter that can be served.
-            OSError: One cannot be read.
+            ValueError: A file is not a filter that can be served.
+            OSError: A file cannot be read.
         """
         self._files = files
         self._editable = editable
@@ -120,20 +120,20 @@ class FilterFiles:
 
     @property
     def served(self) -> list[ServedFilter]:
-        """All of them."""
+        """All files."""
         return list(self._served.values())
 
     def bring(self, recipe: Recipe) -> Recipe:
-        """Return a recipe that brings the filters of its experiment, as they are now, beside those that it has."""
+        """Return a recipe with the present filters of its experiment added to its own."""
         own = {each.name: (each.digest,) for each in self.served if each.experiment == recipe.experiment}
         return recipe.model_copy(update={"filters": {**own, **recipe.filters}}) if own else recipe
 
     def texts_of(self, experiment: str, names: Collection[object]) -> dict[str, tuple[str, ...]]:
-        """Return the texts of an experiment's files among some trackers, as they are now, by name; they are kept.
+        """Return the present texts of an experiment's files among some trackers, by name, and store them.
 
         Raises:
-            ValueError: One is not a filter as it is now; the sentence names its line.
-            OSError: One cannot be read.
+            ValueError: A file is not a valid filter now; the message names the line.
+            OSError: A file cannot be read.
         """
         found: dict[str, tuple[str, ...]] = {}
         for each in self.served:
@@ -144,28 +144,28 @@ class FilterFiles:
         return found
 
     def views(self) -> list[FilterPublic]:
-        """Return all of them as everybody outside sees them."""
+        """Return the public views of all files."""
         return [self._view(each) for each in self.served]
 
     def write(self, name: str, text: str, before: str) -> FilterPublic:
         """Write a file that a page has changed.
 
         Args:
-            name: Of its tracker.
+            name: Name of its tracker.
             text: What to write.
-            before: Hash of the text that it takes the place of.
+            before: Hash of the text that it replaces.
 
         Raises:
             ApiError: The server was not started with such a file (404).
-            ConflictError: It may not be written here, or was changed meanwhile.
+            ConflictError: Files cannot be written here, or the file was changed meanwhile.
         """
         served = self._served.get(name)
         if served is None:
             raise not_found("The server was not started with such a file.")
         if not self._editable:
-            raise ConflictError("Files are written only where this machine alone can reach the server.")
+            raise ConflictError("Files can be written only if no other machine can reach the server.")
         if digest_of(served.path.read_text(encoding="utf-8")) != before:
-            raise ConflictError("The file was changed by somebody else; load it again.")
+            raise ConflictError("The file was changed meanwhile; load it again.")
         write_whole(served.path, text.encode())
         return self._view(served)
 
@@ -186,12 +186,12 @@ class FilterFiles:
         )
 
     def open(self, on_saved: OnSaved) -> None:
-        """Watch over the files; tell whenever one was saved."""
+        """Watch the files; call `on_saved` whenever one was saved."""
         if self._served:
             self._watch = asyncio.create_task(self._look(on_saved))
 
     async def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         if self._watch is not None:
             self._watch.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -206,20 +206,20 @@ class FilterFiles:
                     if text is not None:
                         await on_saved(served.experiment, served.name, text)
                 except Exception:
-                    log.exception("a filter's file could not be looked at", file=served.path.name)
+                    log.exception("a filter file could not be read", file=served.path.name)
 
     def _changed(self, served: ServedFilter) -> str | None:
-        """Return the text of a file, if it was saved since it was last looked at."""
+        """Return the text of a file if it was saved since the last check."""
         try:
             if self._stamp(served.path) == self._seen.get(served.path):
                 return None
             self._seen[served.path] = self._stamp(served.path)
             text = served.path.read_text(encoding="utf-8")
         except (OSError, ValueError):
-            return None  # an editor may be about to put another file in its place
+            return None  # an editor may be about to replace the file
         if not text.strip():
             return None
-        with contextlib.suppress(ValueError, OSError):  # what is wrong with it, a session says with the line
+        with contextlib.suppress(ValueError, OSError):  # a session reports what is wrong, with the line
             self._read(served.path)
         return text
 
@@ -229,7 +229,7 @@ class FilterFiles:
         name = name_of(path)
         known = self._served.get(name)
         if known is not None and known.path != path:
-            raise ValueError(f"two files are called {path.name}; call one of them otherwise")
+            raise ValueError(f"two files are called {path.name}; rename one of them")
         self._served[name] = ServedFilter(path, name, experiment, title, self._files.keep_filter(text))
 
     @staticmethod
@@ -239,7 +239,7 @@ class FilterFiles:
 
 
 def _declared(node: ast.stmt) -> str | None:
-    """Return the text that a statement gives to the name of the target."""
+    """Return the text that a statement assigns to the target's variable."""
     match node:
         case ast.Assign([ast.Name(name)], ast.Constant(str(value))) if name == TARGET:
             return value

@@ -1,6 +1,6 @@
-"""The store: everything that is asked of database and data directory.
+"""The store: all operations on database and data directory.
 
-All methods block, for a few milliseconds; the web process calls them in threads.
+All methods block for a few milliseconds; the web process calls them in threads.
 """
 
 import sqlite3
@@ -22,16 +22,16 @@ from pftrack_server.store.files import DataDirectory, is_name
 log = structlog.get_logger(__name__)
 
 Row = TypeVar("Row", bound=Base)
-# What reading a row may raise whose content is not of its column's type; see `_is_damage`.
+# Errors of reading a row whose content is not of its column's type; see `_is_damage`.
 DAMAGED = (ValueError, TypeError, DBAPIError)
 
 
 class Store:
-    """Uploads, runs, comparisons, sessions, sweeps, lectures and polls, kept.
+    """Stores uploads, runs, comparisons, sessions, sweeps, lectures and polls.
 
     Attributes:
         files: The data directory.
-        disk_budget: What may still be written to its disk.
+        disk_budget: The free space on its disk.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -52,13 +52,13 @@ class Store:
         self.files.close()
 
     def check(self) -> None:
-        """Make sure that the data directory can be written and the database answers."""
+        """Make sure that the data directory is writable and the database answers."""
         self.disk_budget.check_folder()
         with self._begin() as database:
             database.execute(text("SELECT 1"))
 
     def all(self, kind: type[Row]) -> list[Row]:
-        """Return all rows of a kind that can be read, the newest first."""
+        """Return all readable rows of a kind, newest first."""
         query = select(kind).order_by(kind.created.desc())
         try:
             with self._begin() as database:
@@ -74,7 +74,7 @@ class Store:
         """Return a row of a kind; None if there is none.
 
         Raises:
-            ApiError: It cannot be read (410).
+            ApiError: The row cannot be read (410).
         """
         try:
             with self._begin() as database:
@@ -92,7 +92,7 @@ class Store:
         """Return a row of a kind.
 
         Raises:
-            ApiError: It does not exist (404); it cannot be read (410).
+            ApiError: The row does not exist (404) or cannot be read (410).
         """
         found = self.get(kind, name)
         if found is None:
@@ -100,17 +100,17 @@ class Store:
         return found
 
     def count(self, kind: type[Base]) -> int:
-        """Return how many rows of a kind there are."""
+        """Return the number of rows of a kind."""
         with self._begin() as database:
             return database.scalar(select(func.count()).select_from(kind)) or 0
 
     def add(self, row: Base) -> None:
-        """Keep a new row; what files it has are in place."""
+        """Store a new row, whose files must be in place."""
         with self._begin.begin() as database:
             database.add(row)
 
     def save(self, *rows: Base) -> None:
-        """Keep rows, new ones and those that have changed, all or none; what is not given of one stays as it was."""
+        """Store new and changed rows, all or none; columns that are not given stay unchanged."""
 
         def save() -> None:
             with self._begin.begin() as database:
@@ -120,7 +120,7 @@ class Store:
         self.disk_budget.write(save)
 
     def rename(self, row: RunRow | ComparisonRow, title: str) -> None:
-        """Give a run or a comparison another title, if there is one."""
+        """Rename a run or a comparison, if it still exists."""
 
         def save() -> None:
             with self._begin.begin() as database:
@@ -130,7 +130,7 @@ class Store:
         row.title = title
 
     def remove(self, kind: type[Row], name: str) -> bool:
-        """Forget a row, if there is one, and its files: the row first, so that a crash leaves no row without a file."""
+        """Delete a row, if it exists, and its files: the row first, so that a crash leaves no row without a file."""
 
         def remove() -> bool:
             with self._begin.begin() as database:
@@ -143,16 +143,16 @@ class Store:
         return found
 
     def discard(self, kind: type[Row], name: str) -> None:
-        """Forget a row and its files, also one that cannot be read.
+        """Delete a row and its files, even an unreadable row.
 
         Raises:
-            ApiError: It does not exist (404).
+            ApiError: The row does not exist (404).
         """
         if not is_name(name) or not self.remove(kind, name):
             raise _no_such(kind)
 
     def add_run(self, row: RunRow, thumbnail: bytes) -> None:
-        """Keep a run whose record is in place and on the disk."""
+        """Store a run whose record is already on disk."""
         try:
             write_whole(self.files.thumbnail(row.id), thumbnail)
             self.add(row)
@@ -161,7 +161,7 @@ class Store:
             raise
 
     def uploads_bytes(self) -> int:
-        """Return how large all uploads are together."""
+        """Return the total bytes of all uploads."""
         with self._begin() as database:
             return database.scalar(select(func.sum(UploadRow.size_bytes))) or 0
 
@@ -183,18 +183,18 @@ def _no_such(kind: type[Base]) -> ApiError:
 
 
 def _is_damage(error: Exception) -> bool:
-    """Tell whether what is stored is to blame for an error, and not a database that is busy, away or without files."""
+    """Return whether an error comes from stored content, not from a busy, missing or incomplete database."""
     if not isinstance(error, DBAPIError):
         return True
     if isinstance(error.orig, sqlite3.Error):
-        # Text that does not decode is refused by Python, which has no code for it.
+        # Python refuses text that does not decode, without an SQLite error code.
         code = getattr(error.orig, "sqlite_errorcode", None)
         return code is None or code & 0xFF == sqlite3.SQLITE_CORRUPT
     return isinstance(error, DataError)
 
 
 def _sound(row: Row) -> Row:
-    """Return a row whose values have the types of their columns, which SQLite does not see to.
+    """Return a row after checking that its values have the types of their columns; SQLite does not check that.
 
     Raises:
         TypeError: A value has another type.

@@ -1,6 +1,6 @@
-"""What the process does that computes a sweep, measures one, or reports on it.
+"""Functions of the process that computes a sweep, measures one, or reports on it.
 
-It ends with the server, and may be killed at any moment: what was computed is kept.
+It ends with the server and may be killed at any moment: computed runs are kept.
 """
 
 import errno
@@ -20,7 +20,7 @@ from pftrack.sweep.journal import metadata
 from pftrack.sweep.table import schema
 
 Form: TypeAlias = Literal["parquet", "csv", "html", "png", "svg"]
-"""What a sweep is written as; CSV is sent piece by piece and needs no file."""
+"""File formats of a sweep; CSV is streamed and needs no file."""
 
 
 COMPLAINTS = {
@@ -50,12 +50,12 @@ def _without_paths() -> Iterator[None]:
 def measure(
     plan: dict[str, Any], jobs: int, recording: Recording | None = None, filters: tuple[str, ...] = ()
 ) -> float:
-    """Return how long a plan would take, s, measured on a few of its runs.
+    """Return the time that a plan would take, s, measured on a few of its runs.
 
     Args:
-        plan: As JSON values.
-        jobs: Processes that would compute it.
-        recording: Where its recording is, if it is on one.
+        plan: The plan as JSON values.
+        jobs: Number of processes that would compute it.
+        recording: Place of its recording, if it has one.
         filters: Texts of filters that it may execute.
     """
     trust(*filters)
@@ -64,16 +64,16 @@ def measure(
 
 @_without_paths()
 def compute(out: Path, jobs: int, recording: Recording | None = None, filters: tuple[str, ...] = ()) -> None:
-    """Go on with a sweep that was begun, until it is done.
+    """Continue a sweep until it is done.
 
     Args:
         out: Its result file.
-        jobs: Processes that compute.
-        recording: Where its recording is, if it is on one.
+        jobs: Number of processes.
+        recording: Place of its recording, if it has one.
         filters: Texts of filters that it may execute.
 
     Raises:
-        RefusedError: The sweep cannot be continued, or a file cannot be written; what was computed is kept.
+        RefusedError: The sweep cannot be continued, or a file cannot be written; computed runs are kept.
     """
     trust(*filters)
     carry_out(None, out, jobs=jobs, recording=recording)
@@ -81,13 +81,13 @@ def compute(out: Path, jobs: int, recording: Recording | None = None, filters: t
 
 @_without_paths()
 def write(result: Path, path: Path, form: Form, filters: tuple[str, ...] = ()) -> None:
-    """Write what there is of a sweep as one file: all runs, the report as one page, or an archive of its pictures.
+    """Write the results of a sweep so far as one file: all runs, the report as one page, or an archive of its pictures.
 
     Args:
         result: The sweep's result file, or where it will be.
-        path: The file, in a folder that holds nothing else.
-        form: What it is.
-        filters: Texts of filters that it may execute, to say what they are called.
+        path: The file, in a folder of its own.
+        form: Format of the file.
+        filters: Texts of filters that it may execute, for their titles.
 
     Raises:
         RefusedError: There is nothing to report, or a file cannot be written.

@@ -1,4 +1,4 @@
-"""The manager: all sweeps of a server, from the body to the end, and what is left of them after a restart."""
+"""The manager: all sweeps of a server, from the request to the end, also across restarts."""
 
 import asyncio
 import contextlib
@@ -31,7 +31,7 @@ from pftrack_server.uploads.intake import recording_of
 
 
 class ValuesPublic(BaseModel):
-    """The first values of an axis as it would be, and how many there are."""
+    """The first values of a planned axis, and their number."""
 
     name: str
     count: int
@@ -41,7 +41,7 @@ class ValuesPublic(BaseModel):
 class EstimatePublic(BaseModel):
     """The size of a sweep before it starts.
 
-    `seconds` is missing where it was not measured; `problem` says why this server would not carry the sweep out now.
+    `seconds` is null if it was not measured; `problem` is the reason why this server would refuse the sweep now.
     """
 
     runs: int
@@ -63,7 +63,7 @@ SHOWN_VALUES = 24
 
 
 class Sweeps:
-    """All sweeps of a server; all methods belong to the event loop's thread."""
+    """All sweeps of a server; call all methods in the event loop's thread."""
 
     def __init__(self, settings: Settings, store: Store, tasks: ChildTasks, filters: FilterFiles) -> None:
         self._settings = settings
@@ -73,12 +73,12 @@ class Sweeps:
         self._sweeps: dict[str, Sweep] = {}
         self._measuring = asyncio.Lock()
         self._measured: dict[str, float] = {}
-        # Places are counted and taken by one at a time, and no sweep is deleted while it begins.
+        # Guards counting and taking places, and keeps a starting sweep from being deleted.
         self._command_lock = asyncio.Lock()
         self._writing = asyncio.Lock()
 
     async def open(self) -> None:
-        """Take over the sweeps that the store kept; none of them is running."""
+        """Load the stored sweeps; none of them is running."""
         for row in reversed(await asyncio.to_thread(self._store.all, SweepRow)):
             try:
                 sweep = await asyncio.to_thread(self._sweep, row)
@@ -94,12 +94,12 @@ class Sweeps:
                 await self._keep(sweep)
 
     async def close(self) -> None:
-        """End all processes; everything is on the disk."""
+        """End all processes; all results are on disk."""
         await asyncio.gather(*(sweep.close(STOPPED) for sweep in self.all))
 
     @property
     def all(self) -> list[Sweep]:
-        """All sweeps, the newest first."""
+        """All sweeps, newest first."""
         return sorted(self._sweeps.values(), key=lambda sweep: sweep.row.created, reverse=True)
 
     def get(self, name: str) -> Sweep:
@@ -114,7 +114,7 @@ class Sweeps:
         return sweep
 
     async def estimate(self, body: EstimateRequest) -> EstimatePublic:
-        """Return how large a sweep would be and, if that is to be measured, how long it would take.
+        """Return the size of a sweep and, if requested, the measured time that it would take.
 
         Raises:
             RefusedError: The plan in the body is unknown, out of bounds or too large.
@@ -146,7 +146,7 @@ class Sweeps:
 
         Raises:
             RefusedError: The plan in the body is unknown, out of bounds or too large.
-            ApiError: The server computes, keeps or stores enough already (503).
+            ApiError: The server's limit on running sweeps, stored sweeps or disk space is reached (503).
         """
         plan = await asyncio.to_thread(as_plan, body, self._settings, self._store, self._filters)
         within_limits(plan, self._settings)
@@ -170,28 +170,28 @@ class Sweeps:
                 await self._keep(sweep)
                 await sweep.start()
             except BaseException:
-                # It may have begun: its process must not go on without it.
+                # Its process may have started, and must not continue without it.
                 with contextlib.suppress(Exception):
                     await self._remove(row.id)
                 raise
             return sweep
 
     async def cancel(self, sweep: Sweep) -> None:
-        """End the computing of a sweep.
+        """Stop computing a sweep.
 
         Raises:
-            ConflictError: It is not running.
+            ConflictError: The sweep is not running.
         """
         if sweep.row.state != "running":
             raise ConflictError("The sweep is not running.")
         await sweep.stop(CANCELLED)
 
     async def resume(self, sweep: Sweep) -> None:
-        """Go on with a sweep.
+        """Resume a sweep.
 
         Raises:
-            ConflictError: It is running or complete.
-            ApiError: The server computes enough already (503).
+            ConflictError: The sweep is running or complete.
+            ApiError: The server's limit on running sweeps is reached (503).
         """
         async with self._command_lock:
             if sweep.row.state == "running":
@@ -202,7 +202,7 @@ class Sweeps:
             await sweep.start()
 
     async def remove(self, name: str) -> None:
-        """Delete a sweep with all its results, also a sweep whose stored data is damaged.
+        """Delete a sweep with all its results, even one with damaged stored data.
 
         Raises:
             ApiError: It does not exist (404).
@@ -218,22 +218,22 @@ class Sweeps:
             await asyncio.to_thread(self._store.discard, SweepRow, name)
 
     def uses(self, upload: UploadRow) -> bool:
-        """Tell whether a sweep that is computed needs an upload."""
+        """Return whether a running sweep needs an upload."""
         running = (sweep.plan.footage for sweep in self.all if sweep.row.state == "running")
         return any(footage is not None and footage.sha256 == upload.sha256 for footage in running)
 
     async def _find_recording(self, plan: Plan) -> Recording | None:
-        """Return where the recording of a plan is; None if it is on none.
+        """Return the recording of a plan; None if it has none.
 
         Raises:
-            ConflictError: It is no longer here.
+            ConflictError: The recording no longer exists.
         """
         if plan.footage is None:
             return None
         upload = await asyncio.to_thread(upload_of, self._store, plan.footage, "sweep")
         return await recording_of(self._store, self._settings, self._tasks, upload.id)
 
-    # ------------------------------------------------------------ room
+    # ------------------------------------------------------------ limits
 
     async def _check_room(self, plan: Plan) -> None:
         settings = self._settings
@@ -256,7 +256,7 @@ class Sweeps:
             raise unavailable(f"The server computes at most {what} at a time; wait, or cancel one.")
 
     def _used_bytes(self, sweeps: list[Sweep]) -> int:
-        """Return how much room sweeps take; this looks at each of their files."""
+        """Return the bytes of all files of sweeps; this reads the size of each file."""
         return sum(
             self._store.files.sweep_bytes(sweep.row.id)
             if sweep.row.state != "running"
@@ -267,7 +267,7 @@ class Sweeps:
     # ------------------------------------------------------------ time
 
     async def _measure(self, plan: Plan) -> float:
-        """Return the seconds that a plan takes, measured on a few of its runs in another process."""
+        """Return the time that a plan takes, s, measured on a few of its runs in another process."""
         key = json.dumps(plan.as_dict())
         if key not in self._measured:
             async with self._measuring:
@@ -291,7 +291,7 @@ class Sweeps:
         return Sweep(row, plan, out, self._settings, self._tasks, self._keep, self._find_recording, filters)
 
     def _trusted(self, plan: Plan) -> tuple[str, ...]:
-        """Return the texts of a plan's filters that are files of this server's owner."""
+        """Return the texts of a plan's filters that are files of the server's owner."""
         return self._store.files.filters_of(plan.single(0).recipe) if plan.filters else ()
 
     async def _keep(self, sweep: Sweep) -> None:

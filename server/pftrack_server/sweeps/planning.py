@@ -1,6 +1,6 @@
-"""Planning: from a request to a plan of the library, every refusal with the field that it is about.
+"""Planning: from a request to a plan of the library; every refusal names its field.
 
-For every experiment there is an example, a sweep that is worth starting as it stands, filled into the form at first.
+Every experiment has an example, a sweep worth starting unchanged, with which the form is first filled.
 """
 
 from decimal import Decimal
@@ -28,7 +28,7 @@ Number = Annotated[float, Field(allow_inf_nan=False), NOT_BOOLEAN]
 
 
 class SweepAxis(RequestBody):
-    """A parameter that is varied: from `start` to `stop` by `step`, both ends included, or over a list of values."""
+    """A varied parameter: from `start` to `stop` by `step`, both ends included, or over a list of values."""
 
     name: Name
     start: Number | None = None
@@ -48,42 +48,44 @@ class SweepCreate(RequestBody):
     """A new sweep: an experiment over a grid of conditions."""
 
     experiment: Name
-    title: GivenTitle | None = Field(None, description="Name on the screen; made up from the plan if it is not given.")
-    axes: list[SweepAxis] = Field(max_length=8, description="Axes, which multiply; may be empty on a recording.")
-    trackers: list[Name] = Field([], max_length=64, description="Trackers; all of them meet the same seeds.")
+    title: GivenTitle | None = Field(None, description="Title; made from the plan if it is not given.")
+    axes: list[SweepAxis] = Field(
+        max_length=8, description="Axes; the sweep has all combinations. May be empty on a recording."
+    )
+    trackers: list[Name] = Field([], max_length=64, description="Trackers; all get the same seeds.")
     trials: Annotated[int, Field(ge=1, le=1_000_000), NOT_BOOLEAN] = 10
     frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(None, description="Length of a run.")
     seed: Seed = 0
-    loss_probability: bool = Field(False, description="Whether to measure how probable a loss of the target is, too.")
+    loss_probability: bool = Field(False, description="Whether to measure the probability of a loss, too.")
     parameters: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
     footage: Footage | None = Field(None, description="The recording of all runs; the simulated scene if not given.")
-    upload: Name | None = Field(None, description="Name of the upload that the footage is; its hash does as well.")
+    upload: Name | None = Field(None, description="Name of the footage's upload; the footage's hash is enough, too.")
 
 
 class EstimateRequest(SweepCreate):
-    """A sweep whose size is wanted before it starts."""
+    """A sweep whose size is requested before it starts."""
 
     measure: bool = Field(True, description="Whether to measure the time on a few runs, which takes some seconds.")
 
 
 BYTES_A_RUN = 160
-"""Of the result on the disk, chunks and final file together, generously."""
+"""Generous estimate of a run's bytes on disk, chunks and final file together."""
 
 MOST_CELLS = 40_000
-"""Of one map: more than a screen can show, and than a page should be sent."""
+"""Most cells of one map: more than a screen can show or a page should receive."""
 
 
 def as_plan(body: SweepCreate, settings: Settings, store: Store, filters: FilterFiles) -> Plan:
-    """Return the plan of a body.
+    """Return the plan of a request's body.
 
     Args:
-        body: What was asked for.
-        settings: What is allowed.
-        store: Where the recording is, if it is on one.
-        filters: Files of the server's owner, which may be trackers, too.
+        body: The request's body.
+        settings: The server's limits.
+        store: Holds the recording, if there is one.
+        filters: Filter files of the server's owner, which may be trackers, too.
 
     Raises:
-        RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
+        RefusedError: A field is unknown, out of bounds, given twice or too large; the error names it.
     """
     experiment = find_experiment(body.experiment)
     own = _own_filters(filters, body)
@@ -118,7 +120,7 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store, filters: Filter
 
 
 def _own_filters(filters: FilterFiles, body: SweepCreate) -> dict[str, tuple[str, ...]]:
-    """Return the texts of the trackers that files of the server's owner make, by name."""
+    """Return the texts of the trackers from files of the server's owner, by name."""
     varied = (value for axis in body.axes if axis.name == TRACKER for value in axis.values or ())
     try:
         return filters.texts_of(body.experiment, {*body.trackers, *(name for name in varied if isinstance(name, str))})
@@ -127,7 +129,7 @@ def _own_filters(filters: FilterFiles, body: SweepCreate) -> dict[str, tuple[str
 
 
 def _recording(store: Store, experiment: Experiment, body: SweepCreate) -> tuple[Footage | None, Kind | None, int]:
-    """Return the recording of a body, its kind, and the length of a run; 0 stands for the experiment's own."""
+    """Return the recording of a body, its kind, and the length of a run; 0 for the experiment's own length."""
     found = footage_in(store, experiment, body.upload, body.footage)
     if found is None:
         return None, None, body.frames or 0
@@ -142,7 +144,7 @@ def within_limits(plan: Plan, settings: Settings) -> None:
     """Refuse a plan that is too much for this server.
 
     Raises:
-        RefusedError: It has too many runs.
+        RefusedError: The plan has too many runs.
     """
     if plan.runs > settings.max_sweep_runs:
         raise RefusedError(
@@ -154,7 +156,7 @@ def within_limits(plan: Plan, settings: Settings) -> None:
 
 
 def _axis(experiment: Experiment, index: int, body: SweepAxis, kind: Kind | None) -> Axis:
-    """Return an axis of a body, whose numbers mean what a person would type: 0.3, not a neighbour of it."""
+    """Return an axis of a body; its numbers are rounded to what a person would type: 0.3, not a neighbouring float."""
     ends = [Decimal(repr(number)) for number in (body.start, body.stop, body.step) if number is not None]
     given = AxisRange(body.name, *ends) if ends else Axis(body.name, tuple(body.values or ()))
     try:
@@ -164,7 +166,7 @@ def _axis(experiment: Experiment, index: int, body: SweepAxis, kind: Kind | None
 
 
 def _within_a_map(plan: Plan) -> None:
-    """Refuse axes so long that a map over two of them could not be looked at."""
+    """Refuse axes that are too long for a map over two of them."""
     longest = sorted(plan.axes, key=lambda axis: len(axis.values))[-2:]
     cells = prod(len(axis.values) for axis in longest)
     if cells > MOST_CELLS:
@@ -178,7 +180,7 @@ def _within_a_map(plan: Plan) -> None:
 
 
 def _sentence(said: str) -> str:
-    """Return the library's words as a sentence; the name of a parameter is not a word to begin one with."""
+    """Return the library's message as a sentence that does not begin with a parameter's name."""
     first = said.partition(" ")[0]
     return f"The parameter {said}." if "_" in first else f"{said[:1].upper()}{said[1:]}."
 
@@ -201,7 +203,7 @@ STEPS = 5
 
 
 def example(experiment: Experiment) -> SweepCreate:
-    """Return a filled-in body for an experiment; of one that has no example, its first two numbers are varied."""
+    """Return an example body for an experiment; without one of its own, its first two numbers are varied."""
     known = experiment.example_sweep
     if known is not None:
         return SweepCreate(

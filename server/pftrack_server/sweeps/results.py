@@ -1,9 +1,9 @@
-"""Results: questions about what a sweep has on the disk so far, and from a row of it to a live session.
+"""Results: queries on the runs that a sweep has on disk so far, and from a row to a live session.
 
-What lies on the disk is counted once when it appears. Only sums are kept, so that a sweep that nobody looks at costs
-nothing and a large one no more than a small one. The library's counts are answered with titles and units added, as JSON
-numbers. All methods block for some milliseconds and are called in threads; those of results may be called at once. A
-session computes the same numbers as its row, and is paused shortly before the loss.
+New files are counted once when they appear. Only sums are kept, so an unwatched sweep costs nothing, and a large one no
+more than a small one. Answers hold the library's counts with titles and units, as JSON numbers. All methods block for
+some milliseconds and are called in threads; those of `Results` may run concurrently. A session computes the same
+numbers as its row and is paused shortly before the loss.
 """
 
 import math
@@ -42,11 +42,11 @@ from pftrack_server.store.database import UploadRow
 Verdict = Literal["first", "second", "none", "untested"]
 
 Pair: TypeAlias = tuple[str | None, str | None]
-"""Names of the axes of a map, across and up; None pools all values."""
+"""Names of a map's x and y axes; None pools all values."""
 
 
 def _numbers(values: Floats) -> list[float | None]:
-    """Return numbers as JSON can say them: six digits, null for none."""
+    """Return numbers for JSON: six digits, null if not finite."""
     return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.ravel().tolist()]
 
 
@@ -55,7 +55,7 @@ Whole: TypeAlias = Annotated[list[int], BeforeValidator(lambda values: values.ra
 
 
 class AxisPublic(BaseModel):
-    """An axis with what a map needs to write beside it."""
+    """An axis with its labels for a map."""
 
     name: str
     title: str
@@ -67,8 +67,8 @@ class AxisPublic(BaseModel):
 class MapPublic(BaseModel):
     """The cells of one method, a list for each quantity.
 
-    The lists are as long as `at` of a message, or as the map has cells, row after row of the y axis. What is not known
-    is null. `error` is the mean over the successful runs, and each of `measures` by its name that over all runs.
+    Each list has one entry per entry of a message's `at`, or per cell of the map, row after row of the y axis; unknown
+    values are null. `error` is the mean over the successful runs; `measures` holds, by name, means over all runs.
     """
 
     tracker: str
@@ -84,12 +84,12 @@ class MapPublic(BaseModel):
 
 
 class ComparisonPublic(BaseModel):
-    """Two methods against each other, cell by cell.
+    """A comparison of two methods, cell by cell.
 
     `measure` is "success", "error" or the name of one of the sweep's measures. `difference` is positive where the first
-    is better: that of the success rates, of the mean errors of successful runs, or of a measure's means over all runs.
-    `paired` is the mean difference between runs on the same scenes, with its 95 % interval; `pairs` counts them.
-    `verdict` is the outcome of the test; "untested" where its conditions of use do not hold.
+    is better: the difference of success rates, of mean errors of successful runs, or of a measure's means over all
+    runs. `paired` is the mean difference between runs on the same scenes, with its 95 % interval; `pairs` counts them.
+    `verdict` is the outcome of the test; "untested" where its conditions do not hold.
     """
 
     first: str
@@ -108,7 +108,7 @@ class ComparisonPublic(BaseModel):
 
 
 class CellsPublic(BaseModel):
-    """A sweep seen over one or two of its axes; the others, and the trials, are pooled."""
+    """A sweep over one or two of its axes; the others, and the trials, are pooled."""
 
     x: AxisPublic
     y: AxisPublic | None
@@ -135,7 +135,7 @@ class RowPublic(BaseModel):
 
 
 class RowsPublic(BaseModel):
-    """Some runs of a cell, failures first, and how many there are."""
+    """Some runs of a cell, failures first, and the number of all."""
 
     total: int
     failures: int
@@ -146,12 +146,12 @@ TOTAL: Pair = (None, None)
 
 
 class Results:
-    """The files of one sweep, and sums over them for every pair of axes that somebody has asked for.
+    """The files of one sweep, and sums over them for every requested pair of axes.
 
     Attributes:
-        done: Runs that are there.
-        successes: How many of them succeeded.
-        problems: How many of them could not be computed.
+        done: Number of computed runs.
+        successes: Number of successful runs.
+        problems: Number of runs that could not be computed.
     """
 
     def __init__(self, plan: Plan, out: Path) -> None:
@@ -165,7 +165,7 @@ class Results:
         self.done = self.successes = self.problems = 0
 
     def look(self) -> bool:
-        """Count what has appeared since the last time; return whether there was anything.
+        """Count new results; return whether there were any.
 
         Raises:
             SweepError: The result is damaged.
@@ -187,7 +187,7 @@ class Results:
             if self._out.exists():
                 self._close()
                 return True
-            # Somebody took files away, and the sweep started again.
+            # Files were removed, and the sweep started again.
             self._files = set()
             self._counts = {pair: count(self._plan, None, *pair) for pair in self._counts}
         return self._add(sorted(there - self._files))
@@ -197,14 +197,14 @@ class Results:
         if pair not in self._counts:
             found = count_result(self.result(), *pair)
             if _runs(found) < self.done and self._out.exists():
-                # The chunks went into the result while they were counted.
+                # The chunks were merged into the result while they were counted.
                 self._close()
                 found = count_result(self.result(), *pair)
             self._counts[pair] = found
         return cells(self._counts[pair])
 
     def result(self) -> Result:
-        """Return exactly what has been counted."""
+        """Return exactly the counted runs."""
         with self._lock:
             if self._complete:
                 return Result(self._plan, (self._out,), complete=True)
@@ -223,7 +223,7 @@ class Results:
             try:
                 table = read_chunk(path)
             except (SweepError, OSError):
-                # Damaged, or just gone into the result: the next look will tell.
+                # Damaged, or just merged into the result: the next call of `look` shows which.
                 continue
             self._files.add(path)
             self._counts = {pair: known + count(self._plan, table, *pair) for pair, known in self._counts.items()}
@@ -233,7 +233,7 @@ class Results:
         return news
 
     def _close(self) -> None:
-        """Go over from the chunks, which are gone, to the one file that was made of them."""
+        """Switch from the chunks to the one file into which they were merged."""
         if self.done < self._plan.runs:
             result = Result(self._plan, (self._out,), complete=True)
             self._counts = {pair: count_result(result, *pair) for pair in self._counts}
@@ -247,7 +247,7 @@ class Results:
         self.problems = sum(int(one.problems.sum()) for one in every)
 
     def cells(self, x: str | None, y: str | None) -> CellsPublic:
-        """Return a map over one or two axes, over the first two if none is named.
+        """Return a map over one or two axes, by default the first two.
 
         Raises:
             RefusedError: The axis is unknown.
@@ -270,7 +270,7 @@ class Results:
         self, x: str | None, y: str | None, first: str, second: str, measure: str, test: UsedTest, level: float,
         correction: Correction,
     ) -> ComparisonPublic:  # fmt: skip
-        """Return two methods against each other, cell by cell.
+        """Return a comparison of two methods, cell by cell.
 
         Raises:
             RefusedError: The axis, method or measure is unknown.
@@ -307,12 +307,12 @@ class Results:
         """Return some runs of a cell, failures first.
 
         Args:
-            x: Axis across.
-            y: Axis down.
-            place: Which of their values, from 0.
-            tracker: Of which method; of all if None.
-            offset: How many to pass over.
-            limit: How many to return.
+            x: Name of the x axis.
+            y: Name of the y axis.
+            place: Indices of their values, from 0.
+            tracker: Name of a method; None for all.
+            offset: Number of runs to skip.
+            limit: Most runs to return.
 
         Raises:
             RefusedError: The axis, cell or method is unknown.
@@ -343,7 +343,7 @@ class Results:
         """Return one run.
 
         Raises:
-            ApiError: The run does not exist, or is not computed yet (404).
+            ApiError: The run does not exist, or has not been computed yet (404).
         """
         if run >= self._plan.runs:
             raise not_found(f"This run does not exist; the sweep has runs 0 to {self._plan.runs - 1}.")
@@ -378,7 +378,7 @@ def _runs(counts: Counts) -> int:
 
 
 NO_AXIS = "none"
-"""The name that stands for no axis, so that all values are pooled."""
+"""Name in place of an axis that pools all values."""
 
 ALL_RUNS = AxisPublic(name=NO_AXIS, title="All runs", unit="", kind="choice", values=[""])
 
@@ -391,10 +391,10 @@ VERDICTS: dict[int, Verdict] = {
 
 
 def _one_of(known: Collection[str], name: str, field: str) -> str:
-    """Return a name that is known.
+    """Return a name after checking that it is known.
 
     Raises:
-        ParameterError: It is not; the sentence lists those that are.
+        ParameterError: The name is unknown; the message lists the known ones.
     """
     if name not in known:
         raise ParameterError(field, name, f"one of {', '.join(known)}")
@@ -407,12 +407,12 @@ def _described(plan: Plan, name: str, values: Sequence[Value]) -> AxisPublic:
 
 
 def axis_view(plan: Plan, name: str) -> AxisPublic:
-    """Return an axis with what is to be written beside it."""
+    """Return an axis with its labels."""
     return _described(plan, name, plan.axis(name).values)
 
 
 def fixed_views(plan: Plan) -> list[AxisPublic]:
-    """Return the parameters that have the same value in all runs, each like an axis of one value."""
+    """Return the parameters that are the same in all runs, each as an axis of one value."""
     return [_described(plan, name, (value,)) for name, value in plan.values.items()]
 
 
@@ -423,15 +423,15 @@ def _map(tracker: str, one: CellMap) -> MapPublic:
 
 
 def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
-    """Return the spec of a session with exactly one run of a sweep, or the same with another method.
+    """Return the spec of a session with one run of a sweep, or the same run with another method.
 
-    The session stands in a good frame before the first lost one; with another method that lost nothing, where the run
-    of the row would. It is computed to ten frames after it, so that one can ask at once why it was lost.
+    The session begins at a held frame shortly before the first lost one; with another method that loses nothing, before
+    the row's first loss. It is computed to ten frames after the loss, so that its cause can be asked at once.
 
     Raises:
         ApiError: The run does not exist (404).
         RefusedError: The method is unknown.
-        ConflictError: The run could not be computed, or its recording is no longer here.
+        ConflictError: The run could not be computed, or its recording no longer exists.
     """
     row = results.row(run)
     if row.problem is not None:
@@ -450,7 +450,7 @@ def upload_of(store: Store, footage: Footage, user: str) -> UploadRow:
     """Return the upload with the content of a clip.
 
     Args:
-        store: Where uploads are kept.
+        store: Holds the uploads.
         footage: The clip, by its hash.
         user: What needs the clip, for the message: "run" or "sweep".
 
@@ -465,7 +465,7 @@ def upload_of(store: Store, footage: Footage, user: str) -> UploadRow:
 
 
 def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | None:
-    """Return the first lost frame of the run that is opened; if it loses nothing, that of the row."""
+    """Return the first lost frame of the opened run; if it loses nothing, that of the row."""
     if method == row.tracker or method not in plan.trackers:
         return row.first_lost_frame
     twin = row.run + plan.trackers.index(method) - plan.trackers.index(row.tracker)

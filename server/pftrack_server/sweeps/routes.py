@@ -1,4 +1,4 @@
-"""Sweeps: plan, begin, watch, ask, open a run, and take the result away, finished or as far as it came."""
+"""Routes of sweeps: plan, begin, watch, query, open a run, and download the complete or partial result."""
 
 import asyncio
 import shutil
@@ -32,7 +32,7 @@ from pftrack_server.sweeps.sweep import Sweep, SweepPublic
 
 
 class OpenRequest(RequestBody):
-    """With which method to open a run; with its own if none is named."""
+    """The method with which to open a run; by default its own."""
 
     tracker: Name | None = None
 
@@ -52,7 +52,7 @@ MOST_ROWS = 500
 Axis = Annotated[str | None, Query(max_length=64, description="Name of an axis; `none` pools all values.")]
 Method = Annotated[str | None, Query(max_length=64, description="Name of a tracker of the sweep.")]
 Compared = Annotated[
-    str, Query(max_length=64, description="What compares two trackers: `success`, `error` or a measure.")
+    str, Query(max_length=64, description="Quantity to compare two trackers by: `success`, `error` or a measure.")
 ]
 Place = Annotated[int, Query(ge=0, le=2_000_000)]
 
@@ -65,7 +65,7 @@ def show_example(experiment: AnExperiment) -> SweepCreate:
 
 @router.post("/sweeps/estimate")
 async def estimate(body: EstimateRequest, sweeps: ASweeps) -> EstimatePublic:
-    """Tell how many runs and cells a sweep would have, and how long it would take, without starting it."""
+    """Return the numbers of runs and cells of a sweep, and the time that it would take, without starting it."""
     return await sweeps.estimate(body)
 
 
@@ -77,32 +77,32 @@ async def begin_sweep(body: SweepCreate, sweeps: ASweeps) -> SweepPublic:
 
 @router.get("/sweeps")
 async def list_sweeps(sweeps: ASweeps) -> list[SweepPublic]:
-    """List all sweeps, the newest first."""
+    """List all sweeps, newest first."""
     return [sweep.view() for sweep in sweeps.all]
 
 
 @router.get("/sweeps/{sweep}")
 async def show_sweep(sweep: ASweep) -> SweepPublic:
-    """Tell about a sweep and how far it is."""
+    """Return a sweep and its progress."""
     return sweep.view()
 
 
 @router.delete("/sweeps/{sweep}", status_code=HTTPStatus.NO_CONTENT)
 async def remove_sweep(sweep: AName, sweeps: ASweeps) -> None:
-    """Delete a sweep with everything that was computed of it; a running one is stopped first."""
+    """Delete a sweep with all its results; a running one is stopped first."""
     await sweeps.remove(sweep)
 
 
 @router.post("/sweeps/{sweep}/cancel")
 async def cancel_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepPublic:
-    """Stop computing a sweep; what was computed is kept."""
+    """Stop computing a sweep; computed runs are kept."""
     await sweeps.cancel(sweep)
     return sweep.view()
 
 
 @router.post("/sweeps/{sweep}/resume")
 async def resume_sweep(sweep: ASweep, sweeps: ASweeps) -> SweepPublic:
-    """Go on with a sweep that was stopped, by whatever."""
+    """Resume a stopped sweep."""
     await sweeps.resume(sweep)
     return sweep.view()
 
@@ -119,7 +119,7 @@ async def show_cells(
     level: Annotated[float, Query(gt=0, lt=1)] = 0.01,
     correction: Correction = "none",
 ) -> CellsPublic:
-    """Return the map of every method over two axes, the others pooled, and on request one method against another."""
+    """Return every method's map over two axes, the others pooled, and on request a comparison of two methods."""
     await sweep.look()
     found = await sweep.cells(x, y)
     if first is None or second is None:
@@ -140,7 +140,7 @@ async def list_rows(
     offset: Annotated[int, Query(ge=0, le=2_000_000)] = 0,
     limit: Annotated[int, Query(ge=1, le=MOST_ROWS)] = 50,
 ) -> RowsPublic:
-    """Return runs of the cell with the i-th value of x and the j-th of y, from 0, failures first."""
+    """Return runs of the cell at value i of x and j of y, from 0, failures first."""
     return await asyncio.to_thread(sweep.results.rows, x, y, (i, j), tracker, offset, limit)
 
 
@@ -152,7 +152,7 @@ async def open_row(
     begin: Begin,
     body: OpenRequest | None = None,
 ) -> SessionPublic:
-    """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
+    """Start a session with exactly this run, or the same with another method, shortly before the first loss."""
     tracker = body.tracker if body else None
     spec = await asyncio.to_thread(session_spec, store, sweep.row.id, sweep.plan, sweep.results, run, tracker)
     return (await begin(spec, None)).view()
@@ -167,7 +167,7 @@ FORMS: Mapping[Form, tuple[str, str]] = {
     "png": ("zip", "application/zip"),
     "svg": ("zip", "application/zip"),
 }
-"""Suffix and type of the file."""
+"""Suffix and media type of each file format."""
 
 
 @router.get(
@@ -182,7 +182,7 @@ async def download(
     tasks: TheTasks,
     form: Annotated[Form, Query(alias="format", description="png and svg are archives of all maps.")] = "parquet",
 ) -> Response:
-    """Return what there is of a sweep as a file: all runs as Parquet or CSV, or a report as one page or as pictures."""
+    """Return the results so far as a file: all runs as Parquet or CSV, or a report as one page or as pictures."""
     await sweep.look()
     if sweep.row.done == 0:
         raise ConflictError("No run of this sweep has been computed yet.")
@@ -212,7 +212,7 @@ async def download(
 
 @router.websocket("/sweeps/{sweep}/stream")
 async def stream(websocket: WebSocket, sweep: ASweep, x: str | None = None, y: str | None = None) -> None:
-    """Greet a page, then tell it of every change until one of the two leaves."""
+    """Send a page the complete state, then every change until one of the two leaves."""
     await websocket.accept()
     await sweep.look()
     await sweep.cells(x, y)

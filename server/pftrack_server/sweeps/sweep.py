@@ -1,10 +1,10 @@
-"""One sweep, as the web process knows it: a plan, a process that computes it, and files in which the result grows.
+"""One sweep in the web process: a plan, a process that computes it, and the growing result files.
 
-The files are the truth. Whatever dies, child, server or machine, they say how far the sweep is, and it goes on from
-there; why it stopped is told in a sentence without a path or a stack.
+The files hold the progress. If child, server or machine dies, the sweep resumes from them; a sentence without a path or
+a stack trace gives the reason why it stopped.
 
-Pages watch a sweep, each over the axes that it has chosen and at its own pace. Nothing is queued: a listener that is
-ready for news receives the state of that moment, so the slowest browser costs a sweep nothing.
+Each page watches a sweep over the axes of its choice and at its own pace. Nothing is queued: a listener that is ready
+receives the present state, so a slow browser does not slow a sweep.
 """
 
 import asyncio
@@ -43,10 +43,10 @@ State = Literal["running", "stopped", "done"]
 class SweepPublic(BaseModel):
     """A sweep.
 
-    Rates are in runs a second, times in seconds. `fixed` is `parameters` with titles and units; `successes` counts over
-    all runs so far, where the experiment knows success; `problems` counts runs whose values are at odds with each
-    other; `recording` is the name of the recording on which all runs are, if there is one; without `has_truth` there is
-    no error, and `measures` are what the methods say of themselves.
+    Rates are in runs per second, times in seconds. `fixed` is `parameters` with titles and units; `successes` counts
+    all runs so far, if the experiment defines success; `problems` counts runs whose values contradict each other;
+    `recording` is the name of the recording of all runs, if there is one. Without `has_truth` there is no error, and
+    `measures` are the methods' own reports.
     """
 
     id: str
@@ -89,14 +89,14 @@ class Hello(Message):
 
 
 class Progress(Message):
-    """The sweep, once it is further or in another state."""
+    """The sweep, after progress or a change of state."""
 
     type: Literal["progress"] = "progress"
     sweep: SweepPublic
 
 
 class Cells(Message):
-    """The cells that have changed, by their number: row after row of the y axis."""
+    """The changed cells, by their number: row after row of the y axis."""
 
     type: Literal["cells"] = "cells"
     done: int
@@ -118,12 +118,12 @@ class SweepListener(Listener):
 
     def __init__(self, sweep: "Sweep", x: str | None, y: str | None) -> None:
         super().__init__()
-        self.news.clear()  # the greeting is not waited for
+        self.news.clear()  # the greeting does not wait
         self._sweep = sweep
         self._axes = x, y
 
     async def __aiter__(self) -> AsyncIterator[str]:
-        """Yield messages, the greeting first, not more often than anybody can see."""
+        """Yield messages, the greeting first, no faster than a person can see."""
         known = await self._sweep.cells(*self._axes)
         shown = self._sweep.view()
         yield encode(Hello(sweep=shown, cells=known))
@@ -145,7 +145,7 @@ class SweepListener(Listener):
 
 
 def _changed_cells(before: CellsPublic, now: CellsPublic) -> Cells | None:
-    """Return the cells in which runs have been added, or None."""
+    """Return the cells with new runs, or None."""
     if before is now:
         return None
     cells = len(now.maps[0].runs) if now.maps else 0
@@ -164,7 +164,7 @@ def _only(one: MapPublic, at: list[int]) -> MapPublic:
 
 
 NICENESS = 10
-"""A sweep gives way to sessions, which people watch."""
+"""Niceness of a sweep, below that of watched sessions."""
 
 log = structlog.get_logger(__name__)
 
@@ -178,18 +178,18 @@ FindRecording = Callable[[Plan], Awaitable[Recording | None]]
 
 @dataclass(eq=False)
 class Sweep:
-    """One sweep; all methods belong to the event loop's thread.
+    """One sweep; call all methods in the event loop's thread.
 
     Attributes:
-        row: What is kept of it in the database, to which it writes how far it is.
-        plan: What is computed.
+        row: Its row in the database, in which it records its progress.
+        plan: The plan.
         out: Its result file.
-        settings: Of the server.
-        tasks: Where it is computed.
+        settings: Settings of the server.
+        tasks: Runs its process.
         keep: Stores its changes.
-        find_recording: Finds what its runs are on.
+        find_recording: Finds the recording of its runs.
         filters: Texts of filters of the server's owner that its runs may execute.
-        results: What there is of it so far.
+        results: Its results so far.
     """
 
     row: SweepRow
@@ -202,7 +202,7 @@ class Sweep:
     filters: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Take it over as it is stored."""
+        """Set the title, and load a stored sweep."""
         self.results = Results(self.plan, self.out)
         self._seconds = self.row.seconds
         self._axes = [axis_view(self.plan, axis.name) for axis in self.plan.axes]
@@ -214,15 +214,15 @@ class Sweep:
         self._listeners: Listeners[SweepListener] = Listeners()
         self._warnings = RateLimitedLogger(__name__, every_s=60.0)
 
-    # ------------------------------------------------------------ what it is
+    # ------------------------------------------------------------ views
 
     @property
     def listeners(self) -> int:
-        """Number of pages that watch it."""
+        """Number of pages that watch the sweep."""
         return len(self._listeners)
 
     def view(self) -> SweepPublic:
-        """Return it as everybody outside sees it."""
+        """Return the public view of the sweep."""
         row, plan, experiment = self.row, self.plan, self.plan.wiring
         rate = self._rate()
         kept = fields_of(SweepPublic, row)
@@ -250,28 +250,28 @@ class Sweep:
         )
 
     async def cells(self, x: str | None = None, y: str | None = None) -> CellsPublic:
-        """Return its map over one or two axes; over its first two if none is named.
+        """Return its map over one or two axes, by default the first two.
 
         Raises:
             RefusedError: The axis is unknown.
         """
         return await asyncio.to_thread(self.results.cells, x, y)
 
-    # ------------------------------------------------------------ life
+    # ------------------------------------------------------------ life cycle
 
     async def start(self) -> None:
-        """Begin or go on.
+        """Begin or resume.
 
         Raises:
-            ConflictError: Its recording is no longer here.
-            OSError: The disk does not take it.
+            ConflictError: Its recording no longer exists.
+            OSError: The disk cannot be written.
         """
         recording = await self.find_recording(self.plan)
         if not self.out.exists() and not partial_of(self.out).exists():
             await asyncio.to_thread(begin, self.plan, self.out)
         self._reason = None
         settings = self.settings
-        # What a stranger sent is decoded within bounds, and a file of the owner executed in them, as in a session.
+        # Untrusted files are decoded, and the owner's files executed, within the same limits as in a session.
         memory_bytes = settings.worker_memory_bytes if recording or self.filters else None
         budget = replace(UNLIMITED, file_bytes=settings.max_sweeps_bytes, memory_bytes=memory_bytes, niceness=NICENESS)
         self._began = time.monotonic()
@@ -291,23 +291,23 @@ class Sweep:
         log.info("sweep started", sweep=self.row.id, runs=self.plan.runs, done=self.row.done)
 
     async def stop(self, reason: str) -> None:
-        """End its process; what was computed is kept."""
+        """End its process; computed runs are kept."""
         if self._watch is not None:
             self._reason = self._reason or reason
             await asyncio.shield(self._watch)
 
     async def close(self, reason: str) -> None:
-        """End its process, and send all listeners away."""
+        """End its process and close all listeners."""
         await self.stop(reason)
         self._listeners.close()
 
     async def look(self) -> None:
-        """Look at what lies on the disk."""
+        """Count the results on disk."""
         await asyncio.to_thread(self.results.look)
         self._take()
 
     async def _follow(self, end: asyncio.Future[None]) -> None:
-        """Watch the process that goes on with the sweep, and the files, until it ends."""
+        """Watch the sweep's process and its files until the process ends."""
         written = time.monotonic()
         try:
             while not end.done():
@@ -329,7 +329,7 @@ class Sweep:
         await self._become("stopped", self._reason or f"{said.rstrip('.')}. {KEPT}")
 
     async def _glance(self) -> None:
-        """Look at the disk; if that fails, the next time may do better."""
+        """Count the results on disk; if that fails, the next attempt may succeed."""
         try:
             if await asyncio.to_thread(self.results.look):
                 self._take()
@@ -350,17 +350,17 @@ class Sweep:
         await self._write()
 
     async def _write(self) -> None:
-        """Keep how far it is; if that fails, the next time may do better, and the files say it as well."""
+        """Store the progress; if that fails, the next attempt may succeed, and the files hold it too."""
         self.row.seconds = self._now_seconds()
         try:
             await self.keep(self)
         except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
-            self._warnings.warn("how far a sweep is could not be stored", sweep=self.row.id, error=repr(error))
+            self._warnings.warn("the progress of a sweep could not be stored", sweep=self.row.id, error=repr(error))
 
     # ------------------------------------------------------------ listeners
 
     def join(self, x: str | None, y: str | None) -> AbstractContextManager[SweepListener]:
-        """Add a listener for as long as the context lasts."""
+        """Add a listener while the context lasts."""
         return self._listeners.add(SweepListener(self, x, y))
 
     def _wake(self) -> None:
@@ -374,14 +374,14 @@ class Sweep:
         return round(self._seconds + running, 1)
 
     def _rate(self) -> float | None:
-        """Return the runs a second of late."""
+        """Return the recent rate, runs per second."""
         if self.row.state != "running" or len(self._past) < 2:
             return None
         (then, before), (now, after) = self._past[0], self._past[-1]
         return (after - before) / (now - then) if now > then and after > before else None
 
     def _outcome(self) -> str:
-        """Return in a few words how far it is, and how many runs succeeded."""
+        """Return the progress and the share of successful runs, in a few words."""
         so_far = "" if self.row.state == "done" else f"{self.row.done:,} of "
         parts = [f"{so_far}{self.plan.runs:,} runs"]
         if self.plan.judged and self.row.successes is not None and self.row.done > self.row.problems:
@@ -390,7 +390,7 @@ class Sweep:
 
 
 def default_title(plan: Plan) -> str:
-    """Return a title for a plan that was given none."""
+    """Return a title for a plan without one."""
     experiment = EXPERIMENTS[plan.experiment]
     titles = [axis_view(plan, axis.name).title.lower() for axis in plan.axes[:3]]
     over = " × ".join(titles) or "repeated"

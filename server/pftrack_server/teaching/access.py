@@ -1,10 +1,9 @@
-"""Access: the one place that checks those who come by the link of a class, each request and each websocket.
+"""Access: the one place that checks every request and websocket that comes by the link of a class.
 
-All their addresses begin with `/f/` and the link; no other address knows them, so nobody is a follower by accident, and
-a lecturer who opens the link in the same browser stays a lecturer elsewhere. It reads the link, looks whether its
-class lasts and whether its role may ask for what stands behind it (`roles`), and adds link and all before it to the
-base path, so that the app sees the usual address. A socket ends when its class ends, or when what it shows is not
-followed any more.
+Their addresses begin with `/f/` and the link. No other address gives these rights, so nobody is a follower by accident,
+and a lecturer who opens the link in the same browser stays a lecturer elsewhere. The guard reads the link, checks that
+its class still runs and that its role may make the request (`roles`), and adds the link to the base path, so that the
+app sees the usual address. A socket ends when its class ends, or when the class no longer follows its content.
 """
 
 import contextlib
@@ -26,14 +25,14 @@ from pftrack_server.teaching.roles import Standing, is_allowed
 
 COOKIE = "pftrack_seat"
 PAGE = "/follow"
-"""Where the app has the followers' page."""
+"""Path of the followers' page in the app."""
 ELSEWHERE = "The class no longer follows this."
 REFUSAL = FRONTEND / "follow" / "refused.html"
-"""It needs no other file, since none is given to somebody without a link that holds."""
+"""Page of a refused link; it needs no other file, since without a valid link none is served."""
 
 
 class AccessGuard:
-    """ASGI middleware that lets followers and lecturers in by the link of a class, and everybody else pass."""
+    """ASGI middleware that checks requests by the link of a class, and passes all others on."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -55,10 +54,10 @@ class AccessGuard:
             await _refuse(scope, receive, send, error)
 
     def _admit(self, scope: Scope) -> tuple[Participant, Scope]:
-        """Return who comes, and the request as the app is to see it.
+        """Return the participant, and the request's scope for the app.
 
         Raises:
-            ApiError: The link or what is asked for is refused.
+            ApiError: The link or the request is refused.
         """
         follows = _follows(scope)
         link, _, rest = route_path(scope).removeprefix(f"{LINKS}/").partition("/")
@@ -106,7 +105,7 @@ def _follows(scope: Scope) -> Follows:
 
 
 def _start_address(participant: Participant) -> str:
-    """Return where somebody begins, relative to the base: the followers' page, or what the lecturer shows."""
+    """Return a participant's first page, relative to the base: the followers' page, or what the lecturer shows."""
     shown = participant.follow.content
     if participant.claim.role == "follower":
         return ""
@@ -115,14 +114,14 @@ def _start_address(participant: Participant) -> str:
 
 
 def _send_with_seat(participant: Participant, scope: Scope, send: Send) -> Send:
-    """Give a browser that comes for the first time a seat, together with the page."""
+    """Give a new browser a seat, together with its first page."""
     if participant.role != "stranger" or route_path(scope) != PAGE:
         return send
     carrier = Response()
     carrier.set_cookie(
         COOKIE,
         participant.seat,
-        path=address_of(scope).removesuffix("/"),  # the followers' page may be asked for without the slash
+        path=address_of(scope).removesuffix("/"),  # the followers' page may be requested without the slash
         httponly=True,
         samesite="lax",
         secure=scope["scheme"] == "https",

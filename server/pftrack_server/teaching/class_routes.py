@@ -1,4 +1,4 @@
-"""Addresses of classes: what a lecturer does with one, what a follower does, and the answers that are kept."""
+"""Routes of classes: those of lecturers, those of followers, and the stored answers."""
 
 import io
 from http import HTTPStatus
@@ -28,7 +28,7 @@ CSV = "text/csv"
 TheFollows = Annotated[Follows, service(Follows)]
 TheLessons = Annotated[Lessons, service(Lessons)]
 FAREWELL = "The class has ended."
-OfLecture = Annotated[str | None, Query(max_length=64, description="Those of one lecture alone")]
+OfLecture = Annotated[str | None, Query(max_length=64, description="Only polls of this lecture")]
 
 
 def _follow(follow: AName, follows: TheFollows) -> Follow:
@@ -36,7 +36,7 @@ def _follow(follow: AName, follows: TheFollows) -> Follow:
 
 
 def follower(connection: HTTPConnection) -> Participant:
-    """Return the follower who asks."""
+    """Return the follower who makes the request."""
     participant = participant_of(connection.scope)
     if participant is None:
         raise not_found("This address belongs to followers; open the link of the class.")
@@ -57,13 +57,13 @@ async def begin_follow(body: messages.FollowCreate, follows: TheFollows, request
 
 @router.get("/follows")
 async def list_follows(follows: TheFollows) -> list[messages.FollowOwned]:
-    """List all classes that follow, the newest first."""
+    """List all classes, newest first."""
     return [follow.owner_view() for follow in follows.all]
 
 
 @router.get("/follows/{follow}")
 async def show_follow(follow: AFollow) -> messages.FollowOwned:
-    """Tell everything about a class."""
+    """Return the complete state of a class."""
     return follow.owner_view()
 
 
@@ -78,7 +78,7 @@ async def change_follow(
 
 @router.delete("/follows/{follow}", status_code=HTTPStatus.NO_CONTENT)
 async def end_follow(follow: AFollow, follows: TheFollows) -> None:
-    """Send the class home, and end the sessions of its own."""
+    """End a class and its followers' own sessions."""
     follows.end(follow)
 
 
@@ -97,7 +97,7 @@ async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Res
 
 @router.post("/follows/{follow}/figure", response_class=Response, responses={200: {"model": messages.FigurePublic}})
 async def show_figure(follow: AFollow, body: messages.FigureRequest, lessons: TheLessons) -> Response:
-    """Compute the figure of the lesson that is followed at some parameters, and show it to the class."""
+    """Compute the followed lesson's figure at some parameters, and show it to the class."""
     if follow.content.lesson_id is None:
         raise ConflictError("The class follows no lesson.")
     lesson = await lessons.get(follow.content.lesson_id)
@@ -109,13 +109,13 @@ async def show_figure(follow: AFollow, body: messages.FigureRequest, lessons: Th
 @router.put(
     "/follows/{follow}/poll",
     responses={
-        202: {"model": messages.ComputingPublic, "description": "The run that the answers come from is still computed"}
+        202: {"model": messages.ComputingPublic, "description": "The run behind the answers is still being computed"}
     },
 )
 async def ask(
     follow: AFollow, body: messages.PollCreate, follows: TheFollows, request: Request, response: Response
 ) -> messages.FollowOwned | messages.ComputingPublic:
-    """Ask the class something, in place of what it was asked before, or show again what it answered."""
+    """Ask the class a question in place of the one before, or show stored answers again."""
     computing = await follows.ask(follow, body, participant_of(request.scope))
     if computing is not None:
         response.status_code = HTTPStatus.ACCEPTED
@@ -125,55 +125,55 @@ async def ask(
 
 @router.post("/follows/{follow}/poll/reveal")
 async def reveal(follow: AFollow, follows: TheFollows) -> messages.FollowOwned:
-    """Show everybody how many gave which answer; answering is closed."""
+    """Show everybody the counts of the answers; answering is closed."""
     await follows.reveal(follow)
     return follow.owner_view()
 
 
 @router.delete("/follows/{follow}/poll", status_code=HTTPStatus.NO_CONTENT)
 async def close_poll(follow: AFollow, follows: TheFollows) -> None:
-    """Ask nothing more; what was revealed is kept, and what was not is forgotten."""
+    """Close the poll; revealed answers are kept, others are deleted."""
     await follows.close_poll(follow)
 
 
 @router.websocket("/follows/{follow}/stream")
 async def lead(websocket: WebSocket, follow: AFollow) -> None:
-    """Greet a lecturer's page, then tell it who follows and how many have answered."""
+    """Send a lecturer's page the state, then every change of followers and answers."""
     await websocket.accept()
     with follow.listen_as_lecturer() as listener:
         await converse(websocket, listener, FAREWELL)
 
 
-# What followers request: these addresses exist behind the link of a class alone.
+# Requests of followers: these addresses exist only behind the link of a class.
 
 
 @router.get("/follow")
 async def show(participant: AFollower) -> messages.FollowPublic:
-    """Tell a follower what the class follows and is asked, and what is the follower's own."""
+    """Return a follower's view: content, question and the follower's own answer and copy."""
     return participant.follow.view(participant.seat)
 
 
 @router.put("/follow/vote")
 async def vote(participant: AFollower, body: messages.Vote) -> messages.Vote:
-    """Answer what the class is asked, in place of an earlier answer."""
+    """Answer the open question, in place of an earlier answer."""
     return participant.follow.vote(participant.seat, body)
 
 
 @router.post("/follow/fork", status_code=HTTPStatus.CREATED)
 async def fork(participant: AFollower, body: messages.ForkCreate, follows: TheFollows) -> messages.ForkPublic:
-    """Begin a session of the follower's own where one of the class's stands, or let the follower turn the figure."""
+    """Start a follower's own copy of a session, or let the follower change the lesson's figure."""
     return participant.follow.fork_view(await follows.fork(participant, body))
 
 
 @router.delete("/follow/fork", status_code=HTTPStatus.NO_CONTENT)
 async def give_back(participant: AFollower, follows: TheFollows) -> None:
-    """End what the follower tries, so that somebody else can."""
+    """End the follower's copy, which frees its place."""
     follows.end_fork(participant)
 
 
 @router.websocket("/follow/stream")
 async def follow(websocket: WebSocket, participant: AFollower) -> None:
-    """Greet a follower, then tell of all that changes."""
+    """Send a follower the state, then every change."""
     await websocket.accept()
     with participant.follow.listen(participant.seat) as listener:
         await converse(websocket, listener, FAREWELL)
@@ -181,13 +181,13 @@ async def follow(websocket: WebSocket, participant: AFollower) -> None:
 
 @router.get("/polls")
 async def list_polls(follows: TheFollows, lecture: OfLecture = None) -> list[messages.PollKept]:
-    """List what classes have answered, the newest first; what is not revealed yet is left out."""
+    """List the answers of classes, newest first; polls that are not revealed yet are left out."""
     return await follows.kept_polls(lecture)
 
 
 @router.get("/polls/answers.csv", response_class=Response, responses={200: {"content": {CSV: {}}}})
 async def polls_as_csv(follows: TheFollows, lecture: OfLecture = None) -> Response:
-    """Return the same as a table, a row for each answer."""
+    """Return the answers of classes as CSV, one row per answer."""
     text = polls_csv(await follows.kept_polls(lecture))
     headers = {"Content-Disposition": 'attachment; filename="polls.csv"', "Cache-Control": "no-store"}
     return Response(text, media_type=CSV, headers=headers)
@@ -195,5 +195,5 @@ async def polls_as_csv(follows: TheFollows, lecture: OfLecture = None) -> Respon
 
 @router.delete("/polls/{poll}", status_code=HTTPStatus.NO_CONTENT)
 def remove_poll(poll: AName, store: AStore) -> None:
-    """Forget a poll and its answers."""
+    """Delete a poll and its answers."""
     store.discard(PollRow, poll)

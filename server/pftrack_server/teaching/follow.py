@@ -1,7 +1,7 @@
-"""A follow: what one class sees, who is there, what its followers try themselves, and what each is told.
+"""A follow: one class with its content, its followers, their copies, and the messages to each.
 
-A follower is there while a socket of the follower's is open. A *fork* is what a follower has alone, a session or the
-lesson. It ends after a while without use; a session's also ends with the session.
+A follower is present while one of the follower's sockets is open. A *fork* is a follower's own copy of a session or of
+the lesson. It ends after some time without use; a session's fork also ends with the session.
 """
 
 import asyncio
@@ -24,14 +24,14 @@ from pftrack_server.teaching.polls import Poll
 from pftrack_server.teaching.roles import Reach, Standing, is_allowed
 
 LECTURER = ""
-"""The seat of all who come by the lecturer's link."""
+"""The seat of everybody who comes by the lecturer's link."""
 MOST_SOCKETS = 24
-"""Of one follower: two pages with four sessions each."""
+"""Most sockets of one follower: enough for two pages with four sessions each."""
 MOST_SCENES = 20
-"""Of one class: viser sends each browser its own, which takes many times what a drawing for all takes."""
+"""Most 3-D scenes of one class: viser encodes for each browser separately, which costs many times a shared drawing."""
 SCENES = "/viz/"
 UNUSED_S = 300.0
-"""After so long without use a fork ends."""
+"""Time without use after which a fork ends, s."""
 
 
 FindSession: TypeAlias = Callable[[str], Session | None]
@@ -43,10 +43,10 @@ class _Socket(NamedTuple):
 
 
 class Followers:
-    """Who of a class is there, by their sockets; the lecturer's are among them, and the lecturer does not count.
+    """The present followers of a class, by their sockets; the lecturer has sockets here but is not counted.
 
     Args:
-        changed: Called when somebody has come or gone.
+        changed: Called when a follower arrives or leaves.
     """
 
     def __init__(self, changed: Callable[[], None]) -> None:
@@ -54,32 +54,32 @@ class Followers:
         self._sockets: dict[str, set[_Socket]] = {}
 
     def __len__(self) -> int:
-        """Return how many followers are there."""
+        """Return the number of present followers."""
         return len(self._sockets.keys() - {LECTURER})
 
     def __contains__(self, seat: str) -> bool:
-        """Tell whether a follower is there."""
+        """Return whether a follower is present."""
         return seat in self._sockets
 
     @property
     def sockets(self) -> int:
-        """How many sockets there are, the lecturer's included."""
+        """Number of sockets, including the lecturer's."""
         return sum(map(len, self._sockets.values()))
 
     @contextmanager
     def take(self, seat: str, path: str, most: int) -> Iterator[asyncio.Timeout]:
-        """Let somebody hold one more socket.
+        """Hold one more socket for a seat.
 
         Args:
-            seat: Of the follower.
-            path: Of the socket.
-            most: How many followers there may be.
+            seat: The follower's seat.
+            path: Path of the socket.
+            most: Limit of followers.
 
         Yields:
-            What to serve the socket within; it ends when the follower must leave.
+            The timeout context in which to serve the socket; it expires when the follower must leave.
 
         Raises:
-            ApiError: The class is full, or this follower holds too many already (429).
+            ApiError: The class is full, or this follower has too many sockets (429).
         """
         self._check_room(seat, path, most)
         held = self._sockets.setdefault(seat, set())
@@ -96,7 +96,7 @@ class Followers:
                 self._changed()
 
     def review(self, may_stay: Callable[[str, str], bool]) -> None:
-        """End every socket, by seat and path, that may not stay; one that is ending already takes its time."""
+        """End every socket that may not stay, by seat and path; one that is already ending is left alone."""
         now = asyncio.get_running_loop().time()
         for seat, sockets in self._sockets.items():
             for socket in sockets:
@@ -107,20 +107,20 @@ class Followers:
         if seat not in {LECTURER, *self._sockets} and len(self) >= most:
             raise too_many(f"The class has its limit of followers, {most}. Try again in a while.")
         if len(self._sockets.get(seat, ())) >= MOST_SOCKETS:
-            raise too_many(f"This browser holds {MOST_SOCKETS} connections already; close other class pages.")
+            raise too_many(f"This browser already has {MOST_SOCKETS} connections; close other class pages.")
         held = [socket for sockets in self._sockets.values() for socket in sockets]
         if path.startswith(SCENES) and sum(socket.path.startswith(SCENES) for socket in held) >= MOST_SCENES:
-            raise too_many(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
+            raise too_many(f"{MOST_SCENES} followers already watch the 3-D scene; use the flat view.")
 
 
 @dataclass(slots=True)
 class Fork:
-    """What one follower has, or is about to have.
+    """A follower's own copy, or the place reserved for one.
 
     Attributes:
         session: Name of the session, once there is one.
         lesson: Id of the lesson.
-        used: When it was last asked for something (monotonic, s).
+        used: Time of the last request to it (monotonic, s).
     """
 
     session: str | None = None
@@ -129,11 +129,11 @@ class Fork:
 
 
 class Forks:
-    """The forks of one class, at most one a follower.
+    """The forks of one class, at most one per follower.
 
     Args:
-        find: Finds a session by its name; a copy whose session has ended does not count.
-        changed: Called when there is one more or one less.
+        find: Finds a session by its name; a fork whose session has ended does not count.
+        changed: Called when a fork is added or removed.
     """
 
     def __init__(self, find: FindSession, changed: Callable[[], None]) -> None:
@@ -142,20 +142,20 @@ class Forks:
         self._forks: dict[str, Fork] = {}
 
     def __len__(self) -> int:
-        """Return how many there are, those that are being made included."""
+        """Return the number of forks, including reserved ones."""
         return len(self._active())
 
     @property
     def sessions(self) -> list[str]:
-        """Names of the sessions."""
+        """Names of the forks' sessions."""
         return [fork.session for fork in self._active().values() if fork.session]
 
     def of(self, seat: str) -> Fork | None:
-        """Return what a follower has."""
+        """Return a follower's fork, or None."""
         return self._active().get(seat)
 
     def unused_sessions(self) -> list[str]:
-        """Return the names of the sessions that nobody has visited for a while."""
+        """Return the names of forked sessions without use for `IDLE_S` seconds."""
         now = time.monotonic()
         for fork in self._forks.values():
             found = self._find(fork.session) if fork.session else None
@@ -164,17 +164,17 @@ class Forks:
         return [fork.session for fork in self._forks.values() if fork.session and now - fork.used >= UNUSED_S]
 
     def touch(self, seat: str, path: str) -> None:
-        """Note that a follower uses the copy, if the path of a request names it."""
+        """Note that a follower uses the fork, if the path of a request names it."""
         fork = self.of(seat)
         if fork is not None and {fork.session, fork.lesson} & set(path.split("/")):
             fork.used = time.monotonic()
 
     @contextmanager
     def reserve(self, seat: str) -> Iterator[Fork]:
-        """Yield a fork for a follower, to be given a session or a lesson; without either it is gone afterwards.
+        """Yield a fork for a follower; it is removed afterwards unless it was given a session or a lesson.
 
         Raises:
-            ConflictError: The follower has one.
+            ConflictError: The follower already has a fork.
         """
         self._forks = self._active()
         if seat in self._forks:
@@ -189,7 +189,7 @@ class Forks:
             self._changed()
 
     def release(self, seat: str) -> Fork | None:
-        """Take away what a follower has, and return it."""
+        """Remove and return a follower's fork."""
         fork = self._forks.pop(seat, None)
         self._changed()
         return fork
@@ -204,11 +204,12 @@ class Forks:
 
 
 class NewestListener(Listener):
-    """One page, which hears the newest of each kind at its own pace, and nothing of what came and went before.
+    """One page's listener: it yields the newest message of each kind at its own pace, and skips older ones.
 
     Args:
         greeting: Encodes the first message.
-        news: The newest text of each kind, encoded once for all pages; the same object until there is another.
+        news: The newest text of each kind, encoded once for all pages; it stays the same object until there is a new
+            text.
     """
 
     def __init__(self, greeting: Callable[[], str], news: dict[str, str]) -> None:
@@ -217,7 +218,7 @@ class NewestListener(Listener):
         self._news = news
 
     async def __aiter__(self) -> AsyncIterator[str]:
-        """Yield messages as they come, the greeting first."""
+        """Yield messages as they arrive, the greeting first."""
         told = {"follow": self._news.get("follow", "")}
         yield self._greeting()
         while True:
@@ -232,18 +233,18 @@ class NewestListener(Listener):
 
 
 class _Audience(Listeners[NewestListener]):
-    """Pages that hear the same."""
+    """Pages that get the same messages."""
 
     def __init__(self) -> None:
         super().__init__()
         self.news: dict[str, str] = {}
 
     def greet(self, greeting: Callable[[], str]) -> AbstractContextManager[NewestListener]:
-        """Add a page for as long as the context lasts."""
+        """Add a page while the context lasts."""
         return self.add(NewestListener(greeting, self.news))
 
     def tell(self, kind: str, text: str) -> None:
-        """Tell all what they do not know yet."""
+        """Send a message to all pages, unless it equals the last one of its kind."""
         if self.news.get(kind) != text:
             self.news[kind] = text
             for listener in self:
@@ -252,12 +253,12 @@ class _Audience(Listeners[NewestListener]):
 
 @dataclass(frozen=True, slots=True)
 class FollowedContent:
-    """What a class follows.
+    """The content that a class follows.
 
     Attributes:
-        wanted: As the lecturer asked for it.
-        sessions: Titles by name.
-        lesson: Id and title, if one is followed.
+        wanted: The lecturer's request.
+        sessions: Titles of the sessions, by name.
+        lesson: Id and title of the lesson, if there is one.
     """
 
     wanted: messages.FollowUpdate
@@ -266,34 +267,34 @@ class FollowedContent:
 
     @property
     def title(self) -> str:
-        """What it is called."""
+        """Title of the content."""
         return self.wanted.title or (self.lesson[1] if self.lesson else next(iter(self.sessions.values())))
 
     @property
     def lesson_id(self) -> str | None:
-        """Which lesson is followed, if one is."""
+        """Id of the lesson, if there is one."""
         return self.lesson and self.lesson[0]
 
 
 class Follow:
-    """One class; all methods belong to the event loop's thread.
+    """One class; call all methods in the event loop's thread.
 
     Args:
         name: The beginning of its links.
-        content: What it follows.
+        content: The content that it follows.
         expires: When it ends by itself.
-        links: Those of the server.
-        addresses: Where the server is reached, the best first.
+        links: The server's links.
+        addresses: Addresses of the server, the best first.
         find: Finds a session by its name.
 
     Attributes:
-        content: What it follows; `show` changes it.
-        followers: Who is there.
-        forks: What followers have alone.
-        poll: What the class is asked; `ask` changes it.
-        written: The poll as it was last written down.
-        ended: Why it has ended, a sentence; None while it lasts.
-        timer: Ends it by itself.
+        content: The content that it follows; `show` changes it.
+        followers: The present followers.
+        forks: The followers' own copies.
+        poll: The open poll; `ask` changes it.
+        written: The poll as it was last stored.
+        ended: Why it has ended, a sentence; None while it runs.
+        timer: The timer that ends it.
     """
 
     timer: asyncio.TimerHandle | None = None
@@ -318,10 +319,10 @@ class Follow:
         self._class, self._lecturers = _Audience(), _Audience()
         self.tell()
 
-    # ------------------------------------------------------------ who may what
+    # ------------------------------------------------------------ rights
 
     def reach(self, role: Standing, seat: str) -> Reach:
-        """Return what somebody may name in an address."""
+        """Return the names that a role and seat may use in addresses."""
         followed = frozenset(self.content.sessions)
         lesson = self.content.lesson_id
         lessons = frozenset({lesson} if lesson else ())
@@ -333,17 +334,17 @@ class Follow:
         return Reach(followed | own, own, lessons, tried, frozenset())
 
     def end(self, sentence: str) -> None:
-        """Send everybody away."""
+        """End the class for everybody."""
         self.ended = sentence
         if self.timer is not None:
             self.timer.cancel()
         self._lecturers.close()
         self.followers.review(lambda *_: False)
 
-    # ------------------------------------------------------------ what a lecturer does
+    # ------------------------------------------------------------ for lecturers
 
     def show(self, content: FollowedContent) -> None:
-        """Let the class follow something else, or otherwise; who looked at what is not followed any more must leave."""
+        """Change the content or its arrangement; sockets on content that is no longer followed end."""
         if content.lesson != self.content.lesson:
             self._class.news.pop("figure", None)
         self.content = content
@@ -351,63 +352,63 @@ class Follow:
         self.followers.review(self._may_stay)
 
     def show_figure(self, lesson: str, figure: bytes) -> None:
-        """Pass on the figure of the lesson that is followed, as JSON, unread."""
+        """Send the followed lesson's figure on, as unread JSON."""
         text = f'{{"version":1,"type":"figure","lesson":{json.dumps(lesson)},"figure":{figure.decode()}}}'
         self._class.tell("figure", text)
 
     def ask(self, poll: Poll | None) -> None:
-        """Ask the class something, reveal what it answered, or ask nothing more."""
+        """Open, update or close the class's poll."""
         self.poll = poll
         self.tell()
 
-    # ------------------------------------------------------------ what a follower does
+    # ------------------------------------------------------------ for followers
 
     def check_present(self, seat: str) -> None:
-        """Refuse somebody who is not there.
+        """Refuse a follower who is not present.
 
         Raises:
-            ApiError: The follower is not there (403).
+            ApiError: The follower is not present (403).
         """
         if seat not in self.followers:
             raise forbidden("Only followers can do this; open the link of the class first.")
 
     def vote(self, seat: str, vote: messages.Vote) -> messages.Vote:
-        """Take a follower's answer.
+        """Take a follower's answer and return it.
 
         Raises:
-            ConflictError: Nothing is asked, something else, or no longer.
-            ApiError: The follower is not there (403).
+            ConflictError: There is no open question, or another one.
+            ApiError: The follower is not present (403).
             RefusedError: The answer is not one of the list.
         """
         self.check_present(seat)
         if self.poll is None:
-            raise ConflictError("The lecturer asks nothing at the moment.")
+            raise ConflictError("The class has no open question at the moment.")
         self.ask(self.poll.vote(seat, vote.poll, vote.answer))
         return vote
 
-    # ------------------------------------------------------------ telling
+    # ------------------------------------------------------------ messages
 
     def listen(self, seat: str) -> AbstractContextManager[NewestListener]:
-        """Add a follower for as long as the context lasts."""
+        """Add a follower's page while the context lasts."""
         return self._class.greet(lambda: encode(messages.FollowNews(type="hello", follow=self.view(seat))))
 
     def listen_as_lecturer(self) -> AbstractContextManager[NewestListener]:
-        """Add a lecturer for as long as the context lasts."""
+        """Add a lecturer's page while the context lasts."""
         return self._lecturers.greet(lambda: encode(messages.OwnedNews(type="hello", follow=self.owner_view())))
 
     def tell(self) -> None:
-        """Tell lecturers and followers what has changed, if anything has."""
+        """Send lecturers and followers the state, if it has changed."""
         self._class.tell("follow", encode(messages.FollowNews(follow=self.view())))
         self._lecturers.tell("follow", encode(messages.OwnedNews(follow=self.owner_view())))
 
     def view(self, seat: str | None = None) -> messages.FollowPublic:
-        """Return it as all followers see it, or as one does."""
+        """Return the view of all followers, or of one seat."""
         return messages.FollowPublic(
             **self._shared_fields(to_owner=False), mine=None if seat is None else self._own_view(seat)
         )
 
     def owner_view(self) -> messages.FollowOwned:
-        """Return it as a lecturer sees it."""
+        """Return the lecturer's view."""
         best = self._addresses[0]
         return messages.FollowOwned(
             **self._shared_fields(to_owner=True),
@@ -447,7 +448,7 @@ class Follow:
         )
 
     def fork_view(self, fork: Fork) -> messages.ForkPublic:
-        """Return what a follower has, as that follower sees it."""
+        """Return a follower's view of a fork."""
         if fork.session is None:
             return messages.ForkPublic(id=None, title=self.content.title, page=f"learn/{fork.lesson}")
         found = self._find(fork.session)
@@ -460,13 +461,13 @@ class Follow:
 
 
 class Participant(NamedTuple):
-    """Somebody who came by the link of a class.
+    """A person who came by the link of a class.
 
     Attributes:
         follow: The class.
-        claim: What the link says.
+        claim: Content of the link.
         seat: The follower's name within it; empty for an owner.
-        role: What the participant is.
+        role: The participant's role.
     """
 
     follow: Follow
@@ -476,20 +477,20 @@ class Participant(NamedTuple):
 
     @property
     def reach(self) -> Reach:
-        """What may be named in an address at the moment."""
+        """The names that the participant may use in addresses now."""
         return self.follow.reach(self.role, self.seat)
 
     @property
     def about(self) -> str:
-        """Attributes that tell a page's scripts who has come."""
+        """Attributes that describe the participant to a page's scripts."""
         return f'data-role="{self.claim.role}" data-class="{self.claim.follow}"'
 
     def may_steer(self, session: str) -> bool:
-        """Tell whether a session is the participant's to steer, not only to look at."""
+        """Return whether the participant may steer a session, not only watch it."""
         return session in self.reach.steered
 
 
 def participant_of(scope: MutableMapping[str, Any]) -> Participant | None:
-    """Return who came by a link; None for somebody with the rights of the whole server."""
+    """Return the participant who came by a link; None for a client with the rights of the whole server."""
     found: Participant | None = scope.get(GUEST)
     return found

@@ -1,7 +1,7 @@
-"""Follows: all classes of a server. They live in its memory alone: when one ends, only its answers are kept.
+"""Follows: all classes of a server. They exist only in its memory: when one ends, only its answers are kept.
 
-The server writes a poll down while it is answered, so a crash costs a few seconds of answers; it forgets a poll that
-nobody has answered, or that its lecturer has withdrawn. Nobody keeps seats.
+The server stores a poll while it is answered, so a crash costs a few seconds of answers. It deletes a poll without
+answers, or one that its lecturer withdraws. Seats are never stored.
 """
 
 import asyncio
@@ -28,13 +28,13 @@ from pftrack_server.teaching.links import Claim, Links, addresses
 from pftrack_server.teaching.polls import Poll
 
 MOST = 50
-"""Classes at one time."""
+"""Most classes at one time."""
 MOST_POLLS = 5000
 """Polls kept."""
 SOCKETS_SHARE = 0.8
-"""Share of the server's connections that followers may have; the others are the lecturer's."""
+"""Share of the server's connections for followers; the others are the lecturer's."""
 FORKS_SHARE = 0.25
-"""Share of the server's places for sessions that followers' copies may have; the others are the lecturer's."""
+"""Share of the server's session places for followers' copies; the others are the lecturer's."""
 ROUND_S = 2.0
 ENDED = "The lecturer has ended this class."
 EXPIRED = "The time of this class is over."
@@ -44,23 +44,23 @@ warnings = RateLimitedLogger(__name__)
 
 
 class PollRecords:
-    """The polls that are kept."""
+    """The stored polls."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
         self._writing = asyncio.Lock()
 
     async def check_room(self) -> None:
-        """Refuse one more poll where as many are kept as may be.
+        """Refuse one more poll if the limit is reached.
 
         Raises:
-            ConflictError: There are.
+            ConflictError: The limit is reached.
         """
         if await asyncio.to_thread(self._store.count, PollRow) >= MOST_POLLS:
             raise ConflictError(f"The server keeps at most {MOST_POLLS:,} polls; export and delete some of them first.")
 
     async def keep(self, follow: Follow) -> None:
-        """Write down what a class is asked, as far as it is answered."""
+        """Store a class's poll with its answers so far."""
         async with self._writing:
             poll = follow.poll
             if poll is not None and poll is not follow.written and poll.votes and poll.earlier is None:
@@ -68,31 +68,31 @@ class PollRecords:
                 follow.written = poll
 
     async def try_to_keep(self, follow: Follow) -> None:
-        """Do the same where nobody waits for it: a database that cannot be written now may be able to later."""
+        """Store the poll; only log a failure, since the database may be writable again later."""
         try:
             await self.keep(follow)
         except (OSError, SQLAlchemyError) as error:
-            warnings.warn("a poll could not be written down", error=str(error))
+            warnings.warn("a poll could not be stored", error=str(error))
 
     async def withdraw(self, poll: Poll) -> None:
-        """Forget what was written down of a poll that is withdrawn before anybody sees what was answered."""
+        """Delete a poll that is withdrawn before its answers are revealed."""
         async with self._writing:
             await asyncio.to_thread(self._store.remove, PollRow, poll.id)
 
     async def again(self, name: str) -> Poll:
-        """Return a poll that was kept, with its answers for all to see.
+        """Return a stored poll with its answers revealed.
 
         Raises:
-            ApiError: It was deleted (404).
+            ApiError: The poll was deleted (404).
         """
         return Poll.again(await asyncio.to_thread(self._store.find, PollRow, name))
 
     async def all(self, lecture: str | None, hidden: Container[str]) -> list[messages.PollKept]:
-        """Return what was answered, the newest first.
+        """Return the stored polls, newest first.
 
         Args:
-            lecture: That of one lecture; None for all.
-            hidden: Polls that are not revealed yet.
+            lecture: Name of a lecture; None for all polls.
+            hidden: Ids of polls that are not revealed yet.
         """
         rows, lectures = await asyncio.gather(
             asyncio.to_thread(self._store.all, PollRow), asyncio.to_thread(self._store.all, LectureRow)
@@ -107,8 +107,8 @@ class Follows:
     """All classes of a server.
 
     Attributes:
-        links: How they are reached.
-        records: What was answered.
+        links: Makes and reads their links.
+        records: The stored polls.
     """
 
     def __init__(self, settings: Settings, manager: Manager, lessons: Lessons, records: PollRecords) -> None:
@@ -120,7 +120,7 @@ class Follows:
         self._rounds = asyncio.create_task(self._end_unused_forks())
 
     async def close(self) -> None:
-        """End all of them."""
+        """End all classes."""
         self._rounds.cancel()
         for follow in self.all:
             self.end(follow, "The server was stopped; ask the lecturer for a new link.")
@@ -128,14 +128,14 @@ class Follows:
 
     @property
     def all(self) -> list[Follow]:
-        """All of them, the newest first."""
+        """All classes, newest first."""
         return list(reversed(self._follows.values()))
 
     def get(self, name: str) -> Follow:
-        """Return one.
+        """Return a class.
 
         Raises:
-            ApiError: It does not exist (404).
+            ApiError: The class does not exist (404).
         """
         found = self._follows.get(name)
         if found is None:
@@ -143,19 +143,19 @@ class Follows:
         return found
 
     def check_room(self) -> None:
-        """Refuse one more socket where followers hold as many as may be left to them.
+        """Refuse one more socket if the followers' share of connections is used up.
 
         Raises:
-            ApiError: They do (429).
+            ApiError: The share is used up (429).
         """
         if sum(follow.followers.sockets for follow in self._follows.values()) >= SOCKETS_SHARE * most_connections():
             raise too_many("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
 
     def resolve(self, link: str) -> tuple[Claim, Follow]:
-        """Return what a link says, and the class that it leads to.
+        """Return the content of a link, and its class.
 
         Raises:
-            ApiError: The class is over (410); this server has not signed the link (404).
+            ApiError: The class is over (410), or this server did not sign the link (404).
         """
         claim = self.links.read(link)
         if claim is None:
@@ -166,18 +166,18 @@ class Follows:
         return claim, follow
 
     async def begin(self, wanted: messages.FollowCreate, base: str) -> Follow:
-        """Let a class follow.
+        """Begin a class.
 
         Args:
-            wanted: What, and within which limits.
-            base: Where the lecturer's browser reaches the server.
+            wanted: Content and limits.
+            base: Address at which the lecturer's browser reaches the server.
 
         Raises:
-            ConflictError: There are too many already.
+            ConflictError: There are too many classes.
             ApiError: A session or the lesson does not exist (404).
         """
         if len(self._follows) >= MOST:
-            raise ConflictError(f"{MOST} classes follow already; end one first.")
+            raise ConflictError(f"There are already {MOST} classes; end one first.")
         content = FollowedContent(wanted, self._titles(wanted.sessions), await self._lesson(wanted.lesson))
         name = next(name for name in iter(self.links.new_name, None) if name not in self._follows)
         reached = addresses(base, self._settings)
@@ -194,8 +194,8 @@ class Follows:
 
         Args:
             follow: The class.
-            wanted: What changes.
-            participant: Who changes it, if somebody who has rights over this class alone.
+            wanted: The changes.
+            participant: Who changes it, if it is a person with rights over this class alone.
 
         Raises:
             ApiError: The class ended meanwhile (410); the participant has no rights over a session (403); a session or
@@ -221,7 +221,7 @@ class Follows:
         follow.show(content)
 
     def end(self, follow: Follow, sentence: str = ENDED) -> None:
-        """Send everybody away, and end the sessions of followers' own."""
+        """End a class for everybody, and end its followers' own sessions."""
         if self._follows.pop(follow.name, None) is None:
             return
         follow.end(sentence)
@@ -230,17 +230,17 @@ class Follows:
             self._end_session(name)
 
     async def fork(self, participant: Participant, wanted: messages.ForkCreate) -> Fork:
-        """Begin a session of a follower's own where one of the class's stands, or let the follower turn the figure.
+        """Start a follower's own copy of a session, or let the follower change the lesson's figure.
 
         Raises:
-            ConflictError: The follower has one, or has ended it meanwhile.
-            ApiError: The class ended meanwhile (410); the follower is not there (403); the class does not follow the
+            ConflictError: The follower already has a copy, or ended it meanwhile.
+            ApiError: The class ended meanwhile (410); the follower is not present (403); the class does not follow the
                 session, or follows no lesson (404); all places for copies are taken (503).
             ParameterError: The frame has not been computed.
         """
         follow, seat = participant.follow, participant.seat
         follow.check_present(seat)
-        if follow.forks.of(seat) is None:  # a second one is refused as such
+        if follow.forks.of(seat) is None:  # a second copy is refused with its own message
             self._check_forks()
         if wanted.session is None:
             if follow.content.lesson_id is None:
@@ -261,7 +261,7 @@ class Follows:
         return fork
 
     def end_fork(self, participant: Participant) -> None:
-        """End what a follower has."""
+        """End a follower's copy."""
         fork = participant.follow.forks.release(participant.seat)
         if fork is not None and fork.session:
             self._end_session(fork.session)
@@ -271,22 +271,22 @@ class Follows:
     async def ask(
         self, follow: Follow, wanted: messages.PollCreate, participant: Participant | None
     ) -> messages.ComputingPublic | None:
-        """Ask a class something, in place of what it was asked before; or tell how far the run is that this needs.
+        """Ask a class a question in place of the one before; or return the progress of the run that it needs.
 
         Args:
             follow: The class.
-            wanted: What.
-            participant: Who asks, if somebody who has rights over this class alone.
+            wanted: The question.
+            participant: Who asks, if it is a person with rights over this class alone.
 
         Raises:
-            ConflictError: As many polls are kept as may be.
-            ApiError: The participant has no rights over what was answered before (403); the lesson or the poll does not
+            ConflictError: The server's limit of polls is reached.
+            ApiError: The participant has no rights over stored answers (403); the lesson or the poll does not
                 exist (404).
             RefusedError: The lesson's answer cannot be computed.
         """
         if wanted.kept is not None:
             if participant is not None:
-                raise forbidden("This link gives rights over this class, and not over what was answered before.")
+                raise forbidden("This link gives rights over this class, not over earlier answers.")
             poll = await self.records.again(wanted.kept)
         else:
             await self.records.check_room()
@@ -299,10 +299,10 @@ class Follows:
         return None
 
     async def reveal(self, follow: Follow) -> None:
-        """Show everybody how many gave which answer.
+        """Show everybody the counts of the answers.
 
         Raises:
-            ConflictError: The class is asked nothing.
+            ConflictError: The class has no open question.
         """
         if follow.poll is None:
             raise ConflictError("The class has no open question at the moment.")
@@ -310,7 +310,7 @@ class Follows:
         await self.records.keep(follow)
 
     async def close_poll(self, follow: Follow) -> None:
-        """Ask nothing more. What was revealed is kept; what was not is forgotten."""
+        """Close the poll. Revealed answers are kept; others are deleted."""
         poll = follow.poll
         await self.records.keep(follow)
         follow.ask(None)
@@ -318,14 +318,14 @@ class Follows:
             await self.records.withdraw(poll)
 
     async def kept_polls(self, lecture: str | None = None) -> list[messages.PollKept]:
-        """Return what was answered, the newest first, but for what its lecturer has yet to reveal."""
+        """Return the stored polls, newest first, except those that are not revealed yet."""
         open_ones = {each.poll.id for each in self.all if each.poll is not None and not each.poll.revealed}
         return await self.records.all(lecture, open_ones)
 
     # ------------------------------------------------------------ within
 
     async def _question(self, wanted: messages.PollCreate) -> tuple[str, Sequence[str]] | messages.ComputingPublic:
-        """Return what is asked, and its answers."""
+        """Return a question and its answers."""
         if wanted.lesson is None:
             return wanted.question or "", wanted.answers or ()
         lesson = await self._lessons.get(wanted.lesson)
@@ -358,7 +358,7 @@ class Follows:
         follow.timer = asyncio.get_running_loop().call_later(3600 * hours, self.end, follow, EXPIRED)
 
     async def _end_unused_forks(self) -> None:
-        """End sessions of followers' own that nobody visits any more, and tell of those that are gone."""
+        """End unused copies of followers, and send news of copies that have ended."""
         while True:
             await asyncio.sleep(ROUND_S)
             for follow in self.all:
@@ -373,20 +373,20 @@ class Follows:
             self._do(self._manager.end(found))
 
     def _do(self, work: Coroutine[None, None, None]) -> None:
-        """Do something that nobody waits for but the end of the server."""
+        """Run work in the background; only the server's end waits for it."""
         task = asyncio.ensure_future(work)
         self._endings.add(task)
         task.add_done_callback(self._endings.discard)
 
 
 def _plain(markdown: str, longest: int) -> str:
-    """Return a sentence of a lesson as plain text, cut where it is longer than a poll shows."""
+    """Return a sentence of a lesson as plain text, cut to the length that a poll shows."""
     text = printable(markdown.replace("$", "").replace("*", "").replace("`", ""))
     return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
 def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:
-    """Return the spec of a session that begins where another one stands, or stood.
+    """Return the spec of a session that begins at the shown or an earlier frame of another.
 
     Raises:
         ParameterError: The frame has not been computed.
@@ -395,7 +395,7 @@ def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:
     frame = run.position if wanted is None else wanted
     if frame > run.computed:
         raise ParameterError("frame", frame, f"a frame that has been computed, 0 to {run.computed}")
-    # A change counts from the next frame on: what is in force where the class stands is that of the frame to come.
+    # A change takes effect from the next frame, so the copy takes the values of the class's next frame.
     timeline = tuple(change for change in run.recipe.timeline if change.frame <= frame + 1)
     recipe = run.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
     return new_spec(recipe, upload=source.upload, position=frame)

@@ -1,6 +1,6 @@
-"""What is computed of lessons, in processes beside the web process.
+"""Computations of lessons, in processes other than the web process.
 
-A worker of lessons draws and judges; a child task, which may take its time, computes checks and whole runs.
+A lesson worker draws and judges; a child task, which may take long, computes checks and whole runs.
 """
 
 import json
@@ -23,24 +23,24 @@ from pftrack_server.jobs.functions import Steps
 
 NUMBERS = TypeAdapter(list[Number])
 NICENESS = 10
-"""Of what may take a minute: figures and sessions, which somebody waits for, go first."""
+"""Niceness of work that may take a minute: figures and sessions, for which people wait, go first."""
 
 
 gives_signs_of_life = watch(report, lambda function, _: report(function))
-"""To compile all that a figure calls may take a busy machine minutes, once."""
+"""Compiling all code of a figure may take a busy machine minutes, once."""
 
 
 @gives_signs_of_life
 def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | None, revealed: bool, near: bool) -> bytes:
-    """Return a demonstration's figure and numbers as JSON, as `FigurePublic` has them.
+    """Return a demonstration's figure and numbers as JSON in the form of `FigurePublic`.
 
     Args:
         wanted: Id of the lesson.
-        source: Text of its file, where it comes from one.
-        values: Of its parameters; others have their defaults, or those at which the question is asked.
-        seed: Of the random numbers; None for the lesson's own.
-        revealed: Whether what answers the question is shown.
-        near: Whether a number out of bounds becomes the nearest that is allowed.
+        source: Text of its file, if it comes from a file.
+        values: Parameter values; missing ones are the defaults, or with `revealed` those of the question.
+        seed: Random seed; None for the lesson's own.
+        revealed: Whether the figure shows what answers the question.
+        near: Whether a number out of bounds becomes the nearest allowed one.
 
     Raises:
         ParameterError: A value is refused.
@@ -66,7 +66,7 @@ def judge_demonstration(wanted: str, source: str, given: course.Given) -> course
     """Judge the answer to a demonstration's question.
 
     Raises:
-        ParameterError: It is not an answer to it.
+        ParameterError: The answer does not fit the question.
     """
     lesson = _lesson(wanted, source)
     course.read_answer(lesson.question, given)
@@ -75,10 +75,10 @@ def judge_demonstration(wanted: str, source: str, given: course.Given) -> course
 
 
 def answer(wanted: str, source: str) -> Steps:
-    """Compute the run that a scenario's question is about, and return the right answer; a step is a frame.
+    """Compute the run behind a scenario's question, and return the right answer; a step is a frame.
 
     Raises:
-        RefusedError: The experiment is unknown, a value is refused, or the run does not have the number asked for.
+        RefusedError: The experiment is unknown, a value is refused, or the run lacks the requested number.
     """
     give_way(NICENESS)
     lesson = _lesson(wanted, source)
@@ -91,7 +91,7 @@ def answer(wanted: str, source: str) -> Steps:
 def check(wanted: str, source: str) -> Steps:
     """Compute the checks of a lesson; a step is a check.
 
-    One that cannot be computed has a problem in place of numbers, and the others are computed all the same.
+    A check that cannot be computed has a problem in place of numbers; the others are computed anyway.
     """
     give_way(NICENESS)
     checks = _lesson(wanted, source).checks

@@ -1,7 +1,7 @@
-"""The lectures of a server: kept as their files, and read when somebody asks for them.
+"""The lectures of a server: stored as files, and read on request.
 
-What is known of an item is its title, its page, its minutes, and why it cannot be shown here. A file is read as hostile
-as a lecturer's lesson is, and written so that a person can go on in it.
+An item's view has its title, its page, its minutes, and the reason if it cannot be shown here. A file is not trusted,
+like a lecturer's lesson, and is written so that a person can edit it.
 
 ---
 title: From Bayes to particles
@@ -40,22 +40,22 @@ from pftrack_server.work.sources import ComparedRun, House, find_run
 MOST = 200
 """Lectures kept."""
 USUAL_MINUTES: Final[dict[messages.Kind, float]] = {"lesson": 8, "question": 2, "poll": 2}
-"""Of a lesson the lesson itself says how long it takes, where it is here; all else takes 5."""
+"""Default minutes of an item; an available lesson has minutes of its own."""
 LARGEST_BYTES: Final = 128 * 1024
-"""Items may hold whole recipes; a lecture of lessons has a hundredth of it."""
+"""Largest file; items may hold whole recipes, while a lecture of lessons takes a hundredth of it."""
 KEPT: Final = 64
-"""Files whose content is kept as it was read: a long one takes a second, and a list of lectures reads them all."""
+"""Most parsed files in memory: a long file takes a second to read, and the list of lectures reads all."""
 MOST_TOLD: Final = 5
 FENCE: Final = "---"
 WIDTH: Final = 100
 
 
 class LectureText(NamedTuple):
-    """What a file says.
+    """The content of a lecture's file.
 
     Attributes:
-        lecture: All of it.
-        lines: Of each item, from 1.
+        lecture: The lecture.
+        lines: Line of each item, from 1.
     """
 
     lecture: messages.LectureUpdate
@@ -64,13 +64,13 @@ class LectureText(NamedTuple):
 
 @lru_cache(KEPT)
 def read_lecture(data: bytes) -> LectureText:
-    """Return what a file says.
+    """Parse a lecture's file.
 
     Raises:
-        RefusedError: It is too large, no text, or no lecture; the sentence names the lines.
+        RefusedError: The file is too large, not text, or not a lecture; the message names the lines.
     """
     if len(data) > LARGEST_BYTES:
-        raise RefusedError(f"The file is larger than {LARGEST_BYTES // 1024} KiB, which no lecture needs.")
+        raise RefusedError(f"The file is larger than {LARGEST_BYTES // 1024} KiB, the limit for lectures.")
     try:
         document = document_of(decode(data))
     except DocumentError as error:
@@ -90,7 +90,7 @@ def write_lecture(lecture: messages.LectureUpdate) -> str:
     """Return the text of a lecture's file.
 
     Raises:
-        RefusedError: It is too large.
+        RefusedError: The lecture is too large.
     """
     head = {
         "title": lecture.title,
@@ -104,10 +104,10 @@ def write_lecture(lecture: messages.LectureUpdate) -> str:
 
 
 class _Writer(yaml.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
-    """Writes what is read as the same, in which a number may have an exponent without a point."""
+    """Writes YAML that is read back as the same, even where text looks like a number with an exponent but no point."""
 
     def represent_str(self, data: str) -> yaml.ScalarNode:
-        """Put a text into quotes that would be read as a number."""
+        """Quote a text that would be read as a number."""
         style = "'" if EXPONENT.fullmatch(data) else None
         return self.represent_scalar("tag:yaml.org,2002:str", data, style)
 
@@ -126,8 +126,8 @@ class Lectures:
     """The lectures of a server.
 
     Args:
-        house: Where runs can be, which items may name.
-        lessons: Which items may name.
+        house: Finds the runs that items may name.
+        lessons: The lessons that items may name.
     """
 
     def __init__(self, house: House, lessons: Lessons) -> None:
@@ -136,7 +136,7 @@ class Lectures:
         self._lessons = lessons
 
     async def all(self) -> Sequence[messages.LectureSummary]:
-        """Return all lectures, the newest first."""
+        """Return all lectures, newest first."""
         found = await asyncio.to_thread(lambda: [(row, _readable(row)) for row in self._store.all(LectureRow)])
         return [await self._public(row, text) for row, text in found if text is not None]
 
@@ -144,7 +144,7 @@ class Lectures:
         """Return a lecture.
 
         Raises:
-            ApiError: What is stored cannot be read (410); it does not exist (404).
+            ApiError: The stored file cannot be read (410), or the lecture does not exist (404).
         """
         row = await self._row(name)
         text = await asyncio.to_thread(_readable, row)
@@ -153,40 +153,40 @@ class Lectures:
         return await self._public(row, text)
 
     async def text(self, name: str) -> tuple[str, str]:
-        """Return title and file of a lecture.
+        """Return the title and the file's text of a lecture.
 
         Raises:
-            ApiError: It does not exist (404).
+            ApiError: The lecture does not exist (404).
         """
         row = await self._row(name)
         return row.title, row.text
 
     async def add(self, lecture: messages.LectureUpdate) -> messages.LecturePublic:
-        """Keep a new lecture.
+        """Store a new lecture.
 
         Raises:
-            ConflictError: There are as many as there may be.
-            ApiError: A run that it names is not here (404).
-            RefusedError: It is too large.
+            ConflictError: The limit of lectures is reached.
+            ApiError: A run that it names does not exist (404).
+            RefusedError: The lecture is too large.
         """
         return await self._keep(await asyncio.to_thread(write_lecture, await self._self_contained(lecture)))
 
     async def bring_in(self, data: bytes) -> messages.LecturePublic:
-        """Keep a lecture that somebody wrote or sent, as it was written; items not found here are told by their line.
+        """Store the file of a lecture unchanged; problems of items that are missing here name their line.
 
         Raises:
-            ConflictError: There are as many as there may be.
-            RefusedError: It is not a lecture.
+            ConflictError: The limit of lectures is reached.
+            RefusedError: The file is not a lecture.
         """
         await asyncio.to_thread(read_lecture, data)
         return await self._keep(data.decode("utf-8-sig"))
 
     async def change(self, name: str, lecture: messages.LectureUpdate) -> messages.LecturePublic:
-        """Put another order in the place of a lecture's.
+        """Replace the content of a lecture.
 
         Raises:
-            ApiError: The lecture does not exist, or a run that it names is not here (404).
-            RefusedError: It is too large.
+            ApiError: The lecture, or a run that it names, does not exist (404).
+            RefusedError: The lecture is too large.
         """
         row = await self._row(name)
         text = await asyncio.to_thread(write_lecture, await self._self_contained(lecture))
@@ -262,15 +262,15 @@ class Lectures:
         """Return a lesson.
 
         Raises:
-            ApiError: It does not exist; the page lists all lessons beside the order (404).
+            ApiError: The lesson does not exist (404).
         """
         try:
             return await self._lessons.get(name)
         except ApiError:
-            raise not_found(f"The lesson {name!r} is not here; it may be another lecturer's.") from None
+            raise not_found(f"The lesson {name!r} does not exist here; it may be another lecturer's.") from None
 
     async def _self_contained(self, lecture: messages.LectureUpdate) -> messages.LectureUpdate:
-        """Return a lecture whose runs are what makes them, so that its file says all, wherever it is opened."""
+        """Return a lecture with its runs as recipes, so that its file is complete on any server."""
         return lecture.model_copy(update={"items": [await self._with_recipes(item) for item in lecture.items]})
 
     async def _with_recipes(self, item: messages.LectureItem) -> messages.LectureItem:
@@ -292,7 +292,7 @@ class Lectures:
 
 
 def _readable(row: LectureRow) -> LectureText | None:
-    """Return what a stored file says; None if it cannot be read any more."""
+    """Return the content of a stored file; None if it can no longer be read."""
     try:
         return read_lecture(row.text.encode())
     except RefusedError:
@@ -304,10 +304,10 @@ def _runs_of(item: messages.LectureItem) -> Sequence[ComparedRun]:
 
 
 def _check_names(text: LectureText) -> None:
-    """Refuse items with a run that names a tracker or a parameter that its experiment, if that is here, does not have.
+    """Refuse items whose run names a tracker or parameter that its installed experiment does not have.
 
     Raises:
-        RefusedError: One does; the sentence names its line.
+        RefusedError: An item does; the message names its line.
     """
     for item, line in zip(text.lecture.items, text.lines, strict=True):
         for recipe in (run.recipe for run in _runs_of(item) if run.recipe is not None):
@@ -325,11 +325,11 @@ def _named(item: messages.LectureItem) -> str:
 
 
 def _title_of(runs: Sequence[ComparedRun]) -> str:
-    """Return what runs are called: by their experiments.
+    """Return a title for runs, from their experiments.
 
     Raises:
-        RefusedError: One is not here.
-        ParameterError: One names a tracker or a parameter that its experiment does not have.
+        RefusedError: An experiment is not installed.
+        ParameterError: A run names a tracker or parameter that its experiment does not have.
     """
     titles = []
     for recipe in (run.recipe for run in runs if run.recipe is not None):
@@ -344,15 +344,15 @@ def _session_page(run: messages.LectureRun) -> str:
     """Return the address of a new session.
 
     Raises:
-        RefusedError: It is that of a run by its name, as in a file that somebody wrote.
+        RefusedError: The run is given by name, as in a file written by hand.
     """
     if run.recipe is None:
-        raise RefusedError("A session is named by its recipe in a file; add the run on the page of the lecture.")
+        raise RefusedError("In a file, a session is given by its recipe; add the run on the lecture's page.")
     told = run.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
     return _page("session/new", told)
 
 
 def _page(path: str, told: object) -> str:
-    """Return the address of a page with what it is to show in its fragment, as `shared/share_link.js` reads it."""
+    """Return the address of a page with its content in the fragment, as `shared/share_link.js` reads it."""
     text = json.dumps(told, separators=(",", ":"))
     return f"{path}#{urlsafe_b64encode(text.encode()).decode().rstrip('=')}"

@@ -1,9 +1,9 @@
-"""The lessons of a server: what there is, what it shows, what is said of an answer, and what its checks came to.
+"""The lessons of a server: list, figures, verdicts on answers, and results of checks.
 
-A pool of workers draws figures and judges their answers. Checks, and the runs that questions are about, are computed
-once and kept under a hash of all that they depend on, the program among it. A child task computes one when somebody
-first asks for it, so that a class that opens a lesson at one time waits for one computation, and hears meanwhile how
-far it is. They are computed one after the other, and what takes a moment waits for nothing that takes longer.
+A pool of workers draws figures and judges answers. Checks, and the runs behind questions, are computed once and kept
+under a hash of everything that they depend on, including the program. A child task computes each at the first request,
+so a class that opens a lesson at the same time waits for one computation and sees its progress. They are computed one
+after the other; short ones do not wait for longer ones.
 """
 
 import asyncio
@@ -29,41 +29,41 @@ from pftrack_server.teaching.messages import ComputingPublic, FigureRequest, mis
 
 AT_ONCE = 16
 KEPT = 2
-"""Workers that are kept while nothing is asked for: a fork for each move of a slider would take longer than figures."""
+"""Idle workers to keep: a fork for each move of a slider would take longer than the figure."""
 LONGEST_S = 60.0
-"""Seconds for one figure. It takes some milliseconds, but the first of a worker imports the lesson and loads what is
-compiled, which takes a busy machine many seconds; a worker that is ended then would begin with that again."""
+"""Time limit of one figure, s. A figure takes milliseconds, but a worker's first one imports the lesson and loads
+compiled code, which takes a busy machine many seconds; a worker ended then would have to repeat that."""
 MEMORY_BYTES = 1024 * MEBIBYTE
 BUDGET = Budget(memory_bytes=MEMORY_BYTES, cpu_seconds=None, silence_s=LONGEST_S, niceness=3)
-"""The web process goes first, as before a session."""
+"""Niceness of a worker: the web process goes first, as with sessions."""
 
 RUN_S = 1.5
-"""How long an answer waits for a run; then it says how far the run is."""
+"""How long an answer waits for a run, s; then it reports the run's progress."""
 COMPUTED_BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
-"""A check may take a minute on a slow machine, and says nothing meanwhile."""
+"""Allowed silence, s: a check may take a minute on a slow machine, without a sign of life."""
 MOMENT_S = 3.0
-"""So long what is computed is taken for light."""
+"""Time for which a computation counts as light, s."""
 AGAIN_S = 60.0
-"""So long after a failure nobody tries again."""
+"""Time after a failure before another attempt, s."""
 
 warnings = RateLimitedLogger(__name__)
 
 
 class LessonJob(Job[dict[str, Any]]):
-    """What is computed of a lesson: the results of its checks, or the right answer to its question."""
+    """A computation for a lesson: the results of its checks, or the right answer to its question."""
 
     kind: Literal["lesson"] = "lesson"
 
 
 class LessonResults:
-    """What was computed of lessons, and what is.
+    """Finished and running computations of lessons.
 
     Args:
-        kept: Where it is kept.
-        tasks: Where it is computed.
+        kept: Cache of the results.
+        tasks: Runs the computations.
 
     Attributes:
-        jobs: What is under way, or has failed a moment ago.
+        jobs: Running computations, and recent failures.
     """
 
     def __init__(self, kept: DiskCache, tasks: ChildTasks) -> None:
@@ -72,15 +72,15 @@ class LessonResults:
         self._queues = Queues(light=1, heavy=1, moment_s=MOMENT_S)
 
     async def get(self, about: str, function: Callable[..., Any], *arguments: object) -> LessonJob:
-        """Return what was computed, or begin to compute it.
+        """Return a result, or begin to compute it.
 
         Args:
-            about: All that the result depends on beside the program.
-            function: A generator that a child task goes through.
-            arguments: For it.
+            about: Everything that the result depends on, except the program.
+            function: A generator that a child task runs.
+            arguments: Its arguments.
 
         Raises:
-            ApiError: Too much is under way (503).
+            ApiError: Too many computations are running (503).
         """
         job = LessonJob(id=digest(about), name=function.__name__)
         job.result = await asyncio.to_thread(self._kept.read, job.id)
@@ -101,9 +101,9 @@ class Lessons:
     """The lessons of a server.
 
     Args:
-        folder: Of lecturers' files.
-        kept: Where results of checks and runs are kept.
-        tasks: Where these are computed.
+        folder: Folder of lecturers' files.
+        kept: Cache of results of checks and runs.
+        tasks: Computes these.
     """
 
     def __init__(self, folder: Path, kept: DiskCache, tasks: ChildTasks) -> None:
@@ -113,22 +113,22 @@ class Lessons:
         self._computed = LessonResults(kept, tasks)
 
     async def close(self) -> None:
-        """End all that is computed."""
+        """End all computations."""
         await asyncio.gather(self._pool.close(), self._computed.jobs.close())
 
     async def all(self) -> Library:
-        """Read all lessons, and what is wrong with those that cannot be read."""
-        async with self._reading:  # the first reads what is then kept for the others
+        """Return all lessons, and the problems of files that cannot be read."""
+        async with self._reading:  # the first reader fills the cache for the others
             return await asyncio.to_thread(read_lessons, self._folder)
 
     async def get(self, wanted: str) -> course.Lesson:
         """Return a lesson by its id or number.
 
         Raises:
-            ApiError: It does not exist; the sentence lists all lessons (404).
+            ApiError: The lesson does not exist; the message lists all lessons (404).
         """
         try:
-            if wanted in LESSONS or wanted.isdecimal():  # no file is read for one of the course
+            if wanted in LESSONS or wanted.isdecimal():  # a lesson of the course needs no file
                 return await asyncio.to_thread(find, wanted)
             return find(wanted, (await self.all()).lessons)
         except RefusedError as error:
@@ -151,17 +151,17 @@ class Lessons:
         """Return a lesson as a Jupyter notebook, with its defaults.
 
         Raises:
-            RefusedError: Its experiment is not here.
+            RefusedError: Its experiment is not installed.
         """
         if isinstance(lesson.body, course.Scenario) and (problem := missing(lesson.body.experiment)):
             raise RefusedError(problem)
         return await asyncio.to_thread(lesson_notebook, lesson)
 
     async def judge(self, lesson: course.Lesson, given: course.Given) -> course.Verdict | ComputingPublic:
-        """Judge an answer, or tell how far the run is that it is judged by.
+        """Judge an answer, or return the progress of the run that decides on it.
 
         Raises:
-            ParameterError: It is not an answer to the question.
+            ParameterError: The answer does not fit the question.
             RefusedError: The run cannot be computed.
         """
         given = course.read_answer(lesson.question, given)
@@ -180,7 +180,7 @@ class Lessons:
         return course.judge(lesson.question, course.Answer(**job.result), given)
 
     async def poll_answers(self, lesson: course.Lesson) -> tuple[str, ...] | ComputingPublic:
-        """Return the answers among which a class chooses, or tell how far the run is that they are made by.
+        """Return the answers for a class to choose from, or the progress of the run behind them.
 
         Raises:
             RefusedError: The right answer cannot be computed, or is not a number.
@@ -188,7 +188,7 @@ class Lessons:
         question = lesson.question
         if question.choices:
             return course.poll_answers(question)
-        # Whatever is judged, the verdict says what is right.
+        # Any verdict contains the right answer.
         verdict = await self.judge(lesson, question.bounds[0])
         if isinstance(verdict, ComputingPublic):
             return verdict
@@ -209,7 +209,7 @@ class Lessons:
         """Return the result of one of `functions`.
 
         Raises:
-            RefusedError: It refused its arguments, or needs more memory than it may have.
+            RefusedError: The function refused its arguments, or needs too much memory.
             ApiError: It took too long, failed, or its worker died (503).
         """
         try:
@@ -223,6 +223,6 @@ class Lessons:
         except WorkerLostError as lost:
             if lost.how is Ending.OUT_OF_TIME:
                 raise unavailable(
-                    f"This took longer than the {LONGEST_S:g} s of a lesson; choose values that need less."
+                    f"This took longer than the {LONGEST_S:g} s that a lesson may take; choose values that need less."
                 ) from None
-            raise unavailable("The lesson's process was ended by the system. Try again.") from None
+            raise unavailable("The lesson's process was killed. Try again.") from None

@@ -1,9 +1,9 @@
-"""Links: who holds one has a role in one follow, and nobody can make one up; and where other machines open them.
+"""Links: unforgeable addresses that give a role in one follow; and the addresses where other machines open them.
 
-A link is the follow's name and a signature of name and role, in letters that cannot be mistaken for one another
-(Crockford's base 32), so that a follower's can be read from a wall and typed: 4 letters name the follow, 8 letters (40
-bits) sign it. A lecturer's is never typed and has 24 letters of signature (120 bits). Guessing one at a thousand tries
-a second takes 17 years on average for one that lives for hours.
+A link is the follow's name and a signature of name and role, in unambiguous letters (Crockford's base 32), so that a
+follower's link can be read from a wall and typed: 4 letters name the follow, 8 letters (40 bits) sign it. A lecturer's
+link is never typed and has 24 letters of signature (120 bits). Guessing a follower's link at a thousand tries a second
+would take 17 years on average; it is valid for hours.
 """
 
 import hashlib
@@ -37,7 +37,7 @@ NOTICE = (
 
 
 class Claim(NamedTuple):
-    """What a link says, signed by this server."""
+    """The content of a link that this server has signed."""
 
     follow: str
     role: Role
@@ -45,23 +45,23 @@ class Claim(NamedTuple):
 
 
 class Links:
-    """The links of one server's life, signed by a key that nobody else ever sees."""
+    """The links of one run of the server, signed with a key that never leaves it."""
 
     def __init__(self) -> None:
         self._key = secrets.token_bytes(32)
 
     def new_name(self) -> str:
-        """Return a name for a follow, which is the beginning of its links."""
+        """Return a new name for a follow; its links begin with it."""
         return "".join(secrets.choice(LETTERS) for _ in range(NAME))
 
     def of(self, follow: str, role: Role) -> str:
-        """Return the link for a role, as it is printed."""
+        """Return the printable link for a role."""
         signature = base64_decode(self._signer("link", role).get_signature(follow))[: SIGNATURE_BYTES[role]]
         letters = follow + b32encode(signature).decode().translate(PRINTED)
         return "-".join(letters[at : at + GROUP] for at in range(0, len(letters), GROUP))
 
     def read(self, typed: str) -> Claim | None:
-        """Return what a link says, however it was typed; None if this server has not signed it."""
+        """Return the content of a typed link, in any spelling; None if this server has not signed it."""
         letters = typed[:LONGEST].lower().translate(TYPED)
         if not letters.isascii():
             return None
@@ -72,11 +72,11 @@ class Links:
         return None
 
     def new_seat(self, follow: str) -> str:
-        """Return what a browser keeps to be known again as the same follower of one follow."""
+        """Return a new cookie value by which a browser is recognised as the same follower of one follow."""
         return self._signer("seat", follow).sign(secrets.token_urlsafe(12)).decode()
 
     def read_seat(self, follow: str, kept: str) -> str | None:
-        """Return the name of the follower who keeps this; None if this server has not signed it for this follow."""
+        """Return the seat in a cookie value; None if this server has not signed it for this follow."""
         try:
             return self._signer("seat", follow).unsign(kept).decode()
         except (BadSignature, UnicodeError):
@@ -87,11 +87,11 @@ class Links:
 
 
 class Address(NamedTuple):
-    """Where the server is.
+    """An address of the server.
 
     Attributes:
         base: Scheme, host, port and base path, without a slash at its end.
-        everybody: Whether other machines can reach it there.
+        everybody: Whether other machines can reach the server there.
     """
 
     base: str
@@ -99,11 +99,11 @@ class Address(NamedTuple):
 
 
 def addresses(base: str, settings: Settings) -> list[Address]:
-    """Return where the server can be reached, the best first.
+    """Return the addresses of the server, the best first.
 
     Args:
-        base: Where the lecturer's own browser reaches it.
-        settings: Of the server.
+        base: Address at which the lecturer's own browser reaches the server.
+        settings: Settings of the server.
     """
     parts = urlsplit(base)
     if not is_loopback(parts.hostname or ""):
@@ -118,7 +118,7 @@ def addresses(base: str, settings: Settings) -> list[Address]:
 
 
 def _names(settings: Settings) -> list[str]:
-    """Return the addresses of this machine at which the server listens for others."""
+    """Return the names and addresses of this machine at which others can reach the server."""
     if is_loopback(settings.host):
         return []
     if settings.host not in {"0.0.0.0", "::", ""}:  # noqa: S104 - compared, not bound

@@ -1,7 +1,6 @@
-"""Messages of teaching: what pages send about classes, lectures and lessons, and what they get.
+"""Messages of teaching: requests and answers about classes, lectures and lessons.
 
-What a lesson says is Markdown in the library and HTML here: a field of the type `Html` takes the
-one and holds the other.
+Texts of a lesson are Markdown in the library and HTML here: a field of the type `Html` takes Markdown and holds HTML.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -61,18 +60,18 @@ Hours = Annotated[float, Field(gt=0, le=24, allow_inf_nan=False), NOT_BOOLEAN]
 
 
 class FollowUpdate(RequestBody):
-    """What a class is to follow, and for how many; in a change what is left out stays."""
+    """A class's content and limits; in a change, fields that are left out stay the same."""
 
-    sessions: Followed = Field([], description="One session, or up to four that are compared")
+    sessions: Followed = Field([], description="One session, or up to four to compare")
     lesson: Name | None = None
-    title: GivenTitle | None = Field(None, description="That of the lesson or the first session, if left out")
-    arrangement: Arrangement = Field({}, description="How the lecturer's page arranges them, for the followers' pages")
-    most_followers: MostFollowers = Field(200, description="At one time; 0 closes the class to new followers")
-    hours: Hours = Field(3.0, description="After which it ends by itself, from now on")
+    title: GivenTitle | None = Field(None, description="Title; left out for that of the lesson or the first session")
+    arrangement: Arrangement = Field({}, description="Arrangement on the lecturer's page, for the followers' pages")
+    most_followers: MostFollowers = Field(200, description="Followers at one time; 0 closes the class to new ones")
+    hours: Hours = Field(3.0, description="Hours from now after which it ends by itself")
 
 
 class FollowCreate(FollowUpdate):
-    """What a class is to follow: at least one session or a lesson."""
+    """A new class, on at least one session or a lesson."""
 
     @model_validator(mode="after")
     def _something(self) -> Self:
@@ -82,39 +81,39 @@ class FollowCreate(FollowUpdate):
 
 
 class PollCreate(RequestBody):
-    """A question to the class: one's own with its answers, a lesson's, or one that was answered before."""
+    """A question to the class: the lecturer's own with answers, a lesson's, or a stored one."""
 
     question: PollQuestion | None = None
     answers: PollAnswers | None = None
-    lesson: Name | None = Field(None, description="Whose question is asked; the server makes the answers of it")
-    kept: Name | None = Field(None, description="A poll that was kept, whose answers are shown again")
-    lecture: Name | None = Field(None, description="In which lecture it is asked; kept with the answers")
+    lesson: Name | None = Field(None, description="Lesson whose question is asked; the server makes its answers")
+    kept: Name | None = Field(None, description="A stored poll, whose answers are shown again")
+    lecture: Name | None = Field(None, description="Lecture in which it is asked; stored with the answers")
 
     @model_validator(mode="after")
     def _one(self) -> Self:
         if (self.question is None) != (self.answers is None):
-            raise ValueError("A question of one's own has its answers")
+            raise ValueError("A question of your own needs answers")
         if sum(each is not None for each in (self.question, self.lesson, self.kept)) != 1:
-            raise ValueError("Input should be a question with its answers, a lesson, or a poll that was kept")
+            raise ValueError("Input should be a question with its answers, a lesson, or a stored poll")
         return self
 
 
 class Vote(RequestBody):
-    """A follower's answer, by its place in the list."""
+    """A follower's answer, as an index in the list."""
 
     poll: Name
     answer: Annotated[int, Field(ge=0, le=7), NOT_BOOLEAN]
 
 
 class ForkCreate(RequestBody):
-    """A follower wants a session that begins as one of the class's stands, or to turn the lesson's figure."""
+    """A follower's request for a copy of a session, or to change the lesson's figure."""
 
-    session: Name | None = Field(None, description="One of the class's; the lesson if left out")
-    frame: FrameNumber | None = Field(None, description="The frame that is shown, if left out")
+    session: Name | None = Field(None, description="Session of the class to copy; left out for the lesson")
+    frame: FrameNumber | None = Field(None, description="First frame of the copy; left out for the shown frame")
 
 
 class FollowedPublic(BaseModel):
-    """A session that is followed."""
+    """A followed session."""
 
     id: str
     title: str
@@ -124,37 +123,37 @@ class LinkPublic(BaseModel):
     """An address of the link for followers."""
 
     address: str
-    everybody: bool = Field(description="Whether other machines can reach it")
+    everybody: bool = Field(description="Whether other machines can open it")
 
 
 class PollPublic(BaseModel):
-    """A question to the class, and what was answered."""
+    """A question to the class, and its answers."""
 
     id: str
     question: str
     answers: list[str]
-    votes: int | None = Field(description="How many have answered; null for followers until it is revealed")
-    counts: list[int] | None = Field(description="Of each answer; null until it is revealed")
+    votes: int | None = Field(description="Number of answers; null for followers until it is revealed")
+    counts: list[int] | None = Field(description="Votes for each answer; null until it is revealed")
     revealed: bool
-    lesson: str | None = Field(description="Whose question it is, if it is a lesson's")
+    lesson: str | None = Field(description="Lesson that the question comes from, if any")
 
 
 class PollKept(BaseModel):
-    """A poll that is over, and how many gave which answer; who did is known to nobody."""
+    """A closed poll with the votes for each answer; who voted is not stored."""
 
     model_config = ConfigDict(from_attributes=True)
 
     id: str
     question: str
     answers: list[str]
-    counts: list[int] = Field(description="Of each answer")
-    followers: int = Field(description="How many were there to answer")
-    title: str = Field(description="Of what the class saw")
-    lecture: str | None = Field(description="The lecture in which it was asked, if it was in one")
+    counts: list[int] = Field(description="Votes for each answer")
+    followers: int = Field(description="Followers who were present")
+    title: str = Field(description="Title of the content that the class saw")
+    lecture: str | None = Field(description="The lecture in which it was asked, if any")
     lecture_title: str | None = None
     asked: str = Field(validation_alias="created")
 
-    @computed_field(description="How many have answered")  # type: ignore[prop-decorator]
+    @computed_field(description="Number of answers")  # type: ignore[prop-decorator]
     @property
     def votes(self) -> int:
         """Return the number of answers."""
@@ -162,15 +161,15 @@ class PollKept(BaseModel):
 
 
 class ForkPublic(BaseModel):
-    """What a follower has: a session, or the lesson."""
+    """A follower's copy: a session or the lesson."""
 
-    id: str | None = Field(description="Of the session; null for the lesson")
+    id: str | None = Field(description="Name of the session; null for the lesson")
     title: str
     page: str
 
 
 class MinePublic(BaseModel):
-    """What belongs to one follower alone."""
+    """The part of a class's view that belongs to one follower."""
 
     fork: ForkPublic | None
     vote: Vote | None
@@ -186,40 +185,40 @@ class _Follow(BaseModel):
 
 
 class FollowPublic(_Follow):
-    """What a class follows, as followers see it; `mine` is null in what goes to all."""
+    """The followers' view of a class; `mine` is null in messages to all."""
 
     mine: MinePublic | None = None
 
 
 class FollowOwned(_Follow):
-    """What a class follows, as the lecturer sees it."""
+    """The lecturer's view of a class."""
 
     id: str
-    links: list[LinkPublic] = Field(description="For followers, the best first")
-    owner_link: str = Field(description="For another device of the lecturer; gives rights over this class alone")
-    notice: str | None = Field(description="What keeps others from following, a sentence")
+    links: list[LinkPublic] = Field(description="Links for followers, the best first")
+    owner_link: str = Field(description="Link for another device of the lecturer; gives rights over this class only")
+    notice: str | None = Field(description="Why others cannot follow, a sentence")
     followers: int
     most_followers: int
-    forks: int = Field(description="Followers who try something of their own")
+    forks: int = Field(description="Number of followers with a copy of their own")
 
 
 class FollowNews(Message):
-    """What a class follows now; `hello` is the first message to a follower."""
+    """The class's state; `hello` is the first message to a follower."""
 
     type: Literal["hello", "follow"] = "follow"
     follow: FollowPublic
 
 
 class FigureShown(Message):
-    """The lecturer's lesson shows another figure."""
+    """A new figure of the lecturer's lesson."""
 
     type: Literal["figure"] = "figure"
     lesson: str
-    figure: dict[str, Any] = Field(description="As the lecturer's page got it")
+    figure: dict[str, Any] = Field(description="The figure, as sent to the lecturer's page")
 
 
 class OwnedNews(Message):
-    """What has changed for the lecturer; `hello` is the first message."""
+    """The class's state for the lecturer; `hello` is the first message."""
 
     type: Literal["hello", "follow"] = "follow"
     follow: FollowOwned
@@ -233,13 +232,15 @@ Minutes = Annotated[float, Field(gt=0, le=180, allow_inf_nan=False), NOT_BOOLEAN
 
 
 class LectureRun(ComparedRun):
-    """A run, and the frame at which its session begins."""
+    """A run, and the first frame of its session."""
 
-    position: FrameNumber | None = Field(None, description="That of a saved run, or the first, if left out")
+    position: FrameNumber | None = Field(
+        None, description="Frame to show; left out for that of a saved run, or the first"
+    )
 
 
 class LectureComparison(RequestBody):
-    """Two to four runs beside each other."""
+    """Two to four runs next to each other."""
 
     runs: Annotated[list[ComparedRun], Field(min_length=2, max_length=4)]
     position: FrameNumber = 0
@@ -247,20 +248,20 @@ class LectureComparison(RequestBody):
 
 
 class LectureItem(RequestBody):
-    """One thing that is shown or asked, of one of the kinds."""
+    """One item of a lecture, of one of the kinds."""
 
-    # In a file a lesson may be named by its number, and answers may be numbers.
+    # In a file a lesson may be given by its number, and answers may be numbers.
     model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
 
     lesson: Name | None = Field(None, description="Id of a lesson")
     failure: Name | None = Field(None, description="Id of a failure")
     session: LectureRun | None = None
     comparison: LectureComparison | None = None
-    question: Name | None = Field(None, description="Id of a lesson whose question the class is asked")
-    poll: PollQuestion | None = Field(None, description="A question of one's own")
-    answers: PollAnswers | None = Field(None, description="Of the poll")
-    title: GivenTitle | None = Field(None, description="Its own, if left out")
-    minutes: Minutes | None = Field(None, description="What is usual, if left out")
+    question: Name | None = Field(None, description="Id of a lesson whose question to ask the class")
+    poll: PollQuestion | None = Field(None, description="A question of the lecturer's own")
+    answers: PollAnswers | None = Field(None, description="Answers of the poll")
+    title: GivenTitle | None = Field(None, description="Title; left out for the content's own")
+    minutes: Minutes | None = Field(None, description="Minutes; left out for the usual time")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -268,17 +269,17 @@ class LectureItem(RequestBody):
         if len(given) != 1:
             raise ValueError(f"an item is one of {', '.join(KINDS)}, got {' and '.join(given) or 'none'}")
         if (self.poll is None) != (self.answers is None):
-            raise ValueError("a poll has answers, and nothing else has")
+            raise ValueError("only a poll has answers, and it needs them")
         return self
 
     @property
     def kind(self) -> Kind:
-        """What it is."""
+        """The kind of the item."""
         return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
 
 class LectureUpdate(RequestBody):
-    """A lecture as its page sends it; its file has the same, with the notes as its text."""
+    """A lecture from its page; its file has the same fields, with the notes as its text."""
 
     title: GivenTitle
     items: list[LectureItem] = Field([], max_length=MOST_ITEMS)
@@ -286,15 +287,15 @@ class LectureUpdate(RequestBody):
 
 
 class LectureItemPublic(BaseModel):
-    """What is known of an item."""
+    """The view of a lecture's item."""
 
-    item: dict[str, Any] = Field(description="As it is sent back, a LectureItem")
+    item: dict[str, Any] = Field(description="The item itself, a LectureItem to send back")
     kind: Kind
     title: str
-    minutes: float = Field(description="How long it takes: what it says, or what is usual")
-    page: str | None = Field(description="Where it is shown; null for a poll, which is asked over what is shown")
-    asks: PollCreate | None = Field(description="What the class is asked, if it is a poll or a lesson's question")
-    problem: str | None = Field(description="Why it cannot be shown here, a sentence with its line in the file")
+    minutes: float = Field(description="Its minutes, given or usual")
+    page: str | None = Field(description="Page that shows it; null for a poll, which appears over the present page")
+    asks: PollCreate | None = Field(description="Question to the class, if it is a poll or a lesson's question")
+    problem: str | None = Field(description="Why it cannot be shown here, a sentence with the line in the file")
 
 
 class LectureSummary(BaseModel):
@@ -310,7 +311,7 @@ class LectureSummary(BaseModel):
 
 
 class LecturePublic(LectureSummary):
-    """All of a lecture."""
+    """A whole lecture."""
 
     items: list[LectureItemPublic]
     notes: str
@@ -326,25 +327,25 @@ class _Public(BaseModel):
 
 
 class CheckPublic(_Public):
-    """What a lesson claims and computes."""
+    """A claim of a lesson that can be computed."""
 
     name: str
     title: str
 
 
 class ScenarioPublic(_Public):
-    """A run of an experiment, with the parameters that may be turned."""
+    """A run of an experiment, with the parameters that can be changed."""
 
     recipe: Recipe
-    words: Html = Field("", description="What to look for in it, HTML")
+    words: Html = Field("", description="Hint on what to look for, HTML")
     unlocked: tuple[str, ...]
     frame: int
-    plots: tuple[str, ...] = Field(description="Ids of the plots to show; all of them if none is named")
-    layers: tuple[str, ...] = Field(description="Names of layers to show beside those that are shown anyway")
+    plots: tuple[str, ...] = Field(description="Ids of the plots to show; empty for all")
+    layers: tuple[str, ...] = Field(description="Names of layers to show in addition to the default ones")
 
-    @computed_field(description="Of the experiment")
+    @computed_field(description="Title of the experiment")
     def title(self) -> str:
-        """Return the experiment's title, or its name where the experiment is not here."""
+        """Return the experiment's title, or its name if it is not installed."""
         name = self.recipe.experiment
         return name if missing(name) else find_experiment(name).title
 
@@ -355,21 +356,21 @@ class ScenarioPublic(_Public):
 
 
 class LessonPublic(_Public):
-    """A lesson as the overview shows it."""
+    """A lesson in the overview."""
 
     id: str
-    number: int = Field(description="Place in the course; 0 for one beside it")
+    number: int = Field(description="Number in the course; 0 for a lesson outside it")
     title: str
     kind: Literal["demonstration", "scenario"]
     origin: str = Field(description="File or package that it comes from; empty for the project's own")
     checks: list[CheckPublic]
     uses: list[ScenarioPublic]
-    minutes: float = Field(description="How long it takes a class")
+    minutes: float = Field(description="Minutes that it takes a class")
     problem: str | None = Field(description="Why it cannot be run here, one sentence")
 
 
 class LessonsPublic(BaseModel):
-    """All lessons, those of the course first and in its order."""
+    """All lessons; those of the course come first, in its order."""
 
     lessons: list[LessonPublic]
     problems: list[Problem]
@@ -387,14 +388,14 @@ def _in_order(choices: dict[str, str] | None) -> list[ChoicePublic]:
 
 
 class QuestionPublic(_Public):
-    """What is asked, without its answer."""
+    """A lesson's question without its answer."""
 
     text: Html = Field(description="HTML")
     kind: Literal["number", "choice", "point"]
     unit: str
-    bounds: tuple[float, float] = Field(description="Lowest and highest number that is an answer at all")
+    bounds: tuple[float, float] = Field(description="Lowest and highest possible answer")
     choices: Annotated[list[ChoicePublic], BeforeValidator(_in_order)]
-    panel: str = Field(description='Of a "point": id of the panel of the figure in which it is placed')
+    panel: str = Field(description='For a "point": id of the figure\'s panel in which to place it')
     along: Literal["x", "y"]
 
 
@@ -407,66 +408,66 @@ class NeighbourPublic(_Public):
 
 
 class LessonDetail(LessonPublic):
-    """A lesson with everything that its page needs; texts are HTML."""
+    """A lesson with everything for its page; texts are HTML."""
 
     idea: Paragraphs
     tries: list[Html]
     notice: Html
     declarations: list[Declaration]
     defaults: dict[str, Value]
-    random: bool = Field(description="Whether the seed matters")
+    random: bool = Field(description="Whether the figure depends on the seed")
     seed: int
     question: QuestionPublic
-    asked: dict[str, Value] = Field(description="Values at which the question is asked")
+    asked: dict[str, Value] = Field(description="Parameter values at which the question is asked")
     scenario: ScenarioPublic | None
     previous: NeighbourPublic | None
     next: NeighbourPublic | None
 
 
 class FigureRequest(RequestBody):
-    """At which parameters a figure is wanted."""
+    """A request for a figure at some parameters."""
 
-    parameters: Values = Field({}, description="Values by name; others have their defaults")
-    seed: Seed | None = Field(None, description="Of the random numbers; the lesson's own if left out")
-    revealed: bool = Field(False, description="Whether what answers the question is shown")
+    parameters: Values = Field({}, description="Values by name; missing ones are the defaults")
+    seed: Seed | None = Field(None, description="Random seed; left out for the lesson's own")
+    revealed: bool = Field(False, description="Whether to show what answers the question")
     nearest: bool = Field(False, description="Whether a number out of bounds becomes the nearest allowed one")
 
 
 class FigurePublic(BaseModel):
     """The figure of a lesson at some parameters."""
 
-    figure: dict[str, Any] = Field(description="As `pftrack.teaching.lessons.Figure` has it")
+    figure: dict[str, Any] = Field(description="The figure, in the form of `pftrack.teaching.lessons.Figure`")
     numbers: list[Number]
     parameters: dict[str, Value] = Field(description="In force")
     seed: int
 
 
 class AnswerRequest(RequestBody):
-    """What a person predicts: a number, or the name of a choice."""
+    """A person's prediction: a number, or the name of a choice."""
 
     answer: StrictFloat | StrictInt | StrictStr
 
 
 class VerdictPublic(_Public):
-    """What is said of a prediction."""
+    """The verdict on a prediction."""
 
     right: bool
     given: float | str
     exact: float | str
     measured: float | None
-    frame: int | None = Field(description="Of a run, where there is one: the frame that shows the answer")
+    frame: int | None = Field(description="Frame of the run that shows the answer, if there is a run")
     words: list[Html] = Field(description="The verdict and its reason, HTML")
 
 
 class ComputingPublic(BaseModel):
-    """The run that answers the question is still computed; ask again."""
+    """The run that answers the question is still being computed; ask again."""
 
     done: int
     total: int
 
 
 class CheckedPublic(BaseModel):
-    """What a check came to."""
+    """The result of a check."""
 
     check: str
     title: str
@@ -478,7 +479,7 @@ class CheckedPublic(BaseModel):
 
 
 class ChecksPublic(BaseModel):
-    """What the checks came to so far."""
+    """The results of the checks so far."""
 
     done: int
     total: int
@@ -486,9 +487,9 @@ class ChecksPublic(BaseModel):
 
 
 def missing(experiment: str) -> str | None:
-    """Return why a run of an experiment cannot be made here, one sentence; None if it can."""
+    """Return why a run of an experiment cannot be made here, one sentence; None if it can be made."""
     try:
         find_experiment(experiment)
     except RefusedError:
-        return f"The experiment {experiment!r} is not here: it may come from a package that is not installed."
+        return f"The experiment {experiment!r} is unknown; its package may not be installed."
     return None

@@ -1,4 +1,4 @@
-"""Polls: one question to the class, one answer a follower, no names; and its answers as a row and as CSV."""
+"""Polls: one question to the class, one answer per follower, no names; and the answers as a row and as CSV."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,14 +20,14 @@ class Poll:
 
     Attributes:
         id: Its name, so that an answer to an earlier question does not count for this one.
-        question: Of the lecturer.
-        answers: To choose from.
-        votes: Place of the answer by seat.
-        revealed: Whether the class sees what was answered; then it answers no longer.
-        lecture: In which lecture it is asked, if it is in one.
-        lesson: Whose question it is, if it is a lesson's.
-        asked: When.
-        earlier: How many gave which answer, of one that is shown again; None of one that is asked now.
+        question: The question.
+        answers: The answers to choose from.
+        votes: Index of the answer, by seat.
+        revealed: Whether the class sees the answers; answering is then closed.
+        lecture: The lecture in which it is asked, if any.
+        lesson: The lesson that the question comes from, if any.
+        asked: When it was asked.
+        earlier: Stored votes for each answer of a poll that is shown again; None for an open poll.
     """
 
     id: str
@@ -42,32 +42,32 @@ class Poll:
 
     @classmethod
     def ask(cls, question: str, answers: Sequence[str], lecture: str | None = None, lesson: str | None = None) -> Self:
-        """Return a poll that nobody has answered."""
+        """Return a new poll without answers."""
         return cls(new_name(), question, tuple(answers), lecture=lecture, lesson=lesson)
 
     @classmethod
     def again(cls, row: PollRow) -> Self:
-        """Return a poll that was kept, with its answers for all to see."""
+        """Return a stored poll with its answers revealed."""
         answers, counts = tuple(row.answers), tuple(row.counts)
         return cls(row.id, row.question, answers, revealed=True, lecture=row.lecture, asked=row.created, earlier=counts)
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """How many gave which answer."""
+        """Votes for each answer."""
         if self.earlier is not None:
             return self.earlier
         chosen = list(self.votes.values())
         return tuple(chosen.count(place) for place in range(len(self.answers)))
 
     def vote(self, seat: str, poll: str, answer: int) -> Self:
-        """Return the poll with one follower's answer, in place of an earlier one.
+        """Return the poll with a follower's answer, in place of an earlier one.
 
         Raises:
-            ConflictError: It is another question, or its answers have been revealed.
+            ConflictError: The vote is for another question, or the answers have been revealed.
             ParameterError: The answer is not one of the list.
         """
         if poll != self.id:
-            raise ConflictError("The lecturer asks another question now.")
+            raise ConflictError("The lecturer has asked another question.")
         if self.revealed:
             raise ConflictError("The answers have been revealed; answering is closed.")
         if not 0 <= answer < len(self.answers):
@@ -75,11 +75,11 @@ class Poll:
         return replace(self, votes={**self.votes, seat: answer})
 
     def reveal(self) -> Self:
-        """Return the poll with its answers for all to see."""
+        """Return the poll with its answers revealed."""
         return replace(self, revealed=True)
 
     def view(self, *, to_owner: bool) -> PollPublic:
-        """Return the poll as lecturer or followers see it; until it is revealed nobody sees what was answered."""
+        """Return the view of the lecturer or the followers; until the poll is revealed it hides the answers."""
         counts = self.counts
         told = {
             "votes": sum(counts) if to_owner or self.revealed else None,
@@ -88,11 +88,11 @@ class Poll:
         return PollPublic(**fields_of(PollPublic, self) | told)
 
     def row(self, title: str, followers: int) -> PollRow:
-        """Return what is kept of it: no seat is in it.
+        """Return the poll's row in the database, which contains no seats.
 
         Args:
-            title: Of what the class sees.
-            followers: How many are there.
+            title: Title of the content that the class sees.
+            followers: Number of present followers.
         """
         return PollRow(
             id=self.id,
@@ -107,7 +107,7 @@ class Poll:
 
 
 def polls_csv(polls: list[PollKept]) -> str:
-    """Return polls as CSV, a row for each answer."""
+    """Return polls as CSV, one row per answer."""
     rows = [
         (
             poll.asked,

@@ -1,7 +1,7 @@
-"""Roles: all that owner and follower of a class may request here; what is not in these lists is refused.
+"""Roles: the requests allowed to owner and follower of a class; all others are refused.
 
-An entry is the method, or `WS` for a websocket, and the path as the app's own routes have it. A placeholder with the
-name of a field of `Reach` stands for one of the names in that field only; any other stands for anything.
+An entry is the method, or `WS` for a websocket, and the path in the app's own routes. A placeholder named after a field
+of `Reach` matches only the names in that field; any other placeholder matches anything.
 """
 
 import re
@@ -12,7 +12,7 @@ from starlette.routing import compile_path
 from pftrack_server.teaching.links import Role
 
 Standing = Role | Literal["stranger"]
-"""A role, or that of a browser that has a follower's link and no seat yet."""
+"""A role, or `entering`: a browser with a follower's link and no seat yet."""
 
 ENTERING: Final = ("GET /static/{path:path}", "HEAD /static/{path:path}", "GET /viz/client/{name}")
 LOOKING: Final = (
@@ -28,7 +28,7 @@ LOOKING: Final = (
 )
 STEERING: Final = (
     "GET /session/{steered}",
-    # Each is drawn anew, by the worker that computes the run.
+    # The worker that computes the run draws each of these again.
     "GET /api/v1/sessions/{steered}/frame.png",
     "GET /api/v1/sessions/{steered}/explanation",
     "DELETE /api/v1/sessions/{steered}",
@@ -62,13 +62,13 @@ LEADING: Final = (
 
 
 class Reach(NamedTuple):
-    """What somebody may name in an address.
+    """The names that a participant may use in addresses.
 
     Attributes:
-        seen: Sessions to look at.
-        steered: Sessions to do with as one likes, all of them seen as well.
-        lessons: Lessons that are followed.
-        tried: Those of them whose figures may be turned by oneself.
+        seen: Sessions to watch.
+        steered: Sessions to control; they are all in `seen`, too.
+        lessons: Followed lessons.
+        tried: Lessons whose figures the participant may change.
         led: Follows to lead.
     """
 
@@ -84,7 +84,7 @@ class _Rule(NamedTuple):
     path: re.Pattern[str]
 
     def allows(self, method: str, path: str, reach: Reach) -> bool:
-        """Tell whether a request is one of these."""
+        """Return whether the rule allows a request."""
         found = self.path.fullmatch(path) if method == self.method else None
         return found is not None and all(
             value in getattr(reach, name) for name, value in found.groupdict().items() if name in Reach._fields
@@ -104,12 +104,12 @@ RULES: dict[Standing, tuple[_Rule, ...]] = {
 
 
 def is_allowed(role: Standing, reach: Reach, method: str, path: str) -> bool:
-    """Tell whether somebody may ask for this.
+    """Return whether a request is allowed.
 
     Args:
-        role: By the link.
-        reach: What the link stands for at the moment.
-        method: Of the request, or `WS` for a websocket.
-        path: As the app's routes have it.
+        role: Role by the link.
+        reach: Names that the link gives access to now.
+        method: Method of the request, or `WS` for a websocket.
+        path: Path in the app's routes.
     """
     return any(rule.allows(method, path, reach) for rule in RULES[role])

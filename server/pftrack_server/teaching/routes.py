@@ -1,7 +1,6 @@
-"""The addresses and pages of lessons and lectures; and all of teaching as the app takes it in.
+"""Routes and pages of lessons and lectures; and the entry point of teaching for the app.
 
-The app calls `install` for addresses, pages and the check of those who come by a link, and opens what they work with by
-`opened`.
+The app calls `install` to add addresses, pages and the check of class links, and `opened` to open their services.
 """
 
 import asyncio
@@ -44,7 +43,7 @@ pages = APIRouter(include_in_schema=False)
 
 
 def install(app: FastAPI) -> None:
-    """Add all of teaching to an app."""
+    """Add teaching to an app."""
     for part in (router, class_routes.router, lectures_router):
         app.include_router(part, prefix="/api/v1")
     app.include_router(pages)
@@ -53,7 +52,7 @@ def install(app: FastAPI) -> None:
 
 @asynccontextmanager
 async def opened(services: Services) -> AsyncIterator[None]:
-    """Add what the handlers of teaching work with to the server's services, for as long as the context lasts."""
+    """Add the services of teaching's handlers to the server's services, while the context lasts."""
     folder = services.settings.data_dir
     kept = await asyncio.to_thread(DiskCache, folder / "lessons-computed")
     lessons = Lessons(folder / "lessons", kept, services.tasks)
@@ -73,11 +72,11 @@ async def _lesson(lesson: AName, lessons: TheLessons) -> Lesson:
 ALesson = Annotated[Lesson, Depends(_lesson)]
 
 
-# Lessons as pages see them: texts as HTML, controls as sessions have them, and questions without their answers.
+# Views of lessons: texts as HTML, controls as in sessions, questions without answers.
 
 
 def _detail_view(lesson: Lesson, library: Library) -> messages.LessonDetail:
-    """Return a lesson with all that its page needs."""
+    """Return a lesson with everything for its page."""
     body = lesson.body
     at = dict(lesson.question.at)
     parameters = body.parameters if isinstance(body, Demonstration) else None
@@ -93,7 +92,7 @@ def _detail_view(lesson: Lesson, library: Library) -> messages.LessonDetail:
         random=isinstance(body, Demonstration) and body.random,
         seed=body.seed if isinstance(body, Demonstration) else body.recipe.seed,
         asked=flat(revise(parameters, at)) if parameters else at,
-        # Its question may be about another run than the one that it begins with.
+        # Its question may be about another run than its first one.
         scenario=scenario and scenario.model_copy(update={"recipe": question_recipe(lesson)}),
         previous=order[place - 1],
         next=order[place + 1],
@@ -111,14 +110,14 @@ def _brief(lesson: Lesson) -> messages.LessonPublic:
 
 @router.get("")
 async def list_lessons(lessons: TheLessons) -> messages.LessonsPublic:
-    """List all lessons, and what is wrong with those of lecturers that cannot be read."""
+    """List all lessons, and the problems of lecturers' files that cannot be read."""
     library = await lessons.all()
     return messages.LessonsPublic(lessons=[_brief(it) for it in library.lessons.values()], problems=library.problems)
 
 
 @router.get("/{lesson}")
 async def show_lesson(lesson: ALesson, lessons: TheLessons) -> messages.LessonDetail:
-    """Tell everything about a lesson but the answer of its question."""
+    """Return a lesson without the answer to its question."""
     return _detail_view(lesson, await lessons.all())
 
 
@@ -132,7 +131,7 @@ async def draw_figure(lesson: ALesson, body: messages.FigureRequest, lessons: Th
 async def answer(
     lesson: ALesson, body: messages.AnswerRequest, lessons: TheLessons, response: Response
 ) -> messages.VerdictPublic | messages.ComputingPublic:
-    """Judge a prediction: how far off it is, and why; 202 while the run that decides on it is still computed."""
+    """Judge a prediction: how far off it is, and why; 202 while the deciding run is still being computed."""
     said = await lessons.judge(lesson, body.answer)
     if isinstance(said, messages.ComputingPublic):
         response.status_code = HTTPStatus.ACCEPTED
@@ -153,7 +152,7 @@ async def notebook(lesson: ALesson, lessons: TheLessons) -> Response:
 
 @router.get("/{lesson}/checks")
 async def checks(lesson: ALesson, lessons: TheLessons) -> messages.ChecksPublic:
-    """Compute what a lesson claims, and tell how far that is; ask again until all is done."""
+    """Compute a lesson's checks and return the results so far; ask again until all are done."""
     total = len(lesson.checks)
     if not total:
         return messages.ChecksPublic(done=0, total=0, results=[])
@@ -168,37 +167,37 @@ async def checks(lesson: ALesson, lessons: TheLessons) -> messages.ChecksPublic:
 
 @lectures_router.get("")
 async def list_lectures(lectures: TheLectures) -> Sequence[messages.LectureSummary]:
-    """List all lectures, the newest first."""
+    """List all lectures, newest first."""
     return await lectures.all()
 
 
 @lectures_router.post("", status_code=HTTPStatus.CREATED)
 async def add_lecture(body: messages.LectureUpdate, lectures: TheLectures) -> messages.LecturePublic:
-    """Keep a new lecture; runs that it names by a reference are taken into it."""
+    """Store a new lecture; runs given by reference are stored in it as recipes."""
     return await lectures.add(body)
 
 
 @lectures_router.post("/import", status_code=HTTPStatus.CREATED, openapi_extra=FILE)
 async def import_lecture(request: Request, lectures: TheLectures) -> messages.LecturePublic:
-    """Take in the file of a lecture; items that are not here are told by their line."""
+    """Import the file of a lecture; problems of items that are missing here name their line."""
     return await lectures.bring_in(await request.body())
 
 
 @lectures_router.get("/{lecture}")
 async def show_lecture(lecture: AName, lectures: TheLectures) -> messages.LecturePublic:
-    """Tell everything about a lecture."""
+    """Return a whole lecture."""
     return await lectures.get(lecture)
 
 
 @lectures_router.put("/{lecture}")
 async def change_lecture(lecture: AName, body: messages.LectureUpdate, lectures: TheLectures) -> messages.LecturePublic:
-    """Put another order in the place of a lecture's."""
+    """Replace the content of a lecture."""
     return await lectures.change(lecture, body)
 
 
 @lectures_router.delete("/{lecture}", status_code=HTTPStatus.NO_CONTENT)
 def remove_lecture(lecture: AName, store: AStore) -> None:
-    """Forget a lecture; what was answered in it stays."""
+    """Delete a lecture; its answered polls stay."""
     store.discard(LectureRow, lecture)
 
 
@@ -217,7 +216,7 @@ add_pages(pages, {"/learn": "learn/learn.html"})
 
 @pages.get("/learn/{lesson}")
 async def lesson_page(request: Request, lesson: str, lessons: TheLessons) -> Response:
-    """Return the page of a lesson, which says so if there is none; a number leads to the lesson of that number."""
+    """Return the page of a lesson, or one that says that there is none; a number redirects to its lesson."""
     try:
         found = await lessons.get(lesson)
     except ApiError as error:
@@ -229,5 +228,5 @@ async def lesson_page(request: Request, lesson: str, lessons: TheLessons) -> Res
 
 @pages.get("/follow", dependencies=[Depends(follower)])
 async def follow_page(request: Request) -> Response:
-    """Return the page of those who follow."""
+    """Return the page of followers."""
     return page(request, "follow/follow.html")

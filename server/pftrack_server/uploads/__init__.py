@@ -1,5 +1,5 @@
-"""Uploads: from the body of a request to frames that can be tracked.
+"""Uploads: from the body of a request to frames for tracking.
 
-- `multipart`: files out of a body, within limits; `intake`: files that are decoded once, by `probe`, and kept;
-- `truth`: tables of what is true in an upload; `routes`: the addresses, and whether a target can be followed.
+- `multipart`: reads files from a body, within limits; `intake`: decodes them once, by `probe`, and stores them;
+- `truth`: truth tables of uploads; `routes`: the addresses, and the judgement of a target's suitability.
 """

@@ -1,8 +1,8 @@
-"""Intake: from files that have just arrived to an upload that may be used.
+"""Intake: from newly arrived files to a usable upload.
 
-Every frame is decoded once, in a confined process, before an upload is anybody's to use; what does not pass is deleted.
-A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
-more memory than there is. Whatever happens becomes an index of its frames, or a `RefusedError` with a sentence.
+Every frame is decoded once, in a confined process, before an upload can be used; files that fail are deleted. An
+untrusted file may crash a decoder, keep it busy for ever, or unpack to more memory than there is. The outcome is always
+an index of its frames, or a `RefusedError` with a sentence.
 """
 
 import asyncio
@@ -46,18 +46,18 @@ async def probe(
     columns: Mapping[str, int] | None = None,
     stopped: Callable[[], bool] | None = None,
 ) -> FrameIndex:
-    """Decode a sequence of pictures once, in a process of its own, without waiting for a turn.
+    """Decode a sequence of pictures once, in a process of its own, without waiting in a queue.
 
     Args:
-        tasks: Where that is done.
+        tasks: Runs the process.
         path: The file or folder.
-        limits: How large it may be.
-        budget: What decoding may take.
-        columns: Places of a table's columns by their meaning; its header is rewritten to name them.
-        stopped: Asked ten times a second whether to give up.
+        limits: Limits of its size.
+        budget: Limits of decoding.
+        columns: Column numbers of a table by their meaning; its header is rewritten to name them.
+        stopped: Called ten times a second; returns true to stop decoding.
 
     Raises:
-        RefusedError: It is not a sequence of pictures, is broken, exceeds the limits, or its decoder crashes.
+        RefusedError: The file is not a sequence of pictures, is broken, exceeds the limits, or crashes its decoder.
         ApiError: Decoding took too long, or was stopped (503).
     """
     if columns is not None:
@@ -67,14 +67,14 @@ async def probe(
     try:
         return FrameIndex.from_json(str(answer))
     except ValueError:
-        # A decoder that a file has taken over may answer anything.
+        # A decoder that a hostile file controls may answer anything.
         raise RefusedError(ending_message(Ending.CRASHED, budget)) from None
 
 
 LIGHT_BYTES: Final = 16 * MEBIBYTE
-"""An upload up to this size is probably looked through in a moment."""
+"""Size up to which an upload is probably decoded in a moment, bytes."""
 BYTES_A_SECOND: Final = MEBIBYTE
-"""So fast, slow machines look through one."""
+"""Decoding speed of a slow machine, bytes/s."""
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -83,18 +83,18 @@ log = structlog.get_logger(__name__)
 
 
 def limits_of(settings: Settings) -> Limits:
-    """Return how large a sequence may be on this server."""
+    """Return the limits of a sequence on this server."""
     return replace(
         DEFAULT_LIMITS, frames=settings.max_frames, pixels=settings.max_pixels, file_bytes=settings.max_upload_bytes
     )
 
 
 def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
-    """Make sure that there is a place for one more upload.
+    """Make sure that there is room for one more upload.
 
     Raises:
-        ConflictError: There are as many as there may be.
-        ApiError: All together they would be larger than they may be (507).
+        ConflictError: The limit of uploads is reached.
+        ApiError: All uploads together would be too large (507).
     """
     if store.count(UploadRow) >= settings.max_uploads:
         raise ConflictError(f"The server keeps at most {settings.max_uploads} uploads; delete one first.")
@@ -107,16 +107,16 @@ def check_room(store: Store, settings: Settings, wanted_bytes: int) -> None:
 
 
 async def recording_of(store: Store, settings: Settings, tasks: ChildTasks, upload: str) -> Recording:
-    """Return an upload with what was found when it was decoded first; if that is damaged or missing, decode it again.
+    """Return an upload with its index; if the index is damaged or missing, decode the upload again.
 
     Raises:
         RefusedError: The upload itself is damaged.
-        ApiError: It is decoded again, and that takes too long (503).
+        ApiError: Decoding it again takes too long (503).
     """
     path, limits = store.files.upload(upload), limits_of(settings)
     text = await asyncio.to_thread(_read_index, store, upload)
     if text is None:
-        log.warning("what was found in an upload is damaged or missing; it is decoded again", upload=upload)
+        log.warning("the index of an upload is damaged or missing; the upload is decoded again", upload=upload)
         text = (await probe(tasks, path, limits)).to_json()
         with contextlib.suppress(OSError):
             await asyncio.to_thread(store.files.keep_index, upload, text)
@@ -142,22 +142,22 @@ async def take_in(
     ticket: str | None = None,
     columns: Mapping[str, int] | None = None,
 ) -> UploadRow:
-    """Look through files that arrived, and keep them, unless the server stops meanwhile or nobody waits any more.
+    """Decode arrived files and store them, unless the server stops or the client leaves meanwhile.
 
     Args:
-        store: Where to keep them.
-        settings: What is allowed.
-        tasks: Where they are looked through, in turn; small ones pass large ones.
-        folder: Where they are.
+        store: The store.
+        settings: The server's limits.
+        tasks: Decodes them in turn; small ones pass large ones.
+        folder: Folder of the files.
         received: The files.
-        stopped: Asked now and then whether to give up.
-        ticket: A name under which the client asks for its place.
-        columns: Places of a table's columns by their meaning, as a person says.
+        stopped: Called at intervals; returns true to give up.
+        ticket: Name with which the client asks for its place in the queue.
+        columns: Column numbers of a table by their meaning, as a person chose.
 
     Raises:
-        RefusedError: They are not a sequence of pictures, or exceed the limits.
-        ConflictError: There are as many uploads as there may be.
-        ApiError: There is no room for this one (507).
+        RefusedError: The files are not a sequence of pictures, or exceed the limits.
+        ConflictError: The limit of uploads is reached.
+        ApiError: There is no room for this upload (507).
     """
     if columns is not None and len(received.paths) > 1:
         raise RefusedError(f"columns can be named in one table, got {len(received.paths)} files")
@@ -175,7 +175,7 @@ async def take_in(
         else:
             found = await tasks.queues.take_turn(look, ticket, weight_s=heavy_s)
     except RefusedError as error:
-        # In the sentence files have the names that people know.
+        # The message names files by their original names.
         error.args = (re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), str(error)),)
         raise
 
@@ -188,7 +188,7 @@ async def take_in(
 
 
 async def _to_the_end(work: Callable[Given, Result], *arguments: Given.args, **options: Given.kwargs) -> Result:
-    """Do work in a thread, and leave it only when it has ended, also when nobody waits for it any more."""
+    """Run work in a thread and return only after its end, even if cancelled meanwhile."""
     working = asyncio.ensure_future(asyncio.to_thread(work, *arguments, **options))
     try:
         return await asyncio.shield(working)
@@ -198,7 +198,7 @@ async def _to_the_end(work: Callable[Given, Result], *arguments: Given.args, **o
 
 
 _keeping = threading.Lock()
-"""Two that are kept at the same time would both find the last place free."""
+"""Without it, two concurrent uploads would both find the last place free."""
 
 
 def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> UploadRow:
@@ -216,20 +216,20 @@ def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> Upl
 
 
 def _free_name(name: str, taken: Container[str]) -> str:
-    """Return a name as it is, or with the first number that tells it from those that are taken: "walk.mp4 (2)"."""
+    """Return a name, with the first free number if it is taken: "walk.mp4 (2)"."""
     numbered = (f"{name[: LONGEST_NAME - 10]} ({number})" for number in count(2))
     return next(each for each in chain([name[:LONGEST_NAME]], numbered) if each not in taken)
 
 
 def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str], str]:
-    """Return one file as it is, several as a folder: results with their clip by what they are, else pictures in order.
+    """Return the path of one file, or a folder of several: results with their clip, or pictures in order.
 
-    Pictures stand in the natural order of their names. Beside the folder come the names that they have there, each with
-    the one that people know; and what people call all of it. A single file is never spoken of by its name, and what
-    looks like that in a sentence is from the file itself.
+    Pictures are in the natural order of their names. Also returned are a mapping from the names in the folder to the
+    original ones, and a title for the whole. No message names a single file; a name in a message comes from the file
+    itself.
 
     Raises:
-        RefusedError: They do not go together.
+        RefusedError: The files do not belong together.
     """
     files = dict(zip(received.names, received.paths, strict=True))
     if len(received.paths) == 1:

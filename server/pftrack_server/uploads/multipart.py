@@ -1,8 +1,8 @@
-"""Uploading: a multipart body written to disk while it arrives, and cut off as soon as it is too large.
+"""Uploading: a multipart body is written to disk while it arrives, and refused as soon as it is too large.
 
-FastAPI's own form parser keeps a whole upload before anybody can say no, so the parts are taken from the wire here. A
-part's file name is only ever a title and an order; what a file is called on disk is made up by the server. A file is
-open only while a piece of it is written: those who send slowly would have one each, and a process has only so many.
+FastAPI's own form parser stores a whole upload before it can be refused, so this module reads the parts from the wire.
+A part's file name serves only as a title and for the order; the server makes the name on disk. A file is open only
+while a piece of it is written: otherwise many slow clients would use up the open files of the process.
 """
 
 import asyncio
@@ -24,19 +24,19 @@ from pftrack_server.core.resource_limits import mebibytes
 from pftrack_server.store.disk_budget import DiskBudget
 
 LONGEST_NAME = 200
-# So often the room on the disk is looked at while a body comes, which others may use up meanwhile.
+# How often the free disk space is checked while a body arrives; others may use it up meanwhile.
 LOOK_BYTES = 4 * 1024 * 1024
 LONGEST_HEADER = 4096
 LONGEST_BOUNDARY = 70
-"""By RFC 2046, section 5.1.1."""
-# Boundaries and headers of the parts are not part of what somebody wants to keep.
+"""Longest boundary (RFC 2046, section 5.1.1)."""
+# Boundaries and headers of the parts do not count as content.
 OVERHEAD_BYTES = 64 * 1024
 OVERHEAD_BYTES_A_FILE = 1024
 
 
 @dataclass
 class Received:
-    """The files received, in the order of arrival, with the names that the client gave them."""
+    """The received files in order of arrival, with the names given by the client."""
 
     paths: list[Path] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
@@ -44,12 +44,11 @@ class Received:
 
 
 async def receive(request: Request, folder: Path, room: DiskBudget, *, most_bytes: int, most_files: int) -> Received:
-    """Write the files of a multipart request's field `file` into a folder, made for them; on failure it is removed.
+    """Write the files of a multipart request's field `file` into a new folder; on failure, remove it.
 
     Raises:
-        ApiError: More bytes or files than allowed came, or are announced (413); there is not as much room on the disk
-            (507).
-        RefusedError: It has no file.
+        ApiError: More bytes or files than allowed arrived or were announced (413); the disk has too little room (507).
+        RefusedError: The request has no file.
     """
     kind, options = parse_options_header(request.headers.get("content-type"))
     boundary = options.get(b"boundary")
@@ -107,7 +106,7 @@ def _too_large(most_bytes: int) -> str:
 
 
 class _Parts:
-    """Takes the parser's callbacks and writes the files."""
+    """Receives the parser's callbacks and writes the files."""
 
     def __init__(self, folder: Path, most_bytes: int, most_files: int) -> None:
         self.received = Received()
@@ -121,34 +120,34 @@ class _Parts:
 
     @property
     def open(self) -> bool:
-        """Whether a file has begun and not ended."""
+        """Whether a file has begun and has not ended."""
         return self._path is not None
 
     def callbacks(self) -> dict[str, Any]:
-        """Return what the parser calls, each by its name there."""
+        """Return the callbacks by the parser's names."""
         return {name: getattr(self, name) for name in dir(self) if name.startswith("on_")}
 
     def close(self) -> None:
-        """Let go of the current file until more of it comes."""
+        """Close the current file until its next piece arrives."""
         if self._file is not None:
             self._file.close()
             self._file = None
 
     def on_part_end(self) -> None:
-        """Let go of a part."""
+        """End a part."""
         self.close()
         self._path = None
 
     def on_part_begin(self) -> None:
-        """Forget the headers of the part before."""
+        """Forget the headers of the previous part."""
         self._name = self._value = self._disposition = b""
 
     def on_header_field(self, data: bytes, start: int, end: int) -> None:
-        """Take a piece of the name of a header."""
+        """Take a piece of a header's name."""
         self._name += data[start:end]
 
     def on_header_value(self, data: bytes, start: int, end: int) -> None:
-        """Take a piece of the value of a header."""
+        """Take a piece of a header's value."""
         self._value += data[start:end]
 
     def on_header_end(self) -> None:
@@ -160,7 +159,7 @@ class _Parts:
     def on_headers_finished(self) -> None:
         """Begin a file, if the part is one."""
         _, options = parse_options_header(self._disposition)
-        # Other fields are read over; they count towards the size all the same.
+        # Other fields are skipped, but count towards the size.
         if options.get(b"name") != b"file" or b"filename" not in options:
             return
         number = len(self.received.paths)
@@ -184,6 +183,6 @@ class _Parts:
 
 
 def _title(raw: bytes) -> str:
-    """Return what may be shown of a file's name: its last part, without what does not print."""
+    """Return the printable last part of a file's name."""
     text = re.split(r"[/\\]", raw.decode("utf-8", "replace"))[-1]
     return printable(text)[:LONGEST_NAME] or "unnamed"

@@ -1,4 +1,4 @@
-"""Uploads: videos, GIFs, sets of pictures and tables of tracks, taken in only after every frame was decoded once."""
+"""Routes of uploads: videos, GIFs, sets of pictures and tables; every frame is decoded before use."""
 
 import asyncio
 import re
@@ -33,18 +33,18 @@ Read = TypeVar("Read")
 
 
 class SuitabilityPublic(BaseModel):
-    """Whether a target can be followed, looked at before it is tracked."""
+    """A judgement, before tracking, whether a target can be followed."""
 
-    value: float = Field(description="0..1, the higher the better")
-    grade: Grade = Field(description="The same in words")
-    remark: str = Field(description="What was found, a sentence")
-    advice: list[str] = Field(description="What would help, a sentence each")
-    better: dict[str, Any] | None = Field(description="A mark of the same target that suits better; null if unknown")
-    picture: str | None = Field(description="Likelihood over the picture as a data address; null if it has no places")
+    value: float = Field(description="Suitability, 0 to 1, higher is better")
+    grade: Grade = Field(description="Suitability in words")
+    remark: str = Field(description="Finding, a sentence")
+    advice: list[str] = Field(description="Advice, a sentence each")
+    better: dict[str, Any] | None = Field(description="A better mark of the same target; null if unknown")
+    picture: str | None = Field(description="Likelihood over the picture as a data URL; null if unavailable")
 
 
 class UploadPublic(BaseModel):
-    """An upload and what was found in it."""
+    """An upload and its content."""
 
     model_config = ConfigDict(from_attributes=True)
 
@@ -63,7 +63,7 @@ class UploadPublic(BaseModel):
 
 
 class TableHead(RequestBody):
-    """The beginning of a table whose columns have names of its own."""
+    """The beginning of a table with unknown column names."""
 
     text: Annotated[str, Field(max_length=65_536, description="Its first lines")]
 
@@ -71,21 +71,21 @@ class TableHead(RequestBody):
 class SightingPublic(BaseModel):
     """The result of a search for a target in an upload.
 
-    As long as there is no mark and `looked` is less than `of`, one may go on looking.
+    While `mark` is null and `looked` is less than `of`, the search can continue.
     """
 
-    frame: int = Field(description="Where it was found, or the last frame that was looked into")
-    mark: dict[str, Any] | None = Field(description="The target, of the kind that is found; null if it was not found")
-    placed: list[str] = Field(description="Handles of the mark that a model has placed rather than the picture shown")
-    remarks: list[str] = Field(description="What to look at, or why nothing was found")
-    looked: int = Field(description="How many frames were looked into")
-    of: int = Field(description="How many frames there are to look into")
+    frame: int = Field(description="Frame where it was found, or the last searched frame")
+    mark: dict[str, Any] | None = Field(description="The found target's mark; null if it was not found")
+    placed: list[str] = Field(description="Handles of the mark placed by a model, not found in the picture")
+    remarks: list[str] = Field(description="Points to check, or why nothing was found")
+    looked: int = Field(description="Number of searched frames")
+    of: int = Field(description="Number of frames to search")
 
 
 router = APIRouter(prefix="/uploads", tags=["uploads"])
 
 KEPT_S = 600
-"""So long a browser keeps what was found of a target."""
+"""How long a browser may cache the judgement of a target, s."""
 
 Number = Annotated[int, Query(ge=0, le=10_000_000)]
 
@@ -112,17 +112,17 @@ Mark = Annotated[str, Query(max_length=10_000, description="A mark of one of the
 Hint = Annotated[str | None, Query(max_length=10_000, description="A mark of one of the experiment's hints, as JSON")]
 Columns = Annotated[
     str | None,
-    Query(max_length=1000, description="Places of a table's columns by what they are, as JSON; see `/uploads/table`"),
+    Query(max_length=1000, description="Column numbers of a table by meaning, as JSON; see `/uploads/table`"),
 ]
 MARK, PLACES = TypeAdapter(dict[str, Any]), TypeAdapter(dict[str, int])
 
 
 def _read(field: str, text: str, form: TypeAdapter[Read]) -> Read:
-    """Read the JSON object that a query holds."""
+    """Read the JSON object in a query parameter."""
     try:
         return form.validate_json(text)
     except ValidationError:
-        what = "a mark" if form is MARK else "whole numbers by what they are"
+        what = "a mark" if form is MARK else "column numbers by meaning"
         raise RefusedError(f"{field.capitalize()} must be {what} as a JSON object.", field, value=text) from None
 
 
@@ -136,7 +136,7 @@ async def add_upload(
     columns: Columns = None,
     ticket: Ticket = None,
 ) -> UploadPublic:
-    """Take in a video, an animated GIF, pictures that make a sequence, a table of tracks, or results of a tracker."""
+    """Upload a video, an animated GIF, a sequence of pictures, a table of tracks, or results of a tracker."""
     places = None if columns is None else _read("columns", columns, PLACES)
     announced = request.headers.get("content-length", "")
     wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdecimal() else 0
@@ -155,19 +155,19 @@ async def add_upload(
 
 @router.post("/table")
 def look_at_table(head: TableHead) -> Preview:
-    """Tell which columns a table has, so that a person may say what they are, before it is sent with `columns`."""
+    """Return the columns of a table, so that a person can name them before uploading it with `columns`."""
     return preview(head.text)
 
 
 @router.get("")
 def list_uploads(store: AStore) -> list[UploadPublic]:
-    """List all uploads, the newest first."""
+    """List all uploads, newest first."""
     return [UploadPublic.model_validate(row) for row in store.all(UploadRow)]
 
 
 @router.get("/{upload}")
 def show_upload(upload: AnUpload) -> UploadPublic:
-    """Tell what was found in an upload."""
+    """Return an upload and its content."""
     return UploadPublic.model_validate(upload)
 
 
@@ -202,7 +202,7 @@ async def find_target(
     last: Number | None = None,
     looked: Number = 0,
 ) -> SightingPublic:
-    """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
+    """Search for an experiment's target from a frame on, or by a hint there; ask again with `looked` to continue."""
     experiment.check_footage(upload.kind)
     shown = None if hint is None else _read("hint", hint, MARK)
     question = TargetSearch(experiment.id, frame, last, looked, shown)
@@ -221,12 +221,12 @@ async def weigh(
     mark: Mark,
     answer: Response,
 ) -> SuitabilityPublic:
-    """Tell whether the trackers of an experiment can follow a target, before it is tracked."""
+    """Judge whether the trackers of an experiment can follow a target, before tracking."""
     experiment.check_footage(upload.kind)
     target = _read("mark", mark, MARK)
     recording = await recording_of(store, settings, tasks, upload.id)
     found = SuitabilityPublic(**await tasks.run(weigh_target, recording, experiment.id, frame, target))
-    # An upload never changes: a page that asks the same again has the answer already.
+    # An upload never changes, so a page may reuse the answer.
     answer.headers["Cache-Control"] = f"private, max-age={KEPT_S}"
     return found
 
@@ -235,7 +235,7 @@ async def weigh(
 async def give_truth(
     request: Request, upload: AnUpload, experiment: ForExperiment, store: AStore, tasks: TheTasks
 ) -> TruthPublic:
-    """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
+    """Store a truth table for an upload; later sessions are measured by it."""
     folder = store.files.new_incoming()
     received = await receive(request, folder, store.disk_budget, most_bytes=LARGEST_FILE_BYTES, most_files=1)
     return await store_truth(store, tasks, upload, experiment, folder, received)
@@ -243,13 +243,13 @@ async def give_truth(
 
 @router.get("/{upload}/truth")
 def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthPublic | None:
-    """Tell in short what truth was given for an upload, of the kind that goes with an experiment; null if none was."""
+    """Summarise an upload's truth of an experiment's kind; null if there is none."""
     return load_truth(store, upload.id, experiment)
 
 
 @router.get("/{upload}/truth.csv", response_class=Response, responses={200: {"content": {"text/csv": {}}}})
 def fetch_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> Response:
-    """Return the truth that was given for an upload as a table, which can be given again."""
+    """Return an upload's truth as a table that can be uploaded again."""
     table = table_of(store, upload.id, experiment)
     if table is None:
         raise not_found("No truth was given for this upload, or it is of another kind.")
@@ -261,5 +261,5 @@ def fetch_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> R
 
 @router.delete("/{upload}/truth", status_code=HTTPStatus.NO_CONTENT)
 def remove_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> None:
-    """Forget the truth that was given for an upload."""
+    """Delete an upload's truth."""
     discard_truth(store, upload.id, experiment)

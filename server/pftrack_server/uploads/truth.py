@@ -1,7 +1,7 @@
-"""Truths: tables of what is truly so in an upload, read once in a confined process and kept beside it.
+"""Truths: truth tables of uploads, read once in a confined process and stored next to the upload.
 
-A truth belongs to an upload and a kind of truth, so that every session that begins on that upload is measured by it,
-no matter who begins it.
+A truth belongs to an upload and a kind of truth: every session that begins on that upload is measured by it, no matter
+who begins it.
 """
 
 import asyncio
@@ -23,9 +23,9 @@ from pftrack_server.uploads.multipart import Received
 
 
 class TruthPublic(BaseModel):
-    """Summary of the truth that is known of an upload."""
+    """Summary of an upload's truth."""
 
-    frames: int = Field(description="How many frames there is truth of")
+    frames: int = Field(description="Number of frames with truth")
     first: int
     last: int
     warnings: list[str]
@@ -35,7 +35,7 @@ log = structlog.get_logger(__name__)
 
 
 class StoredTruth(TruthPublic):
-    """What is kept beside an upload: the summary, which alone is answered, and the rows by number of the frame."""
+    """The stored truth of an upload: the summary, which alone is returned to clients, and the rows by frame number."""
 
     rows: dict[int, tuple[float, ...]]
 
@@ -43,10 +43,10 @@ class StoredTruth(TruthPublic):
 async def store_truth(
     store: Store, tasks: ChildTasks, upload: UploadRow, experiment: Experiment, folder: Path, received: Received
 ) -> TruthPublic:
-    """Keep a table that has just arrived, in place of one of its kind that was there.
+    """Store an arrived table, in place of an earlier one of its kind.
 
     Raises:
-        RefusedError: The table is of another kind, or says nothing of this upload.
+        RefusedError: The table is of another kind, or has no frame of this upload.
         ConflictError: The upload was deleted while the table was read.
     """
     try:
@@ -63,31 +63,31 @@ async def store_truth(
 
 
 def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tuple[float, ...]] | None:
-    """Return what is kept, by number of the frame, if anything is."""
+    """Return the stored truth by frame number, or None."""
     kept = load_truth(store, upload, experiment)
     return kept.rows if kept else None
 
 
 def table_of(store: Store, upload: str, experiment: Experiment) -> str | None:
-    """Return what is kept as the text of a file that may be given again, if anything is."""
+    """Return the stored truth as the text of a file that can be uploaded again, or None."""
     rows = rows_of(store, upload, experiment)
     return write_table(rows, experiment.video.truth.form) if rows and experiment.video.truth else None
 
 
 def discard_truth(store: Store, upload: str, experiment: Experiment) -> None:
-    """Keep it no longer."""
+    """Delete the stored truth."""
     _place(store, upload, experiment).unlink(missing_ok=True)
 
 
 def load_truth(store: Store, upload: str, experiment: Experiment) -> StoredTruth | None:
-    """Return what is kept, if anything is."""
+    """Return the stored truth, or None."""
     place = _place(store, upload, experiment)
     try:
         return StoredTruth.model_validate_json(place.read_bytes())
     except FileNotFoundError:
         return None
     except ValueError:
-        log.warning("the truth of an upload is damaged and left out; send it again", upload=upload)
+        log.warning("the truth of an upload is damaged and ignored; upload it again", upload=upload)
         return None
 
 

@@ -1,9 +1,8 @@
-"""Where each browser looks from: presets that fit the window, kept while nobody has moved the camera.
+"""The camera of each browser: presets fitted to the window, kept until a person moves the camera.
 
-viser's cameras are in perspective. A field of view of a few degrees from far away is as good as orthographic, so the
-front preset shows the picture as a picture. A browser begins with the oblique one, which shows what has no place in a
-picture. Presets are found by fitting: the camera backs away along its direction until every corner of the box to be
-seen lies within the window.
+viser's cameras use perspective. A field of view of a few degrees from far away is practically orthographic, so the
+front preset shows the picture undistorted. A browser begins with the oblique preset, which shows depth and height.
+Presets are fitted: the camera moves back along its direction until every corner of the box lies within the window.
 """
 
 import itertools
@@ -23,14 +22,14 @@ FLAT_RAD = np.deg2rad(1.5)
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """A way to look.
+    """A camera preset.
 
     Attributes:
-        title: On its button.
-        direction: From what is looked at towards the viewer.
+        title: Title of its button.
+        direction: Direction from the target point to the camera.
         fov_rad: Vertical field of view.
-        deep: Whether to fit what rises above the picture as well.
-        whole: Whether to fit the camera that took the picture as well.
+        deep: Whether to fit heights above the picture, too.
+        whole: Whether to fit the camera that took the picture, too.
     """
 
     title: str
@@ -47,7 +46,7 @@ PRESETS: dict[str, Preset] = {
     "time": Preset("Along time", (0.0, 0.95, 0.32), float(np.deg2rad(20.0)), deep=True),
 }
 FIRST = "oblique"
-"""The one that a browser begins with."""
+"""The preset of a new browser."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +54,12 @@ class Box:
     """Extent of the scene, px.
 
     Attributes:
-        width: Of the picture.
-        height: Of the picture.
-        depth: How high things rise above it.
-        apex: (x, y, z) in the scene of the camera that took it, if that is shown.
-        behind: How far things lie behind it.
-        beside: How far what stands to the right of it reaches.
+        width: Width of the picture.
+        height: Height of the picture.
+        depth: Largest height above it.
+        apex: (x, y, z) in the scene of the camera that took the picture, if that is shown.
+        behind: Largest distance behind it.
+        beside: Extent of objects to its right.
     """
 
     width: float
@@ -72,13 +71,13 @@ class Box:
 
     @property
     def focal(self) -> float:
-        """How far that camera stands before the picture, px; 0 without one."""
+        """Distance of that camera from the picture, px; 0 without a camera."""
         return self.apex[2] if self.apex else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A camera: where it stands, what it looks at, px in the scene, and its vertical field of view."""
+    """A camera: its position and target point in the scene, px, and its vertical field of view, rad."""
 
     position: NDArray[np.float64]
     target: NDArray[np.float64]
@@ -86,20 +85,20 @@ class View:
 
     @property
     def distance(self) -> float:
-        """From the camera to what it looks at, px."""
+        """Distance from the camera to its target point, px."""
         return float(np.linalg.norm(self.position - self.target))
 
 
 Side: TypeAlias = Callable[[Box, float], View]
-"""How to see something that stands beside the picture."""
+"""Preset for a world next to the picture."""
 
 
 def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
-    """Return the view of a preset that just holds a box.
+    """Return the view of a preset that just contains a box.
 
     Args:
         preset: Direction and field of view.
-        box: What has to be seen.
+        box: The box to show.
         aspect: The window's width over its height.
         margin: Factor of free space around the box.
     """
@@ -115,7 +114,7 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
     towards = np.array(preset.direction) / np.linalg.norm(preset.direction)
     right = np.cross((0.0, 1.0, 0.0), towards)
     right /= np.linalg.norm(right)
-    # What is seen is in the middle, rather than the space that holds it.
+    # Centre the projected box rather than the box itself.
     axes = np.stack((right, np.cross(towards, right), towards))
     seen = corners @ axes.T
     target = (seen.min(axis=0) + seen.max(axis=0)) / 2.0 @ axes
@@ -127,17 +126,17 @@ def fit(preset: Preset, box: Box, aspect: float, margin: float = 1.03) -> View:
 @dataclass(slots=True)
 class _Watcher:
     client: viser.ClientHandle
-    raises: bool  # whether the heights rise when its camera is tilted
-    came_from: NDArray[np.float64]  # where the camera stood when the browser came
+    raises: bool  # whether the heights grow when its camera is tilted
+    came_from: NDArray[np.float64]  # position of the camera when the browser joined
     preset: str = FIRST
     view: View | None = None
-    before: NDArray[np.float64] | None = None  # where the camera stood when it was sent to the view
+    before: NDArray[np.float64] | None = None  # position of the camera when it was sent to the view
     aspect: float = 1.0
     tilt: float = 0.0
     arrived: bool = False
 
     def is_in_place(self, camera: viser.CameraHandle) -> bool:
-        """Whether the camera stands where it was put."""
+        """Whether the camera is at the view that it was sent to."""
         return self.view is not None and _stands(camera, self.view, 0.01)
 
 
@@ -154,8 +153,8 @@ class Cameras:
 
     Args:
         server: The session's viser server.
-        on_relief: Called when the heights in the scene should change, because somebody tilts the camera.
-        sides: Other presets than the picture's, by name: (extent of the picture, the window's aspect) -> view.
+        on_relief: Called when the heights in the scene should change, because a person tilts the camera.
+        sides: Presets other than the picture's, by name: (box of the picture, the window's aspect) -> view.
     """
 
     def __init__(
@@ -171,19 +170,19 @@ class Cameras:
 
     @property
     def relief(self) -> float:
-        """Factor on the heights: 0 while all who raise them look from the front, 1 if one looks from aside, or none."""
+        """Factor on the heights, 0 to 1, by the largest tilt among browsers that raise them; 1 if there are none."""
         tilt = max((each.tilt for each in self._watchers.values() if each.raises), default=FULL_RELIEF_RAD)
         ramp = np.clip((tilt - FLAT_RAD) / (FULL_RELIEF_RAD - FLAT_RAD), 0.0, 1.0)
         return float(np.ceil(ramp * RELIEF_STEPS) / RELIEF_STEPS)
 
     def set_box(self, box: Box) -> None:
-        """Set the extent of the scene; a picture of another size is fitted again."""
+        """Set the extent of the scene; fit a picture of another size again."""
         before, self._box = self._fitted, box
         if before is not None and (before.width, before.height) == (box.width, box.height):
             pairs = (before.depth, box.depth), (before.behind, box.behind), (before.focal, box.focal)
             if not all(_alike(*pair) for pair in pairs):
                 self._fitted = box
-                # Deep presets are fitted again, where nobody has moved the camera since.
+                # Deep presets are fitted again, unless a person has moved the camera since.
                 for watcher in self._watchers.values():
                     is_deep = watcher.preset in PRESETS and PRESETS[watcher.preset].deep
                     if is_deep and (not watcher.arrived or watcher.is_in_place(watcher.client.camera)):
@@ -200,11 +199,11 @@ class Cameras:
             self._point(watcher)
 
     def join(self, client: viser.ClientHandle, *, looks_only: bool = False) -> None:
-        """Fit the picture to the window of a browser that has just come.
+        """Fit the picture to the window of a new browser.
 
         Args:
             client: The browser.
-            looks_only: Whether its camera changes nothing that others see.
+            looks_only: Whether its camera does not affect other browsers.
         """
         watcher = self._watchers[client.client_id] = _Watcher(client, not looks_only, np.array(client.camera.position))
         self._point(watcher)
@@ -214,7 +213,7 @@ class Cameras:
             self._on_move(watcher, camera)
 
     def leave(self, client_id: int) -> None:
-        """Forget a browser that has gone."""
+        """Forget a browser that has left."""
         before = self.relief
         self._watchers.pop(client_id, None)
         if self.relief != before:
@@ -253,8 +252,8 @@ class Cameras:
             self._point(watcher)
             return
         there = watcher.is_in_place(camera)
-        # While viser sets a new browser up, its camera can jump to where it came from and to the start pose, also after
-        # it has reached the preset; nobody turns the camera to just there.
+        # While viser sets up a new browser, its camera can jump to its first position and to the start pose, even after
+        # it has reached the preset; no person would turn the camera exactly there.
         overtaken = not there and (
             (self._start is not None and _stands(camera, self._start, 1e-4))
             or (watcher.arrived and np.allclose(camera.position, watcher.came_from))
@@ -264,14 +263,14 @@ class Cameras:
         if overtaken or (resized and (there or not watcher.arrived)):
             self._point(watcher)
         elif watcher.arrived or watcher.before is None or not np.allclose(camera.position, watcher.before):
-            # The browser has heard where its camera is to stand.
+            # The browser has received the new position of its camera.
             self._tilt(watcher, camera.position, camera.look_at)
 
     def _tilt(self, watcher: _Watcher, position: NDArray[np.float64], target: NDArray[np.float64]) -> None:
         before = self.relief
         towards = position - target
         tilt = float(np.arccos(np.clip(towards[2] / max(float(np.linalg.norm(towards)), 1e-9), -1.0, 1.0)))
-        # A camera on something else sees nothing of the picture's heights; a browser may send NaN.
+        # A camera on another target does not show the picture's heights; a browser may send NaN.
         counts = watcher.preset in PRESETS and np.isfinite(tilt)
         watcher.tilt = tilt if counts else 0.0
         if self.relief != before:

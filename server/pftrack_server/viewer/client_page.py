@@ -1,14 +1,14 @@
-"""viser's client page, prepared to live inside a session's page.
+"""viser's client page, adapted to run inside a session's page.
 
 viser ships its client as one self-contained file that connects to its own address. This module puts the scripts and the
-style sheet of `client/` into its head, before the client's own script runs: keys that steer the run, and where one
-points, are handed to the page around, the scene reconnects without being clicked, light or dark follows the system, and
-everything is hidden that a lecture does not need. The client's own script and style sheet are served beside it, since
-each session has an address of its own and a browser would otherwise load and compile them again for each. What they say
-is left as it is, so that a new viser brings its own; one that is packed in another way is served in one piece.
+style sheet of `client/` into its head, before the client's own script runs: keys that steer the run, and pointer
+positions, are passed to the outer page, the scene reconnects without a click, light or dark follows the system, and
+everything that a lecture does not need is hidden. The client's own script and style sheet are served as separate files,
+since each session has an address of its own and a browser would otherwise load and compile them again for each. Their
+content is not changed, so a new viser brings its own; a page packed in another way is served in one piece.
 
-viser packs style sheet and script into an attribute of the page, which unpacks itself each time that it is opened.
-Taken apart they are files that never change, at addresses that name their content.
+viser packs style sheet and script into an attribute of the page, which unpacks itself each time that it is opened. As
+separate files they never change, at addresses made from their content.
 """
 
 import gzip
@@ -23,7 +23,7 @@ import zstandard
 
 _DIRECTIVES = (
     "default-src 'none'",
-    # The client unpacks what it is sent by WebAssembly; it never evaluates text.
+    # The client unpacks data by WebAssembly; it never evaluates text.
     "script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:",
     "worker-src blob:",
     "style-src 'self' 'unsafe-inline'",
@@ -38,13 +38,13 @@ _DIRECTIVES = (
 CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
 
 ASSETS = "../client/"
-"""Where the files of the client are served, under their names, seen from the page: a follower has it elsewhere."""
+"""Folder of the client's files, relative to the page, since a follower's page has another base path."""
 
 SCRIPTS = ("page.js", "frames.js", "colours.js", "state.js", "keys.js", "pointing.js", "numbers.js", "folds.js")
-"""Scripts that run before viser's own script, in this order, each with names of its own."""
+"""Scripts that run before viser's own script, in this order, each in a scope of its own."""
 
 CLIENT = Path(__file__).parent / "client"
-"""The scripts and the style sheet that are put into the page."""
+"""Folder of the scripts and the style sheet inserted into the page."""
 
 
 DIGITS = b"!#$%()*+,-./0123456789:;=?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_abcdefghijklmnopqrstuvwxyz{|}~"
@@ -58,10 +58,10 @@ class Asset:
     """A file that never changes.
 
     Attributes:
-        name: Made from its content.
-        media_type: Of its content.
-        content: As it is.
-        packed: The same, by gzip.
+        name: Name made from its content.
+        media_type: Media type of its content.
+        content: The content.
+        packed: The content, compressed by gzip.
     """
 
     name: str
@@ -75,11 +75,11 @@ class Parts:
     """The client in parts.
 
     Attributes:
-        head: The page up to where the packed script stood.
-        rest: The page from there on.
+        head: The page up to the packed script.
+        rest: The page after it.
         style: Its style sheet.
         script: Its script, a module.
-        decoder: WebAssembly that the script finds as `__viserZstdWasm`.
+        decoder: WebAssembly for the script, named `__viserZstdWasm`.
     """
 
     head: str
@@ -90,7 +90,7 @@ class Parts:
 
 
 def take_apart(page: str) -> Parts | None:
-    """Return the parts of viser's page, or None if it is packed in another way than is known here."""
+    """Return the parts of viser's page, or None if it is packed in an unknown way."""
     found = PACKED.search(page)
     decoder = DECODER.search(found[4]) if found else None
     if found is None or decoder is None:
@@ -112,7 +112,7 @@ def _asset(ending: str, media_type: str, content: bytes) -> Asset:
 
 
 def _unpack(text: str) -> bytes:
-    """Undo viser's packing of bytes: five digits to the base 88 are four bytes."""
+    """Undo viser's packing of bytes: five base-88 digits are four bytes."""
     digits = text.encode("ascii").translate(VALUES + bytes(128))
     whole = len(digits) // 5 * 5
     made = bytearray()
@@ -130,7 +130,7 @@ def _unpack(text: str) -> bytes:
 
 @cache
 def client_page() -> bytes:
-    """Return the page for `/viz/{session}/`, to be sent with `CONTENT_SECURITY_POLICY`."""
+    """Return the page for `/viz/{session}/`; send it with `CONTENT_SECURITY_POLICY`."""
     page = _split_page() or original_page()
     page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
     head = page.index("<head>") + len("<head>")
@@ -145,14 +145,14 @@ def _scripts() -> str:
 
 
 def client_asset(name: str) -> Asset | None:
-    """Return a file of the client, to be kept by browsers for good, if there is one of that name."""
+    """Return the client's file of a name, or None; browsers may cache it for ever."""
     parts = client_parts()
     files = (parts.style, parts.script, parts.decoder) if parts else ()
     return next((file for file in files if file.name == name), None)
 
 
 def _split_page() -> str | None:
-    """Return viser's page with its script and its style sheet as files."""
+    """Return viser's page with its script and its style sheet as separate files, or None."""
     parts = client_parts()
     if parts is None:
         return None
@@ -167,10 +167,10 @@ def _split_page() -> str | None:
 
 @cache
 def client_parts() -> Parts | None:
-    """Return viser's client in parts, or None if it is packed in a way that is unknown."""
+    """Return viser's client in parts, or None if it is packed in an unknown way."""
     return take_apart(original_page())
 
 
 def original_page() -> str:
-    """Return the one file that viser's client is."""
+    """Return viser's client as its one file."""
     return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")

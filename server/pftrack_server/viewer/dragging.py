@@ -30,7 +30,7 @@ FACES = np.array(
 
 
 class Grips:
-    """The grips of the frame that is shown.
+    """The grips of the shown frame.
 
     Args:
         server: The session's viser server.
@@ -51,8 +51,8 @@ class Grips:
         """Place grips on the visible particles of a drawing and on its estimate, if these can be moved.
 
         Args:
-            scene: Tells which layers are shown.
-            drawing: What is shown.
+            scene: The scene, which knows the shown layers.
+            drawing: The shown drawing.
             frame: Its frame number.
             relief: 0 for a flat scene to 1 for full height.
         """

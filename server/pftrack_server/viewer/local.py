@@ -1,11 +1,11 @@
 """A run's live scene on this machine, for a script, a notebook or a prompt: the session's viewer without a session.
 
 The viewer is the server's own (`pftrack_server.viewer.viewer`), with its panel of parameters, views and layers. It
-works in the loop of a small web application, which serves viser's client and joins browsers to it. A `Player` in the
-same loop does what a session's worker does: it has a branch of the run, goes to the frames that are asked for, plays,
-and branches again where a parameter is turned. What it computes it computes beside the loop.
+works in the loop of a small web application, which serves viser's client and connects browsers to it. A `Player` in the
+same loop replaces a session's worker: it has a branch of the run, goes to requested frames, plays, and branches again
+when a parameter changes. It computes in a thread outside the loop.
 
-Only this machine is listened to, at an address that nobody can guess, and only pages from that address get a scene.
+The application listens only on this machine, at an unguessable address, and only pages from that address get a scene.
 """
 
 import asyncio
@@ -47,7 +47,7 @@ from pftrack_server.viewer.viser_server import bridge
 HOST = "127.0.0.1"
 FORBIDDEN = 1008
 HEIGHT_PX = 640
-"""Of the scene in a notebook."""
+"""Style of the scene in a notebook."""
 
 
 def show(run: Run, *, port: int = 0, browser: bool | None = None) -> "LocalScene":
@@ -62,8 +62,8 @@ class LocalScene:
     """A run's scene, open on this machine until it is closed.
 
     Args:
-        run: What is shown first; it is not changed.
-        port: Where to listen; any that is free if 0.
+        run: The run to show; it is not changed.
+        port: Port to listen on; 0 takes a free one.
 
     Raises:
         OSError: The port is taken.
@@ -85,32 +85,32 @@ class LocalScene:
 
     @property
     def address(self) -> str:
-        """Where a browser of this machine finds the scene."""
+        """Address of the scene for a browser on this machine."""
         return f"{self._origin}/{self._key}/"
 
     @property
     def run(self) -> Run:
-        """What is shown: a branch of the run that was given; its own player moves it."""
+        """The shown run, a branch of the given one; the player moves it."""
         return self._player.run
 
     def go(self, frame: int) -> None:
-        """Show a frame; one that has not been computed yet is computed, with all before it."""
+        """Show a frame; it and all frames before it are computed if necessary."""
         self._player.request({"kind": "seek", "frame": frame})
 
     def follow(self, run: Run) -> None:
-        """Show a longer run in the place of this one, at its newest frame unless an earlier one is being looked at."""
+        """Show a longer run in place of this one, at its newest frame unless a person is looking at an earlier one."""
         self._player.request({"kind": "follow", "run": run})
 
     def wait(self) -> None:
-        """Wait until it is closed, or somebody interrupts: a script that ends closes what it shows."""
+        """Wait until the scene is closed or interrupted: the end of a script closes its scenes."""
         try:
             while self._thread.is_alive():
-                self._thread.join(0.2)  # a wait without an end cannot be interrupted everywhere
+                self._thread.join(0.2)  # an endless wait cannot be interrupted on every system
         except KeyboardInterrupt:
             self.close()
 
     def close(self) -> None:
-        """Stop showing it; a second call does nothing."""
+        """Close the scene; a second call does nothing."""
         self._server.should_exit = True
         self._thread.join()
         self._listening.close()
@@ -125,13 +125,13 @@ class LocalScene:
         return f"<scene of {self._player.run.experiment.id} at {self.address}>"
 
     def _repr_html_(self) -> str:
-        """Return the scene itself, for a notebook."""
+        """Return the scene as HTML for a notebook."""
         style = f"width:100%;height:{HEIGHT_PX}px;border:0"
         return f'<iframe src="{escape(self.address)}" title="Scene" style="{style}"></iframe>'
 
     def _application(self) -> Starlette:
         at = f"/{self._key}"
-        sockets = [WebSocketRoute(path, self._join) for path in (at, f"{at}/")]  # viser's client leaves the slash out
+        sockets = [WebSocketRoute(path, self._join) for path in (at, f"{at}/")]  # viser's client omits the slash
         routes = [Route(f"{at}/", self._page), Route("/client/{name}", self._file), *sockets]
         hosts = Middleware(TrustedHostMiddleware, allowed_hosts=[HOST])
         return Starlette(routes=routes, middleware=[hosts], lifespan=self._play)
@@ -150,7 +150,7 @@ class LocalScene:
             await self._player.close()
 
     async def _page(self, _request: Request) -> Response:
-        # A notebook's page is another site.
+        # A notebook's page has another origin.
         policy = CONTENT_SECURITY_POLICY.replace("frame-ancestors 'self'", "frame-ancestors *")
         headers = {"Content-Security-Policy": policy, "Cache-Control": "no-store", "Referrer-Policy": "no-referrer"}
         return Response(client_page(), media_type="text/html; charset=utf-8", headers=headers)
@@ -169,17 +169,17 @@ class LocalScene:
 
 
 class Player:
-    """Shows a run in a viewer, and does what is asked for beside it.
+    """Shows a run in a viewer, and carries out requests in a thread outside the loop.
 
-    The newest wish of each kind stays until the player comes to it. On a long way to a frame it looks after each step
-    whether there is a newer wish.
+    The newest request of each kind waits until the player takes it. During a long seek the player checks after each
+    step for a newer request.
 
     Args:
-        run: It is not moved. Where it stands is where the player begins.
+        run: The run; it is not moved. The player begins at its frame.
 
     Attributes:
-        run: What is shown: a branch of the run that was given, or of that.
-        viewer: Where it is shown, once it has begun.
+        run: The shown run: a branch of the given run, or of another branch.
+        viewer: The viewer, once the player has begun.
     """
 
     viewer: Viewer
@@ -193,7 +193,7 @@ class Player:
         self._encoder = PictureEncoder()
 
     async def begin(self) -> None:
-        """Make the viewer in the running loop, and begin to work there."""
+        """Make the viewer in the running loop, and start the player there."""
         self._loop = asyncio.get_running_loop()
         self.viewer = Viewer(_describe(self.run), self._in_force, on_command=self._wish, frames=self.run.frames)
         self._working = asyncio.create_task(self._work())
@@ -206,11 +206,11 @@ class Player:
         await self.viewer.close()
 
     def request(self, command: dict[str, Any]) -> None:
-        """Ask for something from any thread, as the panel does.
+        """Submit a command from any thread, as the panel does.
 
         Args:
-            command: As `POST /sessions/{id}/commands` has it, or `follow` with a longer run to be shown in the place of
-                the present one, unless an earlier frame is being looked at.
+            command: A body of `POST /sessions/{id}/commands`, or `follow` with a longer run to show in place of the
+                present one, unless a person is looking at an earlier frame.
         """
         with suppress(RuntimeError):  # the scene has been closed
             self._loop.call_soon_threadsafe(self._wish, command)
@@ -222,7 +222,7 @@ class Player:
         return PanelValues(flat(run.parameters_at(following)), run.tracker_at(following), run.seed, self._speed)
 
     def _wish(self, command: dict[str, Any]) -> None:
-        """Take down a command; new values go together with those that wait."""
+        """Store a command; new values are merged with waiting ones."""
         kind = command["kind"]
         fields = {"change": "values", "restart": "seed", "seek": "frame", "follow": "run"}
         value = command if kind == "move" else command.get(fields.get(kind, kind))
@@ -245,7 +245,7 @@ class Player:
             self.viewer.show(*await asyncio.to_thread(self._draw))
 
     async def _wait_for(self) -> dict[str, Any]:
-        """Wait until there is something to do, and return what is wished for."""
+        """Wait for requests and return them."""
         rest = max(self._due - time.monotonic(), 0.0) if self._is_playing else None
         if not self._wishes:
             self._news.clear()
@@ -272,7 +272,7 @@ class Player:
             self._play()
 
     def _revise(self, what: str, value: Any) -> None:  # noqa: ANN401 - of any wish
-        """Go on with another run, or with another future of this one."""
+        """Continue with another run, or with a branch of this one."""
         match what:
             case "follow" if self.run.position == self.run.frames - 1:
                 self.run = value
@@ -334,7 +334,7 @@ def _describe(run: Run) -> PanelDescription:
 
 
 def _in_notebook() -> bool:
-    """Whether this runs in a kernel, which shows what a cell ends with."""
+    """Return whether this runs in a notebook's kernel, which shows the last value of a cell."""
     shell = sys.modules.get("IPython")
     running = shell.get_ipython() if shell is not None else None
     return running is not None and "IPKernelApp" in running.config

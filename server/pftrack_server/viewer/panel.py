@@ -1,13 +1,13 @@
-"""The panel beside the scene: everything that can be turned, generated from the declarations.
+"""The panel next to the scene: all controls, generated from the declarations.
 
-A control never decides. It proposes a value, the session accepts or refuses it, and the panel shows what the session
-says: `show` after a change, `refuse` after a refusal. While somebody still drags a slider the session's answers to
-older positions are held back, since they would tear it out of the hand; once it rests, all controls are set to the
-truth again. viser passes on whatever a browser sends, so nothing is trusted: the session validates.
+A control only proposes a value. The session accepts or refuses it, and the panel shows the session's answer: `show`
+after a change, `refuse` after a refusal. While a person drags a slider, answers to older positions are held back, since
+they would move it under the pointer; once it rests, all controls are set to the session's values. viser passes on any
+value that a browser sends, so the session validates them all.
 
-viser calls a coroutine at once, in the loop that has just taken up the browser's value, and a plain function some time
-later in a thread, when the value may have been overwritten by the session's. So all callbacks here are coroutines; none
-of them waits: the answer comes later.
+viser calls a coroutine at once, in the loop that has just received the browser's value, and a plain function some time
+later in a thread, when the session's value may have overwritten it. So all callbacks here are coroutines, and none of
+them waits: the answer comes later.
 """
 
 import asyncio
@@ -28,18 +28,18 @@ from pftrack_server.viewer.worlds import preset
 Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
 
 REST_S = 0.5
-"""How long a control must lie still before it is set to what the session says."""
+"""How long a control must rest before it is set to the session's value, s."""
 PATIENCE_S = 5.0
-"""How long the session may take to answer before the control springs back."""
+"""How long the session may take to answer before the control springs back, s."""
 
 FRAME, SEED, SPEED = "frame of the run", "seed of the run", "speed of the run"
-"""What the panel calls these beside the parameters, whose names have no spaces."""
+"""Names of these controls; they differ from parameters, whose names have no spaces."""
 TRACKER = "tracker"
-"""What the session calls the choice of a tracker among the values of parameters."""
+"""Name of the tracker's choice among the session's values."""
 
 
 def _declare(name: str, title: str, kind: str, description: str, **more: object) -> Declaration:
-    """Return the declaration of what is turned like a parameter and is none."""
+    """Return the declaration of a control that is not a parameter."""
     known = {"name": name, "title": title, "kind": kind, "description": description, "unit": "", "group": name}
     return Declaration.model_validate(known | more)
 
@@ -49,12 +49,12 @@ class Panel:
 
     Args:
         server: The session's viser server.
-        description: What it offers.
-        in_force: What it shows at first.
+        description: The controls to offer.
+        in_force: The first values to show.
         on_command: Takes a command, not yet validated, such as `{"kind": "speed", "speed": 2.0}`.
-        on_layer: Takes a layer and whether it is to be shown.
-        on_look: Takes a browser and the camera preset that it wants.
-        frames: Of the run, where the panel itself has to lead through them; 0 where a page around it does.
+        on_layer: Takes a layer and whether to show it.
+        on_look: Takes a browser and its chosen camera preset.
+        frames: Length of the run, for a slider of frames; 0 if the outer page has one.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Panel:
         self._controls: dict[str, Control] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
         self._frame = self._add_frames(frames) if frames > 1 else None
-        hint = "The method that follows the target; a change counts from the next frame."
+        hint = "The method that follows the target; a change takes effect from the next frame."
         self._add_control(self._declare_choice(TRACKER, "Tracker", hint))
         hint = "The same seed gives the same scene and the same run, to the bit."
         bounds = {"minimum": 0, "maximum": LARGEST_SEED, "step": 1, "live": False}
@@ -104,7 +104,7 @@ class Panel:
         self._choose_visible()
 
     def show(self, in_force: PanelValues) -> None:
-        """Show what is in force, except on a control that is in somebody's hand."""
+        """Show the current values, except on a control that a person is moving."""
         with self._server.atomic():
             self._values |= self._values_of(in_force)
             for name in self._controls.keys() - self._touched:
@@ -119,13 +119,13 @@ class Panel:
             self._restore_in(self._rested_s - asyncio.get_running_loop().time())
 
     def refuse(self, message: str) -> None:
-        """Say why a value was refused, and put every control back to what is in force."""
+        """Show why a value was refused, and set every control back to the current values."""
         self._restore()
         for client in self._server.get_clients().values():
             client.add_notification("Not accepted", message, color="orange", auto_close_seconds=6.0)
 
     def frame(self, frame: int) -> None:
-        """Show which frame is shown, unless somebody is on the way to another."""
+        """Set the frame slider to the shown frame, unless a person is moving it."""
         if self._frame is not None and FRAME not in self._touched:
             self._frame.value = frame
 
@@ -135,18 +135,18 @@ class Panel:
         self._caption.content = caption_html(caption, self._branch_point)
 
     def legend(self, keys: Iterable[Key]) -> None:
-        """Show what the colours of the drawing mean."""
+        """Show the legend of the drawing's colours."""
         html = legend_html(keys)
         if self._legend.content != html:
             self._legend.content = html
 
     def close(self) -> None:
-        """Set no control any more."""
+        """Stop setting controls."""
         if self._timer is not None:
             self._timer.cancel()
 
     def _values_of(self, in_force: PanelValues) -> dict[str, Value]:
-        """Return what the controls show of what is in force."""
+        """Return the controls' values by name."""
         title = self._titles.get(in_force.tracker, in_force.tracker)
         speed = {SPEED: _speed_title(in_force.speed)} if in_force.speed in SPEEDS else {}
         return {**in_force.values, TRACKER: title, SEED: in_force.seed, **speed}
@@ -162,7 +162,7 @@ class Panel:
                 control.show(self._values[name], insist=True)
 
     def _propose(self, name: str, value: Value) -> None:
-        """Ask for what somebody has put a control to."""
+        """Propose the value of a control that a person has moved."""
         options = self._options.get(name)
         wanted = value if options is None else options.get(str(value))
         if wanted is None:
@@ -210,7 +210,7 @@ class Panel:
                 self._on_look(event.client_id, names[event.target.value])
 
     def _add_controls(self, description: PanelDescription) -> None:
-        """Add a control for each declaration with a value: those to turn first in sight, the others folded by group."""
+        """Add a control for each declaration with a value: the first ones visible, the others folded by group."""
         known = {each.name: each for each in description.declarations if each.name in self._values}
         first = [known.pop(name) for name in description.about if name in known]
         for declaration in first:
@@ -262,9 +262,9 @@ class Control:
 
     Args:
         server: Where it is shown.
-        declaration: What it turns.
-        value: What it shows at first.
-        on_move: Called with the new value when a person has changed it, never when it was assigned.
+        declaration: Declaration of its parameter.
+        value: The first value to show.
+        on_move: Called with the new value when a person has changed it, never when code assigns it.
     """
 
     def __init__(
@@ -285,9 +285,9 @@ class Control:
         """Show a value.
 
         Args:
-            value: What the session says.
-            insist: Send it even if the server believes that it is shown already. A browser may have lost it: all of
-                viser's controls share one throttle, which can drop the middle one of three quick changes.
+            value: The session's value.
+            insist: Send it even if it seems to be shown already. A browser may have lost it: all of viser's controls
+                share one throttle, which can drop the middle one of three quick changes.
         """
         for handle in self._handles:
             wanted = _to_handle(self.declaration, value)
@@ -311,7 +311,7 @@ def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> 
     match declaration.kind:
         case "integer" | "number":
             return _make_number(gui, declaration, shown)
-        case "file":  # files come by the page, which checks who sends them
+        case "file":  # files are uploaded through the page, which checks the sender
             return ()
         case "boolean":
             return (gui.add_checkbox(label, shown, hint=hint),)
@@ -322,7 +322,7 @@ def _make(server: viser.ViserServer, declaration: Declaration, value: Value) -> 
 
 
 def _make_number(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> tuple[Handle, ...]:
-    """Return a slider, which in viser carries a box to type into; two where the box reaches further than the slider."""
+    """Return a slider, which in viser includes a box to type into; two handles if the box has a wider range."""
     number = int if declaration.kind == "integer" else float
     low, high = declaration.minimum, declaration.maximum
     if low is None or high is None or not low <= shown <= high or low == high:
@@ -334,13 +334,13 @@ def _make_number(gui: viser.GuiApi, declaration: Declaration, shown: Handle) -> 
         return (gui.add_slider(label, *bounds, step, shown, marks=(), hint=hint),)
     if not slider:
         return (gui.add_number(label, shown, min=bounds[0], max=bounds[1], step=step, hint=hint),)
-    # The box has no label: the style sheet puts it where the slider's own would be, which takes no more than that.
+    # The box has no label: the style sheet puts it in place of the slider's own box.
     part = gui.add_slider(label, slider[0], slider[1], step, shown, marks=(), hint=hint)
     return part, gui.add_number("", shown, min=bounds[0], max=bounds[1], step=step)
 
 
 def slider_range(declaration: Declaration, value: float) -> tuple[float, float] | None:
-    """Return from where to where the slider of a number goes: its useful range, widened to the value in force."""
+    """Return the range of a number's slider: its useful range, widened to the current value."""
     if declaration.useful is None:
         return None
     low, high = min(declaration.useful[0], value), max(declaration.useful[1], value)
@@ -382,6 +382,6 @@ def legend_html(keys: Iterable[Key]) -> str:
 
 
 def caption_html(caption: str, branch_point: int | None = None) -> str:
-    """Return the line about the frame that is shown, and where a change would make a branch, if it would."""
+    """Return the caption of the shown frame, and the frame from which a change would make a branch, if it would."""
     what = "" if branch_point is None else f"<br>A change makes a branch from frame {branch_point}."
     return f'<div class="pf-caption">{escape(caption) or "&nbsp;"}{what}</div>'

@@ -1,8 +1,8 @@
 """The scene: a drawing's primitives as viser nodes, updated in place.
 
-A primitive keeps its name from frame to frame, so each name is one node, whose arrays are replaced where they have
-changed, which costs half or a third of adding the node again. A name that is absent from a frame is hidden, not
-removed, because it usually comes back (an estimate that is lost for a while). A hidden layer is not sent at all.
+A primitive keeps its name from frame to frame, so each name is one node. Only its changed arrays are replaced, which
+costs half or a third of adding the node again. A name that is missing in a frame is hidden, not removed, because it
+usually returns (an estimate that is lost for a while). A hidden layer is not sent at all.
 
 All nodes of a frame change within one atomic block, so that a browser never shows the particles of one frame on the
 picture of another.
@@ -23,15 +23,15 @@ from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.shapes import Stance
 
 LAYER_GAP_PX = 0.05
-"""Height between one primitive and the next, so that what is painted later lies on top."""
+"""Height step between primitives, so that those painted later lie on top."""
 LINE_SCALE = 1.6
-"""Screen pixels for a unit of line width: a picture is usually shown at about twice its size."""
+"""Screen pixels per unit of line width: a picture is usually shown at about twice its size."""
 POINT_SIZE = 0.5
-"""What viser calls the size of a point is its radius."""
+"""viser's point size is a radius."""
 UPRIGHT_WXYZ = (0.0, 1.0, 0.0, 0.0)
-"""viser lays an image face down with its rows along y; half a turn about x shows it upright."""
+"""Half a turn about x: viser lays an image face down with its rows along y."""
 STALE_NODES = 64
-"""How many hidden nodes are kept for their return."""
+"""Most hidden nodes to keep for their return."""
 ANCHORS: dict[str, Literal["bottom-left", "bottom-center", "bottom-right"]] = {
     "start": "bottom-left",
     "middle": "bottom-center",
@@ -41,14 +41,14 @@ ANCHORS: dict[str, Literal["bottom-left", "bottom-center", "bottom-right"]] = {
 
 @dataclass(slots=True)
 class Node:
-    """A node of the scene, and what it shows.
+    """A node of the scene, and its content.
 
     Attributes:
-        show: How it is shown.
-        handle: viser's, once it is there.
+        show: Function that shows it.
+        handle: viser's handle, once it exists.
         source: The primitive or the picture that it shows.
-        look: What seldom changes of it, since viser takes longer to compare that than to send it.
-        stance: How it stands.
+        look: Its seldom changing properties; viser takes longer to compare them than to send them.
+        stance: Its stance.
     """
 
     show: "Show"
@@ -59,12 +59,12 @@ class Node:
 
 
 def is_on(layer: model.Layer) -> bool:
-    """Whether a layer is shown at first: what is through time is, where there is depth."""
+    """Return whether a layer is shown at first; layers over time are, since the scene has depth."""
     return layer.shown or layer.role == "through time"
 
 
 def _is_empty(item: model.Primitive | EncodedPicture) -> bool:
-    """Whether there is nothing to be seen of a primitive."""
+    """Return whether a primitive shows nothing."""
     match item:
         case model.Points() | model.Ellipsoids():
             return len(item.positions if isinstance(item, model.Points) else item.centres) == 0
@@ -91,7 +91,7 @@ def _show_picture(server: viser.ViserServer, name: str, node: Node, item: Encode
 
 
 def _show_points(server: viser.ViserServer, name: str, node: Node, item: model.Points, stance: Stance) -> None:
-    # A point is a disc that faces the camera: half of one that lies in a tilted picture would vanish behind it.
+    # A point is a disc that faces the camera: in the plane of a tilted picture, half of it would be hidden.
     clear = stance if stance.free else replace(stance, lift=stance.lift + stance.relief * item.size)
     positions = shapes.to_scene(item.positions, clear)
     if node.handle is None:
@@ -113,7 +113,7 @@ def _show_points(server: viser.ViserServer, name: str, node: Node, item: model.P
 
 
 def _show_lines(server: viser.ViserServer, name: str, node: Node, item: shapes.Lines, stance: Stance) -> None:
-    # A frustum is what the others lean towards, and leans nowhere itself.
+    # Other primitives lean towards the frustum; it does not lean itself.
     upright = replace(stance, apex=None) if isinstance(item, model.Frustum) else stance
     points = shapes.to_scene(shapes.segments(item), upright)
     look = item.colour, item.width
@@ -170,7 +170,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: model.Mes
             shapes.turn_over(item.faces),
             color=item.colour,
             opacity=item.opacity,
-            # Through a translucent solid its far side would be seen as stains.
+            # The far side of a translucent solid would show as stains.
             side="front",
             cast_shadow=False,
             receive_shadow=False,
@@ -198,7 +198,7 @@ def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: 
 def _flatten(item: model.Mesh, stance: Stance) -> shapes.Floats:
     """Return a mesh's vertices in the scene.
 
-    Pressed flat it still fills its own layer, so that what is behind does not shine through what is before it.
+    Even a flat mesh fills its own layer, so that its back does not shine through its front.
     """
     height = max(float(item.vertices[:, 2].max()), 1.0)
     return shapes.to_scene(item.vertices, replace(stance, relief=max(stance.relief, 0.5 * LAYER_GAP_PX / height)))
@@ -206,7 +206,7 @@ def _flatten(item: model.Mesh, stance: Stance) -> shapes.Floats:
 
 def _show_text(server: viser.ViserServer, name: str, node: Node, item: model.Text, stance: Stance) -> None:
     x, y, z = (float(value) for value in shapes.to_scene(item.position, stance))
-    # Outside the picture there is room, and people can come closer to read a name.
+    # Outside the picture there is room, and people can move closer to read a name.
     words = item.title or item.text
     if node.handle is None:
         node.handle = server.scene.add_label(f"/{name}", words, position=(x, y, z), anchor=ANCHORS[item.anchor])
@@ -227,17 +227,17 @@ _SHOW: dict[type[model.Primitive | EncodedPicture], Show] = {
 
 
 def _way_to_show(item: model.Primitive | EncodedPicture) -> Show:
-    """Return how a primitive is shown; what is shown in another way needs another node."""
+    """Return the function that shows a primitive; another function needs another node."""
     many = isinstance(item, model.Mesh) and not item.is_uniform
     return _show_coloured_mesh if many else _SHOW.get(type(item), _show_lines)
 
 
 class Scene:
-    """What is shown of one session, in all of its browsers.
+    """The scene of one session, in all of its browsers.
 
     Args:
         server: The session's own viser server.
-        layers: What can be switched on and off.
+        layers: Layers that can be switched on and off.
     """
 
     def __init__(self, server: viser.ViserServer, layers: Iterable[model.Layer]) -> None:
@@ -254,11 +254,11 @@ class Scene:
         self._layers[layer] = shown
 
     def legend(self, drawing: model.Drawing, relief: float) -> list[model.Key]:
-        """Return the keys of a drawing's legend that are about layers that are shown."""
+        """Return the keys of a drawing's legend for the shown layers."""
         return [key for layer, key in drawing.legend if self._is_on(layer, relief)]
 
     def box(self, drawing: model.Drawing) -> Box:
-        """Return the visible part of a drawing, seen from aside."""
+        """Return the box of a drawing's visible part."""
         shown = [item for item in drawing.primitives.values() if self._is_on(item.layer, 1.0)]
         cameras = (shapes.to_scene(item.apex, Stance(1.0, 0.0)) for item in shown if isinstance(item, model.Frustum))
         apex = next((tuple(place.tolist()) for place in cameras), None)
@@ -269,7 +269,7 @@ class Scene:
         """Make the scene show a drawing; the caller holds the server's atomic block.
 
         Args:
-            what: What is to be seen.
+            what: The drawing.
             relief: Factor on the heights above the picture.
         """
         drawing = what.drawing
@@ -293,7 +293,7 @@ class Scene:
         self._forget(shown)
 
     def is_seen(self, item: model.Primitive, relief: float) -> bool:
-        """Return whether something is seen of a primitive, on a layer that is shown."""
+        """Return whether a primitive is visible, on a shown layer."""
         return self._is_on(item.layer, relief) and not _is_empty(item)
 
     def _is_on(self, layer: str, relief: float) -> bool:
@@ -311,7 +311,7 @@ class Scene:
         if node.source is not item or node.stance != stance:
             show(self._server, name, node, item, stance)
             node.source, node.stance = item, stance
-        # One that could not be shown for the first time has no handle to be hidden by.
+        # A node that could not be shown even once has no handle to hide.
         self._nodes[name] = node
         node.handle.visible = True
 

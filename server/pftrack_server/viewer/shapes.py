@@ -1,15 +1,15 @@
 """Geometry between a drawing and the scene: plain functions from arrays to arrays.
 
-A drawing counts y downwards, as pictures do; the scene counts it upwards, as cameras and people do. So a point
-(x, y, z) of a drawing stands at (x, -y, z) in the scene: the picture appears upright and z rises towards the viewer.
-That mapping is a mirror, not a rotation, which is why coordinate frames are drawn as three segments (a rotation matrix
-would lose its handedness) and why the faces of a mesh are turned over.
+A drawing counts y downwards, as pictures do; the scene counts it upwards, as cameras and people do. So a point (x, y,
+z) of a drawing is at (x, -y, z) in the scene: the picture appears upright and z rises towards the viewer. That mapping
+is a mirror, not a rotation, which is why coordinate frames are drawn as three segments (a rotation matrix would lose
+its handedness) and why the faces of a mesh are turned over.
 
-`relief` scales the heights. Seen from the front a cloud lifted by its weights would hide the estimate drawn beneath it,
-so the scene is flat there and rises as the camera is tilted; `lift` keeps painting order where heights are equal.
+`relief` scales the heights. Seen from the front, a cloud lifted by its weights would hide the estimate beneath it, so
+the scene is flat there and rises as the camera is tilted; `lift` keeps the painting order where heights are equal.
 
-A drawing that shows its camera is in perspective: what is high stands on the way from its pixel to the camera. From the
-front it stands on its pixel, which is what the camera sees; it leans towards the camera as heights rise.
+A drawing that shows its camera uses perspective: a raised point is on the line from its pixel to the camera. With
+relief 0 it is at its pixel, as the camera sees it; it leans towards the camera as heights rise.
 """
 
 from collections.abc import Iterable
@@ -24,26 +24,26 @@ from pftrack.core.model import drawing as model
 
 Floats = NDArray[np.float32]
 Lines: TypeAlias = model.Polyline | model.Ellipse | model.Links | model.Arrows | model.Axes | model.Frustum
-"""Primitives that are drawn by lines."""
+"""Primitives drawn as lines."""
 
 CAMERA_SIZE = 0.12
 """Size of the camera's own body, as a share of its frustum."""
 ARROW_HEAD, ARROW_HEAD_WIDTHS = 0.35, 6.0
-"""Length of an arrow's head: in widths of its line, but at most this share of the arrow."""
+"""Length of an arrow's head in line widths, and its largest share of the arrow."""
 ARROW_HALF_ANGLE = float(np.deg2rad(24.0))
 THINNEST = 1e-2
-"""Thickness that is left to what is flat, as a share."""
+"""Least thickness of a flat body, as a share of its size."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """How things stand above the picture.
+    """How primitives stand above the picture.
 
     Attributes:
         relief: Factor on the heights; 0 is flat.
-        lift: Height added to all, px.
-        apex: (x, y, z) px of the camera towards which things lean as they are high; None if they stand upright.
-        free: Whether they stand free in space, with no picture beneath.
+        lift: Height added to all points, px.
+        apex: (x, y, z) of the camera towards which raised points lean, px; None if they stand upright.
+        free: Whether they are free in space, without a picture beneath.
     """
 
     relief: float
@@ -53,7 +53,7 @@ class Stance:
 
 
 FREE = Stance(1.0, 0.0, free=True)
-"""How things stand in a world of their own."""
+"""Stance in a world of its own."""
 
 
 def to_scene(positions: Floats, stance: Stance) -> Floats:
@@ -61,7 +61,7 @@ def to_scene(positions: Floats, stance: Stance) -> Floats:
 
     Args:
         positions: x to the right, y down, z towards the viewer.
-        stance: How they stand above the picture.
+        stance: Stance above the picture.
     """
     mapped = np.array(positions, dtype=np.float32)
     mapped[..., 2] = mapped[..., 2] * stance.relief + stance.lift
@@ -74,7 +74,7 @@ def to_scene(positions: Floats, stance: Stance) -> Floats:
 
 
 def segments(lines: Lines) -> Floats:
-    """Return what is drawn by lines as segments (n, 2, 3), px."""
+    """Return a primitive drawn as lines as segments (n, 2, 3), px."""
     match lines:
         case model.Polyline():
             return polyline_segments(lines.positions)
@@ -97,7 +97,7 @@ def polyline_segments(positions: Floats) -> Floats:
 
 
 def ellipse_segments(ellipse: model.Ellipse, corners: int = 64) -> Floats:
-    """Return an ellipse as segments (m, 2, 3); a dashed one has every other of them."""
+    """Return an ellipse as segments (m, 2, 3); a dashed one has every other segment."""
     angles = np.linspace(0.0, 2.0 * np.pi, corners + 1)
     around = np.stack((np.cos(angles), np.sin(angles)), axis=1)
     outline = np.tile(np.asarray(ellipse.centre, dtype=np.float32), (corners + 1, 1))
@@ -114,7 +114,7 @@ def axes_segments(axes: model.Axes) -> Floats:
 
 
 def frustum_segments(frustum: model.Frustum) -> Floats:
-    """Return a camera's edges as segments (12, 2, 3): its rays, the border of the picture, and one of its own size."""
+    """Return a camera's edges as segments (12, 2, 3): its rays, the border of the picture, and that of its own body."""
     apex, corners = np.asarray(frustum.apex), np.asarray(frustum.corners)
     own = apex + CAMERA_SIZE * (corners - apex)
     rays = np.stack((np.tile(apex, (4, 1)), corners), axis=1)
@@ -123,19 +123,19 @@ def frustum_segments(frustum: model.Frustum) -> Floats:
 
 
 def turn_over(faces: NDArray[np.int32]) -> NDArray[np.uint32]:
-    """Return triangles with the other side in front, as mirroring their vertices demands."""
+    """Return triangles with reversed orientation, as mirroring their vertices requires."""
     return np.ascontiguousarray(faces[:, ::-1], dtype=np.uint32)
 
 
 def arrow_segments(arrows: model.Arrows) -> Floats:
-    """Return arrows as segments (5 n, 2, 3): the way, and four lines back from its end."""
+    """Return arrows as segments (5 n, 2, 3): the shaft, and four lines back from its tip."""
     starts, ends = arrows.segments[:, 0].astype(np.float64), arrows.segments[:, 1].astype(np.float64)
     ways = ends - starts
     lengths = np.linalg.norm(ways, axis=1, keepdims=True)
     known = np.isfinite(lengths[:, 0]) & (lengths[:, 0] > 0.0)
     starts, ends, ways, lengths = starts[known], ends[known], ways[known], lengths[known]
     along = ways / lengths
-    # Aside of the arrow is across the axis that it follows least.
+    # A direction across the arrow: perpendicular to it and to the axis that it follows least.
     aside = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
     heads = np.minimum(ARROW_HEAD * lengths, ARROW_HEAD_WIDTHS * arrows.width)
@@ -147,9 +147,9 @@ def arrow_segments(arrows: model.Arrows) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Bodies:
-    """Ellipsoids as a ball that is stretched and turned: centres (n, 3), quaternions (n, 4) and half axes (n, 3).
+    """Ellipsoids as stretched and rotated balls: centres (n, 3), quaternions (n, 4) and half axes (n, 3).
 
-    viser draws any number of instances of one mesh, each with its place, turn, extent and colour.
+    viser draws any number of instances of one mesh, each with its position, rotation, scale and colour.
     """
 
     centres: Floats
@@ -158,12 +158,12 @@ class Bodies:
 
 
 def bodies(item: model.Ellipsoids, stance: Stance) -> Bodies:
-    """Return ellipsoids in the scene; one that is flat has some thickness left, since a body without has no light."""
+    """Return ellipsoids in the scene; a flat one keeps some thickness, since a body without any would be unlit."""
     upright = np.array((1.0, -1.0, max(stance.relief, THINNEST)))
     spread = upright[:, None] * np.asarray(item.covariances, dtype=np.float64) * upright
     known = np.isfinite(spread).all(axis=(1, 2)) & np.isfinite(item.centres).all(axis=1)
     values, vectors = np.linalg.eigh(np.where(known[:, None, None], spread, 0.0))
-    vectors[:, :, 0] *= np.linalg.det(vectors)[:, None]  # a turn, not a mirror image
+    vectors[:, :, 0] *= np.linalg.det(vectors)[:, None]  # a rotation, not a reflection
     half_axes = item.sigmas * np.sqrt(np.clip(values, 0.0, None))
     half_axes = np.maximum(half_axes, THINNEST * half_axes.max(axis=1, keepdims=True))
     wxyz = viser.transforms.SO3.from_matrix(vectors).wxyz
@@ -188,12 +188,12 @@ BALL = _ball()
 
 
 def depth(items: Iterable[model.Primitive]) -> float:
-    """Return how high primitives rise above their picture, px."""
+    """Return the largest height of primitives above their picture, px."""
     return max((_highest(_heights(item)) for item in items), default=0.0)
 
 
 def behind(items: Iterable[model.Primitive]) -> float:
-    """Return how far primitives lie behind their picture, px."""
+    """Return the largest distance of primitives behind their picture, px."""
     return max((0.0, *(_highest(-_heights(item)) for item in items)))
 
 

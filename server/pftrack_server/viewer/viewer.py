@@ -1,7 +1,7 @@
-"""A session's viewer: one viser server, kept at the newest drawing.
+"""A session's viewer: one viser server that shows the newest drawing.
 
-`show` leaves the newest drawing for one task, which changes the scene up to 30 times a second while there is a browser
-that takes it up. What was overtaken is never sent, and each browser is sent what it can follow.
+`show` stores the newest drawing for one task, which updates the scene up to 30 times a second while some browser keeps
+up. Replaced drawings are never sent, and each browser gets as many as it can take.
 """
 
 import asyncio
@@ -22,12 +22,12 @@ from pftrack_server.viewer.panel import Panel
 from pftrack_server.viewer.scene import Scene
 
 PANEL_WIDTH_PX = 200
-"""The picture is to have six tenths of a page that is 1,000 px wide, with the plots beside it."""
+"""Width of the panel, with which the picture has six tenths of a page of 1,000 px, next to the plots."""
 FASTEST_S = 1.0 / 30.0
 STILL_S = 0.3
-"""So long a drawing is shown before what is in it can be grabbed."""
+"""Time for which a drawing is shown before its objects can be grabbed, s."""
 BRAND = (0, 76, 118)
-"""viser takes this as the darkest of a ramp; its middle, which the controls wear, is then the blue of the estimate."""
+"""Darkest colour of viser's ramp; the ramp's middle, used for controls, is then the blue of the estimate."""
 
 warnings = RateLimitedLogger(__name__)
 
@@ -35,17 +35,17 @@ warnings = RateLimitedLogger(__name__)
 class Viewer:
     """The scene and the panel of one session, for any number of browsers.
 
-    It is made in a running loop, to which all of it belongs; the callbacks must not wait.
+    Make and use it in a running loop; the callbacks must not block.
 
     Args:
-        description: What the panel offers, and the scene's layers.
-        in_force: What the panel shows at first.
-        on_command: Takes a command, not yet validated, as `POST /sessions/{id}/commands` has it.
-        on_ready: Called when another drawing could be shown.
+        description: The panel's controls and the scene's layers.
+        in_force: The panel's first values.
+        on_command: Takes a command, not yet validated, in the form of `POST /sessions/{id}/commands`.
+        on_ready: Called when another drawing can be shown.
         frames: Of the run, where the panel itself has to lead through them; 0 where a page around it does.
 
     Attributes:
-        endpoint: Where browsers are joined to the viser server.
+        endpoint: Connects browsers to the viser server.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Viewer:
             server.gui.main_panel.set_width(PANEL_WIDTH_PX)
             self._scene = Scene(server, description.layers)
             self._grips = Grips(server, on_command)
-            # Nothing is seen of it; where it stands tells the page around which frame this is (`client/state.js`).
+            # Invisible; its position tells the outer page the number of the frame (`client/state.js`).
             self._frame = server.scene.add_frame("/frame", show_axes=False)
             self._cameras = Cameras(server, self._news.set, worlds.sides(description.worlds))
             asked = on_command, self._set_layer, self._cameras.look
@@ -85,16 +85,16 @@ class Viewer:
         return len(self._server.get_clients())
 
     def show(self, drawing: SceneDrawing, frame: int) -> None:
-        """Show the drawing of a frame, unless a newer one comes before it can be sent."""
+        """Show the drawing of a frame, unless a newer one arrives before it can be sent."""
         self._newest = drawing, frame
         self._news.set()
 
     def tell(self, in_force: PanelValues) -> None:
-        """Show what is in force now; nothing is asked for it."""
+        """Show the current values; this triggers no command."""
         self._panel.show(in_force)
 
     def refuse(self, message: str) -> None:
-        """Say why a value was refused; the controls spring back to what is in force."""
+        """Show why a value was refused; the controls spring back to the current values."""
         self._panel.refuse(message)
 
     async def close(self) -> None:
@@ -102,7 +102,7 @@ class Viewer:
         self._work.cancel()
         self._server.stop()
         await self.endpoint.wait_closed()
-        self._panel.close()  # last, since a control that is moved until then sets its timer anew
+        self._panel.close()  # last, since a control moved before this sets its timer again
 
     async def _join(self, client: viser.ClientHandle) -> None:
         line = viser_server.connection_of(client)
@@ -120,7 +120,7 @@ class Viewer:
         while True:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._news.wait(), patience_s)
-            # This comes before taking the drawing, so that what is sent after it is the newest.
+            # Wait before taking the drawing, so that the newest is sent.
             await self.endpoint.wait_for_browser()
             is_new = self._news.is_set()
             act, patience_s = (self._draw, STILL_S) if is_new else (self._let_grab, None)
@@ -128,7 +128,7 @@ class Viewer:
             try:
                 act()
             except Exception:  # noqa: BLE001 - one drawing that cannot be shown must not end the picture for good
-                warnings.warn("a scene could not be brought up to date", traceback=traceback.format_exc())
+                warnings.warn("a scene could not be updated", traceback=traceback.format_exc())
             if is_new:
                 self._on_ready()
             await asyncio.sleep(FASTEST_S)

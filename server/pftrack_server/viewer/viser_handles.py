@@ -1,10 +1,9 @@
-"""Nodes that viser has in another way only: pictures that are JPEG files already, and meshes of many colours.
+"""Nodes that viser offers only in another form: pictures from JPEG files, and meshes with vertex colours.
 
-viser's `add_image` takes pixels, and encodes them itself. A mesh with a colour and an opacity for each vertex it takes
-as a file, which travels whole whenever something of it changes, and for as long as its client
-reads a new one it shows neither. Here the mesh is one of viser's plain ones, white, and its colours travel as those of
-points that are never shown; `client/colours.js` gives them to the vertices. Of what changes only that is sent: 12 bytes
-a vertex that moves, 4 a vertex that changes its colour.
+viser's `add_image` takes pixels and encodes them itself. It takes a mesh with a colour and an opacity for each vertex
+as a file, which is sent whole after any change; while its client reads the new file, it shows neither. Here the mesh is
+a plain white viser mesh, and its colours are sent as those of hidden points; `client/colours.js` copies them to the
+vertices. Only changes are sent: 12 bytes per moved vertex, 4 per changed colour.
 """
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from viser import _messages
 
 SUFFIX = " colours"
-"""Behind the name of the mesh; `client/colours.js` looks for it."""
+"""Suffix of the mesh's name for its hidden points; `client/colours.js` looks for it."""
 WHITE = (255, 255, 255)
 
 
@@ -22,9 +21,9 @@ class ColouredMesh:
 
     Args:
         server: The session's viser server.
-        name: Of the node.
+        name: Name of the node.
         vertices: (n, 3), finite.
-        faces: (m, 3), counterclockwise seen from outside; the other side is not shown.
+        faces: (m, 3), counterclockwise seen from outside; the inside is not shown.
         rgba: (n, 4) sRGB colours and opacities, 0..1.
     """
 
@@ -53,7 +52,7 @@ class ColouredMesh:
         self._vertices, self._faces, self._packed = vertices, faces, packed
 
     def update(self, vertices: NDArray[np.float32], faces: NDArray[np.uint32], rgba: NDArray[np.float32]) -> None:
-        """Show other vertices, triangles or colours; what is as it was is not sent again."""
+        """Show other vertices, triangles or colours; unchanged arrays are not sent again."""
         packed = _pack(rgba)
         if len(packed) != len(self._packed):
             self._colours.points = np.zeros_like(packed, dtype=np.float32)
@@ -69,7 +68,7 @@ class ColouredMesh:
 
     @property
     def visible(self) -> bool:
-        """Whether it is shown."""
+        """Whether the mesh is shown."""
         return self._mesh.visible
 
     @visible.setter
@@ -77,20 +76,20 @@ class ColouredMesh:
         self._mesh.visible = shown
 
     def remove(self) -> None:
-        """Take it from the scene."""
+        """Remove the mesh from the scene."""
         self._mesh.remove()
         self._colours.remove()
 
 
 def _pack(rgba: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return colours (n, 4) as rows of three bytes: red, green and blue of all, and then all opacities."""
+    """Return colours (n, 4) as rows of three bytes: all colours as RGB, then all opacities."""
     values = np.rint(255.0 * np.clip(rgba, 0.0, 1.0)).astype(np.uint8)
     opacities = np.resize(values[:, 3], (len(values) + 2) // 3 * 3)
     return np.concatenate([values[:, :3], opacities.reshape(-1, 3)])
 
 
 def _opacity(rgba: NDArray[np.float32]) -> float | None:
-    """Return viser's opacity of the whole: only a mesh through which something is seen has to be blended."""
+    """Return viser's opacity of the whole mesh; only a translucent mesh must be blended."""
     return None if rgba[:, 3].min() >= 1.0 else 1.0
 
 
@@ -106,11 +105,11 @@ def add_jpeg(
     """Add a picture to the scene as `add_image` does, without shadows.
 
     Args:
-        server: Whose scene.
-        name: Of the node.
+        server: Server of the scene.
+        name: Name of the node.
         file: The JPEG file.
         extent: Width and height in the scene.
-        wxyz: Its turn.
+        wxyz: Its rotation, a quaternion.
         position: Its centre.
     """
     width, height = extent
@@ -128,5 +127,5 @@ def add_jpeg(
 
 
 def replace_jpeg(handle: viser.ImageHandle, file: bytes) -> None:
-    """Show another file in the place of a picture that `add_jpeg` has added."""
+    """Replace the file of a picture from `add_jpeg`."""
     handle._data = file  # noqa: SLF001 - there is no public way

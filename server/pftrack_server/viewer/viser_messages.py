@@ -1,12 +1,12 @@
-"""viser's messages: those from a browser that may pass, those that viser must not hear, and a question of our own.
+"""viser's messages: which of a browser's messages pass to viser, and a question of our own.
 
-viser lets any browser open a public tunnel to the server, upload files into its memory, ask for renders, drag nodes and
-assign any attribute of a control, and has no public way to refuse. So only what the scene and the panel need is passed
-on to it, and the handlers of tunnel and uploads are removed. A value that a control cannot take, such as a word for a
-number, is dropped with a warning now and then, where viser would write ten lines for each.
+viser lets any browser open a public tunnel to the server, upload files into its memory, request renders, drag nodes and
+assign any attribute of a control, without a public way to forbid that. So only messages that the scene and the panel
+need are passed on, and the handlers of tunnel and uploads are removed. A value that a control cannot take, such as a
+word for a number, is dropped with a rate-limited warning, where viser would log ten lines for each.
 
-The question is one for an item of a browser's storage, under which nothing is ever stored: one that blocks its storage
-answers with an error, which is as good an answer as any. viser's own way to ask blocks a thread for each browser.
+The question asks for an item of the browser's storage that is never set; a browser that blocks its storage answers with
+an error, which is just as good. viser's own way to ask blocks a thread for each browser.
 """
 
 from typing import Any
@@ -23,9 +23,9 @@ CONTROL = _messages.GuiUpdateMessage.__name__
 ANSWER = _messages.LocalStorageGetItemResponseMessage.__name__
 """Kind of the answer to a `question`."""
 LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, ANSWER})
-"""What a browser may say that only looks on; a message carries the name of its class as its type."""
+"""Messages allowed to a browser that only watches; a message's type is the name of its class."""
 WELCOME = LOOKING | {CONTROL, _messages.SceneNodeDragMessage.__name__}
-"""What one may say whose controls count; of nodes, those alone tell of being dragged that pftrack made so."""
+"""Messages allowed to a browser that may steer; only nodes that pftrack made draggable report drags."""
 UNWANTED = (
     _messages.ShareUrlRequest,
     _messages.ShareUrlDisconnect,
@@ -37,7 +37,7 @@ KEY = "pftrack-echo"
 
 
 class _Message(msgspec.Struct):
-    """What has to be known of a message to let it through."""
+    """The fields of a message that decide whether it passes."""
 
     type: str
     updates: dict[str, msgspec.Raw] = {}
@@ -50,8 +50,8 @@ def kind_of(data: bytes, *, looks_only: bool = False) -> str | None:
     """Return the kind of a message from a browser; None unless the scene or the panel needs it.
 
     Args:
-        data: What came.
-        looks_only: Whether the browser may move its camera and nothing else.
+        data: The received bytes.
+        looks_only: Whether the browser may only move its camera.
 
     A `GuiUpdateMessage` may set nothing but a value: viser would assign any attribute of the control that it names.
     """
@@ -71,10 +71,10 @@ def kind_of(data: bytes, *, looks_only: bool = False) -> str | None:
 
 
 def question(sent_s: float) -> bytes:
-    """Return a message that asks a browser for an answer once it has taken up what was sent before.
+    """Return a message that a browser answers once it has processed all earlier messages.
 
     Args:
-        sent_s: When viser's clock says that it is sent.
+        sent_s: Time of sending by viser's clock, s.
     """
     asked = _messages.LocalStorageGetItemRequestMessage(key=KEY, request_uuid=KEY).as_serializable_dict([])
     inner = msgspec.msgpack.encode({"messages": (asked,), "timestampSec": sent_s, "binaryBufferLengths": ()})
@@ -83,7 +83,7 @@ def question(sent_s: float) -> bytes:
 
 
 def drop_bad_values(server: viser.ViserServer) -> None:
-    """Make a server drop what its handlers cannot take, with a warning now and then."""
+    """Make a server drop values that its handlers cannot take, with a rate-limited warning."""
     incoming = server._websock_server  # noqa: SLF001 - there is no public way
     handle = incoming._handle_incoming_message  # noqa: SLF001
     warnings = RateLimitedLogger(__name__)
@@ -100,6 +100,6 @@ def drop_bad_values(server: viser.ViserServer) -> None:
 
 
 def remove_handlers(server: viser.ViserServer) -> None:
-    """Make a server deaf to requests for a tunnel and to uploads, should any ever get past `kind_of`."""
+    """Remove a server's handlers of tunnels and uploads, in case such a message passes `kind_of`."""
     for message in UNWANTED:
         server._websock_server.unregister_handler(message)  # noqa: SLF001 - there is no public way

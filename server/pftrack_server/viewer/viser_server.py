@@ -1,20 +1,20 @@
-"""A viser server that works in the loop of its starter, and is reached by the browsers that are let in alone.
+"""A viser server that works in its starter's loop, and that only admitted browsers can reach.
 
-viser listens on a TCP port and checks neither Origin nor identity of a client. A port on the loopback interface
-is open to every page of every site in the user's own browser, and to every other user of the machine. So here it never
-listens: where viser would open its port it is given an `Endpoint`, which has viser serve a browser's websocket after
-the web application has checked who is asking. Nor has it a thread: with a loop for each session every frame would go
-back and forth between threads, which wait for each other and for the interpreter.
+viser listens on a TCP port and checks neither Origin nor identity of a client. A port on the loopback interface is open
+to every page of every site in the user's own browser, and to every other user of the machine. So here viser never
+listens: instead of a port it gets an `Endpoint`, through which it serves a browser's websocket after the web
+application has checked the request. It has no thread either: with a loop for each session every frame would pass back
+and forth between threads that wait for each other and for the interpreter.
 
-Nothing queues on the way to a browser: viser's sender waits until a message has left, and meanwhile viser replaces what
-it has not sent yet by what is newer. But a browser or a line that cannot keep up does not complain: the buffers of the
-connection fill with seconds of stale pictures. So up to ten times a second a `Connection` sends a question behind a
-message, which is answered by the code that takes messages up to be drawn. While the answer is overdue the browser is
-sent nothing more, and what follows is the newest. A line that is merely long is not mistaken for a slow one, and a
-frozen tab is sent nothing until it thaws.
+Nothing queues on the way to a browser: viser's sender waits until a message has left, and meanwhile viser replaces
+unsent messages by newer ones. But a browser or a connection that cannot keep up does not report it: the buffers of the
+connection fill with seconds of stale pictures. So up to ten times a second a `Connection` sends a question after a
+message, which the browser's drawing code answers. While the answer is overdue the browser is sent nothing, and then the
+newest state. A connection with a long delay is not mistaken for a slow one, and a frozen tab is sent nothing until it
+resumes.
 
-Another version of viser is let in (`pyproject.toml`, where 1.1 is the only one) in this order. 1.2 is not published
-yet; how it is likely to differ is taken from what changed between 1.0.21 and 1.1.1.
+To allow another version of viser (`pyproject.toml` allows only 1.1), check these tests in order. 1.2 is not published
+yet; its likely differences are estimated from the changes between 1.0.21 and 1.1.1.
 
 1. `test_viser_server`: viser must open its port by `websockets.asyncio.server.serve`, use four members of a
    connection, and make its event loop by `asyncio.new_event_loop`, in which it runs one coroutine. The first two were
@@ -56,19 +56,19 @@ Handler = Callable[[Any], Coroutine[Any, Any, None]]
 Ending = tuple[int, str]
 
 OPENING = "websockets.asyncio.server.serve("
-"""How viser opens its port; looked for before the first start of a server."""
+"""How viser opens its port; checked before the first start of a server."""
 
 MAXIMUM_BYTES = 16 * 1024
 """Largest message that a browser may send; a camera takes 300 bytes."""
 MOST_HZ = 150.0
-"""Messages a second that a browser may go on sending; one that drags a slider and turns the camera sends 120."""
+"""Sustained messages per second from a browser; one that drags a slider and turns the camera sends 120."""
 BURST = 300
-"""Messages that it may send at once."""
+"""Messages that a browser may send in one burst."""
 
 LATE_S = 0.2
-"""Time beyond a browser's best at which its answer is overdue."""
+"""Delay beyond a browser's shortest at which its answer is overdue, s."""
 LOADING_S = 4.0
-"""The best of a browser that has never answered: it may still be loading."""
+"""Assumed shortest delay of a browser that has never answered, s: it may still be loading."""
 ASK_EVERY_S = 0.1
 
 CLOSE_GOING_AWAY = 1001
@@ -78,23 +78,24 @@ CLOSE_INTERNAL_ERROR = 1011
 CLOSE_TRY_LATER = 1013
 
 FAST = 1e6
-"""Messages that leave a microsecond apart seem a second apart, and viser's client does not smooth from 100 ms on."""
+"""Factor on viser's clock: messages a microsecond apart seem a second apart, and viser's client smooths only below 100
+ms."""
 
 logger = logging.getLogger(__name__)
 
 
 class Connection:
-    """A browser's websocket, as viser's handler of connections sees it.
+    """A browser's websocket, in the form that viser's connection handler expects.
 
-    viser is given it in place of a `websockets.asyncio.server.ServerConnection`, and uses its `subprotocol`, `send`,
-    `recv` and `close`. Messages pass as they are: from viser whole, from the browser only if they are small and
-    of a kind that the scene and the panel need. The browser's leg does not compress: positions of particles hardly
-    shrink, and deflating 50,000 of them takes ten times as long as sending them.
+    It replaces a `websockets.asyncio.server.ServerConnection`, of whose members viser uses `subprotocol`, `send`,
+    `recv` and `close`. Messages pass unchanged: all from viser; from the browser only small ones of a kind that the
+    scene and the panel need. The connection to the browser is not compressed: positions of particles hardly shrink, and
+    deflating 50,000 of them takes ten times as long as sending them.
 
     Args:
-        websocket: Accepted.
-        subprotocol: What the client and viser speak, or None if the client has offered nothing known.
-        looks_only: Whether the client moves its own camera and changes nothing that others see.
+        websocket: The accepted websocket.
+        subprotocol: Subprotocol of client and viser, or None if the client offered no known one.
+        looks_only: Whether the client may only move its own camera.
         on_free: Called when the browser has answered.
 
     Attributes:
@@ -120,14 +121,14 @@ class Connection:
 
     @property
     def is_held(self) -> bool:
-        """Whether nothing is sent, because an answer is overdue."""
+        """Whether sending is paused because an answer is overdue."""
         return time.monotonic() >= self._overdue
 
     async def send(self, message: bytes) -> None:
-        """Send a message as soon as the browser can take it up, and wait until it has left.
+        """Send a message as soon as the browser can process it, and wait until it has left.
 
         Raises:
-            ConnectionClosed: The browser has gone.
+            ConnectionClosed: The browser has left.
         """
         while self.is_held:
             self._answered.clear()
@@ -143,7 +144,7 @@ class Connection:
         """Return the browser's next message for viser.
 
         Raises:
-            ConnectionClosed: The browser has left, or has sent what none may send.
+            ConnectionClosed: The browser has left, or has sent a forbidden message.
         """
         while True:
             message = await self._websocket.receive()
@@ -165,20 +166,20 @@ class Connection:
             raise websockets.exceptions.ConnectionClosedOK(None, None)
 
     async def close(self, code: int = CLOSE_GOING_AWAY, reason: str = "The scene has ended") -> None:
-        """Take note of why the connection ends."""
+        """Note why the connection ends."""
         self.ending = code, reason
 
     async def _slow_down(self) -> None:
-        """Wait, if messages come faster than is allowed, until this one may be taken up."""
+        """Wait, if messages arrive faster than allowed, until this one may be processed."""
         now = time.monotonic()
         self._taken_up = max(self._taken_up, now) + 1.0 / MOST_HZ
         await asyncio.sleep(self._taken_up - BURST / MOST_HZ - now)
 
     async def _ask(self) -> None:
-        self._note_question()  # before it waits, so that one question at most is under way
+        self._note_question()  # before it waits, so that at most one question is open
         await self._websocket.send_bytes(messages.question(FAST * time.perf_counter()))
         if self._overdue < math.inf:
-            # What delays the question itself, such as a busy server, is not counted.
+            # Delays of the question itself, such as by a busy server, do not count.
             self._note_question()
 
     def _note_question(self) -> None:
@@ -194,9 +195,9 @@ class Connection:
 
 
 class Endpoint:
-    """Where one viser server is reached, in place of a host and a port.
+    """The entry to one viser server, in place of a host and a port.
 
-    Give it to `viser.ViserServer` as its host, after `install`. All of it belongs to the loop of the server.
+    Pass it to `viser.ViserServer` as its host, after `install`. Use it only in the loop of the server.
     """
 
     def __init__(self) -> None:
@@ -210,9 +211,9 @@ class Endpoint:
         """Have viser serve a browser until one of them leaves; return why to close its websocket.
 
         Args:
-            websocket: Accepted.
-            subprotocol: The one of those offered by the client that viser is to see.
-            looks_only: Whether the client moves its own camera and changes nothing that others see.
+            websocket: The accepted websocket.
+            subprotocol: The client's subprotocol for viser.
+            looks_only: Whether the client may only move its own camera.
         """
         connection = Connection(websocket, subprotocol, looks_only=looks_only, on_free=self._free.set)
         await self._opened.wait()
@@ -233,13 +234,13 @@ class Endpoint:
         return connection.ending
 
     async def wait_for_browser(self) -> None:
-        """Wait until there is a browser that takes up what it is sent."""
+        """Wait until there is a browser that keeps up with its messages."""
         while all(connection.is_held for connection in self._connections.values()):
             self._free.clear()
             await self._free.wait()
 
     async def wait_closed(self) -> None:
-        """Wait until the server has ended, and all browsers have gone."""
+        """Wait until the server has ended and all browsers have left."""
         await self._closed.wait()
 
     def serving(self, handler: Handler) -> Self:
@@ -261,13 +262,13 @@ class Endpoint:
 
 
 async def bridge(websocket: WebSocket, endpoint: Endpoint, *, looks_only: bool = False) -> None:
-    """Join a browser to the viser server of its session until one of them leaves.
+    """Connect a browser to the viser server of its session until one of them leaves.
 
-    The web application has checked Origin, session and right before.
+    The caller must have checked Origin, session and rights.
 
     Args:
-        websocket: Not yet accepted.
-        endpoint: The viewer's.
+        websocket: The websocket, not yet accepted.
+        endpoint: The viewer's endpoint.
         looks_only: Whether the browser may move its camera and nothing else.
     """
     if not endpoint.is_open:
@@ -278,15 +279,15 @@ async def bridge(websocket: WebSocket, endpoint: Endpoint, *, looks_only: bool =
     try:
         await websocket.accept(subprotocol=subprotocol)
     except OSError:
-        # It has left while the scene was made; until it is let in, Starlette does not say so in its own words.
+        # The browser left while the scene was made; before it is accepted, Starlette raises another error for that.
         return
     ending = await endpoint.serve(websocket, subprotocol, looks_only=looks_only)
-    with suppress(RuntimeError, WebSocketDisconnect):  # the browser has gone before
+    with suppress(RuntimeError, WebSocketDisconnect):  # the browser has already left
         await websocket.close(*ending)
 
 
 def start(title: str) -> tuple[viser.ViserServer, Endpoint]:
-    """Start a server in the running loop, without public tunnel, uploads and smoothing, and return where it is reached.
+    """Start a server in the running loop, without tunnel, uploads and smoothing; return it and its endpoint.
 
     Args:
         title: Heading of its panel.
@@ -305,17 +306,17 @@ def start(title: str) -> tuple[viser.ViserServer, Endpoint]:
 
 
 def connection_of(client: viser.ClientHandle) -> Connection | None:
-    """Return a browser's connection, or None if it has gone."""
+    """Return a browser's connection, or None if it has left."""
     live = client._viser_server._websock_server._live_connections  # noqa: SLF001 - there is no public way
     return cast("Connection | None", live.get(client.client_id))
 
 
 @cache
 def install() -> None:
-    """Make viser serve an `Endpoint` in the running loop where it is given one in place of a host.
+    """Make viser serve an `Endpoint` in the running loop if it gets one in place of a host.
 
     Raises:
-        RuntimeError: This version of viser opens its port in another way. It must not be started then.
+        RuntimeError: This version of viser opens its port in another way; it must not be started.
     """
     if OPENING not in inspect.getsource(_infra.WebsockServer._background_worker):  # noqa: SLF001 - all this is private
         raise RuntimeError(
@@ -329,8 +330,8 @@ def install() -> None:
     )
     loops = {"new_event_loop": _new_event_loop, "set_event_loop": _set_event_loop}
     _infra.asyncio = SimpleNamespace(**{**vars(asyncio), **loops})  # type: ignore[attr-defined,assignment]
-    # viser's client spaces out messages by the times at which the server says it sent them. One that was late once
-    # makes all that follow late, by up to a tenth of a second, for seconds. No public option turns that off.
+    # viser's client spaces out messages by the server's times of sending. One late message delays all that follow, by
+    # up to a tenth of a second, for seconds. No public option turns that off.
     _infra.time = SimpleNamespace(perf_counter=lambda: FAST * time.perf_counter())  # type: ignore[attr-defined,assignment]
     _infra.WebsockServer.start = _start  # type: ignore[method-assign,assignment]
 
@@ -344,7 +345,7 @@ def _serve(handler: Handler, host: object, port: int, **options: Any) -> Any:  #
 
 _start_thread = _infra.WebsockServer.start
 _NO_THREAD: Any = SimpleNamespace(release=lambda: None, join=lambda timeout: timeout)
-"""In place of viser's thread, and of the semaphore by which that says that it is ready."""
+"""Stand-in for viser's thread, and for the semaphore by which the thread reports that it is ready."""
 
 
 def _start(server: _infra.WebsockServer) -> None:
@@ -357,12 +358,12 @@ def _start(server: _infra.WebsockServer) -> None:
         server._background_worker(_NO_THREAD)  # noqa: SLF001
 
 
-class _RunsElsewhere(Exception):  # noqa: N818 - says that all is well
-    """Leaves viser's thread where its work would begin."""
+class _RunsElsewhere(Exception):  # noqa: N818 - not an error
+    """Raised to leave viser's thread where its work would begin."""
 
 
 class _RunningLoop:
-    """The running loop, as what viser takes for a loop of its own."""
+    """The running loop, in the role of viser's own loop."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
@@ -371,7 +372,7 @@ class _RunningLoop:
         return getattr(self._loop, name)
 
     def run_until_complete(self, work: Coroutine[Any, Any, None]) -> None:
-        """Begin, as a task."""
+        """Begin the work as a task."""
         self._work = self._loop.create_task(work)
         raise _RunsElsewhere
 

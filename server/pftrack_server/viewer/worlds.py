@@ -1,8 +1,7 @@
-"""Worlds in the scene: they stand one below the other to the right of the picture, and are seen together with it.
+"""Worlds in the scene: one below the other to the right of the picture, and shown together with it.
 
-A world is placed as if it were a drawing seen from the front (`pftrack.vision.rendering`), and its
-primitives are then shown like those of any drawing, but free in space: nothing of them is pressed into the picture's
-plane.
+A world is placed like a drawing seen from the front (`pftrack.vision.rendering`). Its primitives are then shown like
+those of any drawing, but free in space: they are not flattened into the picture's plane.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,13 +15,13 @@ from pftrack.vision.rendering import Projection
 from pftrack_server.viewer.camera import Box, Side, View
 
 GAP = 0.2
-"""Between the picture and its worlds, in heights of the picture."""
+"""Gap between the picture and its worlds, in heights of the picture."""
 FILLED = 0.86
 """Share of its square that a world's ball fills; the rest is for its title and its ruler."""
 FOV_RAD = float(np.deg2rad(16.0))
 MARGIN = 1.05
 STEEPEST_DEG = 89.0
-"""Straight from above no direction would be up when the scene is turned further."""
+"""Steepest view, rad: straight from above, no direction would be up when the scene is turned further."""
 
 
 def place_worlds(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:
@@ -37,13 +36,13 @@ def place_worlds(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:
 
 
 def _beside(world: World, corner: NDArray[np.float64], side: float, scale: float) -> dict[str, Primitive]:
-    """Draw a world's title, and its ruler in each of the three directions: from aside one of them is foreshortened.
+    """Draw a world's title, and its ruler in each of the three directions: at an angle one of them is foreshortened.
 
     Args:
-        world: For its names.
+        world: The world.
         corner: (3,) upper left corner of the square around its ball, px.
-        side: Of that square, px.
-        scale: px per unit.
+        side: Side of that square, px.
+        scale: Scale, px per unit.
     """
     colour, length = COLOURS["hidden"], world.ruler * scale
     ends = np.array(((length, 0.0, 0.0), (0.0, -length, 0.0), (0.0, 0.0, length)))
@@ -59,12 +58,12 @@ def _beside(world: World, corner: NDArray[np.float64], side: float, scale: float
 
 
 def preset(world: World, viewpoint: Viewpoint) -> str:
-    """Return the name of the camera preset that looks at a world from a viewpoint."""
+    """Return the name of the camera preset for a world's viewpoint."""
     return f"{world.name}/{viewpoint.name}"
 
 
 def sides(worlds: Sequence[World]) -> dict[str, Side]:
-    """Return all ways to look at worlds by the names of their presets."""
+    """Return the camera views of worlds, by the names of their presets."""
     return {
         preset(world, viewpoint): partial(view, order, len(worlds), world, viewpoint)
         for order, world in enumerate(worlds)
@@ -73,19 +72,19 @@ def sides(worlds: Sequence[World]) -> dict[str, Side]:
 
 
 def beside(count: int, height: float) -> float:
-    """Return how far so many worlds reach to the right of a picture of a height, px."""
+    """Return how far `count` worlds extend to the right of a picture of a height, px."""
     return (GAP + 1.0 / count) * height if count else 0.0
 
 
 def view(order: int, count: int, world: World, viewpoint: Viewpoint, box: Box, aspect: float) -> View:
-    """Return the camera that sees the whole of a world from a viewpoint.
+    """Return the camera that shows a whole world from a viewpoint.
 
     Args:
-        order: How many worlds stand above it.
-        count: How many worlds there are.
-        world: What is looked at.
-        viewpoint: From where.
-        box: The picture beside it.
+        order: Number of worlds above it.
+        count: Number of worlds.
+        world: The world.
+        viewpoint: The viewpoint.
+        box: Box of the picture.
         aspect: The window's width over its height.
     """
     projection = _projection(world, order, count, box.width, box.height)
@@ -99,7 +98,7 @@ def view(order: int, count: int, world: World, viewpoint: Viewpoint, box: Box, a
 
 
 def _projection(world: World, order: int, count: int, width: float, height: float) -> Projection:
-    """Return how a world is placed: its front towards the viewer, all of them as high in the middle as the picture."""
+    """Return a world's projection: its front towards the viewer, all worlds centred on the picture's height."""
     side = height / count
     across = width - 0.5 + beside(count, height) - side / 2.0
     down = (height - 1.0) / 2.0 + side * (order - (count - 1) / 2.0)

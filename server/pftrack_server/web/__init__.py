@@ -1,1 +1,1 @@
-"""The way in: routes that belong to no single subject, pages, what guards all requests, and serving."""
+"""The web layer: routes without a single subject, pages, checks of all requests, and serving."""

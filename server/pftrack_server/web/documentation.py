@@ -1,6 +1,6 @@
-"""The documentation without its site: the Markdown of `docs/` as HTML, with links that lead on below `help/`.
+"""The documentation without its site: the Markdown of `docs/` as HTML, with links below `help/`.
 
-Beside it the reference of the REST interface, which the server's own description gives.
+It also makes the reference of the REST interface from the server's own description.
 """
 
 import json
@@ -18,13 +18,13 @@ from pftrack_server.core.frontend import DOCS
 from pftrack_server.core.markdown import with_formulas
 
 HEADING_LEVELS = 4
-"""Those that links lead to."""
+"""Suffixes of linked pictures and films."""
 ABOUT = (
     '<p class="note"><a href="help/">Contents</a>. This is the text of the documentation; '
     "<code>make docs</code> adds search, pictures and the references to Python, REST and the command line.</p>\n"
 )
 STREAMS = (
-    '<p>The same for programs: <a href="openapi.json">openapi.json</a>. '
+    '<p>The machine-readable form: <a href="openapi.json">openapi.json</a>. '
     "A session's stream of messages is the websocket <code>api/v1/sessions/{session}/stream</code>, a sweep's is "
     "<code>api/v1/sweeps/{sweep}/stream?x=&amp;y=</code>.</p>\n"
 )
@@ -42,7 +42,7 @@ def html_of(page: str) -> str | None:
 
 
 def _lead_on(token: Token, page: str) -> None:
-    """Have a link or picture of a page lead below `help/`; a link that leads out of the documentation is only text."""
+    """Make a link or picture point below `help/`; a link out of the documentation becomes text."""
     for name in ("href", "src"):
         link = urlsplit(str(token.attrGet(name) or ""))
         if link.scheme or not (link.path or link.fragment):
@@ -61,7 +61,7 @@ def _reader() -> MarkdownIt:
 
 
 def reference(schema: dict[str, Any]) -> str:
-    """Return the reference of the REST interface as HTML for a page at the base, by its description in OpenAPI."""
+    """Return the reference of the REST interface as HTML for a page at the base, from its OpenAPI description."""
     operations = "".join(
         _operation(method, path, operation)
         for path, methods in schema["paths"].items()
@@ -76,7 +76,7 @@ def reference(schema: dict[str, Any]) -> str:
 
 
 def _operation(method: str, path: str, operation: dict[str, Any]) -> str:
-    """Return one operation: what it does, what it takes and what it gives."""
+    """Return one operation as HTML: its description, parameters and result."""
     taken = {
         "parameters": operation.get("parameters", []),
         "body": operation.get("requestBody", {}).get("content", {}),

@@ -1,4 +1,4 @@
-"""Every exception becomes an answer in the one shape of errors, also one that nobody expected."""
+"""Every exception becomes an answer in the one shape of errors, even an unexpected one."""
 
 import asyncio
 import contextlib
@@ -28,13 +28,13 @@ log = structlog.get_logger(__name__)
 
 
 class ErrorBoundary:
-    """ASGI middleware that catches unexpected exceptions: logged whole, answered without path and stack."""
+    """ASGI middleware that catches unexpected exceptions: it logs them whole, and answers without path and stack."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on and answer it if it fails."""
+        """Pass a request on, and answer it if it fails."""
         begun = False
 
         async def note_start(message: Message) -> None:
@@ -45,7 +45,7 @@ class ErrorBoundary:
         try:
             await self._app(scope, receive, note_start)
         except asyncio.CancelledError:
-            # Nothing but the end of the server cancels a request; uvicorn would write a traceback of it.
+            # Only the end of the server cancels a request; uvicorn would log a traceback.
             if scope["type"] != "http" or begun:
                 raise
             message = "The server is being stopped. Try again when it is back."
@@ -61,7 +61,7 @@ class ErrorBoundary:
 
 
 def install(app: FastAPI) -> None:
-    """Teach an app to answer every exception in the one shape."""
+    """Make an app answer every exception in the one shape."""
 
     @app.exception_handler(RefusedError)
     async def _refused(connection: HTTPConnection, error: RefusedError) -> Response | None:
@@ -98,7 +98,7 @@ def install(app: FastAPI) -> None:
         await _answer(websocket, HTTPStatus.NOT_FOUND, shape("This address has no stream."))
 
     app.add_exception_handler(ClientDisconnected, _leave)
-    # The innermost of all, so that the answer passes through those that add headers and count.
+    # The innermost middleware, so that the answer passes through those that add headers and count.
     app.add_middleware(ErrorBoundary)
 
 
@@ -112,12 +112,12 @@ async def _answer(connection: HTTPConnection, status: int, detail: dict[str, Any
 
 
 async def _leave(_: Request, error: Exception) -> Response:
-    # An OSError, but not this machine's: the server below ends the connection, and no client waits for an answer.
+    # An OSError, but not of this machine: uvicorn ends the connection, and no client waits for an answer.
     raise error
 
 
 def _long_number(body: bytes) -> dict[str, Any]:
-    """Tell which field, by the last name before it, has a whole number with too many digits."""
+    """Return the error for a whole number with too many digits; its field is the last name before it."""
     most = sys.get_int_max_str_digits()
     before = re.split(rb"(?<!\d)\d{%d}" % (most + 1), body, maxsplit=1)[0]
     names = re.findall(rb'"([^"]*)"\s*:', before)
@@ -136,12 +136,12 @@ def _sentence(error: HTTPException) -> str:
 
 
 def _first(error: RequestValidationError) -> dict[str, Any]:
-    """Tell the first of what a request got wrong, with the name of its field."""
+    """Return the first error of a request, with the name of its field."""
     try:
         first = first_problem(error.errors())
     except RefusedError as refused:
         return detail_of(refused)
-    # The fields of a recipe have the names that the library's own refusals give them, and so have those of a command.
+    # Fields of a recipe or a command are named as in the library's own refusals.
     kind = error.body.get("kind") if isinstance(error.body, dict) else None
     where = [str(part) for part in first["loc"] if part not in {"body", "query", "path", "recipe"}]
     where = where[1:] if where[:1] == [kind] else where

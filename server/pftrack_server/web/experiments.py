@@ -1,4 +1,4 @@
-"""What there is to choose from: experiments with their pictures, other packages, the words of all, own filters."""
+"""Routes of experiments: their list with pictures, other packages, the glossary, and own filters."""
 
 import asyncio
 from typing import Annotated, Any
@@ -23,49 +23,49 @@ from pftrack_server.store.filters import FilterFiles, FilterPublic, TheFilters
 
 
 class CitationPublic(BaseModel):
-    """A place in a publication, as it can be cited."""
+    """A citation of a place in a publication."""
 
     key: str = Field(description="Name of the publication in BibTeX")
     short: str = Field(description="Family names, year and place")
-    text: str = Field(description="The whole as plain text")
+    text: str = Field(description="The whole reference as plain text")
     bibtex: str
 
 
 class ExperimentPublic(BaseModel):
-    """An experiment as the start page shows it."""
+    """An experiment on the start page."""
 
     id: str
     title: str
-    clip_title: str = Field(description="What it is called where a recording is tracked")
-    family: str = Field(description="What kind of thing it estimates; those of one family stand together")
+    clip_title: str = Field(description="Title on a recording")
+    family: str = Field(description="Kind of quantity that it estimates; a family is listed together")
     question: str
-    references: list[CitationPublic] = Field(description="What it comes from, the main one first")
+    references: list[CitationPublic] = Field(description="Sources, the main one first")
     description: str
     accepts_video: bool
-    footage: list[str] = Field(description="Kinds of recording that it takes, as an upload's kind names them")
-    target: str = Field(description="What is tracked, one word")
-    marks: list[Editor] = Field(description="Kinds of mark that it takes in a recording, the one to offer first")
-    unmarked: list[str] = Field(description="Kinds of recording in which the target need not be marked all the same")
-    finds: str | None = Field(description="Kind of mark that it finds itself; null if a person marks the target")
-    hints: list[str] = Field(description="Kinds of mark by which a person may show it where to find the target")
-    suits: bool = Field(description="Whether it can tell before tracking how suitable a target is")
-    advice: str = Field(description="What a person who marks the target should know")
-    truth_columns: list[str] = Field(description="What a table of truth for a recording has; empty if there is none")
+    footage: list[str] = Field(description="Kinds of recording that it takes, as in an upload's kind")
+    target: str = Field(description="The target, one word")
+    marks: list[Editor] = Field(description="Kinds of mark that it takes in a recording, the default one first")
+    unmarked: list[str] = Field(description="Kinds of recording in which the target need not be marked")
+    finds: str | None = Field(description="Kind of mark that it finds by itself; null if a person marks the target")
+    hints: list[str] = Field(description="Kinds of mark with which a person can hint at the target")
+    suits: bool = Field(description="Whether it can judge a target's suitability before tracking")
+    advice: str = Field(description="Advice for marking the target")
+    truth_columns: list[str] = Field(description="Columns of a truth table for a recording; empty if it takes none")
     default_tracker: str
     frames: int
     trackers: list[dict[str, str]]
     presets: tuple[Preset, ...]
-    thumbnail: str | None = Field(description="Where a small picture of it is; null if it brings none")
+    thumbnail: str | None = Field(description="Address of a small picture; null if it has none")
 
 
 class ExperimentDetail(ExperimentPublic):
-    """An experiment with everything that can be turned."""
+    """An experiment with all its parameters."""
 
     declarations: list[Declaration]
     layers: list[Layer]
     worlds: list[World]
     parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
-    loss_trackers: list[str] = Field(description="Trackers that can tell how probable it is that the target is lost")
+    loss_trackers: list[str] = Field(description="Trackers that can give the probability of a loss")
 
 
 router = APIRouter(tags=["experiments"])
@@ -79,7 +79,7 @@ def list_experiments(filters: TheFilters) -> list[ExperimentPublic]:
 
 @router.get("/plugins")
 def list_plugins() -> tuple[Plugin, ...]:
-    """List the experiments that other packages add, and why some of them cannot be used."""
+    """List the experiments from other packages, and why some of them cannot be used."""
     return EXPERIMENTS.plugins
 
 
@@ -88,10 +88,10 @@ def show_experiment(
     experiment: AnExperiment,
     filters: TheFilters,
     recording: Annotated[
-        Kind | None, Query(description="Kind of a recording, whose parameters are wanted instead of the scene's.")
+        Kind | None, Query(description="Kind of recording whose parameters to return instead of the scene's.")
     ] = None,
 ) -> ExperimentDetail:
-    """Tell everything about an experiment, its parameters included."""
+    """Return an experiment with all its parameters."""
     model = type(experiment.parameters_on(recording))
     return ExperimentDetail(
         **_fields(ExperimentDetail, experiment, filters)
@@ -106,18 +106,18 @@ def show_experiment(
 @router.get(
     "/experiments/{experiment}/thumbnail.webp",
     response_class=Response,
-    responses={200: {"content": {"image/webp": {}}}, 304: {"description": "It is the one that the client has"}},
+    responses={200: {"content": {"image/webp": {}}}, 304: {"description": "The client has this picture"}},
 )
 def show_thumbnail(request: Request, experiment: AnExperiment) -> Response:
-    """Return a small picture of an experiment, which it brings along."""
+    """Return an experiment's own small picture."""
     path = experiment.display.thumbnail
     if path is None or not path.is_file():
-        raise not_found(f"The experiment {experiment.id} brings no picture.")
+        raise not_found(f"The experiment {experiment.id} has no picture.")
     return StaticFiles().file_response(path, path.stat(), request.scope)
 
 
 def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: FilterFiles) -> dict[str, Any]:
-    """Return the fields of a model: what an experiment declares by their names, and what follows from it."""
+    """Return the fields of a model, declared by an experiment or derived from it."""
     video, finder = experiment.video, experiment.video.finder
     trackers = [(name, tracker.title, tracker.description) for name, tracker in experiment.trackers.items()]
     trackers += [
@@ -142,15 +142,15 @@ def _fields(model: type[ExperimentPublic], experiment: Experiment, filters: Filt
 
 @router.get("/glossary")
 def show_glossary() -> list[Section]:
-    """List all words with their meaning: those that all experiments share, then those of each."""
+    """List the glossary: words shared by all experiments, then those of each."""
     return [*GLOSSARY, *(each.glossary for each in EXPERIMENTS.values())]
 
 
 class FilterUpdate(RequestBody):
-    """A new text of a file."""
+    """A new text for a filter file."""
 
     text: str = Field(min_length=1, max_length=LONGEST_FILE)
-    before: str = Field(max_length=100, description="Hash of the text that it takes the place of")
+    before: str = Field(max_length=100, description="Hash of the text that it replaces")
 
 
 own_filters = APIRouter(prefix="/filters", tags=["filters"])
@@ -158,11 +158,11 @@ own_filters = APIRouter(prefix="/filters", tags=["filters"])
 
 @own_filters.get("")
 async def list_filters(filters: TheFilters) -> list[FilterPublic]:
-    """List the files with their texts."""
+    """List the filter files with their texts."""
     return await asyncio.to_thread(filters.views)
 
 
 @own_filters.put("/{name}")
 async def write_filter(name: AName, body: FilterUpdate, filters: TheFilters) -> FilterPublic:
-    """Write a file, unless it was changed meanwhile; sessions go on with it as if an editor had saved it."""
+    """Write a filter file, unless it was changed meanwhile; sessions continue with it, as after saving in an editor."""
     return await asyncio.to_thread(filters.write, name, body.text, body.before)

@@ -1,4 +1,4 @@
-"""The gallery of failures: the list of them, each by itself, and the results of its runs."""
+"""Routes of the gallery of failures: the list, one failure, and the results of its runs."""
 
 from typing import Annotated
 
@@ -19,7 +19,7 @@ from pftrack_server.jobs.results import TheResults
 
 
 class DifferencePublic(BaseModel):
-    """What the cure changes."""
+    """One setting that the cure changes."""
 
     title: str
     unit: str
@@ -38,17 +38,17 @@ class FailurePublic(BaseModel):
     """A named failure of an experiment's trackers, and its cure."""
 
     id: str
-    number: int = Field(description="Its place in the gallery, which stands for its id in addresses")
+    number: int = Field(description="Number in the gallery; usable in addresses in place of the id")
     title: str
     kind: str
     kind_title: str
     cause: CauseId = Field(description="First cause in the diagnosis of its run")
     experiment: str
     experiment_title: str
-    diagnosis: str = Field(description="What goes wrong and why")
-    cure: str = Field(description="What helps, and why")
-    frame: int = Field(description="The one before it happens")
-    differences: list[DifferencePublic] = Field(description="What the cure changes at frame 0")
+    diagnosis: str = Field(description="Failure and its reason")
+    cure: str = Field(description="Remedy and its reason")
+    frame: int = Field(description="The frame before it happens")
+    differences: list[DifferencePublic] = Field(description="Settings that the cure changes at frame 0")
     failing: Recipe
     cured: Recipe
     page: str
@@ -60,7 +60,7 @@ def failure_named(failure: AName) -> Entry:
     """Return a failure by its id or its number.
 
     Raises:
-        ApiError: It does not exist, or its experiment is not installed here (404).
+        ApiError: The failure does not exist, or its experiment is not installed (404).
     """
     try:
         return entry(EXPERIMENTS, failure)
@@ -79,25 +79,25 @@ AFailure = Annotated[Entry, Depends(failure_named)]
 
 @router.get("")
 def list_failures() -> list[FailurePublic]:
-    """List the failures, by their numbers."""
+    """List the failures in order of their numbers."""
     return [_public(each) for each in gallery(EXPERIMENTS)]
 
 
 @router.get("/{failure}")
 def show_failure(failure: AFailure) -> FailurePublic:
-    """Tell what is declared of a failure, by its id or its number."""
+    """Return the declaration of a failure, by its id or number."""
     return _public(failure)
 
 
 @router.get("/{failure}/course")
 async def course_of_failure(failure: AFailure, results: TheResults) -> FailureResult:
-    """Tell how its run and the cured one went: their errors, and what shows the failure in their numbers."""
+    """Return the results of a failure's run and of the cured one: errors, and the numbers that show the failure."""
     course = await results.get(failure.experiment.id, run_with_and_without_cure, failure.failure.id)
     return FailureResult.model_validate(course)
 
 
 def _public(shown: Entry) -> FailurePublic:
-    """Return what is declared of a failure."""
+    """Return the declaration of a failure."""
     failure, experiment = shown.failure, shown.experiment
     known = fields_of(FailurePublic, failure) | {
         "number": shown.number,
@@ -121,7 +121,7 @@ def _neighbour(number: int) -> FailureNeighbour | None:
 
 
 def _differences(shown: Entry) -> list[DifferencePublic]:
-    """Return what differs between the two runs, in the words of the experiment."""
+    """Return the settings that differ between the two runs, with the experiment's titles."""
     failure, experiment = shown.failure, shown.experiment
     parameters = experiment.simulate().parameters
     before, after = (

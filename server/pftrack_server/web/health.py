@@ -1,4 +1,4 @@
-"""Health: is the server alive, can it work, how far is compiling, and what it has done, for Prometheus."""
+"""Health: liveness, readiness, progress of compiling, and metrics for Prometheus."""
 
 import asyncio
 from functools import partial
@@ -25,7 +25,7 @@ METHODS = {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"}
 
 
 class Metrics:
-    """The counters of one server; a registry of its own, so that tests can make many."""
+    """The counters of one server, with a registry of their own, so that tests can make many."""
 
     def __init__(self) -> None:
         self.registry = CollectorRegistry()
@@ -33,7 +33,7 @@ class Metrics:
         self.seconds = Histogram("pftrack_request_seconds", "Time to answer a request", registry=self.registry)
 
     def watch(self, manager: Manager, sweeps: Sweeps) -> None:
-        """Report a server's sessions and sweeps from now on, as they are at the moment of asking."""
+        """Report a server's sessions and sweeps from now on, as they are at each request."""
 
         def count_sessions(phase: Phase) -> int:
             return sum(it.phase == phase for it in manager.all)
@@ -45,14 +45,14 @@ class Metrics:
         sessions = gauge("pftrack_sessions", "Sessions by state", ["state"])
         for phase in Phase:
             sessions.labels(phase).set_function(partial(count_sessions, phase))
-        visitors = gauge("pftrack_visitors", "Connections that look on or listen")
+        visitors = gauge("pftrack_visitors", "Connections to scenes and streams of sessions")
         visitors.set_function(lambda: sum(it.visitors for it in manager.all))
         frames = gauge("pftrack_frames", "Frames computed by all workers since the server started")
         frames.set_function(lambda: sum(it.frames_computed for it in manager.all))
         kept = gauge("pftrack_sweeps", "Sweeps by state", ["state"])
         for state in get_args(State):
             kept.labels(state).set_function(partial(count_sweeps, state))
-        runs = gauge("pftrack_sweep_runs", "Runs that are there of all sweeps kept")
+        runs = gauge("pftrack_sweep_runs", "Computed runs of all stored sweeps")
         runs.set_function(lambda: sum(it.row.done for it in sweeps.all))
         visitors = gauge("pftrack_sweep_visitors", "Connections that watch a sweep")
         visitors.set_function(lambda: sum(it.listeners for it in sweeps.all))
@@ -86,7 +86,7 @@ class Stopwatch:
             with self._metrics.seconds.time():
                 await self._app(scope, receive, note)
         finally:
-            # What a client made up as its method must not become a label of its own.
+            # A method invented by a client must not become a label.
             method = scope["method"] if scope["method"] in METHODS else "other"
             self._metrics.requests.labels(method, str(status)).inc()
 
@@ -96,7 +96,7 @@ router = APIRouter(tags=["health"])
 
 @router.get("/healthz")
 async def alive() -> dict[str, str]:
-    """Tell that the server is alive."""
+    """Report that the server is alive."""
     return {"status": "ok"}
 
 
@@ -106,7 +106,7 @@ async def ready(
     tasks: Annotated[ChildTasks, service(ChildTasks)],
     compilation: Annotated[Compilation, service(Compilation)],
 ) -> dict[str, str]:
-    """Tell that the server can start sessions: all is compiled, what is made can be kept, and workers can be made."""
+    """Report whether the server can start sessions: code is compiled, the store is writable, and workers start."""
     compiling = compilation.progress
     if not compiling.finished:
         raise unavailable(f"The server is not ready: {compiling.sentence}.")
@@ -130,18 +130,20 @@ Names = Annotated[list[str], AfterValidator(sorted)]
 
 
 class CompilationPublic(BaseModel):
-    """How far compiling is, which is needed once after an installation or an update."""
+    """Progress of compiling, which is needed once after an installation or an update."""
 
     finished: bool
     sentence: str = Field(description='In words: "compiling, 14 of 41 functions, about 40 s on an idle machine"')
-    done: int = Field(description="Functions that are compiled")
-    total: int = Field(description="Functions that there are; 0 while that is not known")
-    seconds_left: float | None = Field(validation_alias="left_s", description="On an idle machine; null while unknown")
+    done: int = Field(description="Number of compiled functions")
+    total: int = Field(description="Number of functions; 0 while unknown")
+    seconds_left: float | None = Field(
+        validation_alias="left_s", description="Seconds left on an idle machine; null if unknown"
+    )
     usable: Names = Field(description="Experiments ready to start")
     ready: Names = Field(description="Experiments compiled whole")
 
 
 @compiling.get("")
 def show_compilation(compilation: Annotated[Compilation, service(Compilation)]) -> CompilationPublic:
-    """Tell how far compiling is, which is needed once after an installation or an update."""
+    """Return the progress of compiling, which is needed once after an installation or an update."""
     return CompilationPublic.model_validate(compilation.progress, from_attributes=True)

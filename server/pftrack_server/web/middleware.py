@@ -1,16 +1,16 @@
-"""A request as the browser has sent it, whatever a proxy has made of it; and HEAD, which is answered as GET.
+"""Middleware that restores a request as the browser sent it before a proxy changed it, and answers HEAD as GET.
 
-What a trusted proxy says takes the place of what the request itself says: `X-Forwarded-Proto` that of the scheme,
-`X-Forwarded-Host` that of the host, and `X-Forwarded-Prefix` is what the proxy has taken off the path, which comes
-before the server's own base path. From here on the request is as the browser has sent it, so that nothing else knows
-of proxies. From any other address than a named one, or with a Host that is not this server's, these headers count for
-nothing: a page of a stranger, opened on the machine of the proxy, could send them as well. Only somebody who opens a
-page is told which setting is missing, since the addresses of the page would lead nowhere.
+Headers of a trusted proxy replace parts of the request: `X-Forwarded-Proto` the scheme, `X-Forwarded-Host` the host;
+`X-Forwarded-Prefix` is the prefix that the proxy removed from the path, which comes before the server's own base path.
+The restored request is as the browser sent it, so no other code deals with proxies. From an address that is not a named
+proxy, or with a foreign Host, these headers are ignored: another site's page, opened on the machine of the proxy, could
+send them too. A person who opens a page through a proxy that is not named is shown the missing setting, since the
+addresses of the page would be wrong.
 
-What lies outside the base does not exist.
+Paths outside the base path do not exist.
 
-Whatever can be fetched can be asked for its headers alone (RFC 9110, section 9.3.2). FastAPI's routes know GET alone,
-so everything behind sees a GET, and of the answer only the head goes out.
+Every resource with GET also answers HEAD (RFC 9110, section 9.3.2). FastAPI's routes know only GET, so the app receives
+a GET, and only the head of the answer is sent.
 """
 
 import ipaddress
@@ -28,11 +28,11 @@ SCHEMES = {
     "http": {"http": "http", "https": "https"},
     "websocket": {"http": "ws", "ws": "ws", "https": "wss", "wss": "wss"},
 }
-"""What a proxy's scheme is for each type of request: that of a websocket is called by either name."""
+"""Accepted values of a proxy's scheme by type of request; a websocket's may have either name."""
 
 
 class BasePath:
-    """ASGI middleware that gives every request the scheme, host and path that the browser has asked for."""
+    """ASGI middleware that gives every request the scheme, host and path that the browser requested."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
@@ -41,14 +41,14 @@ class BasePath:
         self._hosts = Hosts(settings)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on a request within the base, and refuse any other."""
+        """Pass on a request within the base path, and refuse any other."""
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
         if prefix := self._untold_prefix(scope):
             message = (
-                f"A proxy takes {prefix} off the addresses of this server: "
-                f"start the server with PFTRACK_TRUSTED_PROXIES={_client(scope)}, so that its pages have it."
+                f"A proxy removes {prefix} from the addresses of this server: "
+                f"start the server with PFTRACK_TRUSTED_PROXIES={_client(scope)}, so that its pages include it."
             )
             await refuse(scope, receive, send, HTTPStatus.BAD_REQUEST, message)
             return
@@ -65,11 +65,11 @@ class BasePath:
             query = scope["query_string"].decode("latin-1")
             await RedirectResponse(address_of(scope, f"?{query}" if query else ""))(scope, receive, send)
         else:
-            message = "This path is outside the server; its addresses begin with another one."
+            message = "This path is outside the server; its addresses have another prefix."
             await refuse(scope, receive, send, HTTPStatus.NOT_FOUND, message)
 
     def _untold_prefix(self, scope: Scope) -> str:
-        """Return what a proxy that was not named takes off the path of a page, whose addresses would lead nowhere."""
+        """Return the prefix that an unnamed proxy removes from a page's path; the page's addresses would be wrong."""
         headers = Headers(scope=scope)
         prefix = _last(headers, "x-forwarded-prefix").removesuffix("/")
         is_page = scope["type"] == "http" and "text/html" in headers.get("accept", "")
@@ -79,10 +79,10 @@ class BasePath:
         return prefix
 
     def _as_sent(self, scope: Scope) -> Scope:
-        """Return a request as the browser has sent it.
+        """Return the scope of a request as the browser sent it.
 
         Raises:
-            ValueError: The prefix that a proxy has taken off is none.
+            ValueError: The proxy's prefix is not valid.
         """
         headers = Headers(scope=scope)
         if not self._is_trusted(scope, headers):
@@ -102,14 +102,14 @@ class BasePath:
         return sent
 
     def _is_trusted(self, scope: Scope, headers: Headers) -> bool:
-        """Tell whether a request comes by a proxy that was named."""
+        """Return whether a request comes from a named proxy."""
         address = _client(scope)
         is_proxy = address is not None and any(address in proxy for proxy in self._proxies)
         return is_proxy and self._hosts.refusal(headers) is None
 
 
 def _with_relative_redirections(scope: Scope, send: Send) -> Send:
-    """Send what redirects without the prefix that a proxy has taken off: some put it before every path themselves."""
+    """Send redirections without the prefix that a proxy removed: some proxies add it to every path themselves."""
     root = address_of(scope)
     up = "./" + "../" * (route_path(scope).count("/") - 1)
 
@@ -124,17 +124,17 @@ def _with_relative_redirections(scope: Scope, send: Send) -> Send:
 
 
 def _client(scope: Scope) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """Return the address from which a request comes, if it has one."""
+    """Return the IP address of a request's client, if it has one."""
     try:
         address = ipaddress.ip_address((scope.get("client") or [""])[0])
     except ValueError:
         return None
-    # A server that listens for both kinds sees addresses of the older kind in the form of the newer one.
+    # A server that listens on IPv4 and IPv6 sees IPv4 addresses in the form of IPv6.
     return getattr(address, "ipv4_mapped", None) or address
 
 
 def _last(headers: Headers, name: str) -> str:
-    """Return what the nearest proxy says: each puts what it adds behind what was there."""
+    """Return the nearest proxy's value of a header: each proxy appends its own."""
     return headers.getlist(name)[-1].rpartition(",")[2].strip() if name in headers else ""
 
 

@@ -1,10 +1,9 @@
-"""Pages: plain files, whose content comes from the REST interface.
+"""Pages: plain files that get their content from the REST interface.
 
-Three things are done to a page when it is served. It is told where the server is, as its `<base>`, since all addresses
-in pages and scripts are relative to that. The names of all modules that its scripts import, directly or through other
-modules, are added: a browser then fetches them at once, instead of finding each level of imports in the level above.
-And its files are named with their version, so that a browser which has them need not ask for a hundred of them whether
-they have changed.
+A page is changed in three ways when it is served. It gets the server's address as its `<base>`, to which all addresses
+in pages and scripts are relative. It gets links to all modules that its scripts import, directly or indirectly: a
+browser then fetches them at once, instead of level by level. And its files are named with their version, so that a
+browser need not ask for each of a hundred files whether it has changed.
 """
 
 import asyncio
@@ -31,7 +30,7 @@ from pftrack_server.web.documentation import html_of, reference
 STATIC = "static/"
 YEAR_S = 365 * 24 * 3600
 VERSIONS: set[str] = set()
-"""Those of the pages that were served: one, unless somebody works at them meanwhile."""
+"""Versions of the pages' files that were served: one, unless the files change meanwhile."""
 SCRIPT = re.compile(r'<script type="module"[^>]* src="static/([^"]+)"')
 MAIN = re.compile(r'(?<=<main class="help">).*(?=</main>)', re.DOTALL)
 
@@ -47,23 +46,23 @@ PAGES = {
     "/sweep/{sweep}": "sweep/sweep.html",
     "/sweep/{sweep}/run/{run}": "sweep/run.html",
 }
-"""The file of each page that is served as it is; the page of one thing finds out by itself whether there is one."""
+"""The file of each page, by its address; a page about one item checks by itself whether the item exists."""
 
 EXAMPLES = "media/"
 EXAMPLES_POLICY = "sandbox allow-scripts allow-downloads; frame-ancestors 'self'"
-"""Of runs that are pages of their own: their scripts stand in them, and may do nothing to the server."""
+"""Content policy of exported runs: their inline scripts must not reach the server."""
 
 CAMERA_POLICY = {"Permissions-Policy": "camera=(self), microphone=(), geolocation=()"}
-"""Of the page on which a clip can be recorded; no other may use the camera."""
+"""Permissions of the page that can record a clip; no other page may use the camera."""
 
 router = APIRouter(include_in_schema=False)
 
 
 class Files(StaticFiles):
-    """Static files: with a version in its name one never changes; for others a browser asks each time."""
+    """Static files: one with a version in its name never changes; a browser revalidates others each time."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Return a file, to be kept or to be asked for again."""
+        """Return a file with its caching headers."""
         answer = await super().get_response(path, scope)
         lasting = scope["path_params"].get("version") in VERSIONS
         answer.headers["Cache-Control"] = f"max-age={YEAR_S}, immutable" if lasting else "no-cache"
@@ -72,7 +71,7 @@ class Files(StaticFiles):
 
 @router.get("/")
 async def gallery(request: Request) -> Response:
-    """Return the start page: where to begin, also with a clip from the camera, and all experiments."""
+    """Return the start page, with all experiments; it may also record a clip with the camera."""
     start = page(request, "gallery/gallery.html", about=f'data-commands="{html.escape(_commands())}"')
     start.headers.update(CAMERA_POLICY)
     return start
@@ -80,21 +79,21 @@ async def gallery(request: Request) -> Response:
 
 @router.get("/docs")
 def rest_reference(request: Request) -> Response:
-    """Return the reference of the REST interface; Swagger's page comes from elsewhere, which our policy forbids."""
+    """Return the reference of the REST interface; our policy forbids Swagger's page, which loads other sites."""
     return page(request, "help/help.html", content=reference(request.app.openapi()))
 
 
 @router.get("/help")
 async def documentation_start(request: Request) -> Response:
-    """Lead to the documentation, whose links are relative to its folder."""
+    """Redirect to the documentation, whose links are relative to its folder."""
     return RedirectResponse(address_of(request.scope, "help/"))
 
 
 @router.get("/help/{path:path}")
 async def documentation(request: Request, path: str) -> Response:
-    """Return a page or picture of the documentation: of its site, or of its Markdown until that has been built.
+    """Return a page or picture of the documentation: from its site, or from its Markdown if that is not built.
 
-    Where there is neither, its first page says how to build it.
+    If there is neither, its first page says how to build it.
     """
     path = path or "index.html"
     is_built = (HELP / "index.html").is_file()
@@ -115,7 +114,7 @@ async def _serve(name: str, request: Request) -> Response:
 
 
 def add_pages(router: APIRouter, pages: Mapping[str, str]) -> None:
-    """Add pages that are served as they are: the file of each by its address."""
+    """Add pages by their address and file."""
     for address, name in pages.items():
         router.add_api_route(address, partial(_serve, name))
 
@@ -131,7 +130,7 @@ def install(app: FastAPI) -> None:
 
 
 def _version() -> str:
-    """Return what tells the files as they are now from others of the same names: sizes and times."""
+    """Return a version of the pages' files, from their sizes and times."""
     digest = hashlib.sha256()
     for path in sorted(FRONTEND.rglob("*")):
         status = path.stat()
@@ -141,9 +140,9 @@ def _version() -> str:
 
 
 def _commands() -> str:
-    """Return what begins a filter of one's own, for the shell that started the server, which may go on meanwhile."""
+    """Return the commands that begin an own filter, for the shell that started this server, which may keep running."""
     program = Path(sys.argv[0])
-    # Started by its path in a folder, as by `make serve`; else the shell has found it by its name.
+    # Started by a path, as by `make serve`; otherwise the shell found the command by its name.
     is_beside = program.name == "pftrack" and not program.is_absolute()
     path = f'export PATH="$PWD"/{shlex.quote(str(program.parent))}:"$PATH"\n' if is_beside else ""
     return (
@@ -153,14 +152,14 @@ def _commands() -> str:
 
 
 def page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: str = "", about: str = "") -> Response:
-    """Return a page, told where the server is and what its scripts import.
+    """Return a page with the server's address and links to its scripts' modules.
 
     Args:
-        request: For it.
-        name: Of its file.
-        status: Of the answer.
+        request: The request.
+        name: Name of its file.
+        status: Status of the answer.
         content: HTML for its main part.
-        about: Attributes of its root.
+        about: Attributes of its root element.
     """
     text = (FRONTEND / name).read_text(encoding="utf-8")
     if content:

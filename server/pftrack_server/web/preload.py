@@ -1,7 +1,8 @@
-"""The modules that the fork server imports before the first child starts, shared by all children's memory.
+"""The modules that the fork server imports before the first child starts; all children share their memory.
 
-Without it each would import everything itself: 0.6-1.8 s and 96 MB in place of 15 ms and 20 MB. What is compiled comes
-later, with the first session of each experiment (`sessions.worker.worker`): all of it is 190 MB that few servers need.
+Without it each child would import everything itself: 0.6-1.8 s and 96 MB instead of 15 ms and 20 MB. Compiled code is
+loaded later, with the first session of each experiment (`sessions.worker.worker`): all of it takes 190 MB, which few
+servers need.
 """
 
 import cv2
@@ -18,7 +19,7 @@ import pftrack_server.teaching.functions
 import pftrack_server.work.run_functions
 from pftrack.experiments import EXPERIMENTS
 
-PRELOADED = numba, np, pftrack, pftrack_server  # imported to be there, and named so that they stay imported
+PRELOADED = numba, np, pftrack, pftrack_server  # only imported; named here so that linters keep the imports
 
 cv2.setNumThreads(1)
 dict(EXPERIMENTS)

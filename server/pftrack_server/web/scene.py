@@ -15,7 +15,7 @@ router = APIRouter(prefix="/viz", include_in_schema=False)
 
 @router.get("/client/{name}")
 def client_file(request: Request, name: str) -> Response:
-    """Return a file of viser's client; its name is made from its content, so it may be kept for good."""
+    """Return a file of viser's client; its name is made from its content, so browsers may cache it for ever."""
     from pftrack_server.viewer import client_asset  # noqa: PLC0415 - 15 MiB, imported when somebody first looks
 
     file = client_asset(name)
@@ -29,7 +29,7 @@ def client_file(request: Request, name: str) -> Response:
 
 @router.get("/{session}")
 async def without_slash(request: Request, session: ASession) -> Response:
-    """Lead to the address from which the client finds its websocket."""
+    """Redirect to the address from which the client finds its websocket."""
     return RedirectResponse(address_of(request.scope, f"viz/{session.spec.id}/"))
 
 
@@ -38,7 +38,7 @@ def page(session: ASession) -> Response:
     """Return viser's client."""
     from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_page  # noqa: PLC0415 - see `client_file`
 
-    del session  # it is there, which is all that had to be known
+    del session  # only its existence was to be checked
     headers = {"Content-Security-Policy": CONTENT_SECURITY_POLICY, "Cache-Control": "no-cache"}
     return Response(client_page(), media_type="text/html; charset=utf-8", headers=headers)
 
@@ -46,8 +46,8 @@ def page(session: ASession) -> Response:
 @router.websocket("/{session}")
 @router.websocket("/{session}/")
 async def websocket(websocket: WebSocket, session: ASession) -> None:
-    """Join a browser to the session's scene."""
-    # See `client_file`; in a thread, since it takes 0.3 s and more, and the page may have come from an earlier server.
+    """Connect a browser to the session's scene."""
+    # In a thread, as in `client_file`, since it takes 0.3 s or more, and the page may come from an earlier server.
     viewer = await asyncio.to_thread(import_module, "pftrack_server.viewer")
     guest = guest_of(websocket.scope)
     looks_only = guest is not None and not guest.may_steer(session.spec.id)

@@ -1,17 +1,16 @@
-"""Security: who may speak to the server, decided before anything else sees the request.
+"""Security: checks of every request before any other code sees it.
 
-Three checks stand in one ASGI middleware, because FastAPI's own http middleware never sees a websocket:
+Three checks are in one ASGI middleware, because FastAPI's own http middleware never sees a websocket:
 
-1. *Host* must be a name of this server. A page of a stranger whose name was rebound to 127.0.0.1 carries its own.
-2. *Origin* of every state-changing request and of every websocket must be the server itself. Programs that are no
-   browsers send none, and cannot be tricked by a page.
-3. *Token*, where the server can be reached from other machines: given once in the link, then an HttpOnly cookie. A
-   program sends it as a bearer; an address in which it stays would end up in histories and logs. A person without it
-   sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
-   (`pftrack_server.teaching.access`), to which all addresses below `/f/` lead.
+1. *Host* must be a name of this server. A page of another site whose name was rebound to 127.0.0.1 sends its own.
+2. *Origin* of every state-changing request and of every websocket must be the server itself. Programs other than
+browsers send none, and a page cannot trick them.
+3. *Token*, if other machines can reach the server: given once in the link, then as an HttpOnly cookie. A program sends
+it as a bearer; an address that keeps it would end up in histories and logs. A person without it sees a page that asks
+for it. Followers of a class have none; `pftrack_server.teaching.access` checks all addresses below `/f/`.
 
-Scheme, host and path are by then those that the browser has used (`pftrack_server.web.middleware`). Answers are for
-holders of the token alone, so caches on the way keep only what says that they may.
+Scheme, host and path are already those that the browser used (`pftrack_server.web.middleware`). Answers are only for
+holders of the token, so caches on the way must not store them unless a header allows it.
 """
 
 import hashlib
@@ -50,17 +49,17 @@ HEADERS = {
 WEEK_SECONDS = 7 * 24 * 3600
 UNKNOWN = 401
 TOKEN_PAGE = FRONTEND / "gallery" / "token.html"
-"""It needs no other file, since none is given to somebody without a token."""
+"""Page of a refused request; it needs no other file, since without a token none is served."""
 
 
 class Hosts:
-    """The names under which a server may be reached."""
+    """The host names of a server."""
 
     def __init__(self, settings: Settings) -> None:
         self._names = {host.strip("[]").lower() for host in settings.hosts}
 
     def refusal(self, headers: Headers) -> str | None:
-        """Return why a request is refused by its Host header; None if it may pass."""
+        """Return why a request's Host header is refused; None if it is allowed."""
         if len(headers.getlist("host")) > 1:
             return "A request has one Host header; this one has several."
         if "*" in self._names or _name(headers.get("host", "")) in self._names:
@@ -69,7 +68,7 @@ class Hosts:
 
 
 class Guard:
-    """ASGI middleware that lets in only who may come, and puts the security headers on every answer."""
+    """ASGI middleware that admits allowed requests only, and adds the security headers to every answer."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
@@ -77,11 +76,11 @@ class Guard:
         self._warnings = RateLimitedLogger(__name__)
         self._token = settings.token.get_secret_value() if settings.token else None
         digest = hashlib.sha256((self._token or "").encode()).hexdigest()
-        # Browsers share cookies between the ports of a host: the name tells two servers' cookies apart.
+        # Browsers share cookies between the ports of a host: the name distinguishes two servers' cookies.
         self._cookie = f"pftrack_{digest[:8]}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Check one request or websocket and pass it on, or refuse it."""
+        """Check one request or websocket, then pass it on or refuse it."""
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
@@ -90,12 +89,12 @@ class Guard:
         if refusal is not None:
             if scope["type"] == "websocket":
                 path = route_path(scope)
-                # The link of a class opens it, so it stays out of the log.
+                # A class's link is a secret, so it is not logged.
                 told = f"{LINKS}/..." if path.startswith(f"{LINKS}/") else path
                 self._warnings.warn("a websocket was refused", path=told, reason=refusal[1])
             await refuse(scope, receive, send, *refusal)
             return
-        # Asked again, since some paths are open without a token.
+        # Checked again, since some paths are open without a token.
         if self._token and _tokens_in_address(scope) and self._knows(scope, headers):
             await self._trade_token(scope)(scope, receive, send)
             return
@@ -124,7 +123,7 @@ class Guard:
         return 401, "This server requires a token; open the link that it printed when it started."
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
-        """Tell whether a request carries the token: in its cookie, its bearer header or its link."""
+        """Return whether a request carries the token: in its cookie, its bearer header or its link."""
         cookies = HTTPConnection(scope).cookies
         offered = [unquote(cookies[self._cookie])] if self._cookie in cookies else []
         scheme, _, credentials = headers.get("authorization", "").partition(" ")
@@ -135,9 +134,9 @@ class Guard:
         return any(hmac.compare_digest(value.encode("utf-8", "replace"), expected) for value in offered)
 
     def _trade_token(self, scope: Scope) -> Response:
-        """Trade the token of a link for a cookie and take it out of the address."""
+        """Exchange the token of a link for a cookie, and remove it from the address."""
         rest = [(key, value) for key, value in _query(scope) if key != "token"]
-        # One slash only: `//other.site` would be an address elsewhere.
+        # One slash only: `//other.site` would lead to another site.
         path = address_of(scope, encode_path(route_path(scope).lstrip("/\\")))
         answer = RedirectResponse(f"{path}?{urlencode(rest)}" if rest else path, status_code=303, headers=HEADERS)
         answer.headers["Cache-Control"] = "no-store"
@@ -154,7 +153,7 @@ class Guard:
 
 
 async def refuse(scope: Scope, receive: Receive, send: Send, status: int, message: str) -> None:
-    """Answer a request that may not pass, or close a websocket that has not begun."""
+    """Answer a refused request, or close a websocket before it is accepted."""
     if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": message})
         return
@@ -169,7 +168,7 @@ async def refuse(scope: Scope, receive: Receive, send: Send, status: int, messag
 
 
 def _is_page(scope: Scope) -> bool:
-    """Tell whether a person may have asked for this in the address bar."""
+    """Return whether a request may come from the address bar."""
     return scope["type"] == "http" and scope["method"] == "GET" and not route_path(scope).startswith("/api/")
 
 
@@ -185,13 +184,13 @@ def _query(scope: Scope) -> list[tuple[str, str]]:
 
 
 def _hidden_fields(scope: Scope) -> str:
-    """Return what else stands in the address as hidden fields: a form sends its own fields in place of all others."""
+    """Return the address's other query fields as hidden fields: a form sends only its own fields."""
     fields = ((html.escape(key), html.escape(value)) for key, value in _query(scope) if key != "token")
     return "".join(f'<input type="hidden" name="{key}" value="{value}">' for key, value in fields)
 
 
 def _same_origin(headers: Headers) -> bool:
-    """Tell whether a request comes from this server's own page, or from no page at all."""
+    """Return whether a request comes from this server's own page, or from no page."""
     origin = headers.get("origin")
     if origin is None:
         return headers.get("sec-fetch-site", "none") in {"none", "same-origin"}

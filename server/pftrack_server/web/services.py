@@ -1,4 +1,4 @@
-"""Services: what the handlers work with, made when the app starts and closed when it stops."""
+"""Services of the handlers, made when the app starts and closed when it stops."""
 
 import asyncio
 import threading
@@ -25,7 +25,7 @@ class Services:
     """The services that handlers use; most are made by `open`.
 
     Attributes:
-        added: Those of the parts beside the core, while they are open.
+        added: Services of parts outside the core, while they are open.
     """
 
     def __init__(self, settings: Settings, metrics: Metrics) -> None:
@@ -36,9 +36,9 @@ class Services:
         self.tasks = ChildTasks(self.queues)
 
     async def open(self) -> None:
-        """Open the store, take over sessions and sweeps, and start the fork server, which imports meanwhile."""
+        """Open the store, load sessions and sweeps, and start the fork server, which imports meanwhile."""
         settings, tasks = self.settings, self.tasks
-        # Threads here mostly wait, for disks and processes; asyncio's own number of them follows the processors.
+        # Threads here mostly wait for disks and processes; asyncio's default number depends on the processors.
         asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
         await asyncio.to_thread(FORK_SERVER.start)
         self.store = store = await asyncio.to_thread(Store, settings)
@@ -59,11 +59,11 @@ class Services:
         self.filters.open(self.manager.revise_filter)
 
     def __getitem__(self, kind: type) -> object:
-        """Return the service of a kind."""
+        """Return the service of a type."""
         return next(each for each in (*vars(self).values(), *self.added) if isinstance(each, kind))
 
     async def close(self) -> None:
-        """Write everything down and let go of it."""
+        """Store everything and close all services."""
         self.stopping.set()
         await asyncio.to_thread(self.compilation.close)
         await self.filters.close()

@@ -1,11 +1,11 @@
-"""Serving: what `pftrack serve` does, from the settings to the end of the server.
+"""Serving: `pftrack serve` from the settings to the end of the server.
 
-A connection that says nothing keeps nobody out. A client has some seconds to send the head of a request, which has a
-longest length, and some to send the next one after an answer. When the process has nearly as many connections as it may
-have files, those that have been silent for longest make room. A page that does not answer a ping within 20 s loses its
-websocket. On Linux a connection ends when its client stops taking an answer; one that takes a little now and then, or
-waits for a late answer, stays. Bodies have a limit of their own (`pftrack_server.core.requests`); a proxy watches over
-slow clients.
+Silent connections do not block others. A client has some seconds to send the head of a request, whose length is
+limited, and some to send the next request after an answer. When connections nearly use up the process's open files,
+those silent for longest are closed. A page that does not answer a ping within 20 s loses its websocket. On Linux a
+connection ends when its client stops reading an answer; one that reads a little now and then, or waits for a late
+answer, stays. Bodies have a limit of their own (`pftrack_server.core.requests`); handling slow clients is left to a
+proxy.
 """
 
 import asyncio
@@ -39,25 +39,25 @@ GRACE_S = 5
 FAILED, WRONG_USE = 1, 2
 
 HEAD_S = 20.0
-"""Time for the head of a request."""
+"""Time for the head of a request, s."""
 UNTAKEN_S = 120.0
-"""Longest time in which a client takes nothing of an answer; uvicorn would wait for ever."""
+"""Longest time in which a client reads nothing of an answer, s; uvicorn would wait for ever."""
 LARGEST_HEAD = 64 * 1024
 LARGEST_MESSAGE = 64 * 1024
 CLOSING = {"connection": "close"}
 
 
 class Connection(HttpToolsProtocol):
-    """A connection of uvicorn's that ends when no request comes."""
+    """A uvicorn connection that ends if no request arrives."""
 
     silent_since: float | None = None
-    """When it began to wait for a request; None while there is one."""
+    """When it began to wait for a request; None while it serves one."""
     _deadline: asyncio.TimerHandle | None = None
     _head_bytes: int | None = None
-    """Length of the head so far; None while none is coming."""
+    """Length of the head so far; None while no head is arriving."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn's own
-        """Begin to wait, in the place of one that has waited longer if there are too many."""
+        """Begin to wait; if there are too many connections, close the one that has waited longest."""
         super().connection_made(transport)
         self._wait()
         if len(self.connections) > most_connections():
@@ -67,12 +67,12 @@ class Connection(HttpToolsProtocol):
                 min(silent, key=lambda pair: pair[0])[1].transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait no longer."""
+        """Stop waiting."""
         self._on_activity()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Give up a head that is too long."""
+        """Close the connection if the head is too long."""
         super().data_received(data)
         if self._head_bytes is not None:
             self._head_bytes += len(data)
@@ -80,7 +80,7 @@ class Connection(HttpToolsProtocol):
                 self.transport.abort()
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse what is not HTTP, or no address, in the shape of every error."""
+        """Refuse invalid HTTP or an invalid address in the one shape of errors."""
         del msg  # plain text
         answer = response(HTTPStatus.BAD_REQUEST, shape("The request is not valid HTTP"), CLOSING)
         lines = [STATUS_LINE[answer.status_code], *(b"%b: %b\r\n" % header for header in answer.raw_headers), b"\r\n"]
@@ -88,19 +88,19 @@ class Connection(HttpToolsProtocol):
         self.transport.close()
 
     def on_message_begin(self) -> None:
-        """Give the rest of the head its time."""
+        """Start the time limit for the rest of the head."""
         super().on_message_begin()
         self._head_bytes = 0
         self._wait()
 
     def on_headers_complete(self) -> None:
-        """Wait no longer: there is a request."""
+        """Stop waiting: a request has arrived."""
         super().on_headers_complete()
         self._head_bytes = None
         self._on_activity()
 
     def on_response_complete(self) -> None:
-        """Wait for the next request: uvicorn's own deadline ends with any byte, as of a body that nobody reads."""
+        """Wait for the next request: any byte, even of an unread body, would cancel uvicorn's own deadline."""
         has_next = bool(self.pipeline)
         super().on_response_complete()
         if not has_next:
@@ -119,18 +119,18 @@ class Connection(HttpToolsProtocol):
 
 
 class WebSocketConnection(WebSocketsSansIOProtocol):
-    """A websocket of uvicorn's that ends when a ping is not answered."""
+    """A uvicorn websocket that ends if a ping is not answered."""
 
     def keepalive_timeout(self) -> None:
-        """End it at once: uvicorn waits until everything was taken, for ever if the page takes nothing."""
+        """End it at once: uvicorn waits until everything is read, for ever if the page reads nothing."""
         self.transport.abort()
 
 
 def configuration(app: ASGIApp, **more: Any) -> uvicorn.Config:  # noqa: ANN401 - uvicorn's own options
-    """Return how uvicorn serves the app.
+    """Return uvicorn's configuration.
 
     Args:
-        app: What is served.
+        app: The app to serve.
         **more: Further options of `uvicorn.Config`.
     """
     return uvicorn.Config(
@@ -149,14 +149,14 @@ def configuration(app: ASGIApp, **more: Any) -> uvicorn.Config:  # noqa: ANN401 
 
 
 class AnnouncingServer(uvicorn.Server):
-    """Prints the link when the server can be reached, once."""
+    """A server that prints its link once it can be reached."""
 
     def __init__(self, config: uvicorn.Config, settings: Settings) -> None:
         super().__init__(config)
         self._settings = settings
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, and tell where to look."""
+        """Start, and print the link."""
         await super().startup(sockets)
         gc.freeze()
         gc.enable()
@@ -164,24 +164,24 @@ class AnnouncingServer(uvicorn.Server):
             print(f"pftrack is at {self._settings.link(sockets[0].getsockname()[1])}", flush=True)  # noqa: T201
 
     def stop(self, reason: str) -> None:
-        """Stop as if somebody had pressed Ctrl-C, and say why."""
+        """Stop as after Ctrl-C, and print the reason."""
         if not self.should_exit:
             print(reason, file=sys.stderr, flush=True)  # noqa: T201
         self.should_exit = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop; a request that looks through an upload is not waited for."""
+        """Stop, without waiting for a request that decodes an upload."""
         if self.started:
             self.config.app.state.services.stopping.set()  # type: ignore[union-attr]  # what `create_app` has made
         await super().shutdown(sockets)
 
 
 def run(create_app: Callable[[Settings], FastAPI], given: Mapping[str, object]) -> None:
-    """Serve until somebody ends it.
+    """Serve until the server is stopped.
 
     Args:
         create_app: Makes the app.
-        given: Settings from the command line, which come before those of the environment.
+        given: Settings from the command line, which override those of the environment.
     """
     try:
         settings = Settings(**given)  # type: ignore[arg-type]  # validated within
@@ -190,7 +190,7 @@ def run(create_app: Callable[[Settings], FastAPI], given: Mapping[str, object]) 
         name, said = "_".join(map(str, first["loc"])), first["msg"].removeprefix("Value error, ")
         _fail(f"{name}: {said}" if name else said, WRONG_USE)
     _log_to_stderr()
-    # Before the server takes over, an orderly end as well.
+    # An orderly end also before the server has started.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     if lacking := too_few_files():
         _fail(lacking)
@@ -210,7 +210,7 @@ def run(create_app: Callable[[Settings], FastAPI], given: Mapping[str, object]) 
 
 
 def _claim(settings: Settings) -> None:
-    """Try data directory and database before anything starts, so that their faults are one sentence on the terminal."""
+    """Check data directory and database before anything starts, so that a fault gives one sentence on the terminal."""
     try:
         Store(settings).close()
     except RuntimeError as error:
@@ -220,7 +220,7 @@ def _claim(settings: Settings) -> None:
 
 
 def _listen(settings: Settings) -> socket.socket:
-    """Bind the port here, so that a port in use is one sentence on the terminal."""
+    """Bind the port here, so that a port in use gives one sentence on the terminal."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listening = socket.socket(family, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -261,5 +261,5 @@ def _log_to_stderr() -> None:
         logger_factory=structlog.PrintLoggerFactory(sys.stderr),
     )
     logging.basicConfig(level=logging.WARNING, stream=sys.stderr)
-    # uvicorn takes every websocket that is refused before it has begun for a mistake of the app.
+    # uvicorn logs every websocket that is refused before its handshake as an error of the app.
     logging.getLogger("uvicorn.error").addFilter(lambda record: "without completing handshake" not in record.msg)

@@ -1,8 +1,8 @@
-"""Work: what people have of their own and can take elsewhere, and what is computed of it as jobs.
+"""Work: people's own runs, comparisons and exports, and the jobs that compute them.
 
-- `sources`: from the name of a run that is here to what makes it;
-- `runs`: saved runs, from a session to a record, or by imports; fits of their numbers; files of other kinds;
-- `comparisons`: runs beside each other, computed or kept under a name;
-- `explorations`: what would have saved a run, and what other seeds do;
-- `page`: a run as one page that needs no server; `routes`: what a person asks for, and the jobs.
+- `sources`: from the name of a run on this server to its recipe;
+- `runs`: saved runs, from sessions or imports; fits of parameters; exports;
+- `comparisons`: comparisons of runs, computed and saved;
+- `explorations`: changes that would have saved a run, and runs with other seeds;
+- `page`: a run as one page that needs no server; `routes`: the addresses, and those of all jobs.
 """

@@ -1,4 +1,4 @@
-"""Comparisons: outlined before they begin, so that what cannot be compared is refused at once, and kept under a name.
+"""Comparisons: outlined before they begin, so that incompatible runs are refused at once, and saved under a name.
 
 The store keeps the recipes of a comparison's runs; their results are computed again when it is opened.
 """
@@ -29,48 +29,48 @@ from pftrack_server.work.sources import ComparedRun, House, NamedRun, find_run
 class ComparedPublic(BaseModel):
     """One of the runs of a comparison."""
 
-    name: str = Field(description="By what is special about it")
-    title: str | None = Field(description="What people call it, where it has such a name")
+    name: str = Field(description="Name by its special setting")
+    title: str | None = Field(description="Title, if a person gave one")
     colour: str
-    first: int = Field(description="Its frame that is the first of those that are compared")
+    first: int = Field(description="Its frame that is compared first")
     recipe: Recipe
-    shown: Recipe = Field(description="The same, no longer than what is compared")
+    shown: Recipe = Field(description="The recipe, cut to the compared frames")
     upload: str | None
 
 
 class RunComparisonPublic(BaseModel):
-    """What is known of a comparison; its frames are those in common, counted from 0 on."""
+    """A comparison; its frames are the common ones, counted from 0."""
 
     unit: str
     frames: int
     runs: list[ComparedPublic]
-    settings: tuple[Setting, ...] = Field(description="What differs, and that alone")
-    exports: list[FileKind] = Field(description="Files that can be made of it")
+    settings: tuple[Setting, ...] = Field(description="The settings that differ")
+    exports: list[FileKind] = Field(description="Kinds of files to export it as")
     found: ComparisonResult | None = Field(None, description="Results of the runs, once they are computed")
 
 
 class ComparisonJob(Job[RunComparisonPublic]):
-    """A comparison of runs; its steps are frames of all of them."""
+    """A comparison of runs; its steps are frames of all runs."""
 
     kind: Literal["comparison"] = "comparison"
 
 
 Arrangement = Literal["side", "over"]
-"""Side by side, or one over the other."""
+"""Arrangement: side by side, or one over the other."""
 
 
 class SavedRun(RequestBody):
-    """What makes a run of a saved comparison."""
+    """The recipe of a run of a saved comparison."""
 
     recipe: Recipe
 
 
 class SavedComparisonCreate(RequestBody):
-    """A comparison to keep."""
+    """A comparison to save."""
 
     title: GivenTitle
     runs: list[SavedRun] = Field(min_length=2, max_length=MOST_RUNS)
-    position: FrameNumber = Field(0, description="The frame to begin at, of those that all runs have")
+    position: FrameNumber = Field(0, description="The first frame to show, among the common ones")
     arrangement: Arrangement = "side"
 
 
@@ -79,14 +79,14 @@ class SavedComparisonPublic(BaseModel):
 
     id: str
     title: str
-    experiments: list[str] = Field(description="Of its runs, each once")
-    trackers: list[str] = Field(description="Of its runs, in order; empty where the recipe names none")
+    experiments: list[str] = Field(description="Experiments of its runs, each once")
+    trackers: list[str] = Field(description="Trackers of its runs, in order; empty for a default")
     created: str
     page: str
 
 
 class SavedComparisonDetail(SavedComparisonPublic):
-    """A saved comparison with all that makes it again."""
+    """A saved comparison with its recipes."""
 
     runs: list[SavedRun]
     position: int
@@ -105,12 +105,12 @@ class Prepared(NamedTuple):
 
 
 async def prepare(house: House, runs: Sequence[ComparedRun]) -> Prepared:
-    """Return what makes runs, and what is known of them beside each other before they are computed.
+    """Return the configurations of runs, and the outline of their comparison before they are computed.
 
     Raises:
-        RefusedError: They are too few or too many, one is not as it should be, or they have nothing in common.
-        ApiError: One is not here (404).
-        ConflictError: The recording of one is not here.
+        RefusedError: There are too few or too many runs, one is invalid, or they have nothing in common.
+        ApiError: A run does not exist (404).
+        ConflictError: The recording of a run is missing.
         ApiError: Their experiment is still being compiled (503).
     """
     if not 2 <= len(runs) <= MOST_RUNS:
@@ -123,10 +123,10 @@ async def prepare(house: House, runs: Sequence[ComparedRun]) -> Prepared:
 
 
 async def compare(house: House, runs: Sequence[ComparedRun]) -> ComparisonJob:
-    """Begin to compare runs, once it is known that they can be compared.
+    """Check that runs can be compared, and begin to compare them.
 
     Raises:
-        ApiError: They cannot; see `prepare`; too much is under way (503).
+        ApiError: The runs cannot be compared, see `prepare`; or too many jobs are running (503).
     """
     house.jobs.check_room(ComparisonJob)
     named, configs, outline = await prepare(house, runs)
@@ -158,10 +158,10 @@ async def compare(house: House, runs: Sequence[ComparedRun]) -> ComparisonJob:
 
 
 def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> ComparisonRow:
-    """Keep a comparison.
+    """Save a comparison.
 
     Raises:
-        ConflictError: There are as many as there may be.
+        ConflictError: The limit of comparisons is reached.
         RefusedError: The experiment of a run is unknown.
         ParameterError: A run names a tracker or a parameter that its experiment does not have.
         ApiError: The disk has no room (507).
@@ -170,7 +170,7 @@ def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> Compa
         raise ConflictError(f"The server keeps at most {settings.max_comparisons} comparisons; delete one first.")
     for run in body.runs:
         find_experiment(run.recipe.experiment).check_names(run.recipe)
-    # The truth belongs to the upload, from which the maker of the run takes it.
+    # The truth belongs to the upload, and is read from there when the run is made.
     runs = [{"recipe": run.recipe.with_footage(path=None, truth=None).as_dict()} for run in body.runs]
     content = {"runs": runs, "position": body.position, "arrangement": body.arrangement}
     row = ComparisonRow(id=new_name(), title=body.title, content=content, created=now())
@@ -180,7 +180,7 @@ def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> Compa
 
 
 def saved_view(row: ComparisonRow) -> SavedComparisonPublic:
-    """Return a comparison as lists show it; a recipe that cannot be read any more is left out."""
+    """Return a comparison for a list; a recipe that can no longer be read is left out."""
     runs = row.content.get("runs")
     recipes = [run.get("recipe", {}) for run in runs if isinstance(run, dict)] if isinstance(runs, list) else []
     named = [recipe for recipe in recipes if isinstance(recipe, dict)]
@@ -195,10 +195,10 @@ def saved_view(row: ComparisonRow) -> SavedComparisonPublic:
 
 
 def detail_view(row: ComparisonRow) -> SavedComparisonDetail:
-    """Return a comparison with all that makes it again.
+    """Return a comparison with its recipes.
 
     Raises:
-        ApiError: What is kept cannot be read (410).
+        ApiError: The stored data cannot be read (410).
     """
     try:
         return SavedComparisonDetail.model_validate({**row.content, **saved_view(row).model_dump()})

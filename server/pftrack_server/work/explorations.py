@@ -1,7 +1,7 @@
-"""Explorations: what else a session's run might have been, computed beside it, at low priority.
+"""Explorations: variants of a session's run, computed in parallel to it at low priority.
 
-Each is a job with its own processes. It reports findings as they come, and ends when no client polls it any more, when
-it is cancelled, or with its session. Findings are stale once the session's run has changed.
+Each is a job with its own processes. It reports findings as they arrive, and ends when no client polls it any more,
+when it is cancelled, or with its session. Findings are stale once the session's run has changed.
 """
 
 import asyncio
@@ -28,48 +28,50 @@ LONGEST_S = 600.0
 
 
 class ExplorationCreate(RequestBody):
-    """What to find out about the active branch of a session."""
+    """The exploration of a session's active branch to begin."""
 
     kind: Literal["what-if", "ensemble"]
-    frame: FrameNumber | None = Field(None, description="For what-if: a frame of the loss; default: the first lasting")
+    frame: FrameNumber | None = Field(
+        None, description="For what-if: a frame of the loss; default: the first lasting one"
+    )
     scene: Scene = Field("same", description="For an ensemble: whether each run sees the scene of its own seed")
     seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(LONGEST_S, description="Time limit, s")
 
 
 class ExplorationJob(Job[Report | Bands]):
-    """What would have saved a run (a report), or what runs with other seeds do (bands)."""
+    """Changes that would have saved a run (a report), or runs with other seeds (bands)."""
 
     kind: Literal["exploration"] = "exploration"
     session: str
     branch: str
-    stale: bool = Field(False, description="Whether the session's run has changed since")
+    stale: bool = Field(False, description="Whether the session's run has changed since then")
 
 
 NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
-"""Both give way to sessions. A band has to follow a slider; a list fills in the background, after all other work."""
+"""Niceness by kind; both give way to sessions. Bands must follow a slider; a list fills in the background."""
 
 SILENCE_S = 300.0
-"""A run that is followed to its end may be long, and comes after all others."""
+"""Time limit, s: computing to the end of a long run takes longest."""
 LONGEST_BAND = 2000
-"""Frames of an ensemble; longer runs are shown as far as that."""
+"""Most frames of an ensemble; longer runs are cut."""
 
 MOST_OF_SESSION = 3
 MOST_KEPT = 100
-"""Runs whose latest findings are kept: their exports have them, also after the list was closed."""
+"""Most runs whose latest findings are kept for their exports, even after the list was closed."""
 MOST_PROCESSES = 4
-"""Of one exploration; each has a part of the changes. Several explorations share them."""
+"""Processes of one exploration, each with a part of the changes; several explorations share them."""
 
 BANDS = TypeAdapter(Bands)
 
 
 class Exploration(ExplorationJob):
-    """An exploration with what clients are not told.
+    """An exploration with fields that clients do not see.
 
     Attributes:
-        body: What was asked.
+        body: The request.
         run: Identity of the explored run.
         now: Returns the identity of the session's present run.
-        parts: What each of its processes has found so far.
+        parts: Findings of each of its processes so far.
     """
 
     body: ExplorationCreate
@@ -79,11 +81,11 @@ class Exploration(ExplorationJob):
 
     @property
     def report(self) -> Report | None:
-        """What all processes have found about changes."""
+        """Findings of all processes about changes."""
         return join([read_record(self.parts[number]) for number in sorted(self.parts)])
 
     def refresh(self) -> None:
-        """Take over the findings so far."""
+        """Update the result with the findings so far."""
         self.stale = self.now() != self.run
         found = self.report if self.body.kind == "what-if" else None
         if found is not None:
@@ -103,8 +105,8 @@ class Explorations:
         """Begin an exploration of the active branch.
 
         Raises:
-            ConflictError: The session has as many under way as it may have.
-            ApiError: Too much is under way (503).
+            ConflictError: The session's limit of explorations is reached.
+            ApiError: Too many jobs are running (503).
         """
         house = self._house
         config = await house.manager.config(session.spec)
@@ -126,13 +128,13 @@ class Explorations:
             await self._compute(session, job, asked)
             job.refresh()
             if job.result is None:
-                raise unavailable("Nothing was found in this time; ask again, and for longer.")
+                raise unavailable("Nothing was found in this time; ask again with more time.")
             return job.result
 
         return house.jobs.begin(job, work)
 
     async def _compute(self, session: Session, job: Exploration, asked: Sequence[tuple[Any, ...]]) -> None:
-        """Have each part computed in a process of its own."""
+        """Compute each part in a process of its own."""
         budget = Budget(
             memory_bytes=self._house.settings.worker_memory_bytes,
             cpu_seconds=2 * job.body.seconds + SILENCE_S,
@@ -140,7 +142,7 @@ class Explorations:
             niceness=NICENESS[job.body.kind],
         )
         try:
-            async with asyncio.TaskGroup() as group:  # one that fails ends all
+            async with asyncio.TaskGroup() as group:  # a failing part ends all
                 for number, each in enumerate(asked):
                     group.create_task(self._compute_part(session, job, number, each, budget))
         except BaseExceptionGroup as errors:
@@ -161,7 +163,7 @@ class Explorations:
                 self._last.pop(next(iter(self._last)))
 
     def found_of(self, session: Session) -> dict[str, Any] | None:
-        """Return the record of what would have saved the run of a session as it is, where that was asked."""
+        """Return the what-if record of a session's present run, if it was requested."""
         last = self._last.get(_run(session))
         report = last.report if last else None
         return None if report is None else record(report)

@@ -1,10 +1,10 @@
-"""A run as one page that needs no server: the page of a session, played from what its stream would have sent.
+"""A run as one page that needs no server: a session's page that plays recorded messages of its stream.
 
-The file holds the `hello` of the session's stream, its drawings (`sessions.worker.codec`), one behind the other and
-packed by gzip, and the scripts of the pages that show them (`frontend_static/session/recorded`). Each drawing can be
-read alone, so that every frame is as near as any other: the page adds the pictures that a drawing names.
+The file holds the `hello` of the session's stream, its drawings (`sessions.worker.codec`), one after the other and
+compressed by gzip, and the scripts of the pages that show them (`frontend_static/session/recorded`). Each drawing can
+be read alone, so that any frame can be shown directly: the page adds the pictures that a drawing names.
 
-`pftrack` finds `write_page` by its entry point, when somebody asks for it (`pftrack.output.exports.formats`).
+`pftrack` finds `write_page` by its entry point when it is needed (`pftrack.output.exports.formats`).
 """
 
 import base64
@@ -41,20 +41,20 @@ from pftrack_server.sessions.worker.description import FrameView, describe, desc
 from pftrack_server.sessions.worker.protocol import Ready
 
 MOST_BYTES = 6_500_000
-"""Of the drawings of 300 frames: as text in the page they are a third larger, and its scripts add 0.6 MB."""
+"""Most bytes of the drawings of 300 frames; as text in the page they are a third larger, and its scripts add 0.6 MB."""
 USUAL_FRAMES = 300
 LEAST_SHARE = 0.3
-"""Of those bytes, for a run of few frames."""
+"""Most bytes per frame, for a short run."""
 MOST_FRAMES = 1500
-"""Of a longer run every second frame is drawn, or every third, and so on."""
+"""Most drawn frames; of a longer run every second frame is drawn, or every third, and so on."""
 MOST_POINTS = 1500
-"""Of a larger cloud every second point is drawn, or every third, and so on."""
+"""Most drawn points; of a larger cloud every second point is drawn, or every third, and so on."""
 BITS = 14
-"""Of a number of a drawing: a 16th of a pixel in a picture of 1,000 px."""
+"""Fraction bits of a drawing's numbers: a 16th of a pixel in a picture of 1,000 px."""
 FORMS = ((960, 80), (960, 70), (800, 65), (720, 55), (640, 50), (560, 45), (480, 40), (400, 35), (320, 30))
 """Longest side of a picture, px, and quality, from fine to coarse."""
 SAMPLE = 12
-"""So many pictures tell how large all of them will be."""
+"""Number of pictures from which the size of all is estimated."""
 SCRIPT = "session/recorded.js"
 TEMPLATE = Path(__file__).with_name("page.html")
 STYLES = (
@@ -68,18 +68,18 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'"
 )
-"""Nothing is fetched from anywhere."""
+"""Content policy: nothing is loaded from any server."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drawings:
-    """What the page shows of the frames.
+    """The drawings of a page.
 
     Attributes:
-        packed: Drawings and pictures, packed by gzip.
-        parts: For each drawing where it lies in what is unpacked, and where its pictures do: first byte and end.
-        every: Of so many frames one is drawn.
-        thinned: For how many points of the largest cloud one stands.
+        packed: Drawings and pictures, compressed by gzip.
+        parts: For each drawing, its first byte and end in the uncompressed data, and those of its pictures.
+        every: One of this many frames is drawn.
+        thinned: One of this many points of the largest cloud is drawn.
     """
 
     packed: bytes
@@ -89,14 +89,14 @@ class Drawings:
 
 
 def write_page(run: Run, path: Path) -> Iterator[tuple[int, int]]:
-    """Write a run, as far as it has been computed, as one HTML page that needs no server and no network.
+    """Write the computed frames of a run as one HTML page that needs no server and no network.
 
     Args:
-        run: It is moved to each of its frames.
-        path: Where to.
+        run: The run; it is moved to each of its frames.
+        path: The file to write.
 
     Yields:
-        How many frames are done, of how many.
+        (frames done, all frames).
 
     Raises:
         OSError: The file cannot be written.
@@ -107,15 +107,15 @@ def write_page(run: Run, path: Path) -> Iterator[tuple[int, int]]:
 
 
 def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings]:
-    """Draw the frames of a run that were computed.
+    """Draw the computed frames of a run.
 
     Args:
-        run: As far as it has been computed; it is moved to each of its frames.
-        most_bytes: That the drawings may take. Pictures get what the rest leaves; where that is too little, every
-            second frame is drawn, and so on.
+        run: The run; it is moved to each of its computed frames.
+        most_bytes: Most bytes of the drawings. Pictures get the bytes left by the rest; if those are too few, only
+            every second frame is drawn, and so on.
 
     Yields:
-        How many frames are done, of how many.
+        (frames done, all frames).
     """
     view, encoder, frames = FrameView(), DrawingEncoder(bits=BITS), run.computed + 1
     every, thinned = -(-frames // MOST_FRAMES), 1
@@ -147,7 +147,7 @@ def draw(run: Run, most_bytes: int) -> Generator[tuple[int, int], None, Drawings
 
 
 def _size(messages: Sequence[bytes]) -> int:
-    """Return how many bytes they are when packed."""
+    """Return the compressed size of messages, bytes."""
     return len(gzip.compress(b"".join(messages), 6))
 
 
@@ -158,7 +158,7 @@ def _spans(parts: Sequence[bytes]) -> list[tuple[int, int]]:
 
 
 def _thin(drawing: Drawing) -> tuple[Drawing, int]:
-    """Return a drawing whose clouds are not too large, and for how many points of the largest one stands."""
+    """Return a drawing with thinned clouds, and the factor by which the largest one was thinned."""
     clouds = {name: item for name, item in drawing.primitives.items() if isinstance(item, Points)}
     every = {name: max(1, -(-len(item.positions) // MOST_POINTS)) for name, item in clouds.items()}
     thin = {
@@ -169,11 +169,11 @@ def _thin(drawing: Drawing) -> tuple[Drawing, int]:
 
 
 def shrink(pictures: Sequence[bytes], most_bytes: int) -> list[bytes]:
-    """Return JPEG files that together are no larger than that, or as small as they get.
+    """Return pictures shrunk to a total size, or as small as possible.
 
     Args:
         pictures: JPEG files.
-        most_bytes: That they may take.
+        most_bytes: Most bytes of all together.
     """
     made = list(pictures)
     sample = pictures[:: max(1, len(pictures) // SAMPLE)]
@@ -197,7 +197,7 @@ def _encode(file: bytes, side: int, quality: int) -> bytes:
 
 
 def document(run: Run, drawings: Drawings) -> str:
-    """Return the page of a run and its drawings."""
+    """Return the HTML page of a run and its drawings."""
     rows = run.diagnostics
     recording = {
         "parts": drawings.parts,
@@ -227,7 +227,7 @@ def document(run: Run, drawings: Drawings) -> str:
 
 
 def _hello(run: Run) -> Hello:
-    """Return what the stream of a session tells first that stands at the beginning of this run."""
+    """Return the first message of a session's stream at the beginning of this run."""
     at_beginning = RunSnapshot(
         **{**describe_timeline(run), "recipe": run.recipe.with_footage(path=None, truth=None)},
         tracker=run.tracker,
@@ -245,14 +245,14 @@ def _hello(run: Run) -> Hello:
 
 
 def _script(name: str) -> str:
-    """Return a module as an address that holds it; it imports others by their paths from the folder of the pages."""
+    """Return a module as a data URL; it imports others by their paths from the folder of the pages."""
     text = (FRONTEND / name).read_text("utf-8")
     text = IMPORT.sub(lambda found: f"{found[1]}{beside(name, found[2])}", text)
     return f"data:text/javascript;base64,{base64.b64encode(text.encode()).decode()}"
 
 
 def _data(value: object) -> Markup:
-    """Return JSON that no browser takes for the end of a script; a number that is not finite becomes null."""
+    """Return JSON that cannot end a script element; a number that is not finite becomes null."""
     return _safe(to_json(value, inf_nan_mode="null").decode().replace("<", "\\u003c"))
 
 

@@ -1,8 +1,8 @@
-"""My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words, and each by itself.
+"""Routes of My work: sessions, saved runs, comparisons, sweeps and uploads in one searchable list, and each alone.
 
-Jobs are begun beside what they are about; they are followed, cancelled and fetched here.
+Jobs are begun at the routes of their subject; here they are polled, cancelled and fetched.
 
-Each word has to occur in what is known of a thing.
+A search finds the items in whose texts every word occurs.
 """
 
 import asyncio
@@ -51,34 +51,34 @@ Kind = Literal["sessions", "runs", "comparisons", "sweeps", "uploads"]
 
 
 class RunCreate(RequestBody):
-    """Which session's active branch to save."""
+    """The session whose active branch to save."""
 
     session: str = Field(max_length=64)
     title: Title | None = None
 
 
 class NewTitle(RequestBody):
-    """What people call a saved run or comparison."""
+    """A new title for a saved run or comparison."""
 
     title: GivenTitle
 
 
 class WorkPublic(BaseModel):
-    """What was found, the newest of each kind first."""
+    """Results of a search, newest of each kind first."""
 
     sessions: list[SessionPublic]
     runs: list[RunPublic]
     comparisons: list[SavedComparisonPublic]
     sweeps: list[SweepPublic]
     uploads: list[UploadPublic]
-    found: dict[Kind, int] = Field(description="How many have all the words, those beyond the limit included")
-    total: dict[Kind, int] = Field(description="How many there are")
+    found: dict[Kind, int] = Field(description="Number of matches, including those beyond the limit")
+    total: dict[Kind, int] = Field(description="Number of all items")
 
 
 class QueuePublic(BaseModel):
-    """Where a request waits."""
+    """The place of a request in the queue."""
 
-    before: int = Field(description="How many come before it")
+    before: int = Field(description="Number of requests before it")
 
 
 class ComparisonCreate(RequestBody):
@@ -88,9 +88,9 @@ class ComparisonCreate(RequestBody):
 
 
 class ComparisonExportCreate(ComparisonCreate):
-    """Two to four runs whose comparison shall be written as a file."""
+    """Two to four runs whose comparison to write as a file."""
 
-    title: Title = Field("", description="By which the file is called")
+    title: Title = Field("", description="Title for the file's name")
 
 
 AnyJob: TypeAlias = Annotated[
@@ -99,10 +99,10 @@ AnyJob: TypeAlias = Annotated[
 
 
 class ExportsPublic(BaseModel):
-    """What a saved run can be exported as."""
+    """The exports of a saved run."""
 
     exports: list[FileKind]
-    plots: list[Plot] = Field(description='What `plot` may name for an export of the group "plots"')
+    plots: list[Plot] = Field(description='Values of `plot` for an export of the group "plots"')
 
 
 router = APIRouter(tags=["work"])
@@ -128,27 +128,27 @@ RECORD = "application/vnd.pftrack.run"
 
 
 class Words:
-    """The words of a search, in any order and either case; parts of words do as well, but not parts of numbers.
+    """The words of a search, in any order and either case; parts of words match, parts of numbers do not.
 
-    A seed is not to be found in the minutes of a clock, nor in the month of a date in digits.
+    So a seed does not match the minutes of a time, nor the month of a date in digits.
     """
 
     def __init__(self, text: str) -> None:
         self._words = [_pattern(word) for word in text.casefold().split()]
 
     def occur_in(self, *texts: object) -> bool:
-        """Tell whether all of them occur in what these texts say together."""
+        """Return whether all words occur in these texts together."""
         said = " ".join(str(text) for text in texts).casefold()
         return all(word.search(said) for word in self._words)
 
 
 def _pattern(word: str) -> re.Pattern[str]:
-    """Return what matches a word anywhere, and a number only where no digits, clock or date go on."""
+    """Return a pattern that matches a word anywhere, and a number only if it is not part of a number, time or date."""
     return re.compile(rf"(?<![\d:-]){word}(?![\d:-])" if word.isdecimal() else re.escape(word))
 
 
 def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
-    """Return an experiment and trackers of it by names and titles; what was removed, by its name alone."""
+    """Return names and titles of an experiment and its trackers; removed ones have only a name."""
     names = [experiment, *trackers]
     known = EXPERIMENTS.get(experiment)
     if known is not None:
@@ -162,11 +162,11 @@ def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
 
 
 def date_words(created: str, now: datetime) -> str:
-    """Return a moment as it may be looked for: in digits, in words, and "today" on that day.
+    """Return the searchable forms of a time: in digits, in words, and "today" on that day.
 
     Args:
-        created: The moment, as ISO 8601 has it.
-        now: When somebody looks for it, in the zone of who does: in another zone it may be another day.
+        created: The time in ISO 8601.
+        now: The time of the search, in the searcher's zone; the day may depend on the zone.
     """
     try:
         moment = datetime.fromisoformat(created).astimezone(now.tzinfo)
@@ -186,7 +186,7 @@ async def keep_run(body: RunCreate, manager: AManager, store: AStore, settings: 
 
 @router.post("/runs/import", status_code=HTTPStatus.ACCEPTED, openapi_extra=MULTIPART, dependencies=[TakesFiles])
 async def import_run(request: Request, store: AStore, settings: SettingsNow, house: TheHouse) -> ImportJob:
-    """Take in a run that was saved elsewhere, and begin to compute it."""
+    """Import a run saved elsewhere, and begin to compute it."""
     await asyncio.to_thread(runs.check_room, store, settings)
     folder = store.files.new_incoming()
     received = await receive(request, folder, store.disk_budget, most_bytes=settings.max_record_bytes, most_files=1)
@@ -195,26 +195,26 @@ async def import_run(request: Request, store: AStore, settings: SettingsNow, hou
 
 @router.get("/runs")
 def list_runs(store: AStore) -> list[RunPublic]:
-    """List all saved runs, the newest first."""
+    """List all saved runs, newest first."""
     return [RunPublic.model_validate(row) for row in store.all(RunRow)]
 
 
 @router.get("/runs/{run}")
 def show_run(run: ARun) -> RunPublic:
-    """Tell about a saved run."""
+    """Return a saved run."""
     return RunPublic.model_validate(run)
 
 
 @router.patch("/runs/{run}")
 async def rename_run(run: ARun, body: NewTitle, store: AStore) -> RunPublic:
-    """Give a saved run another name."""
+    """Rename a saved run."""
     await asyncio.to_thread(store.rename, run, body.title)
     return RunPublic.model_validate(run)
 
 
 @router.delete("/runs/{run}", status_code=HTTPStatus.NO_CONTENT)
 async def remove_run(run: AName, store: AStore) -> None:
-    """Delete a saved run, also one whose entry in the database is damaged."""
+    """Delete a saved run, even one with a damaged entry in the database."""
     await asyncio.to_thread(store.discard, RunRow, run)
 
 
@@ -240,7 +240,7 @@ def thumbnail(run: ARun, store: AStore) -> Response:
 
 @router.post("/runs/{run}/open", status_code=HTTPStatus.CREATED)
 async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> SessionPublic:
-    """Go on with a saved run in a new session."""
+    """Continue a saved run in a new session."""
     session = await begin(await reopen(store, tasks, run), partial(runs.compare, store, tasks, run))
     return session.view()
 
@@ -249,44 +249,44 @@ async def open_run(run: ARun, store: AStore, begin: Begin, tasks: TheTasks) -> S
 def save_comparison(
     body: comparisons.SavedComparisonCreate, store: AStore, settings: SettingsNow
 ) -> SavedComparisonPublic:
-    """Keep a comparison under a name."""
+    """Save a comparison under a name."""
     return comparisons.saved_view(comparisons.save(store, settings, body))
 
 
 @router.get("/comparisons/saved")
 def list_saved_comparisons(store: AStore) -> list[SavedComparisonPublic]:
-    """List all saved comparisons, the newest first."""
+    """List all saved comparisons, newest first."""
     return [comparisons.saved_view(row) for row in store.all(ComparisonRow)]
 
 
 @router.get("/comparisons/saved/{saved}")
 def show_saved_comparison(saved: AComparison) -> SavedComparisonDetail:
-    """Tell what makes a saved comparison again."""
+    """Return a saved comparison with its recipes."""
     return comparisons.detail_view(saved)
 
 
 @router.patch("/comparisons/saved/{saved}")
 def rename_comparison(saved: AComparison, body: NewTitle, store: AStore) -> SavedComparisonPublic:
-    """Give a saved comparison another name."""
+    """Rename a saved comparison."""
     store.rename(saved, body.title)
     return comparisons.saved_view(saved)
 
 
 @router.delete("/comparisons/saved/{saved}", status_code=HTTPStatus.NO_CONTENT)
 def remove_comparison(saved: AName, store: AStore) -> None:
-    """Delete a saved comparison, also one whose entry in the database is damaged."""
+    """Delete a saved comparison, even one with a damaged entry in the database."""
     store.discard(ComparisonRow, saved)
 
 
 @uploads.delete("/{upload}", status_code=HTTPStatus.NO_CONTENT)
 async def remove_upload(upload: AName, store: AStore, manager: AManager, sweeps: ASweeps) -> None:
-    """Delete an upload that no session and no running sweep needs, also one whose entry in the database is damaged."""
+    """Delete an upload that no session or running sweep needs, even one with a damaged entry in the database."""
     if manager.uses(upload):
         raise ConflictError("A session runs on this upload; end the session first.")
     try:
         found = await asyncio.to_thread(store.get, UploadRow, upload) if is_name(upload) else None
     except ApiError:
-        found = None  # No sweep runs on what cannot be read.
+        found = None  # No sweep runs on an unreadable upload.
     if found is not None and sweeps.uses(found):
         raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
     await asyncio.to_thread(store.discard, UploadRow, upload)
@@ -297,12 +297,12 @@ async def find_work(
     manager: AManager,
     sweeps: ASweeps,
     store: AStore,
-    q: Annotated[str, Query(max_length=200, description="Words that all have to occur: title, tracker, date ...")] = "",
-    show: Annotated[Kind | None, Query(description="List things of this kind alone; the others are counted.")] = None,
-    limit: Annotated[int, Query(ge=1, le=MOST, description="List so many of each kind.")] = 20,
-    zone: Annotated[ZoneInfo, Query(description="The time zone in which dates are looked for.")] = UTC,
+    q: Annotated[str, Query(max_length=200, description="Words that must all occur: title, tracker, date ...")] = "",
+    show: Annotated[Kind | None, Query(description="List only items of this kind; others are counted.")] = None,
+    limit: Annotated[int, Query(ge=1, le=MOST, description="Most items of each kind to list.")] = 20,
+    zone: Annotated[ZoneInfo, Query(description="Time zone for dates in the search.")] = UTC,
 ) -> WorkPublic:
-    """Find sessions, saved runs, comparisons, sweeps and uploads by words, the newest first."""
+    """Find sessions, saved runs, comparisons, sweeps and uploads by words, newest first."""
     words = Words(q)
     now = datetime.now(zone)
     saved, uploads = await asyncio.gather(asyncio.to_thread(store.all, RunRow), asyncio.to_thread(store.all, UploadRow))
@@ -323,7 +323,7 @@ async def find_work(
 
 
 def _texts_of(thing: Any) -> tuple[object, ...]:  # noqa: ANN401 - of any kind of work
-    """Return the texts of a thing in which words are looked for."""
+    """Return the searchable texts of an item."""
     match thing:
         case SessionPublic(recipe=recipe, tracker=tracker):
             words = experiment_words(recipe.experiment, [tracker])
@@ -342,30 +342,30 @@ def _texts_of(thing: Any) -> tuple[object, ...]:  # noqa: ANN401 - of any kind o
 jobs = APIRouter(tags=["jobs"])
 TheExplorations = Annotated[Explorations, service(Explorations)]
 
-PlotId = Annotated[str | None, Query(max_length=64, description="The one plot that a picture shows; all if not given.")]
+PlotId = Annotated[str | None, Query(max_length=64, description="Id of the one plot to show; all by default.")]
 
 
 @jobs.get("/jobs", response_model=list[AnyJob])
 async def list_jobs(house: TheHouse) -> list[Job[Any]]:
-    """List the jobs under way, and those that ended in the last ten minutes, the newest first."""
+    """List running jobs, and those that ended in the last ten minutes, newest first."""
     return house.jobs.all()
 
 
 @jobs.get("/jobs/{job}", response_model=AnyJob)
 async def show_job(job: AName, house: TheHouse) -> Job[Any]:
-    """Tell how far a job is, and what it has found; one that nobody asks for is dropped after 150 s."""
+    """Return a job's progress and result; a job that no client polls is dropped after 150 s."""
     return house.jobs.get(job)
 
 
 @jobs.delete("/jobs/{job}", status_code=HTTPStatus.NO_CONTENT)
 async def cancel_job(job: AName, house: TheHouse) -> None:
-    """Stop a job, or forget its result."""
+    """Stop a job, or delete its result."""
     await house.jobs.cancel(job)
 
 
 @jobs.get("/jobs/{job}/file", response_class=FileResponse)
 async def fetch_file(job: AName, house: TheHouse) -> FileResponse:
-    """Return the file that an export has written; it is kept for ten minutes."""
+    """Return the file of an export; it is kept for ten minutes."""
     found = house.jobs.get(job)
     if not isinstance(found, ExportJob):
         raise not_found("This job writes no file.")
@@ -383,39 +383,39 @@ async def fetch_file(job: AName, house: TheHouse) -> FileResponse:
 async def export_session(
     session: ASession, export: AName, house: TheHouse, explorations: TheExplorations, plot: PlotId = None
 ) -> ExportJob:
-    """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
+    """Begin to export the computed frames of a session's active branch."""
     name, found = session.snapshot.name, explorations.found_of(session)
     return await runs.export_run(house, session.spec, name, export, plot, found)
 
 
 @jobs.post("/sessions/{session}/fits", status_code=HTTPStatus.ACCEPTED)
 async def fit_session(session: ASession, body: runs.FitCreate, house: TheHouse) -> FitJob:
-    """Begin to fit numbers to the active branch of a session, as far as it was computed; the session goes on."""
+    """Begin to fit parameters to the computed frames of a session's active branch; the session continues."""
     return await runs.fit(house, session, tuple(body.numbers))
 
 
 @jobs.post("/sessions/{session}/explorations", status_code=HTTPStatus.ACCEPTED)
 async def explore(session: ASession, body: ExplorationCreate, explorations: TheExplorations) -> ExplorationJob:
-    """Begin to try what would have saved the active branch, or what its settings do with other seeds."""
+    """Begin to search for changes that would have saved the active branch, or to run its settings with other seeds."""
     return await explorations.explore(session, body)
 
 
 @jobs.get("/runs/{run}/exports")
 def list_exports(run: ARun) -> ExportsPublic:
-    """List what a saved run can be exported as."""
+    """List the exports of a saved run."""
     experiment = find_experiment(run.experiment)
     return ExportsPublic(exports=list(exports_of(experiment)), plots=list(experiment.display.plots))
 
 
 @jobs.post("/runs/{run}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
 async def export_run(run: ARun, export: AName, house: TheHouse, plot: PlotId = None) -> ExportJob:
-    """Begin to write a saved run as a file of another kind."""
+    """Begin to export a saved run."""
     return await runs.export_run(house, await reopen(house.store, house.tasks, run), run.title, export, plot)
 
 
 @jobs.post("/comparisons", status_code=HTTPStatus.ACCEPTED)
 async def compare_runs(body: ComparisonCreate, request: Request, house: TheHouse) -> ComparisonJob:
-    """Compare two to four runs: what differs is answered at once, results follow once the runs are computed."""
+    """Compare two to four runs: the answer lists the differences at once, results follow once the runs are computed."""
     return await requests.unless_client_gone(request, comparisons.compare(house, body.runs))
 
 
@@ -431,15 +431,17 @@ async def export_comparison(
 async def show_place(
     ticket: Annotated[str, Path(pattern=TICKET)], queues: Annotated[Queues, service(Queues)]
 ) -> QueuePublic:
-    """Tell how many are before the request that was sent with a ticket; none once it is worked on."""
+    """Return the number of requests before that of a ticket; 0 once it is processed."""
     return QueuePublic(before=queues.before(ticket))
 
 
 class SourceCodeRequest(RequestBody):
-    """The runs: one, or several that are compared."""
+    """The runs to write as source code: one, or several to compare."""
 
     runs: list[ComparedRun] = Field(min_length=1, max_length=4)
-    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(None, description="Most frames each")
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(
+        None, description="Most frames of each run"
+    )
 
 
 source_code = APIRouter(tags=["source code"])
@@ -447,7 +449,7 @@ source_code = APIRouter(tags=["source code"])
 
 @source_code.post("/source-code")
 async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceCode:
-    """Write what computes runs again; of several, what compares them. It leaves out the truth of a recording."""
+    """Return source code that computes a run again, or compares several. It omits the truth of a recording."""
     named = await asyncio.gather(*(find_run(run, house) for run in body.runs))
     recipes = [each.spec.recipe.with_footage(truth=None) for each in named]
     runs = [(recipe, find_experiment(recipe.experiment)) for recipe in recipes]
@@ -456,5 +458,5 @@ async def write_source_code(body: SourceCodeRequest, house: TheHouse) -> SourceC
 
 @source_code.get("/sweeps/{sweep}/source-code")
 async def write_sweep_code(sweep: ASweep) -> SourceCode:
-    """Write what computes a sweep again."""
+    """Return source code that computes a sweep again."""
     return sweep_code(sweep.plan)

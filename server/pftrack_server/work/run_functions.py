@@ -1,7 +1,7 @@
-"""What confined processes do with runs: read and compute records, export, fit, compare and explore.
+"""Functions that run in confined processes: read and compute records, export, fit, compare and explore runs.
 
-The runs of sessions, saved runs and recipes are made by the door that sessions come in by, under the same limits. One
-that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
+Runs of sessions, records and recipes are made in the same way as those of sessions, under the same limits. A function
+that may take minutes is a generator: it yields the steps done and the total, and returns its result.
 """
 
 import time
@@ -40,25 +40,25 @@ from pftrack_server.sessions.worker.run_tree import RunTree
 
 FIT_STEPS = 1000
 FIT_COMPUTED = 100
-"""Of the steps of a fit, those that are done when the run is computed."""
+"""Share of a fit's steps that computing the run takes."""
 TELL_S = 0.25
-"""Between two reports of what has been found: to write one takes some milliseconds, and the page asks as often."""
+"""Interval of reports, s: writing one takes some milliseconds, and the page polls at this rate."""
 
 Growing: TypeAlias = Generator[dict[str, Any], None, dict[str, Any]]
 
 
 def read_record(path: str) -> dict[str, Any]:
-    """Read what a record says of its run."""
+    """Return a record's metadata of its run."""
     return _read_record(path).record.model_dump(mode="json")
 
 
 def weigh_record(path: str, upload: Recording | None, most_frames: int, filters: tuple[str, ...] = ()) -> Steps:
-    """Compute the run of a record as far as it was computed, and return its outcome; a step is a frame.
+    """Compute a record's run up to its last computed frame, and return its outcome; a step is a frame.
 
     Args:
         path: The record.
-        upload: The upload that it was made on, if that is here.
-        most_frames: Of a run on this server.
+        upload: The upload of its recording, if it exists here.
+        most_frames: Most frames of a run on this server.
         filters: Texts of filters that the run may execute.
     """
     trust(*filters)
@@ -91,7 +91,7 @@ def _reopen_footage(upload: Recording | None, footage: Footage) -> FrameSequence
     """Open the upload that a run was made on.
 
     Raises:
-        RefusedError: It is not here.
+        RefusedError: The upload is missing.
     """
     if upload is None:
         name = footage.name or "a recording"
@@ -100,7 +100,7 @@ def _reopen_footage(upload: Recording | None, footage: Footage) -> FrameSequence
 
 
 def compare_record(path: str, estimates: list[list[float]]) -> str | None:
-    """Say where estimates differ from those of a record, in the frames that both have; None where they do not."""
+    """Return where estimates differ from those of a record, over the common frames; None if they do not."""
     apart = departure(estimates, _read_record(path))
     return None if apart is None else f"{apart.sentence[:1].upper()}{apart.sentence[1:]}."
 
@@ -109,7 +109,7 @@ def _read_record(path: str) -> Saved:
     try:
         return read_saved(Path(path))
     except RefusedError as error:
-        # What the file is called here is nobody's business.
+        # Do not reveal the server's name of the file.
         raise RefusedError(str(error).replace(Path(path).name, "The file")) from None
 
 
@@ -119,11 +119,11 @@ def write_export(
     """Write a run as a file; the first half of the steps computes the run, the second writes it.
 
     Args:
-        config: What makes the run, how far it has been computed, and where it stands.
+        config: Configuration of the run, with its goal.
         export: Name of the export.
-        plot: Id of the one plot that a picture shall show; None for all.
-        known: The record of what would have saved the run, where that is known.
-        path: Where to.
+        plot: Id of the one plot to show; None for all.
+        known: The what-if record of the run, if there is one.
+        path: The file to write.
     """
     run = _run(config)
     last = min(config.run.computed, run.frames - 1)
@@ -141,7 +141,7 @@ def write_export(
 
 
 def fit_run(config: WorkerConfig, names: tuple[str, ...]) -> Steps:
-    """Fit numbers of a run's tracker to what the run has seen, from where it stands, and return the fit."""
+    """Fit parameters of a run's tracker to the run's data, starting from their current values, and return the fit."""
     run = _run(config)
     last = min(config.run.computed, run.frames - 1)
     for step in run.seeking(last):
@@ -155,7 +155,7 @@ def fit_run(config: WorkerConfig, names: tuple[str, ...]) -> Steps:
 
 
 def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
-    """Return what is known of a comparison before anything is computed.
+    """Return the outline of a comparison, before anything is computed.
 
     Raises:
         RefusedError: The runs cannot be compared.
@@ -164,19 +164,19 @@ def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
 
 
 def compare_runs(configs: Sequence[WorkerConfig]) -> Steps:
-    """Compute all frames that runs have in common, and return the comparison; a step is a frame of a run."""
+    """Compute the common frames of runs, and return the comparison; a step is a frame of a run."""
     compared = _compare(configs)
     yield from compared.computing()
     return as_json(compared.result)
 
 
 def write_comparison(configs: Sequence[WorkerConfig], export: str, path: str) -> Steps:
-    """Compute all frames that runs have in common, and write the comparison as a file.
+    """Compute the common frames of runs, and write the comparison as a file.
 
     Args:
-        configs: Of the runs.
+        configs: Configurations of the runs.
         export: Name of the export.
-        path: Where to.
+        path: The file to write.
     """
     compared = _compare(configs)
     yield from compared.computing()
@@ -185,13 +185,13 @@ def write_comparison(configs: Sequence[WorkerConfig], export: str, path: str) ->
 
 
 def explore_changes(config: WorkerConfig, frame: int | None, share: tuple[int, int], seconds: float) -> Growing:
-    """Try what would have saved a run, and tell of it as it grows, by records of reports.
+    """Try changes that would have saved a run, and yield the growing report as a record.
 
     Args:
-        config: What makes the run, and how far it has been computed.
-        frame: In the loss that is meant; the first that lasts if None.
-        share: (k, n): of n parts of the changes only the k-th is tried.
-        seconds: After so long it ends with what it has found.
+        config: Configuration of the run, with its goal.
+        frame: A frame of the loss; None for the first lasting one.
+        share: (k, n): only the k-th of n parts of the changes is tried.
+        seconds: Time limit, s.
 
     Raises:
         RefusedError: The run has not lost its target.
@@ -212,13 +212,13 @@ def explore_changes(config: WorkerConfig, frame: int | None, share: tuple[int, i
 
 
 def explore_seeds(config: WorkerConfig, frames: int, scene: Scene, seconds: float) -> Growing:
-    """Carry out runs of the same settings with other seeds, and tell of them as they go on.
+    """Compute runs of the same settings with other seeds, and yield their growing bands.
 
     Args:
-        config: What makes the run.
-        frames: How far they go.
-        scene: What they see.
-        seconds: After so long they end where they are.
+        config: Configuration of the run.
+        frames: Number of frames.
+        scene: Whether each run sees the same scene or that of its own seed.
+        seconds: Time limit, s.
     """
     run = _run(config)
     growing = ensembling(run, other_seeds(run.seed, RUNS), min(frames, run.frames), scene=scene)
@@ -235,9 +235,9 @@ def _compare(configs: Sequence[WorkerConfig]) -> Comparison:
 
 
 def _tell(growing: Iterator[Any], words: Callable[[Any], dict[str, Any]], seconds: float) -> Growing:
-    """Go on as long as there is time, and yield now and then what has been found; return the last of it."""
+    """Continue while there is time, yield the findings at intervals, and return the last ones."""
     last = next(growing)
-    begun = told = time.monotonic()  # what it needs for the first time has been loaded
+    begun = told = time.monotonic()  # imports and compiled code are loaded by now
     for last in growing:
         now = time.monotonic()
         if now - begun > seconds:

@@ -1,7 +1,7 @@
-"""Runs: saved from a session to a record, or brought in from one; fits of their numbers; and files of other kinds.
+"""Runs: saved from a session to a record, or imported from one; fits of parameters; and exports.
 
-A file of another kind is written by a child, and lies in a folder of its own for as long as its job can be asked for.
-Sessions do not wait: the child computes the run from its recipe.
+A child process writes an export, whose file stays in a folder of its own as long as its job exists. Sessions do not
+wait: the child computes the run from its recipe.
 """
 
 import asyncio
@@ -45,9 +45,9 @@ from pftrack_server.work.sources import ComparedRun, House
 
 
 class FitCreate(RequestBody):
-    """What to fit."""
+    """The parameters to fit."""
 
-    numbers: list[Name] = Field(min_length=1, max_length=MOST_NUMBERS, description="Names of parameters of the tracker")
+    numbers: list[Name] = Field(min_length=1, max_length=MOST_NUMBERS, description="Names of the tracker's parameters")
 
 
 class RunPublic(BaseModel):
@@ -68,34 +68,34 @@ class RunPublic(BaseModel):
     @computed_field  # type: ignore[prop-decorator]
     @property
     def thumbnail(self) -> str:
-        """Address of its picture."""
+        """Address of the run's picture."""
         return f"api/v1/runs/{self.id}/thumbnail.png"
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def page(self) -> str:
-        """Address of the page that lists it."""
+        """Address of the page that lists the run."""
         return f"work?show=runs#run-{self.id}"
 
 
 class ImportJob(Job[RunPublic]):
-    """A run that was sent and is being computed; its steps are frames."""
+    """An imported run that is being computed; its steps are frames."""
 
     kind: Literal["import"] = "import"
 
 
 class FitJob(Job[Fit]):
-    """A fit of numbers to what a session's run has seen."""
+    """A fit of parameters to the data of a session's run."""
 
     kind: Literal["fit"] = "fit"
 
 
 class ExportedFile(BaseModel):
-    """A file that was written."""
+    """An exported file."""
 
-    title: str = Field(description="What kind of file it is")
+    title: str = Field(description="Title of the file's kind")
     media_type: str
-    address: str = Field(description="Where it can be fetched")
+    address: str = Field(description="Address of the file")
 
 
 class ExportJob(Job[ExportedFile]):
@@ -105,17 +105,17 @@ class ExportJob(Job[ExportedFile]):
 
 
 LONGEST = 60
-"""Characters of a run's name that the name of a file has."""
+"""Most characters of a run's name in a file name."""
 
 FIT = TypeAdapter(Fit)
 
 
 def check_room(store: Store, settings: Settings) -> None:
-    """Make sure that there is a place for one more saved run.
+    """Make sure that there is room for one more saved run.
 
     Raises:
-        ConflictError: There are as many as there may be.
-        ApiError: All together are as large as they may be, or the disk has no room (507).
+        ConflictError: The limit of saved runs is reached.
+        ApiError: All saved runs together are too large, or the disk has no room (507).
     """
     store.disk_budget.check()
     if store.count(RunRow) >= settings.max_runs:
@@ -158,16 +158,16 @@ def _row(
 
 
 async def bring_in(house: House, folder: Path, received: Received) -> ImportJob:
-    """Begin to keep a record that was sent, whose run is computed in a confined process before.
+    """Begin to import a record; a confined process computes its run first.
 
     Args:
-        house: Where that is done.
-        folder: Where the record is; it is removed.
+        house: The server's services for runs.
+        folder: Folder of the record; it is removed.
         received: The file.
 
     Raises:
-        RefusedError: It cannot be read as a record.
-        ApiError: There are as many under way as there may be (503).
+        RefusedError: The file cannot be read as a record.
+        ApiError: Too many jobs are running (503).
     """
 
     def drop() -> None:
@@ -190,7 +190,7 @@ async def bring_in(house: House, folder: Path, received: Received) -> ImportJob:
 
 
 async def _weigh(house: House, saved: Record, path: Path, name: str, on_step: OnStep) -> RunRow:
-    """Have the run of a record computed, and keep it."""
+    """Compute the run of a record, and store it."""
     store, settings, footage = house.store, house.settings, saved.recipe.footage
     upload = await asyncio.to_thread(store.upload_of, footage.sha256) if footage and footage.sha256 else None
     recording = upload and await recording_of(store, settings, house.tasks, upload.id)
@@ -207,10 +207,10 @@ async def _weigh(house: House, saved: Record, path: Path, name: str, on_step: On
 
 
 async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
-    """Begin to fit numbers of the active branch of a session, as far as it was computed; the session goes on.
+    """Begin to fit parameters to the computed frames of a session's active branch; the session continues.
 
     Raises:
-        ApiError: There are as many under way as there may be (503).
+        ApiError: Too many jobs are running (503).
     """
     config = await house.config(session.spec)
 
@@ -221,7 +221,7 @@ async def fit(house: House, session: Session, names: tuple[str, ...]) -> FitJob:
 
 
 async def compare(store: Store, tasks: ChildTasks, row: RunRow, session: Session) -> None:
-    """Tell people if a session that continues a saved run has other numbers than it."""
+    """Add a remark if a session that continues a saved run has other numbers than the run."""
     estimates = session.columns(session.spec.branch).get("estimate", [])
     session.keep(remark=await tasks.run(functions.compare_record, str(store.files.record(row.id)), estimates))
 
@@ -234,7 +234,7 @@ def outcome(summary: dict[str, Any]) -> str:
     decisive = summary.get("success_measure", HIT_RATE.name)
     if decisive != HIT_RATE.name:
         measure = find_experiment(summary["experiment"]).measure_named(decisive)
-        # In which frames is for the measure's title to say: the last ten of a run may decide.
+        # The measure's title names its frames: the last ten of a run may decide.
         title = f"{measure.title[:1].lower()}{measure.title[1:]}"
         return f"{100 * summary[decisive]:.0f} % {title}, {frames} frames in all"
     return loss_words(frames, lost or 0, summary.get("first_lost_frame"))
@@ -246,17 +246,17 @@ async def export_run(
     """Begin to write a file of a run.
 
     Args:
-        house: Where that is done.
-        spec: What makes the run, how far it has been computed, and where it stands.
-        title: What people call it.
+        house: The server's services for runs.
+        spec: Spec of the run, with its computed frames and its position.
+        title: Title of the run.
         export: Name of the export.
         plot: Id of the one plot that a picture shall show; None for all.
-        what_if: The record of what would have saved it, where somebody has asked.
+        what_if: The what-if record of the run, if there is one.
 
     Raises:
         ApiError: The export is unknown (404).
         ConflictError: The plot is unknown.
-        ApiError: The disk has no room (507); there are as many under way as there may be (503).
+        ApiError: The disk has no room (507), or too many jobs are running (503).
     """
     experiment = find_experiment(spec.recipe.experiment)
     kind = _find(exports_of(experiment), export)
@@ -267,11 +267,11 @@ async def export_run(
 
 
 async def export_comparison(house: House, runs: Sequence[ComparedRun], title: str, export: str) -> ExportJob:
-    """Begin to write a comparison as a file, called by a title or else by its runs.
+    """Begin to write a comparison as a file, named by a title or else by its runs.
 
     Raises:
-        ApiError: The export is unknown, or one of the runs is not here (404); the disk has no room (507); they cannot
-            be compared; see `prepare`.
+        ApiError: The export or one of the runs does not exist (404); the disk has no room (507); or the runs cannot be
+            compared, see `prepare`.
     """
     _, configs, outline = await prepare(house, runs)
     kind = _find(COMPARISON_FORMATS, export)
@@ -282,7 +282,7 @@ async def export_comparison(house: House, runs: Sequence[ComparedRun], title: st
 def _begin_export(
     house: House, kind: RunExport | ComparisonExport, name: str, function: Callable[..., Any], *arguments: object
 ) -> ExportJob:
-    """Begin to write a file, in a folder of its own that is named as the job."""
+    """Begin to write a file, in a folder of its own with the job's name."""
     house.jobs.check_room(ExportJob)
     house.store.disk_budget.check()
     job = ExportJob(id=new_name(), name=f"{name}.{kind.suffix}")
@@ -298,7 +298,7 @@ def _begin_export(
 
 
 def run_file_name(experiment: str, name: str) -> str:
-    """Return what files of a run are called: by its experiment, and by its name unless that says no more."""
+    """Return the file name of a run: its experiment, and its name if that adds anything."""
     known = EXPERIMENTS.get(experiment)
     titles = (known.video.clip_title, known.title) if known else ()
     rest = next((name.removeprefix(title) for title in titles if title and name.startswith(title)), name)
@@ -306,7 +306,7 @@ def run_file_name(experiment: str, name: str) -> str:
 
 
 def _slug(text: str) -> str:
-    """Return a text as a part of a file's name."""
+    """Return a text in a form for file names."""
     return re.sub(r"[^\w.]+", "-", text.lower()).strip("-.")[:LONGEST]
 
 

@@ -1,9 +1,9 @@
-"""References: names of runs that are here, a saved one's, a session's branch or a run of a sweep.
+"""References: names of runs on this server: a saved run, a session's branch or a run of a sweep.
 
 | reference | is |
 |---|---|
 | `run` | a saved run |
-| `session:branch` | what a branch of a session is made of, as it is now |
+| `session:branch` | the present recipe of a session's branch |
 | `sweep:run` | a run of a sweep |
 | either with `:tracker` | the same by another tracker, from frame 0 on |
 """
@@ -36,30 +36,30 @@ from pftrack_server.work.run_functions import read_record
 
 
 class ComparedRun(RequestBody):
-    """A run to compare: one that is here, by its name, or what makes it."""
+    """A run to compare, given by a reference or by its recipe."""
 
     reference: str | None = Field(None, max_length=200, description="`run`, `session:branch`, `sweep:run`[`:tracker`]")
     recipe: Recipe | None = None
-    upload: str | None = Field(None, max_length=64, description="Name of the upload that the recipe's footage is")
+    upload: str | None = Field(None, max_length=64, description="Name of the upload that holds the recipe's footage")
 
     @model_validator(mode="after")
     def _one_of_both(self) -> "ComparedRun":
         if (self.reference is None) == (self.recipe is None):
-            raise ValueError("A run to compare is named by a reference or by a recipe")
+            raise ValueError("A run to compare needs either a reference or a recipe")
         return self
 
 
 class House(NamedTuple):
-    """Where runs can be, and where work on them is done.
+    """The server's services for runs.
 
     Attributes:
-        settings: What the server allows.
-        store: Has saved runs and uploads.
-        manager: Knows the sessions.
-        sweeps: Those of the server.
-        tasks: Confined processes.
-        jobs: What is under way.
-        wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
+        settings: Settings of the server.
+        store: Holds saved runs and uploads.
+        manager: Holds the sessions.
+        sweeps: Sweeps of the server.
+        tasks: Runs confined processes.
+        jobs: The running jobs.
+        wait_for: Waits for an experiment to be compiled; raises an error if it takes longer.
     """
 
     settings: Settings
@@ -71,7 +71,7 @@ class House(NamedTuple):
     wait_for: Callable[[str], Awaitable[None]]
 
     async def config(self, spec: SessionSpec) -> WorkerConfig:
-        """Return what a confined process needs to make the active branch of a spec, without its checkpoints."""
+        """Return a confined process's configuration for the active branch of a spec, without checkpoints."""
         return dataclasses.replace(await self.manager.config(spec), states=None)
 
     async def compute(
@@ -81,17 +81,17 @@ class House(NamedTuple):
         *arguments: object,
         **limits: Any,  # noqa: ANN401 - of `run_long`
     ) -> Any:  # noqa: ANN401 - whatever the function returns
-        """Have a function of `run_functions` called in a confined process, and return its result."""
+        """Call a function of `run_functions` in a confined process, and return its result."""
         seconds = self.settings.worker_cpu_seconds
         return await self.tasks.run_long(function, *arguments, cpu_seconds=seconds, on_step=on_step, **limits)
 
 
 async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:
-    """Return the spec of a session that goes on with a saved run.
+    """Return the spec of a session that continues a saved run.
 
     Raises:
         RefusedError: The record cannot be read.
-        ConflictError: Its file or its video is not here.
+        ConflictError: Its file or its video is missing.
     """
     path = store.files.record(row.id)
     if not path.exists():
@@ -109,19 +109,19 @@ async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:
 
 
 class NamedRun(NamedTuple):
-    """What makes a run, and what people call it, where it has a name."""
+    """The recipe of a run, and its title if it has one."""
 
     spec: SessionSpec
     title: str | None
 
 
 async def find_run(run: ComparedRun, house: House) -> NamedRun:
-    """Return what makes a run that somebody wants to compare.
+    """Return the recipe of a run to compare.
 
     Raises:
         ApiError: The run does not exist (404).
-        ConflictError: The recording of a saved run is not here, or a run of a sweep could not be computed.
-        RefusedError: The reference is none, or names a tracker that there is not.
+        ConflictError: The recording of a saved run is missing, or a run of a sweep could not be computed.
+        RefusedError: The reference is not valid, or names an unknown tracker.
         ParameterError: The experiment of a recipe is unknown.
     """
     if run.recipe is not None:

@@ -112,7 +112,7 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
         ([ball(), {"reference": "0123456789abcdef:b0"}], 404, "branch 'b0' of a session"),
         ([ball(), {"reference": "0123456789abcdef:3"}], 404, "sweep does not exist"),
         ([ball(), {"reference": "a:b:c:d"}], 422, "session:branch or sweep:run, got 'a:b:c:d'"),
-        ([ball(), {}], 422, "by a reference or by a recipe"),
+        ([ball(), {}], 422, "either a reference or a recipe"),
     ],
 )
 def test_what_cannot_be_compared_is_said(

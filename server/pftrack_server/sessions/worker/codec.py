@@ -1,4 +1,4 @@
-"""The codec of drawings: one binary message a frame, which a page can paint without copying its arrays.
+"""The codec of drawings: one binary message per frame, which a page can paint without copying its arrays.
 
 A message is, in this order and with all numbers little-endian:
 
@@ -6,18 +6,18 @@ A message is, in this order and with all numbers little-endian:
 4 bytes               `pfd` and the version of this form
 uint32                length of the head in bytes, a multiple of 4
 head                  JSON in UTF-8, padded with spaces
-arrays                each begins at a multiple of 4 bytes; `arrays` in the head is their length altogether
+arrays                each begins at a multiple of 4 bytes; `arrays` in the head is their total length
 pictures, any number  uint32 key, uint32 length of the file, the file, padded to a multiple of 4 bytes
 ====================  ==================================================================================================
 
 The head is `{"frame", "width", "height", "caption", "legend", "arrays", "primitives", "worlds", "messages"}`. Messages
 are those of the session's stream up to this drawing. Each key of the legend is `{"layer", "colour", "meaning"}`, its
 colour a name in the palette. Each primitive has `name`, `kind` (the class of `pftrack.core.model.drawing` in lower
-case) and that class's fields. Each of the worlds has `world`, which is its declaration with the length of its `ruler`,
-and `primitives` in its own coordinates. An array stands there as `{"type", "at", "shape"}`: `f4`, `i4` or `u1`, its
-first byte counted from the end of the head, and its extents. One array may be named by several primitives. A picture
-stands there as `{"key", "shape"}`, its pixels in the picture of that key. A page keeps the pictures that the newest
-drawing names, and is not sent the file of a key that it keeps; a file that comes replaces what was kept under its key.
+case) and that class's fields. Each world has `world`, its declaration with the length of its `ruler`, and `primitives`
+in its own coordinates. The head refers to an array by `{"type", "at", "shape"}`: `f4`, `i4` or `u1`, the offset of its
+first byte from the end of the head, and its shape. Several primitives may refer to one array. The head refers to a
+picture by `{"key", "shape"}`; its pixels are in the picture of that key. A page keeps the pictures of the newest
+drawing and is not sent the file of a key that it keeps; a new file replaces the one kept under its key.
 
 Pictures are JPEG of quality 92 with colours at full resolution (`pftrack_server.core.pictures`): on the experiments'
 scenes the mean error is below two levels of 255 and an edge stays where it is, at 0.2 to 1 ms a frame; PNG takes 1 to
@@ -44,17 +44,17 @@ START = struct.Struct("<4sI")
 RECORD = struct.Struct("<II")
 ALIGNMENT = 4
 TYPES = {"f": "f4", "i": "i4", "u": "u1", "b": "u1"}
-"""How an array travels, by its NumPy kind."""
+"""Type of a sent array, by its NumPy kind."""
 
 
 @dataclass(frozen=True, slots=True)
 class EncodedDrawing:
-    """A drawing as it travels to pages.
+    """A drawing in the form that is sent to pages.
 
     Attributes:
-        head: All of the head but its messages.
-        arrays: What the head names, one after the other.
-        pictures: The pictures that the drawing names.
+        head: The head without its messages.
+        arrays: The arrays of the head, one after the other.
+        pictures: The pictures of the drawing.
     """
 
     head: bytes
@@ -65,7 +65,7 @@ class EncodedDrawing:
         """Return the message for a page.
 
         Args:
-            known: Keys of the pictures that the page has already.
+            known: Keys of the pictures that the page already has.
             texts: Messages of the stream up to this drawing, as JSON.
         """
         head = b"".join((self.head[:-1], b',"messages":[', ",".join(texts).encode(), b"]}"))
@@ -75,7 +75,7 @@ class EncodedDrawing:
 
 
 def picture_record(picture: EncodedPicture) -> bytes:
-    """Return what a message carries of a picture, at its end."""
+    """Return a picture's record at the end of a message."""
     length = len(picture.file)
     return b"".join((RECORD.pack(picture.key, length), picture.file, bytes(-length % ALIGNMENT)))
 
@@ -84,8 +84,8 @@ class DrawingEncoder:
     """Encodes the drawings of one run.
 
     Args:
-        pictures: What encodes their pictures, which may serve the scene as well.
-        bits: Of the fraction of each number, so that a file of many drawings packs well; all if not given.
+        pictures: Encoder of their pictures, which may be shared with the scene.
+        bits: Fraction bits kept of each number, so that a file of many drawings compresses well; all by default.
     """
 
     def __init__(self, pictures: PictureEncoder | None = None, bits: int | None = None) -> None:
@@ -93,14 +93,14 @@ class DrawingEncoder:
         self._bits = bits
 
     def encode(self, drawing: Drawing, frame: int) -> EncodedDrawing:
-        """Return a drawing as it travels.
+        """Return a drawing in its binary form.
 
         Args:
-            drawing: What is to be seen.
-            frame: The frame that it shows.
+            drawing: The drawing.
+            frame: Number of its frame.
 
         Raises:
-            ValueError: A primitive does not hold what it should.
+            ValueError: A primitive has invalid content.
         """
         for name, clause in faults(drawing).items():
             raise ValueError(f"{name} cannot be shown: {clause}")
@@ -128,7 +128,7 @@ class DrawingEncoder:
 
 
 def _describe(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:
-    """Return what the head says of a primitive; a picture is still to be named."""
+    """Return a primitive's entry in the head; its picture is added later."""
     fields = {each.name: getattr(item, each.name) for each in dataclasses.fields(item) if each.name != "image_rgb"}
     named = {field: arrays.add(value) if isinstance(value, np.ndarray) else value for field, value in fields.items()}
     return {"name": name, "kind": type(item).__name__.lower(), **named}
@@ -140,14 +140,14 @@ def _describe_world(drawn: WorldDrawing, arrays: "_Arrays") -> dict[str, Any]:
 
 
 def _number(value: object) -> object:
-    """Return a NumPy scalar as the Python number that JSON knows."""
+    """Return a NumPy scalar as a Python number for JSON."""
     if isinstance(value, np.generic):
         return value.item()
     raise TypeError(f"a drawing holds arrays, numbers and texts, got a {type(value).__name__}")
 
 
 class _Arrays:
-    """The arrays of a message, each of them once."""
+    """The arrays of a message, each once."""
 
     def __init__(self, bits: int | None) -> None:
         self._bits = bits
@@ -156,7 +156,7 @@ class _Arrays:
         self._known: dict[int, tuple[NDArray[Any], dict[str, Any]]] = {}
 
     def add(self, array: NDArray[Any]) -> dict[str, Any]:
-        """Take an array along and return how the head names it."""
+        """Add an array and return the head's reference to it."""
         known = self._known.get(id(array))
         if known is not None:
             return known[1]
@@ -167,17 +167,17 @@ class _Arrays:
         padding = bytes(-len(data) % ALIGNMENT)
         self._parts += (data, padding)
         self._length += len(data) + len(padding)
-        # The array is kept so that no other one gets its identity meanwhile.
+        # The array is kept so that no other array gets its `id` meanwhile.
         self._known[id(array)] = array, reference
         return reference
 
     def bytes(self) -> bytes:
-        """Return all of them."""
+        """Return all arrays as bytes."""
         return b"".join(self._parts)
 
 
 def _round(array: NDArray[Any], bits: int) -> NDArray[Any]:
-    """Return numbers with so many bits of their fractions; what is not finite, or would not be, stays as it is."""
+    """Return numbers rounded to some fraction bits; those that are not finite, or would not be, stay unchanged."""
     fraction, exponent = np.frexp(array.astype(np.float64))
     rounded = np.ldexp(np.rint(np.ldexp(fraction, bits)), exponent - bits)
     return np.where(np.abs(rounded) <= np.finfo(np.float32).max, rounded, array)

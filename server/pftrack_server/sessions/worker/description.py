@@ -1,7 +1,7 @@
-"""What a worker tells of its run and draws of its frames.
+"""Descriptions that a worker sends of its run, and drawings of its frames.
 
-What is fixed of a run is told once, and its timeline with what each change did; thresholds are told as they changed, so
-that a page computes neither. A frame is drawn with what somebody looks at in it.
+The unchanging part of a run is sent once. Its timeline is sent with the effect of each change, and thresholds with
+their changes, so that a page computes neither. A frame is drawn together with what a person inspects in it.
 """
 
 import base64
@@ -34,16 +34,16 @@ from pftrack_server.sessions import spec
 from pftrack_server.sessions.worker import protocol
 
 MOST_LINES = 60
-"""Of a genealogy: more cannot be told apart on a page."""
+"""Most lines of a genealogy; more cannot be distinguished on a page."""
 
 
 def describe(run: Run) -> spec.SessionDescription:
-    """Return what is fixed of a session whose active branch is this run."""
+    """Return the unchanging part of a session whose active branch is this run."""
     experiment, setup, source, footage = run.experiment, run.setup, run.source, run.recipe.footage
     told = (LOSS_PROBABILITY,) if experiment.quality.loss_probability.models_on(footage) else ()
     width, height = source.size
     preset = _preset_of(run)
-    # Authors of filters want their sliders at hand.
+    # The sliders of a person's own filter come first.
     own = [name for tracker, texts in experiment.filters.items() for name in parameters_of(tracker, texts)]
     truth = experiment.video.truth if footage else None
     return spec.SessionDescription(
@@ -78,7 +78,7 @@ def describe(run: Run) -> spec.SessionDescription:
 
 
 def _preset_of(run: Run) -> Preset | None:
-    """Return the preset that a run begins as; a recording is none."""
+    """Return the preset that a run begins as; None on a recording."""
     if run.recipe.footage is not None:
         return None
     values, defaults = flat(run.parameters_at(0)), flat(run.setup.parameters)
@@ -86,7 +86,7 @@ def _preset_of(run: Run) -> Preset | None:
 
 
 def describe_timeline(run: Run) -> dict[str, Any]:
-    """Return what a snapshot tells of a run's recipe, without the truth, and of its timeline, by field."""
+    """Return the snapshot fields that come from a run's recipe (without the truth) and its timeline."""
     changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker, "seed": run.seed}
     declared = run.experiment.declarations(type(run.setup.parameters))
     return {
@@ -97,11 +97,11 @@ def describe_timeline(run: Run) -> dict[str, Any]:
 
 
 def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> list[spec.ChangePublic]:
-    """Return the changes of a run, those after its first frame with the values that they replaced.
+    """Return the changes of a run; those after its first frame include the values that they replaced.
 
     Args:
         timeline: The changes.
-        first: The values in force in frame 0, the tracker's name among them.
+        first: The values in frame 0, including the tracker's name.
     """
     known = dict(first)
     changes = []
@@ -121,8 +121,8 @@ def threshold_views(
 
     Args:
         timeline: The changes.
-        first: The values in force in frame 0, the tracker's name among them.
-        declarations: Of the parameters.
+        first: The values in frame 0, including the tracker's name.
+        declarations: Declarations of the parameters.
     """
     known = dict(first)
     course = {0: known}
@@ -141,7 +141,7 @@ def threshold_views(
 
 
 def _read(declaration: Declaration, values: Mapping[str, Value]) -> float | None:
-    """Return the value that the tracker in charge reads."""
+    """Return the value that the tracker of these values reads."""
     value = values.get(declaration.name)
     if isinstance(value, str | None) or (declaration.trackers and values.get("tracker") not in declaration.trackers):
         return None
@@ -149,11 +149,11 @@ def _read(declaration: Declaration, values: Mapping[str, Value]) -> float | None
 
 
 def with_loss(rows: Sequence[dict[str, Any]], probabilities: Sequence[float]) -> list[dict[str, Any]]:
-    """Return diagnostics with the probability that the target is lost, where that is known.
+    """Return diagnostics with the probability that the target is lost, where it is known.
 
     Args:
-        rows: Of any frames.
-        probabilities: By the number of the frame; NaN where it is not known.
+        rows: Diagnostics of any frames.
+        probabilities: Probability by frame number; NaN where unknown.
     """
     known = ((row, probabilities[row["frame"]]) for row in rows)
     return [
@@ -163,10 +163,10 @@ def with_loss(rows: Sequence[dict[str, Any]], probabilities: Sequence[float]) ->
 
 
 class FrameView:
-    """What is looked at, and what the legend has said so far."""
+    """Draws frames; remembers what is inspected and the legend so far."""
 
     def __init__(self) -> None:
-        """Begin with nobody looking and an empty legend."""
+        """Begin with nothing inspected and an empty legend."""
         self._wanted = protocol.Inspect()
         self._inspection: Inspection | None = None
         self._particle: tuple[int, int] | None = None
@@ -174,11 +174,11 @@ class FrameView:
         self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
 
     def draw(self, run: Run, other: Diagnostics | None) -> Drawing:
-        """Return what is to be seen of the frame at which a run stands, without what no viewer can show.
+        """Return the drawing of a run's shown frame, without invalid primitives.
 
         Args:
-            run: The one that is shown.
-            other: The same frame of another run, to compare with.
+            run: The shown run.
+            other: Diagnostics of the same frame in another run, for comparison.
         """
         step = _step_to_draw(run)
         past = run.diagnostics[: step.frame.index + 1]
@@ -189,18 +189,19 @@ class FrameView:
         drawn = dict.fromkeys(drawn_keys(drawing, run.experiment.display.layers))
         if self._legend[0] != step.tracker:
             self._legend = step.tracker, {}
-        # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may
-        # be of another kind than all that follow, does not.
+        # A key stays in the legend once drawn, since the legend would flicker otherwise; keys of the first frame, whose
+        # belief may be of another kind, do not stay.
         if step.frame.index > 0:
             self._legend[1].update(drawn)
         legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
         return dataclasses.replace(drawing, legend=tuple(legend))
 
     def inspect(self, run: Run, wanted: protocol.Inspect) -> protocol.InspectionPublic:
-        """Look at something else from now on, and return what is found there in the frame that is shown.
+        """Inspect something else from now on, and return the findings in the shown frame.
 
         Raises:
-            ParameterError: The particle does not exist, or the tracker cannot be asked at places; nothing has changed.
+            ParameterError: The particle does not exist, or the tracker has no likelihood of places; nothing has
+                changed.
         """
         inspection = self._inspect(run)
         particle = None
@@ -241,7 +242,7 @@ class FrameView:
         )
 
     def _draw_looked_at(self, run: Run, drawing: Drawing) -> Drawing:
-        """Return a drawing of the frame that is shown with what is looked at."""
+        """Return a drawing of the shown frame together with what is inspected."""
         inspection, wanted = self._inspect(run), self._wanted
         if wanted.likelihood and (found := self._find_map(run, (drawing.width, drawing.height))) is not None:
             drawing = draw_likelihood(drawing, found)
@@ -299,7 +300,7 @@ def _address(image_rgb: NDArray[np.uint8]) -> str | None:
 
 
 def _step_to_draw(run: Run) -> Step:
-    """Return the step that is shown, with what is only drawn, and what was moved, as the next frame has it."""
+    """Return the shown step, with the values that only affect drawing, and moved beliefs, as for the next frame."""
     step, following = run.current, run.parameters_at(run.position + 1)
     shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
     parameters = step.parameters.model_copy(update=shown) if shown else step.parameters
@@ -307,7 +308,7 @@ def _step_to_draw(run: Run) -> Step:
 
 
 def _size(run: Run) -> tuple[int, int]:
-    """Return width and height of what is drawn of the frame that is shown, px."""
+    """Return width and height of the shown frame's drawing, px."""
     image = run.current.frame.image_rgb
     if image is not None:
         return image.shape[1], image.shape[0]

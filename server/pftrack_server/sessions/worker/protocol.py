@@ -1,12 +1,11 @@
-"""What the web process and a worker say to each other: commands and orders go down the pipe, events come up.
+"""Messages between the web process and a worker: commands and orders go to the worker, events come back.
 
 A `Command` is one type all the way: the body of a request, the message on the pipe, and the case in the worker. To add
 one, declare a class here, name it in the union, give it a case in `worker`, and send it from a button.
 
-The worker sends a drawing only when it holds a credit, and the web process gives the next credit when the last drawing
-has arrived and somebody looks: so drawings are never queued, and nobody draws for an empty room. A drawing travels in
-two forms, for the scene and for flat views, with a credit for each. Both are made of one drawing and share its
-pictures.
+The worker sends a drawing only when it has a credit, and the web process gives the next credit when the last drawing
+has arrived and somebody watches. So drawings never queue, and none is made for nobody. A drawing is sent in two forms,
+for the scene and for flat views, with a credit for each. Both come from one drawing and share its pictures.
 """
 
 from dataclasses import dataclass, field
@@ -30,25 +29,25 @@ Form: TypeAlias = Literal["scene", "flat"]
 """The forms in which a drawing is sent."""
 
 OPENING = 0
-"""Number of the request that nobody sends: it is answered when the run is where the config wants it."""
+"""Number of the reply that no request asks for: it is sent when the run has reached the config's goal."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorkerConfig:
-    """Everything that a worker needs to know to make, or make again, a session's run.
+    """Everything that a worker needs to make a session's run.
 
     Attributes:
         session: The session's name, for the log.
-        run: The branch to begin with, and where it shall go before anybody asks for anything; its recipe has the truth.
+        run: The active branch and its goal, computed before any request; its recipe includes the truth.
         recording: The upload; None for a simulated scene.
-        states: Folder in which checkpoints of the branches are kept, or None to keep none.
-        reserve_bytes: Free space on the disk that they must leave.
-        memory_bytes: What the worker may allocate.
-        cpu_seconds: CPU time that the worker may use.
-        limits: How long a run and how large an upload may be.
+        states: Folder for checkpoints of the branches; None to keep none.
+        reserve_bytes: Free disk space that the checkpoints must leave.
+        memory_bytes: Memory limit of the worker.
+        cpu_seconds: Limit of the worker's processor time.
+        limits: Limits on the length of a run and the size of an upload.
         max_particles: Most particles allowed.
-        gives_way: Whether it computes only when no other session wants to.
-        filters: Texts of filters that the run may execute, since the owner of this machine has named their files.
+        gives_way: Whether it computes only when no other session needs the processor.
+        filters: Texts of filters that the run may execute: the server's owner named their files.
     """
 
     session: str
@@ -68,7 +67,7 @@ class WorkerConfig:
 
 
 class PatchesPublic(BaseModel):
-    """A piece of the picture beside the one expected, as addresses of PNG data; null where it is outside."""
+    """A patch of the picture and the expected patch, as data URLs of PNG files; null where it is outside."""
 
     kind: Literal["patches"] = "patches"
     title: str
@@ -80,7 +79,7 @@ PartPublic: TypeAlias = Amount | Residual | Histograms | PatchesPublic | Contrib
 
 
 class StateValue(BaseModel):
-    """One coordinate of the state that is looked at."""
+    """One coordinate of the inspected state."""
 
     name: str
     unit: str
@@ -91,28 +90,28 @@ class GenealogyPublic(BaseModel):
     """The ancestors of the particles of the frame."""
 
     first: int = Field(description="The oldest frame")
-    counts: list[int] = Field(description="How many different ancestors there are in each frame from there on")
+    counts: list[int] = Field(description="Number of distinct ancestors in each frame from there on")
     coalesced: int | None = Field(description="The newest frame in which one particle is the ancestor of all")
     lines: list[list[Known]] = Field(description="Heights of lines, 0 to 1, in each frame; null before a line begins")
 
 
 class InspectionPublic(BaseModel):
-    """What is found in the frame that is shown."""
+    """Findings of an inspection in the shown frame."""
 
     frame: int
     subject: Literal["estimate", "place", "particle", "gone"] = Field(
-        description="What was looked at; gone is a particle that has no descendants here"
+        description="What was inspected; gone is a particle without descendants here"
     )
     place: tuple[float, float] | None
-    title: str = Field(description="What the likelihood compares; empty for a tracker that cannot be asked")
-    has_map: bool = Field(description="Whether the likelihood can lie over the picture")
-    scale: tuple[float, float] | None = Field(description="The log likelihoods of the darkest and the lightest colour")
-    log_likelihood: Known | None = Field(description="Null where it cannot be asked, or is impossible")
+    title: str = Field(description="Title of the likelihood; empty if the tracker has none to show")
+    has_map: bool = Field(description="Whether the likelihood can be drawn over the picture")
+    scale: tuple[float, float] | None = Field(description="Log likelihoods of the darkest and the lightest colour")
+    log_likelihood: Known | None = Field(description="Log likelihood at the place; null if unavailable or impossible")
     impossible: bool
     parts: list[PartPublic]
     state: list[StateValue]
     particle: ParticleFinding | None
-    update: list[PartPublic] = Field(description="What the tracker's step of this frame was made of")
+    update: list[PartPublic] = Field(description="Parts of the tracker's step in this frame")
     courses: tuple[Course, ...]
     genealogy: GenealogyPublic | None
 
@@ -128,10 +127,10 @@ def _check_speed(value: float) -> float:
 
 
 class Order:
-    """Something that is asked of a run.
+    """A request to a run.
 
     Attributes:
-        interrupts: Whether it ends a way to a goal, since it changes the run or the frame that is shown.
+        interrupts: Whether it stops a seek, since it changes the run or the shown frame.
         queues: Whether it waits for the order before it. A pause must not: it has to reach a worker that seeks.
     """
 
@@ -143,23 +142,23 @@ class Order:
 
 
 class RunCommand(RequestBody, Order):
-    """Base of the commands; `kind` says which one it is."""
+    """Base of the commands, which `kind` tells apart."""
 
 
 class Play(RunCommand):
-    """Play from the frame that is shown; from the last frame on, play from the first."""
+    """Play from the shown frame, or from the first frame if the last one is shown."""
 
     kind: Literal["play"] = "play"
 
 
 class Pause(RunCommand):
-    """Stop playing, or stop on the way to a frame."""
+    """Stop playing or seeking."""
 
     kind: Literal["pause"] = "pause"
 
 
 class Step(RunCommand):
-    """Go to the next frame, or back to the one before; both ends hold."""
+    """Go one frame forward or back; at an end nothing happens."""
 
     kind: Literal["step", "back"]
 
@@ -172,7 +171,7 @@ class Seek(RunCommand):
 
 
 class BeforeLoss(RunCommand):
-    """Go to a frame from which to watch how the target was lost."""
+    """Go to a frame shortly before the target was lost."""
 
     kind: Literal["before_loss"] = "before_loss"
 
@@ -186,26 +185,26 @@ class SetSpeed(RunCommand):
 
 
 class StopAt(RunCommand):
-    """Stop playing where the target is probably lost."""
+    """Stop playing when the target is probably lost."""
 
     interrupts: ClassVar[bool] = False
     kind: Literal["stop_at"] = "stop_at"
     probability: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), NOT_BOOLEAN] | None = Field(
         None,
-        description="That the target is lost, from which on it stops playing; never if left out. On a recording any "
-        "value stops it where a mark or the tracker itself says that the target is lost",
+        description="P(lost) at which playing stops; left out for never. On a recording any "
+        "value stops it when a mark or the tracker itself reports a loss",
     )
 
 
 class Restart(RunCommand):
-    """Start the active branch again with the values in force."""
+    """Start the active branch again with the current values."""
 
     kind: Literal["restart"] = "restart"
-    seed: Seed | None = Field(None, description="The seed to start again with; the same one if left out")
+    seed: Seed | None = Field(None, description="New random seed; left out for the same one")
 
 
 class Changed(BaseModel):
-    """The values in force after a change, and the frame from which they count."""
+    """The values after a change, and the frame from which they apply."""
 
     parameters: dict[str, Value]
     tracker: str
@@ -229,11 +228,11 @@ class MoveBelief(RunCommand):
 
     queues: ClassVar[bool] = True
     kind: Literal["move"] = "move"
-    frame: FrameNumber = Field(description="The one that is shown, in which it is moved")
+    frame: FrameNumber = Field(description="The shown frame, in which it is moved")
     particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(
-        None, description="Which of the particles that are drawn; the estimate, with all of them, if left out"
+        None, description="Index of a drawn particle; left out for the estimate with all particles"
     )
-    place: tuple[Pixels, Pixels] = Field(description="Of the drawing, px; the nearest that is allowed counts")
+    place: tuple[Pixels, Pixels] = Field(description="New place in the drawing, px; the nearest allowed place is used")
 
 
 class MakeBranch(RunCommand):
@@ -243,7 +242,7 @@ class MakeBranch(RunCommand):
     kind: Literal["branch"] = "branch"
     frame: FrameNumber
     values: Values = Field({}, description="New values by name of the parameter; `tracker` is the tracker")
-    seed: Seed | None = Field(None, description="Seed of the tracker from there on; the scene stays as it is")
+    seed: Seed | None = Field(None, description="Random seed of the tracker from there on; the scene stays the same")
     title: Title | None = None
 
 
@@ -256,20 +255,20 @@ class ShowBranch(RunCommand):
 
 
 class Inspect(RunCommand):
-    """Look at a place, a particle, or without either the estimate; it is drawn from now on.
+    """Inspect a place or a particle, or the estimate if neither is given; it is drawn from now on.
 
-    It takes the place of what was looked at before.
+    It replaces what was inspected before.
     """
 
     interrupts: ClassVar[bool] = False
     kind: Literal["inspect"] = "inspect"
-    likelihood: bool = Field(False, description="Whether the likelihood lies over the picture")
-    place: tuple[Pixels, Pixels] | None = Field(None, description="Of the picture, px")
-    picks: bool = Field(False, description="Whether the particle nearest to the place is looked at, and followed")
-    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(None, description="Place of a particle to follow")
-    frame: FrameNumber | None = Field(None, description="The frame of the particle; the one that is shown if left out")
-    genealogy: bool = Field(False, description="Whether the ancestors of all particles are wanted")
-    pulls: bool = Field(False, description="Whether arrows show which way the parts of the tracker's step pull")
+    likelihood: bool = Field(False, description="Whether to draw the likelihood over the picture")
+    place: tuple[Pixels, Pixels] | None = Field(None, description="Place in the picture, px")
+    picks: bool = Field(False, description="Whether to inspect and follow the particle nearest to the place")
+    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(None, description="Index of a particle to follow")
+    frame: FrameNumber | None = Field(None, description="Frame of the particle; left out for the shown one")
+    genealogy: bool = Field(False, description="Whether to return the ancestors of all particles")
+    pulls: bool = Field(False, description="Whether to draw the parts of the tracker's step as arrows")
 
 
 Command: TypeAlias = Annotated[
@@ -291,12 +290,12 @@ Command: TypeAlias = Annotated[
 COMMAND: TypeAdapter[Command] = TypeAdapter(Command)
 
 
-# ---------------------------------------------------------------- what the server alone asks
+# ---------------------------------------------------------------- orders of the server alone
 
 
 @dataclass(frozen=True, slots=True)
 class ReviseFilter(Order):
-    """Continue with another version of a filter's file; one that cannot be used is reported, and changes nothing."""
+    """Continue with another version of a filter file; an unusable one is reported and changes nothing."""
 
     queues: ClassVar[bool] = True
     name: str
@@ -305,7 +304,7 @@ class ReviseFilter(Order):
 
 @dataclass(frozen=True, slots=True)
 class Save(Order):
-    """Write the active branch to a file; answered with its summary and a thumbnail."""
+    """Write the active branch to a file; the answer is its summary and a thumbnail."""
 
     interrupts: ClassVar[bool] = False
     queues: ClassVar[bool] = True
@@ -314,14 +313,14 @@ class Save(Order):
 
 @dataclass(frozen=True, slots=True)
 class Picture(Order):
-    """Draw the current frame; answered with the picture as PNG."""
+    """Draw the shown frame; the answer is a PNG picture."""
 
     interrupts: ClassVar[bool] = False
 
 
 @dataclass(frozen=True, slots=True)
 class Explain(Order):
-    """Explain why the target was lost; answered with an `Explanation`.
+    """Explain why the target was lost; the answer is an `Explanation`.
 
     Attributes:
         frame: The frame to ask about; None for the first lasting loss.
@@ -336,20 +335,20 @@ class Explain(Order):
 
 @dataclass(frozen=True, slots=True)
 class Credit:
-    """One drawing may be sent in this form; no answer."""
+    """Permission to send one drawing in this form; it has no answer."""
 
     form: Form
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """An order that wants the answer with this number.
+    """An order, and the number of its reply.
 
     Attributes:
-        number: Of the request.
-        order: What is asked for.
-        branch: What to call a branch that it makes.
-        known: What the session knows of the branch that it shows, which makes it again in a worker without it.
+        number: Number of the request and its reply.
+        order: The order.
+        branch: Name for a branch that it makes.
+        known: The session's snapshot of the branch to show, from which a worker without that branch makes it again.
     """
 
     number: int
@@ -363,11 +362,11 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The run stands at its beginning or at its checkpoint; the first event of every worker that did not fail.
+    """The run is ready, at its beginning or its checkpoint; the first event of every worker that did not fail.
 
     Attributes:
-        description: What is fixed of it.
-        run: What moves of the run.
+        description: The unchanging part of the session.
+        run: The run's snapshot.
         rows: Diagnostics of the frames computed.
     """
 
@@ -378,21 +377,21 @@ class Ready:
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """What is fixed of the run is something else from now on: it has other trackers and parameters."""
+    """The description of the session has changed: it has other trackers and parameters."""
 
     description: SessionDescription
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Frames were computed or another one is shown.
+    """New frames, another shown frame, or changed fields.
 
     Attributes:
-        changes: What has changed of the run's snapshot since the last event, by field.
+        changes: Changed fields of the run's snapshot since the last event.
         rows: Diagnostics of the frames computed since the last event, in order.
-        scene: The newest drawing for the scene, where a credit was left for it.
-        flat: The newest drawing for flat views, where a credit was left for it.
-        is_ahead: Whether the run is now seen otherwise than in the newest drawing for flat views.
+        scene: The newest drawing for the scene, if there was a credit for it.
+        flat: The newest drawing for flat views, if there was a credit for it.
+        is_ahead: Whether the run now looks different from the newest drawing for flat views.
     """
 
     changes: dict[str, Any]
@@ -413,16 +412,16 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """The worker is alive; sent when there is nothing else to say."""
+    """The worker is alive; sent when there is no other event."""
 
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """The worker cannot go on; the last event before it ends.
+    """The worker cannot continue; the last event before it ends.
 
     Attributes:
         message: Sentence for a person.
-        error: The refusal that stopped it from starting, where it was one.
+        error: The refusal that prevented its start, if there was one.
     """
 
     message: str

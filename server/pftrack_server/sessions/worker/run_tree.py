@@ -1,6 +1,6 @@
-"""The run tree: the runs of one session, a branch each, and what a person may do with them.
+"""The run tree: the runs of one session, one per branch, and the commands on them.
 
-It knows neither pipe nor clock: the worker drives it, and tests can too.
+It uses neither pipe nor clock: the worker drives it, and so can tests.
 """
 
 import dataclasses
@@ -36,18 +36,18 @@ class RunTree:
     """The branches of a session's run, one of them active.
 
     Attributes:
-        experiment: Of the run.
+        experiment: Experiment of the run.
         active: Name of the active branch.
-        restarts: How often a branch was restarted, which drops its past.
-        problem: Why a filter that the run could have is not at hand.
+        restarts: Number of restarts; each drops a branch's past.
+        problem: Why an optional filter of the run cannot be used.
     """
 
     def __init__(self, config: WorkerConfig, on_step: Callable[[], None] = lambda: None) -> None:
-        """Wire the experiment and begin the run at frame 0, or where its checkpoint is.
+        """Wire the experiment and begin the run at frame 0 or at its checkpoint.
 
         Args:
-            config: What makes the run.
-            on_step: Called after each step that is repeated for a branch, which may take a while.
+            config: The worker's configuration.
+            on_step: Called after each step that is computed again for a branch, which may take a while.
 
         Raises:
             RefusedError: A value of the config is refused, the experiment is unknown, or the upload cannot be opened,
@@ -61,13 +61,13 @@ class RunTree:
         frames = recipe.frames
         if frames is not None and frames > config.limits.frames:
             raise ParameterError("frames", frames, f"at most {config.limits.frames} on this server")
-        # That of the recording alone, to which what filters bring is added.
+        # The recording's own experiment; own filters are added to it.
         self._bare = _wire(config)
         filters, self.problem = _usable_filters(recipe)
         self._adopt(filters)
         recipe = self._recipe
         self.active = config.run.branch
-        self._runs: dict[str, Run] = {}  # the one that was active last comes last
+        self._runs: dict[str, Run] = {}  # in the order of their last use
         self._left: dict[str, str] = {}
         self.restarts = 0
         self._view = FrameView()
@@ -85,18 +85,18 @@ class RunTree:
 
     @property
     def ended(self) -> bool:
-        """Whether the active branch stands on its last frame."""
+        """Whether the active branch is at its last frame."""
         return self.run.position >= self.run.frames - 1
 
     @property
     def branch_point(self) -> int | None:
-        """Frame at which a change leaves the active branch; None where it counts from its next frame on."""
+        """Frame at which a change starts a new branch; None if it takes effect from the next frame."""
         if self.run.frames > 1 and self.run.position == self.run.frames - 1:
             return 0
         return None if self.run.position == self.run.computed else self.run.position
 
     def describe(self) -> SessionDescription:
-        """Return what is fixed while the session lives."""
+        """Return the unchanging part of the session."""
         return describe(self.run)
 
     def measures(self) -> dict[str, float | int]:
@@ -107,7 +107,7 @@ class RunTree:
         return self._measured[1]
 
     def look(self) -> str:
-        """Return how the target separates from its surroundings in the frame that is shown, a sentence."""
+        """Return a sentence on how well the target stands out from its surroundings in the shown frame."""
         if self._setup.beside is None:
             return ""
         rows = self.run.diagnostics[: self.run.position + 1]
@@ -118,7 +118,7 @@ class RunTree:
         """Return why the target was lost in the active branch.
 
         Args:
-            frame: The frame to ask about; the first lasting loss if None.
+            frame: The frame to ask about; None for the first lasting loss.
 
         Raises:
             ParameterError: The frame has not been computed.
@@ -128,10 +128,10 @@ class RunTree:
         return explain(self.run, frame)
 
     def before_loss(self) -> int:
-        """Return the frame from which to watch how the target was lost.
+        """Return the frame from which to watch the loss of the target.
 
         Raises:
-            ConflictError: It has not been lost so far.
+            ConflictError: The target has not been lost so far.
         """
         rows = self.run.diagnostics
         frame = Loss.of(rows).approach([row.hidden is True for row in rows], self.run.position)
@@ -140,11 +140,11 @@ class RunTree:
         return frame
 
     def snapshot(self) -> RunSnapshot:
-        """Return what moves of the active branch, as far as it is known here."""
+        """Return the snapshot of the active branch, without the worker's own fields."""
         run = self.run
         following = run.position + 1
         tracker, parameters = run.tracker_at(following), run.parameters_at(following)
-        # Most frames have the timeline of the frame before.
+        # Mostly the timeline is that of the frame before.
         if self._course[0] is not run.timeline:
             self._course = run.timeline, describe_timeline(run)
         return RunSnapshot(
@@ -161,20 +161,20 @@ class RunTree:
         )
 
     def forward(self) -> dict[str, Any] | None:
-        """Go to the next frame; return its diagnostics when it had to be computed."""
+        """Go to the next frame; return its diagnostics if it had to be computed."""
         if self.run.position == self.run.computed:
             return self.run.advance().diagnostics.as_dict()
         self.run.seek(self.run.position + 1)
         return None
 
     def reachable_goal(self, goal: Goal) -> Goal:
-        """Return a goal as far as the run goes."""
+        """Return a goal within the length of the run."""
         computed = min(goal.computed, self.run.frames - 1)
         position = min(goal.position, max(computed, self.run.computed))
         return Goal(max(computed, position), position)
 
     def seek_steps(self, goal: Goal) -> Iterator[dict[str, Any] | None]:
-        """Go to a goal; after each step on the way yield the diagnostics of its frame, if that had to be computed."""
+        """Go to a goal; after each step yield the diagnostics of its frame, or None if it was known."""
         if goal.computed > self.run.computed:
             for _ in self.run.seeking(self.run.computed):
                 yield None
@@ -184,11 +184,11 @@ class RunTree:
             yield None
 
     def keep_states(self) -> None:
-        """Write a checkpoint of the active branch, if it is wanted and there is room.
+        """Write a checkpoint of the active branch if checkpoints are kept and there is room.
 
         Raises:
-            OSError: It cannot be written.
-            ValueError: The tracker's states cannot.
+            OSError: The checkpoint cannot be written.
+            ValueError: The tracker's states cannot be stored.
         """
         if self._states is None or free_bytes(self._states.parent) < self._reserve_bytes:
             return
@@ -196,13 +196,13 @@ class RunTree:
         checkpoint.write(self.run.checkpoint(), self._place(self._states))
 
     def _recall(self) -> None:
-        """Have the active branch begin with what its checkpoint holds."""
+        """Let the active branch begin with the content of its checkpoint."""
         if self._states is not None:
             package = type(self._setup.parameters).__module__.partition(".")[0]
             place = self._place(self._states)
             found = checkpoint.read(place, package)
             if found is not None and self.run.recall(found):
-                os.utime(place)  # the checkpoints that nobody has used for the longest time are the first to go
+                os.utime(place)  # the least recently used checkpoints are deleted first
 
     def _place(self, folder: Path) -> Path:
         return folder / f"{self.active}.states"
@@ -212,45 +212,45 @@ class RunTree:
         return self.with_loss([row.as_dict() for row in self.run.diagnostics[first:]])
 
     def loss_probability(self, frame: int) -> float:
-        """Return how probable it is that the target is lost in a frame of the active branch; NaN if not known."""
+        """Return the probability that the target is lost in a frame of the active branch; NaN if unknown."""
         return self._loss.follow(self.run)[frame]
 
     def with_loss(self, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        """Return diagnostics of the active branch with the probability that the target is lost, where that is known.
+        """Return diagnostics of the active branch with the probability that the target is lost, where it is known.
 
-        It is told of many frames at once, which takes an eighth of the time of one by one.
+        It is computed for many frames at once, which takes an eighth of the time of single frames.
         """
         return with_loss(rows, self._loss.follow(self.run)) if rows else rows
 
     def drawing(self) -> Drawing:
-        """Return what is to be seen of the frame that is shown, without what no viewer can show."""
+        """Return the drawing of the shown frame, without invalid primitives."""
         return self._view.draw(self.run, self.other)
 
     def inspect(self, wanted: Inspect) -> InspectionPublic:
-        """Look at something in the frame that is shown, and draw it from now on.
+        """Inspect something in the shown frame, and draw it from now on.
 
         Raises:
-            ParameterError: It does not exist; what was looked at before still is.
+            ParameterError: It does not exist; the inspection before stays.
         """
         return self._view.inspect(self.run, wanted)
 
     def redraws(self, values: Mapping[str, object]) -> bool:
-        """Return whether a change of these shows in the frame that is shown, and not from the next one on."""
+        """Return whether changes of these values alter the shown frame, not only later ones."""
         drawn = {item.name for item in with_role(type(self._setup.parameters), "drawing")}
         return not values.keys().isdisjoint(drawn | {"move"})
 
     @property
     def second(self) -> str | None:
-        """The branch that the active one left, else the one active before it, of those that see the same scene."""
+        """The branch that the active one left, or else the one active before it; None unless it sees the same scene."""
         others = [name for name, run in self._runs.items() if name != self.active and run.seed == self.run.seed]
         left = self._left.get(self.active)
         return left if left in others else others[-1] if others else None
 
     @property
     def other(self) -> Diagnostics | None:
-        """The frame that is shown, in the second branch.
+        """The shown frame in the second branch.
 
-        None if that has not come so far, or estimates the same: branches share their past.
+        None if that branch has not computed it, or its estimate is the same: branches share their past.
         """
         if self.second is None:
             return None
@@ -262,11 +262,11 @@ class RunTree:
     def change(self, values: Mapping[str, object], branch: str) -> None:
         """Change parameters from the next frame on.
 
-        In the past this makes a branch, unless it changes no number, and at the end of the run one from its start; a
-        parameter that cannot change in the middle of a run restarts it.
+        In the past this makes a branch, unless it changes no number; at the end of the run it makes a branch from the
+        start. A parameter that cannot change in the middle of a run restarts the run.
 
         Raises:
-            ParameterError: A value is refused; nothing has changed then.
+            ParameterError: A value is refused; nothing changes then.
         """
         self._limit_change(values, self.run.position + 1)
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
@@ -278,10 +278,10 @@ class RunTree:
             self.run.change(values)
 
     def branch(self, name: str, frame: int, values: Mapping[str, object]) -> None:
-        """Leave the active branch at a frame and go on under a new name.
+        """Leave the active branch at a frame and continue under a new name.
 
         Raises:
-            ParameterError: The frame or a value is refused; nothing has changed then.
+            ParameterError: The frame or a value is refused; nothing changes then.
         """
         if not 0 <= frame <= self.run.computed:
             raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.computed}")
@@ -291,7 +291,7 @@ class RunTree:
         self._show(name)
 
     def activate(self, name: str, recipe: Recipe) -> bool:
-        """Show another branch; return whether it had to be computed again because this worker did not hold it."""
+        """Show another branch; return whether this worker had to compute it again."""
         missing = name not in self._runs
         if any(len(texts) > len(self._recipe.filters.get(each, ())) for each, texts in recipe.filters.items()):
             self._adopt({**self._recipe.filters, **recipe.filters})
@@ -303,11 +303,11 @@ class RunTree:
         return missing
 
     def restart(self, seed: int | None = None, values: Mapping[str, object] = MappingProxyType({})) -> None:
-        """Restart the active branch with the values in force and an empty past.
+        """Restart the active branch with the current values and an empty past.
 
         Args:
-            seed: What to begin with instead of the seed so far; it is then the seed of all branches to come.
-            values: What to change of the values in force.
+            seed: New random seed, for this branch and all later ones; None for the same seed.
+            values: Changes of the current values.
         """
         if seed is not None:
             self._recipe = self._recipe.model_copy(update={"seed": seed})
@@ -331,25 +331,25 @@ class RunTree:
         return self.run.summary().as_dict()
 
     def revise_filter(self, name: str, text: str, branch: str) -> None:
-        """Go on with another version of a filter's file.
+        """Continue with another version of a filter file.
 
-        Where the active branch was computed with it, this makes a branch, from the frame that is shown or from the
-        start if that is the last; otherwise the version is at hand. Tracker and parameters stay as they were chosen.
+        If the active branch was computed with the filter, this makes a branch, from the shown frame or, if that is the
+        last, from the start; otherwise the version becomes available. Tracker and parameters stay as chosen.
 
         Args:
-            name: Of its tracker.
+            name: Name of its tracker.
             text: The file's content, which is trusted from now on.
-            branch: What to call the new branch.
+            branch: Name for the new branch.
 
         Raises:
-            FilterFileError: It cannot be used; nothing has changed then.
+            FilterFileError: The version cannot be used; nothing changes then.
         """
         trust(text)
         versions = self._recipe.filters.get(name, ())
         if versions[-1:] == (digest_of(text),):
             return
         if not any(_uses(run, name) for run in self._runs.values()):
-            versions = ()  # nobody needs them
+            versions = ()  # no run uses them
         self._adopt({**self._recipe.filters, name: (*versions, digest_of(text))})
         used = _uses(self.run, name)
         run = self.run.rewire(self.experiment, self._setup)
@@ -357,26 +357,26 @@ class RunTree:
         following = run.position + 1
         values = new_defaults(name, self._recipe.filters[name], flat(run.parameters_at(following)))
         if used:
-            # A branch shares what was in force in its frame; what was chosen since is not given up for a new text.
+            # A branch shares the values of its frame; later choices are kept with the new text.
             values = {**_changes_between(run, frame, following), **values}
             self._runs[branch] = run.branch(frame, values, on_step=self._on_step)
             self._left[branch] = self.active
             self._show(branch)
         else:
-            # No number hangs on it, so it is in force from the beginning.
+            # No number depends on it, so it applies from the beginning.
             run.timeline = run.timeline.insert(Change(0, values)) if versions else run.timeline
             self._runs[self.active] = run
 
     def try_filter(self, name: str) -> None:
-        """Compute the next frame by the newest version of a filter's file, beside the runs, which stay as they are.
+        """Compute the next frame with the newest version of a filter file, without changing the runs.
 
-        After the last frame it is the one after the first.
+        At the last frame, the frame after the first is computed.
 
         Args:
-            name: Of its tracker, which need not be the one that is chosen.
+            name: Name of its tracker, which need not be the chosen one.
 
         Raises:
-            FilterFileError: It cannot compute the frame.
+            FilterFileError: The filter cannot compute the frame.
         """
         run, frame = self.run, 0 if self.ended else self.run.position
         if run.frames == 1:
@@ -386,10 +386,10 @@ class RunTree:
         run.branch(frame, {**values, "tracker": name}, on_step=self._on_step).advance()
 
     def _adopt(self, filters: Mapping[str, tuple[str, ...]]) -> None:
-        """Have the trackers of these filters at hand.
+        """Add the trackers of these filters to the experiment.
 
         Raises:
-            FilterFileError: One cannot be used; nothing has changed then.
+            FilterFileError: A filter cannot be used; nothing changes then.
         """
         experiment, setup = extend(self._recipe.experiment, filters), widen(self._bare, filters)
         self.experiment: Experiment = experiment
@@ -399,19 +399,19 @@ class RunTree:
     def _show(self, name: str) -> None:
         self._runs[self.active] = self._runs.pop(self.active)
         self.active = name
-        if self.run.experiment is not self.experiment:  # of before another version of a filter came
+        if self.run.experiment is not self.experiment:  # from before a new version of a filter
             self._runs[name] = self.run.rewire(self.experiment, self._setup)
 
     def _begin(self, recipe: Recipe) -> Run:
         experiment, parameters = self.experiment, self._setup.parameters
         tracker, changes = recipe.tracker or experiment.default_tracker, recipe.changes(flat(parameters))
-        # A run computes its first frame at once: what is too much is refused before there is one.
+        # A run computes its first frame at once, so limits are checked before it is made.
         for each in Timeline.begin(parameters, tracker, experiment.trackers, changes).segments:
             self._limit(each.parameters, each.tracker)
         return Run.from_recipe(recipe, experiment, self._setup)
 
     def _limit_change(self, values: Mapping[str, object], frame: int) -> None:
-        """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
+        """Refuse a change in a frame of the active branch that makes too many particles."""
         changed = revise(self.run.parameters_at(frame), parameter_values(values))
         self._limit(changed, str(values.get("tracker", self.run.tracker_at(frame))))
 
@@ -421,7 +421,7 @@ class RunTree:
 
 
 def _wire(config: WorkerConfig) -> Setup:
-    """Wire the recipe's footage, which is the upload, or the simulated scene.
+    """Wire the recipe's footage, which is the upload or the simulated scene.
 
     Raises:
         RefusedError: The experiment is unknown, or the upload cannot be opened, is another one, or shows no target.
@@ -433,20 +433,20 @@ def _wire(config: WorkerConfig) -> Setup:
     setup = reproduction.wire(experiment, footage, lambda named: recording.open(square=named.square))
     if setup.footage is None or not footage.name:
         return setup
-    # A saved run speaks of the recording by the name that people know.
+    # A saved run names the recording by its original name.
     return dataclasses.replace(setup, footage=setup.footage.model_copy(update={"name": footage.name}))
 
 
 def problem_of(error: FilterFileError) -> Problem:
-    """Return what a session tells of a filter's file that cannot be used."""
+    """Return a session's report of a filter file that cannot be used."""
     return Problem(file=error.file, line=error.line, text=error.problem)
 
 
 def _usable_filters(recipe: Recipe) -> tuple[Mapping[str, tuple[str, ...]], Problem | None]:
-    """Return the filters of a recipe; where the run needs none that cannot be used, without those, and why.
+    """Return the usable filters of a recipe, and the problem of an unusable one that the run does not need.
 
     Raises:
-        FilterFileError: One that the run needs cannot be used.
+        FilterFileError: A filter that the run needs cannot be used.
     """
     needed = {recipe.tracker, *(change.values.get("tracker") for change in recipe.timeline)}
     usable, problem = dict(recipe.filters), None
@@ -462,7 +462,7 @@ def _usable_filters(recipe: Recipe) -> tuple[Mapping[str, tuple[str, ...]], Prob
 
 
 def _changes_between(run: Run, frame: int, later: int) -> dict[str, Any]:
-    """Return what is in force in a later frame and was not in an earlier one."""
+    """Return the values of a later frame that differ from those of an earlier one."""
     before, chosen = flat(run.parameters_at(frame)), flat(run.parameters_at(later))
     values: dict[str, Any] = {name: value for name, value in chosen.items() if value != before[name]}
     tracker = run.tracker_at(later)

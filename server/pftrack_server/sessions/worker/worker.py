@@ -1,9 +1,8 @@
-"""The worker: one process that owns a session's run and computes it at the speed asked for.
+"""The worker: one process that owns a session's run and computes it at the chosen speed.
 
-Between two frames it listens to the pipe. It reports every computed frame, at most thirty times a second, and draws
-only when the web process has taken the last drawing. Where many frames have to be computed, for a seek or to come back
-to where a session was, they are worked off in the same loop, so that everybody can watch and a pause or another seek
-can cut it short.
+Between two frames it reads the pipe. It reports all computed frames, at most thirty times a second, and draws only when
+the web process has taken the last drawing. Many frames, for a seek or to resume a session, are computed in the same
+loop, so that people can watch, and a pause or another seek can interrupt.
 """
 
 import logging
@@ -35,19 +34,19 @@ from pftrack_server.sessions.worker.run_tree import RunTree, problem_of
 
 FORMS: tuple[protocol.Form, ...] = get_args(protocol.Form)
 TELL_S = 1 / 30
-# A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
+# A slightly early frame must not be skipped, or thirty a second would become fifteen.
 EARLY = 0.8
 HEARTBEAT_S = 1.0
 MEASURED_EVERY_S = 1.0
-"""While frames keep coming; measures look at all frames so far."""
+"""Interval of measures while frames are computed, s; they read all frames so far."""
 KEEP_AFTER_S = 5.0
 LARGEST_SHARE = 0.05
-"""Of the time, for checkpoints."""
-# So long a command or a start may take before it becomes a way that others can watch and cut short.
+"""Most of the time that checkpoints may take, as a share."""
+# How long a command or a start may take before it becomes a seek that can be watched and interrupted.
 AT_ONCE_S = 0.5
 
 NICENESS, GIVING_WAY = 3, 8
-"""The web process goes before one session's computation, and sweeps, with 10, come last."""
+"""Niceness of a worker: the web process comes first, and sweeps, with 10, last."""
 OPEN_FILES = 256
 
 log = logging.getLogger(__name__)
@@ -55,13 +54,13 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class Way:
-    """The way to a goal, a step at a time, and the request that waits for the end of it.
+    """A seek to a goal, one step at a time, and the request that waits for its end.
 
     Attributes:
-        goal: Where to.
-        number: Of the request.
-        steps: What is left of it.
-        known: The furthest frame that had been computed before, and that another goal on the way does not give up.
+        goal: The goal.
+        number: Number of the request.
+        steps: The remaining steps.
+        known: The last frame that had been computed before; another goal meanwhile does not give it up.
     """
 
     goal: Goal
@@ -71,20 +70,20 @@ class Way:
 
 
 class Checkpoints:
-    """When a worker writes down what it has computed, so that a session that comes back need not wait.
+    """When a worker stores its computed states, so that a resumed session need not wait.
 
-    What counts is the time that computing took: a run that is computed again in a moment is never written down, and one
-    that takes minutes is, every few seconds of them. Writing takes a small share of the time at the most.
+    The computing time decides: a run that can be computed again in a moment is never stored; one that takes minutes is
+    stored after every few seconds of computing. Writing takes at most a small share of the time.
     """
 
     def __init__(self, tree: RunTree) -> None:
         self._tree = tree
         self._unkept_s: dict[str, float] = {}
-        """Computing time of each branch that no checkpoint holds yet."""
+        """Computing time of each branch that is not in a checkpoint yet, s."""
         self._write_s = 0.0
 
     def on_frame(self, seconds: float) -> None:
-        """Take note of how long a frame of the active branch took, and write a checkpoint if it is due."""
+        """Note the computing time of a frame of the active branch, and write a checkpoint if one is due."""
         name = self._tree.active
         unkept = self._unkept_s.get(name, 0.0) + seconds
         self._unkept_s[name] = unkept
@@ -95,8 +94,8 @@ class Checkpoints:
         try:
             self._tree.keep_states()
         except (OSError, ValueError) as error:
-            # The run can be computed again: nobody loses anything but time.
-            log.warning("the states of branch %s were not kept: %s", name, error)
+            # The run can be computed again: only time is lost.
+            log.warning("the states of branch %s were not stored: %s", name, error)
         self._write_s = time.monotonic() - begun
 
 
@@ -119,7 +118,7 @@ class Worker:
         self._measures: dict[str, float | int] = {}
         self._look = ""
         self._broken: Problem | None = self._tree.problem
-        """Why a filter's file cannot be used as it is; told until a version can be, whatever goes on meanwhile."""
+        """Why a filter file cannot be used; reported until a usable version is saved, whatever happens meanwhile."""
         self._problem: Problem | None = None
         """Why the next frame cannot be computed."""
         self._measured = 0.0
@@ -132,15 +131,15 @@ class Worker:
         self._encoder = DrawingEncoder(self._pictures)
         self._way: Way | None = None
         self._request = protocol.Request(protocol.OPENING, protocol.Order())
-        """What is carried out, or was last."""
+        """The present or last order."""
         self._left: Way | None = None
-        """The way that the order which is carried out has ended."""
+        """The seek that the present order has stopped."""
         self._reported = config.run
         with watch(lambda _: self._heartbeat(), self._count_compiled):
             self._start_seek(config.run.bound, protocol.OPENING, known=config.run.bound.computed)
 
     def serve(self) -> None:
-        """Say that the run stands, then listen and compute until the web process hangs up."""
+        """Report that the run is ready, then read commands and compute until the web process hangs up."""
         self._rows = []
         self._reported = self._snapshot()
         self._pipe.send(protocol.Ready(self._tree.describe(), self._reported, self._tree.rows(0)))
@@ -163,7 +162,7 @@ class Worker:
     # ------------------------------------------------------------ time
 
     def _time_to_wait_s(self) -> float:
-        """Return how long nothing has to be done, s."""
+        """Return the time until the next duty, s."""
         if self._way is not None or (self._playing and self._speed == 0):
             return 0.0
         now = time.monotonic()
@@ -176,14 +175,14 @@ class Worker:
 
     @property
     def _period(self) -> float:
-        """Time between two frames, s; 0 as fast as possible."""
+        """Time between two frames, s; 0 for as fast as possible."""
         return 1 / (self._tree.run.source.frame_rate_hz * self._speed) if self._speed else 0.0
 
     def _compute(self) -> None:
-        """Go on by one frame if one is due.
+        """Compute one frame if one is due.
 
         Raises:
-            FilterFileError: A person's filter cannot go on.
+            FilterFileError: A person's filter cannot continue.
         """
         if (way := self._way) is not None:
             if not self._step(way):
@@ -193,7 +192,7 @@ class Worker:
             self._note_step(self._tree.forward(), begun)
             self._stop_if_lost()
             if self._speed:
-                # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
+                # After a stall the clock continues from now, so that the lost time is not played in fast motion.
                 due = self._due + self._period
                 self._due = max(due, time.monotonic() - self._period)
                 self._behind_s += self._due - due
@@ -201,9 +200,9 @@ class Worker:
                 self._playing = False
 
     def _stop_if_lost(self) -> None:
-        """Stop in a frame in which the target is probably lost, unless it was so in the frame before.
+        """Stop at a frame in which the target is probably lost, unless it was in the frame before.
 
-        On a recording no probability is calibrated: there marks and the tracker's own account say that it is lost.
+        On a recording no probability is calibrated; there marks and the tracker's own report decide.
         """
         limit, run = self._stop_at, self._tree.run
         frame = run.position
@@ -220,10 +219,10 @@ class Worker:
             self._stopped = f"Stopped: {words}"
 
     def _halt(self, error: FilterFileError) -> None:
-        """Stand where the run is, since a filter cannot go on, and say why."""
+        """Stop at the present frame, since a filter cannot continue, and report why."""
         way, self._way, self._playing = self._way, None, False
         self._news = True
-        # A file that was saved since and is broken says more than the version before it, with which the run goes on.
+        # A broken file saved since is reported instead: the run continues with the version before it.
         if self._broken is None or self._broken.file != error.file:
             self._problem = problem_of(error)
         if way is not None:
@@ -231,7 +230,7 @@ class Worker:
             self._pipe.send(protocol.Reply(way.number, error=error))
 
     def _note_step(self, row: dict[str, Any] | None, begun: float) -> None:
-        """Take note of a step and of how long its frame took, if it had to be computed."""
+        """Note a step, and the computing time of its frame if it had to be computed."""
         if row is not None:
             self._problem = None
             self._rows.append(row)
@@ -239,7 +238,7 @@ class Worker:
         self._redraw()
 
     def _start_seek(self, goal: Goal, number: int, *, known: int, at_once_s: float = AT_ONCE_S) -> None:
-        """Go to a goal: at once if that takes but a moment, else step by step from now on."""
+        """Go to a goal: at once if that takes only a moment, otherwise step by step."""
         goal = self._tree.reachable_goal(goal)
         way = self._way = Way(goal, number, self._tree.seek_steps(goal), known)
         end = time.monotonic() + at_once_s
@@ -247,7 +246,7 @@ class Worker:
             pass
 
     def _step(self, way: Way) -> bool:
-        """Go a step; return whether there was one left."""
+        """Take one step; return whether there was one left."""
         begun = time.monotonic()
         try:
             self._note_step(next(way.steps), begun)
@@ -257,11 +256,11 @@ class Worker:
         return True
 
     def _redraw(self) -> None:
-        """Have the frame that is shown drawn again."""
+        """Have the shown frame drawn again."""
         self._news, self._undrawn, self._drawing = True, set(FORMS), None
 
     def _keep_alive(self) -> None:
-        """Tell that this process is alive where it has told nothing for a while."""
+        """Send a heartbeat if no event was sent for a while."""
         if time.monotonic() - self._told >= HEARTBEAT_S:
             self._heartbeat()
 
@@ -270,13 +269,14 @@ class Worker:
         self._told = time.monotonic()
 
     def _tell_compiling(self, name: str) -> None:
-        """Tell in the middle of something that it has to compile a function before it can go on.
+        """Report, within a step, that a function has to be compiled before it can continue.
 
-        Nothing else is told: what moves may not be looked at before that is done. Its end is news, whatever it was.
+        Nothing else is reported: the snapshot must not be read before the step is done. The end of compiling is
+        reported in any case.
         """
         del name
         self._reported = self._reported.model_copy(update={"compiling": self._compiled})
-        # No drawing will come for a while, so that nothing may wait for it.
+        # No drawing will come for a while, so messages must not wait for one.
         self._pipe.send(protocol.Progress({"compiling": self._compiled}, is_ahead=False))
         self._told, self._news = time.monotonic(), True
 
@@ -287,7 +287,7 @@ class Worker:
     # ------------------------------------------------------------ events
 
     def _snapshot(self) -> RunSnapshot:
-        """Return what moves of the run."""
+        """Return the snapshot of the run."""
         goal = self._way.goal if self._way is not None else None
         now = time.monotonic()
         if not (self._playing or self._way) or now - self._measured > MEASURED_EVERY_S:
@@ -308,7 +308,7 @@ class Worker:
         )
 
     def _tell(self) -> None:
-        """Tell what is new, thirty times a second at most, or that there is life."""
+        """Send what is new, at most thirty times a second, or a heartbeat."""
         now = time.monotonic()
         if (self._news or self._undrawn & self._credits) and now - self._told >= EARLY * TELL_S:
             self._report(draw=True)
@@ -321,22 +321,22 @@ class Worker:
         forms = self._undrawn & self._credits if draw else set[protocol.Form]()
         scene = flat = None
         if forms:
-            # The other form, asked for a little later, is of the same drawing.
+            # The other form, requested a little later, uses the same drawing.
             self._drawing = self._drawing or self._tree.drawing()
-            # The finer pictures, which do for the scene as well, come first.
+            # The finer pictures come first: the scene can use them too.
             seen = from_front(self._drawing, self._tree.run.experiment.display.layers)
             flat = self._encoder.encode(seen, self._tree.run.position) if "flat" in forms else None
             scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
             self._credits -= forms
             self._undrawn -= forms
-        after = self._snapshot()  # which may tell that it compiles
+        after = self._snapshot()  # which may report that it compiles
         changes, self._reported = differences(self._reported, after), after
         self._pipe.send(protocol.Progress(changes, rows, scene, flat, is_ahead="flat" in self._undrawn))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:
-        # What the answer rests on goes first, so that it never contradicts what is known. While it plays that is told
-        # out of turn and without a drawing: the next frame, which shows what the command did, finds the way free.
+        # Changes are sent before the answer, so that it never contradicts them; while playing, without a drawing: so
+        # the next frame, which shows the command's effect, can be sent at once.
         self._report(draw=not self._playing)
         self._pipe.send(protocol.Reply(number, result))
 
@@ -364,7 +364,7 @@ class Worker:
             self._reply(request.number, result)
 
     def _carry_out(self, order: protocol.Order) -> Any:  # noqa: ANN401 - each has an answer of its own
-        """Do what is asked; return the answer, or None where the session as it is then is the answer."""
+        """Carry out an order; return its answer, or None if the session itself is the answer."""
         tree = self._tree
         match order:
             case protocol.ChangeValues() | protocol.MoveBelief():
@@ -391,7 +391,7 @@ class Worker:
         return None
 
     def _steer(self, order: protocol.Order) -> None:
-        """Play, stop, go somewhere or start again."""
+        """Play, stop, seek or restart."""
         tree = self._tree
         match order:
             case protocol.Play():
@@ -401,7 +401,7 @@ class Worker:
             case protocol.Pause():
                 self._playing = False
             case protocol.Step(kind=kind):
-                # On the way to a goal from where that ends.
+                # During a seek, from its goal.
                 position = tree.run.position if self._left is None else self._left.goal.position
                 self._seek(min(max(position + (1 if kind == "step" else -1), 0), tree.run.frames - 1))
             case protocol.Seek(frame=frame):
@@ -409,7 +409,7 @@ class Worker:
             case protocol.BeforeLoss():
                 self._seek(tree.before_loss())
             case protocol.SetSpeed(speed=speed):
-                # The next frame is due no later than at the new speed, but not at once: a correction is not a frame.
+                # The next frame is due at the new speed at the latest, but not at once: a correction is not a frame.
                 self._speed, self._behind_s = speed, 0.0
                 self._due = min(self._due, time.monotonic() + self._period)
             case protocol.StopAt(probability=probability):
@@ -419,7 +419,7 @@ class Worker:
                 self._report_restart()
 
     def _seek(self, frame: int) -> None:
-        """Go to a frame; what was known before the way that this ends is still computed again.
+        """Go to a frame; frames known before an interrupted seek are still computed again.
 
         Raises:
             ParameterError: The frame is outside the run.
@@ -451,9 +451,9 @@ class Worker:
         return protocol.Changed(parameters=run.parameters, tracker=run.tracker, frame=frame, branch=run.branch)
 
     def _revise_filter(self, name: str, text: str) -> None:
-        """Go on with another version of a filter's file, and try it at once, whatever the run does.
+        """Continue with another version of a filter file, and try it at once in any phase.
 
-        One that cannot be used is told, and nothing else changes; one that fails in the next frame stops the run.
+        An unusable version is reported and changes nothing; one that fails in the next frame stops the run.
         """
         self._flush()
         try:
@@ -470,30 +470,30 @@ class Worker:
             self._halt(error)
 
     def _activate(self, run: RunSnapshot) -> None:
-        """Show another branch; one that this worker does not hold is computed again."""
+        """Show another branch; compute it again if this worker does not hold it."""
         self._flush()
         again = self._tree.activate(run.branch, run.recipe)
         self._playing = False
         if again:
-            # The web process may never have had them: it forgets all diagnostics when the server ends.
+            # The web process may lack them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
             self._start_seek(run.bound, self._request.number, known=run.bound.computed)
 
     def _picture(self) -> bytes:
-        """Return the current frame as PNG, drawn larger so that it can be looked at, up to 640 px wide."""
+        """Return the shown frame as PNG, enlarged up to a width of 640 px."""
         drawing = self._tree.drawing()
         layers = self._tree.experiment.display.shown
         scale = max(1.0, min(4.0, 640 / max(drawing.width, 1)))
         return png(render(drawing, layers=layers, scale=scale, caption=False))
 
     def _report_restart(self) -> None:
-        """Report the rows of a run that has just been restarted."""
+        """Report the rows of a restarted run."""
         self._rows = self._tree.rows(0)
         self._due = time.monotonic()
         self._redraw()
 
     def _flush(self) -> None:
-        """Tell the active branch's rows before another one becomes active."""
+        """Send the active branch's rows before another branch becomes active."""
         if self._rows:
             self._report(draw=False)
 
@@ -502,12 +502,12 @@ def main(end: socket.socket, config: protocol.WorkerConfig) -> None:
     """Run a session's worker until the web process hangs up."""
     leave_interrupts_to_parent()
     confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
-    # It leads a session of processes of its own, as all that is computed beside it does. Where the kernel weighs such
-    # sessions before processes (see `give_way`), a worker in that of the web process has only a part of one weight: an
-    # exploration, whose weight is undivided, then takes much of what the run needs.
+    # It leads a process session of its own, like every other computing child. Where the kernel weighs such sessions
+    # before processes (see `give_way`), a worker in the web process's session would have only a part of one weight: an
+    # exploration, with a whole weight, would take much of the run's time.
     os.setsid()
     end_with_parent()
-    # Somebody waits for the first picture.
+    # A person waits for the first picture.
     give_way(GIVING_WAY if config.gives_way else NICENESS, patience_s=0.0)
     trust(*config.filters)
     pipe = BlockingEnd(end)
@@ -532,11 +532,11 @@ def main(end: socket.socket, config: protocol.WorkerConfig) -> None:
 
 
 def load_compiled(name: str) -> None:
-    """Step and draw an experiment as it is by default for some frames, which takes 0.1 to 0.5 s.
+    """Step and draw an experiment at its defaults for some frames, which takes 0.1 to 0.5 s.
 
-    What its other trackers and settings call is loaded by the workers that use them; where compiled code cannot be kept
-    on the disk, all of it is compiled here, or each worker would do so. An experiment of another package is left alone:
-    what it does wrong shall happen in its own workers.
+    Workers load the code of other trackers and settings when they use them. If compiled code cannot be kept on disk,
+    everything is compiled here, or each worker would compile it. An experiment of another package is skipped: its
+    faults shall occur in its own workers.
     """
     if name in EXPERIMENTS.own:
         experiment = EXPERIMENTS[name]
