@@ -1,7 +1,6 @@
-"""A bare websocket client: so little of it that hundreds can run beside the server that they measure.
+"""A bare websocket client, so small that hundreds can run together with the server that they measure.
 
-It keeps nothing of a message but its length and its beginning, and understands what a server sends, unmasked and in
-one frame a message.
+It keeps only the length and the beginning of a message, and reads only a server's messages: unmasked, one frame each.
 """
 
 import asyncio
@@ -31,7 +30,7 @@ class BareSocket(asyncio.Protocol):
 
     Attributes:
         opened: Done when the server has agreed.
-        closed: Why the server ended it; None while it lasts.
+        closed: Why the server closed it; None while it is open.
     """
 
     transport: asyncio.Transport
@@ -50,13 +49,13 @@ class BareSocket(asyncio.Protocol):
         self.transport.write(self._request)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Take note of the end."""
+        """Note the end."""
         self.closed = self.closed or str(exc or "the connection broke")
         if not self.opened.done():
             self.opened.set_exception(ConnectionError(self.closed))
 
     def data_received(self, data: bytes) -> None:
-        """Read what has come, without copying what is left out anyway."""
+        """Read the received data, without copying the parts that are not kept."""
         now = time.perf_counter()
         if not self.opened.done():
             data = self._agreed(data)
@@ -79,7 +78,7 @@ class BareSocket(asyncio.Protocol):
         self._write(TEXT, text.encode())
 
     def _write(self, code: int, payload: bytes) -> None:
-        # The mask that a client must use may be any, also none.
+        # A client must use a mask; it may be zero.
         self.transport.write(bytes((0x80 | code, 0x80 | len(payload))) + bytes(4) + payload)
 
     def _agreed(self, data: bytes) -> bytes:
@@ -118,9 +117,9 @@ async def open_socket(address: str, take: Take, headers: dict[str, str]) -> Bare
     """Open a websocket.
 
     Args:
-        address: As `ws://host:port/path?query`.
+        address: Address such as `ws://host:port/path?query`.
         take: Called with the socket, the time (s), the beginning and the length of each message.
-        headers: To send.
+        headers: Headers to send.
     """
     parts = urlsplit(address)
     key = base64.b64encode(os.urandom(16)).decode()

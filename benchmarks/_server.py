@@ -1,4 +1,4 @@
-"""A real server in a process of its own, and what its visitors say: shared by the benchmarks of sessions."""
+"""A real server in a process of its own, and its visitors' messages: shared by the benchmarks of sessions."""
 
 import contextlib
 import json
@@ -41,7 +41,7 @@ PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LONG = 18_000
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
 
-# What viser's client says first; without it nobody counts as looking on.
+# The first message of viser's client; without it the server counts no watcher.
 _CAMERA = {
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
@@ -70,7 +70,7 @@ class Server:
     """A server in a process of its own, and the requests that the benchmarks make."""
 
     def __init__(self, folder: str, *, command: list[str] | None = None, **options: Any) -> None:
-        """Start one on a folder of data, or by a command and options of `Popen`, and wait for its link."""
+        """Start a server on a data folder, or by a command and options of `Popen`, and wait for its link."""
         command = command or [sys.executable, "-m", "pftrack", "serve", "--port", "0", "--data-dir", folder]
         options = {"env": os.environ | {"PFTRACK_BASE_PATH": ""}, **options}
         self.process = subprocess.Popen(
@@ -105,7 +105,7 @@ class Server:
         self.ask("DELETE", f"/api/v1/sessions/{session}")
 
     def family(self) -> list[psutil.Process]:
-        """Return the web process and all below it."""
+        """Return the web process and all its descendants."""
         web = psutil.Process(self.process.pid)
         return [web, *web.children(recursive=True)]
 
@@ -124,14 +124,14 @@ def new_server() -> Iterator[Server]:
 
 @contextlib.contextmanager
 def chromium() -> Iterator[Any]:
-    """Open a browser, or None where there is none."""
+    """Open a browser; yield None if none is installed."""
     place = shutil.which("chromium") or shutil.which("chromium-headless-shell")
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
         place = None
     if place is None:
-        progress("no chromium or no playwright: what a browser sees is not measured")
+        progress("no chromium or no playwright: nothing is measured in a browser")
         yield None
         return
     with sync_playwright() as driver:
@@ -141,12 +141,12 @@ def chromium() -> Iterator[Any]:
 
 
 def memory_mib(processes: list[psutil.Process]) -> float:
-    """Memory of processes, shared pages counted once."""
+    """Return the memory of processes, MiB, with shared pages counted once."""
     return sum(process.memory_full_info().pss for process in processes) / 2**20
 
 
 def until(frame: Any, expression: str, seconds: float = 60.0) -> None:
-    """Ask a page again and again; its policy forbids Playwright's own way of waiting."""
+    """Poll a page until an expression is true; its policy forbids Playwright's own way of waiting."""
     end = time.perf_counter() + seconds
     while not frame.evaluate(expression):
         if time.perf_counter() > end:
@@ -168,7 +168,7 @@ def unpack(message: bytes) -> bytes:
 
 
 def echoes(inner: bytes) -> list[bytes]:
-    """Answer what the scene asks browsers to learn their lag."""
+    """Return answers to the scene's questions that measure a browser's delay."""
     if b"LocalStorageGetItemRequestMessage" not in inner:
         return []
     answer = {"type": "LocalStorageGetItemResponseMessage", "value": None, "error": None}

@@ -1,4 +1,4 @@
-"""What the benchmarks share: a plain table, `--json` and `--smallest`."""
+"""Shared parts of the benchmarks: a plain table, `--json` and `--smallest`."""
 
 import argparse
 import json
@@ -19,12 +19,12 @@ def single_threaded() -> None:
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How much is measured: a number that can be given on the command line.
+    """An amount to measure, which can be given on the command line.
 
     Attributes:
-        usual: What it is if nothing is said.
-        smallest: What it is with `--smallest`, which shows that everything runs; its figures are worth nothing.
-        help: One line on the number.
+        usual: Default value.
+        smallest: Value with `--smallest`, which only shows that everything runs; its figures are worthless.
+        help: Help text, one line.
     """
 
     usual: float
@@ -36,9 +36,9 @@ def arguments(description: str, **sizes: Size) -> argparse.Namespace:
     """Read the command line: `--json`, `--smallest` and the sizes."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--json", action="store_true", help="print one JSON value")
-    parser.add_argument("--smallest", action="store_true", help="measure as little as runs at all, to see that it does")
+    parser.add_argument("--smallest", action="store_true", help="measure as little as possible, to check that it runs")
     for name, size in sizes.items():
-        text = f"{size.help} ({size.usual:g} if not given)"
+        text = f"{size.help} (default {size.usual:g})"
         parser.add_argument("--" + name, type=type(size.usual), help=text)
     given = parser.parse_args()
     for name, size in sizes.items():
@@ -48,12 +48,12 @@ def arguments(description: str, **sizes: Size) -> argparse.Namespace:
 
 
 def machine() -> dict[str, object]:
-    """Return what the figures depend on."""
+    """Return the machine and versions on which the figures depend."""
     return {"python": platform.python_version(), "machine": platform.machine(), "cores": os.cpu_count()}
 
 
 def progress(message: str) -> None:
-    """Say on standard error what is being measured."""
+    """Print to standard error what is being measured."""
     print(message, file=sys.stderr, flush=True)
 
 

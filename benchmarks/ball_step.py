@@ -1,7 +1,7 @@
 """One frame of a live run: every tracker of the ball experiment on the simulated scene.
 
-`step` is the tracker alone, as a run reports it with each frame; `frame` is all that a run does for a frame, painting
-the simulated picture and the diagnostics included; `drawing` is what the viewer is given on top. The goal is a step of
+`step` is the tracker alone, as a run reports it with each frame; `frame` is all work of a run for a frame, including
+the simulated picture and the diagnostics; `drawing` is the additional drawing for the viewer. The goal is a step of
 h-SPF at N = 800 within 0.06 ms.
 """
 

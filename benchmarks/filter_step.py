@@ -1,13 +1,13 @@
-"""One step of a bootstrap filter, pftrack beside other libraries, on the same model and data in one run.
+"""One step of a bootstrap filter: pftrack and other libraries on the same model and data in one run.
 
 The model: positions and velocities in the plane (4 dimensions), an acceleration drawn anew in every step, measured
 position. Each library is used as its documentation shows: systematic resampling in every step, the posterior mean as
-estimate. FilterPy has no particle filter, only resampling, round which its users write NumPy. `particles` is measured
+estimate. FilterPy has no particle filter, only resampling; its users write the rest in NumPy. `particles` is measured
 twice: with its own distributions, and as a Feynman-Kac class of the same NumPy expressions, which is faster.
 
-All run on one core, in turns of a few steps, so that a disturbance meets all of them. A library counts only if it is
-right: `off` is the distance of its estimates from the exact ones of the Kalman filter, in posterior standard
-deviations. It falls as 1 / sqrt(N) and is much the same for all, since all run the same algorithm.
+All run on one core, in turns of a few steps, so that a disturbance affects all of them. A library counts only if its
+results are right: `off` is the distance of its estimates from the exact ones of the Kalman filter, in posterior
+standard deviations. It falls as 1 / sqrt(N) and is nearly the same for all, since all run the same algorithm.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -65,14 +65,14 @@ def data(steps: int) -> tuple[Array, Array, Array]:
 
 
 def log_likelihood(states: Array, measurement: Array) -> Array:
-    """Return log p(z | x) up to a constant, (N,), as everybody who can choose the expression writes it here."""
+    """Return log p(z | x) up to a constant, (N,), in the form used for every library that lets the user choose it."""
     u, v = states[:, 0] - measurement[0], states[:, 1] - measurement[1]
     result: Array = (-0.5 / SIGMA**2) * (u * u + v * v)
     return result
 
 
 def ours(count: int, measured: Array) -> Step:
-    """Build pftrack's step, with a generator made anew in every frame as a run does."""
+    """Build pftrack's step, with a new generator in every frame, as in a run."""
     particles = ParticleSet.uniform(START.sample(np.random.default_rng(2), count))
 
     def step(t: int) -> Array:
@@ -231,7 +231,7 @@ LIBRARIES: dict[str, Callable[[int, Array], Step]] = {
 
 
 def measure(count: int, steps: int) -> Iterator[dict[str, object]]:
-    """Yield one row a library."""
+    """Yield one row per library."""
     measured, exact, variances = data(steps)
     built, failures = {}, {}
     for name, build in LIBRARIES.items():

@@ -1,9 +1,9 @@
-"""A frame of the fish filters beside NumPy's ways of weighing, on the same edges in one run.
+"""A frame of the fish filters, and weighing in NumPy, on the same edges in one run.
 
-What is compared is the look-up of all points of all particles in the distance image, by far the most of a step: ours
-compiled, NumPy on all particles at once, and a loop over particles as one writes it first. Then a whole step of the
-filters, drawing, moving and estimating included, as the paper counts it: ordinary with 3,000 particles, guided with
-500, and how long the edges of a picture take, which is the same for both.
+The first comparison is the look-up of all points of all particles in the distance image, by far the largest part of a
+step: ours compiled, NumPy on all particles at once, and a plain loop over particles. The second is a whole step of the
+filters, with drawing, moving and estimating, as the paper counts it: ordinary with 3,000 particles, guided with 500;
+and the time for the edges of a picture, which both need.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -31,11 +31,11 @@ from pftrack.experiments.fish.scene import FishSource  # noqa: E402
 from pftrack.experiments.fish.trackers import begin_at, step_frame  # noqa: E402
 
 LOOPED = 100
-"""Particles that the plain loop is timed on; it is in proportion."""
+"""Particles for timing the plain loop; its time is proportional to them."""
 
 
 def seconds(function: Callable[[], object], repeats: int) -> float:
-    """Return the median time of a call, after one that is not counted."""
+    """Return the median time of a call, s, after a first call that does not count."""
     function()
     times = []
     for _ in range(repeats):
@@ -61,7 +61,7 @@ def by_loop(distances: NDArray[np.uint8], poses: NDArray[np.float64]) -> list[in
 
 def main() -> None:
     """Time everything on frame 1 of a clip."""
-    options = arguments("The fish filters beside NumPy.", repeats=Size(200, 1, "calls of each"))
+    options = arguments("The fish filters and NumPy.", repeats=Size(200, 1, "calls of each"))
     cv2.setNumThreads(1)
     parameters = find("fish").simulate().parameters
     source = FishSource(0, parameters)
@@ -77,7 +77,7 @@ def main() -> None:
         poses = np.ascontiguousarray(states[:, [0, 1, 4, 5]])
         distances = edges.distances
         if not (largest_distances(distances, states, GOLDFISH) == by_numpy(distances, poses)).all():
-            raise RuntimeError("NumPy comes to other distances")
+            raise RuntimeError("NumPy gives other distances")
         ours = seconds(lambda s=states: largest_distances(edges.distances, s, GOLDFISH), options.repeats)
         theirs = seconds(lambda p=poses: by_numpy(edges.distances, p), max(options.repeats // 10, 3))
         looped = seconds(lambda p=poses: by_loop(edges.distances, p[:LOOPED]), 3) * count / LOOPED

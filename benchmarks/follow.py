@@ -1,11 +1,11 @@
-"""A class that follows: frames a second of each follower, delay behind the lecturer, load of the server.
+"""A class: each follower's frames per second, delay behind the lecturer, and load of the server.
 
 A real server in a process of its own, a session that plays at 30 frames a second, a lecturer's page and a class of bare
 sockets. Each follower has two, as a page does: the class and the session. It reports each drawing as painted once the
 drawing is complete. The delay is the time from a frame's arrival at the lecturer's socket to its
-arrival at a follower's, so the time that the sockets themselves take is in it; it is below zero where the lecturer's
-turn comes later. Beside it stands the time since the frame's first arrival anywhere. Some followers are slow: they
-answer half a second late, or read nothing at all. All of it shares the machine's cores with the server.
+arrival at a follower's, including the time of the sockets; it is negative if the lecturer is served later. The time
+since the frame's first arrival at any socket is given, too. Some followers are slow: they answer half a second late, or
+read nothing at all. All sockets share the machine's cores with the server.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -35,7 +35,7 @@ FRAME = re.compile(rb'"frame":(\d+)')
 
 @dataclass(slots=True)
 class Watcher:
-    """One page: when each frame's drawing came, how many messages, how many bytes."""
+    """One page: arrival of each frame's drawing, and the numbers of messages and bytes."""
 
     painted: int = 0
     arrived: dict[int, float] = field(default_factory=dict)
@@ -43,7 +43,7 @@ class Watcher:
     carried: int = 0
 
     def session(self, late_s: float, socket: BareSocket, now: float, start: bytes, length: int) -> None:
-        """Take a message of the session, and say of a drawing that it is painted."""
+        """Take a message of the session, and report a drawing as painted."""
         found = FRAME.search(start) if start.startswith(DRAWING) else None
         if found is None:
             self.message(socket, now, start, length)
@@ -66,7 +66,7 @@ class Watcher:
 
 
 def seat(address: str) -> dict[str, str]:
-    """Open the link of a class, and return the headers of the browser that has done so."""
+    """Open the link of a class, and return the headers of that browser."""
     with urllib.request.urlopen(address, timeout=60) as page:  # noqa: S310 - our own server
         return {"Cookie": page.headers["Set-Cookie"].partition(";")[0]}
 
@@ -82,7 +82,7 @@ async def watch(server: Server, prefix: str, session: str, headers: dict[str, st
 
 
 async def stall(server: Server, prefix: str, session: str, headers: dict[str, str]) -> None:
-    """Open the socket of a page that reads nothing any more."""
+    """Open the socket of a page that stops reading."""
     address = f"{server.url.replace('http', 'ws')}{prefix}/api/v1/sessions/{session}/stream?paints=true"
     socket = await open_socket(address, partial(Watcher().session, 0.0), headers)
     socket.transport.pause_reading()
@@ -90,7 +90,7 @@ async def stall(server: Server, prefix: str, session: str, headers: dict[str, st
 
 @dataclass(frozen=True, slots=True)
 class Class:
-    """What was measured of one class."""
+    """Measurements of one class."""
 
     rates: list[float]
     delays: list[float]
@@ -105,7 +105,7 @@ class Class:
 async def follow(
     server: Server, session: str, link: str, count: int, slow: int, seconds: float, settling: float
 ) -> Class:
-    """Let a class follow a session that plays, and measure it."""
+    """Let a class follow a playing session, and measure it."""
     prefix = urlsplit(link).path
     lecturer = await watch(server, "", session, {})
     seats = [await asyncio.to_thread(seat, link) for _ in range(count + 2 * slow)]
@@ -136,7 +136,7 @@ async def follow(
 
 
 def load_of(server: Server) -> Callable[[], dict[str, float]]:
-    """Begin to measure; return what tells, in %, how busy the server has been since, and this process."""
+    """Begin to measure; return a function that gives the processor load of server and class since then, %."""
     web, *others = server.family()
     processes = {"web process": [web], "worker": others, "sockets of the class": [psutil.Process()]}
     before = {name: _cpu_s(them) for name, them in processes.items()}
@@ -152,7 +152,7 @@ def load_of(server: Server) -> Callable[[], dict[str, float]]:
 def _cpu_s(processes: list[psutil.Process]) -> float:
     used = 0.0
     for process in processes:
-        # What compiles while nobody measures ends when it is done.
+        # A compiling process may have ended meanwhile.
         with contextlib.suppress(psutil.NoSuchProcess):
             times = process.cpu_times()
             used += times.user + times.system
@@ -168,7 +168,7 @@ def measure(server: Server, count: int, slow: int, seconds: float, settling: flo
     one = asyncio.run(follow(server, session, begun["links"][0]["address"], count, slow, seconds, settling))
     yield row(f"{name}: frames a second of each", median(one.rates), min(one.rates), RATE_HZ)
     yield row(f"{name}: frames a second of the lecturer", one.lecturer, None, RATE_HZ)
-    for whom, delays in (("the lecturer", one.delays), ("whoever has it first", one.spreads)):
+    for whom, delays in (("the lecturer", one.delays), ("the first receiver", one.spreads)):
         milliseconds = [1000.0 * delay for delay in delays]
         yield row(f"{name}: delay behind {whom}, ms", median(milliseconds), percentile(milliseconds, 0.95))
     if one.late:
@@ -185,10 +185,10 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        followers=Size(150, 2, "how many follow"),
-        slow=Size(5, 1, "how many more paint late, and as many read nothing"),
-        seconds=Size(20.0, 0.3, "for how long"),
-        settling=Size(3.0, 0.3, "how long before they all have come to rest, s"),
+        followers=Size(150, 2, "number of followers"),
+        slow=Size(5, 1, "number of further followers that paint late, and of those that read nothing"),
+        seconds=Size(20.0, 0.3, "duration, s"),
+        settling=Size(3.0, 0.3, "time until all have settled, s"),
     )
     with new_server() as server:
         rows = [

@@ -1,8 +1,8 @@
-"""A frame of the hand trackers, and palms by row sums beside palms that OpenCV fills, on the same picture in one run.
+"""A frame of the hand trackers, and palms by row sums or filled by OpenCV, on the same picture in one run.
 
-What is compared is x_p of a palm: ours looks its area outside the silhouette and its contact up in sums along rows; as
-one writes it first, the palm is filled into a picture and compared with the silhouette's pixels. Then a whole frame of
-the beam with one hand and with four and of the particle filter, features included, as it comes live.
+The first comparison is x_p of a palm: ours reads the area outside the silhouette and the contact from sums along rows;
+the simple way fills the palm into a picture and compares it with the silhouette's pixels. The second is a whole live
+frame, with features, of the beam with one and four hands and of the particle filter.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -60,10 +60,10 @@ def by_filling(points: NDArray[np.float64], mask: NDArray[np.uint8], contour: ND
 def main() -> None:
     """Time everything on the simulated hand."""
     options = arguments(
-        "The hand trackers beside OpenCV.",
+        "The hand trackers and OpenCV.",
         repeats=Size(20, 1, "calls of each"),
-        motions=Size(len(MOTIONS), 1, "how many motions"),
-        frames=Size(30, 5, "of each motion"),
+        motions=Size(len(MOTIONS), 1, "number of motions"),
+        frames=Size(30, 5, "frames of each motion"),
     )
     cv2.setNumThreads(1)
     hand = find("hand")

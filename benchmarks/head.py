@@ -1,8 +1,8 @@
 """The simulated driver's head at 640 x 480: rendering a frame, the templates' likelihood, finding a face.
 
 The goals are 10 ms for a frame and 0.6 ms for the likelihood of 11 features x 50 particles; the picture's luma is part
-of it. Detection has no goal; it is needed once, and now and then while a face is lost. Median and fastest call: on a
-machine that does other work too, the fastest is nearer to what the code needs.
+of it. Detection has no goal; it runs once, and at intervals while a face is lost. Median and fastest call are given: on
+a busy machine the fastest is closer to the code's own time.
 """
 
 from collections.abc import Callable

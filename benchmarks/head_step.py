@@ -1,9 +1,9 @@
-"""A frame of the simulated driver at 640 x 480: pose by eleven features, beside what OpenCV offers for them.
+"""A frame of the simulated driver at 640 x 480: pose from eleven features, by pftrack and by OpenCV.
 
-OpenCV follows the same points by pyramidal Lucas-Kanade flow and asks `solvePnP` for the pose; asked for the true
-points, `solvePnP` shows what the mean face costs when there is nothing to be tracked. The goal for PF-ASD is 1 ms for
-each of its filters, of which there are two by default, with templates in relief and a face that grows; Bando 2007
-needed 29 ms a frame, with capture, on a Pentium 4 of 2.8 GHz.
+OpenCV follows the same points by pyramidal Lucas-Kanade flow and gets the pose from `solvePnP`; `solvePnP` on the true
+points shows the cost of the mean face without tracking errors. The goal for PF-ASD is 1 ms for each of its filters, of
+which there are two by default, with templates in relief and a growing face; Bando 2007 needed 29 ms a frame, with
+capture, on a Pentium 4 of 2.8 GHz.
 """
 
 from collections.abc import Callable
@@ -44,7 +44,7 @@ Follow = Callable[[Frame], NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class Clip:
-    """Frames rendered once for all, and the features in the first of them."""
+    """Frames rendered once, and the features in the first of them."""
 
     frames: list[Frame]
     points_px: NDArray[np.float64]
@@ -66,7 +66,7 @@ def render_clip(count: int) -> Clip:
 
 
 def track_by(clip: Clip, method: str, **values: object) -> Follow:
-    """Track by one of ours."""
+    """Track by a method of pftrack."""
     parameters, tracker = revise(HEAD.simulate().parameters, values), HEAD.trackers[method]
     first = clip.frames[0]
     if first.target is None:
@@ -96,7 +96,7 @@ def flow(clip: Clip) -> Follow:
 
 
 def solve_pose(clip: Clip) -> Follow:
-    """Solve for the pose where the points truly are."""
+    """Solve for the pose from the true points."""
     resting = _turn(clip.points_px)
 
     def follow(frame: Frame) -> NDArray[np.float64]:
@@ -108,7 +108,7 @@ def solve_pose(clip: Clip) -> Follow:
 
 
 def _turn(points_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation by which OpenCV explains points of the mean face before the scene's camera."""
+    """Return OpenCV's rotation for points of the mean face in the scene's camera."""
     camera = np.array([[1200.0, 0.0, 320.0], [0.0, 1200.0, 240.0], [0.0, 0.0, 1.0]])
     _, turn, _ = cv2.solvePnP(MODEL_MM, points_px, camera, None, flags=cv2.SOLVEPNP_SQPNP)
     return np.asarray(cv2.Rodrigues(turn)[0])

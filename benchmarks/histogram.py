@@ -1,9 +1,9 @@
 """Colour histograms: 300 boxes weighed at once, and whole trackers of one window at 640 x 480.
 
-Beside ours stand OpenCV's `calcHist` in a loop over the boxes, which gives no likelihood yet, and its trackers CamShift
-(mean shift on the back-projection of a histogram of hues) and MIL (boosted features). All are given the same decoded
-pictures; what a tracker makes of them, such as HSV, is part of its time. The goals are 300 boxes of 40 x 40 px within
-0.25 ms where the loop takes 1.2 ms, and 300 frames a second at 640 x 480.
+The peers are OpenCV's `calcHist` in a loop over the boxes, which does not give a likelihood, and its trackers CamShift
+(mean shift on the back-projection of a histogram of hues) and MIL (boosted features). All get the same decoded
+pictures; conversions such as HSV are part of a tracker's time. The goals are 300 boxes of 40 x 40 px within 0.25 ms
+where the loop takes 1.2 ms, and 300 frames a second at 640 x 480.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -37,7 +37,7 @@ HALF = 25, 33
 
 
 def lawn(count: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """Return pictures (count, 480, 640, 3) of a two-coloured target on a lawn, and where it is."""
+    """Return pictures (count, 480, 640, 3) of a two-coloured target on a lawn, and its true centres."""
     rng = np.random.default_rng(0)
     ground = cv2.GaussianBlur(rng.normal(size=(HEIGHT, WIDTH, 3)), (0, 0), 2.5) * 60 + (105, 120, 95)
     times = np.arange(count)
@@ -102,7 +102,7 @@ def weighing(picture: NDArray[np.uint8], repeats: int) -> Iterator[dict[str, obj
 def following(
     pictures: NDArray[np.uint8], places: NDArray[np.float64]
 ) -> Iterator[tuple[str, float, NDArray[np.float64]]]:
-    """Yield of each whole tracker who it is, how long it takes (s), and where it sees the target in frames 1, 2, ..."""
+    """Yield name, time (s) and estimates in frames 1, 2, ... of each whole tracker."""
     size = 2 * HALF[0] + 1, 2 * HALF[1] + 1
     corner = round(places[0, 0]) - HALF[0], round(places[0, 1]) - HALF[1]
     for kernel in (False, True):
@@ -134,7 +134,7 @@ def following(
 
 
 def measure_trackers(pictures: NDArray[np.uint8], places: NDArray[np.float64]) -> Iterator[dict[str, object]]:
-    """Yield the rows of whole trackers: time of a frame beside that of the first, and how far off they are."""
+    """Yield the rows of whole trackers: time of a frame, also relative to the first tracker's, and error."""
     first = None
     for who, seconds, estimates in following(pictures, places):
         count = len(estimates)

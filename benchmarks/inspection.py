@@ -1,8 +1,8 @@
-"""Looking into a frame: the likelihood all over the picture and the genealogy of the particles, beside a step.
+"""Inspecting a frame: the likelihood over the picture and the genealogy of the particles, compared with a step.
 
-`map` is the likelihood over the picture, `particle` all that is told of one particle, `genealogy` the ancestors of all
-over thirty frames, once their steps are kept; `ratio` is that of the map to a step. The goal is a map within 100 ms.
-While nobody looks none of this is called.
+`map` is the likelihood over the picture, `particle` the inspection of one particle, `genealogy` the ancestors of all
+over thirty frames whose steps are kept; `ratio` is map over step. The goal is a map within 100 ms. Without an
+inspection none of this is called.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -28,7 +28,7 @@ SHOWN = (
 
 
 def timed(work: Callable[[], object], repeats: int) -> float:
-    """Return the median time of a call, ms; the first, which may compile, does not count."""
+    """Return the median time of a call, ms; the first call, which may compile, does not count."""
     taken = []
     for _ in range(repeats + 1):
         begun = perf_counter()
@@ -38,7 +38,7 @@ def timed(work: Callable[[], object], repeats: int) -> float:
 
 
 def measure(name: str, tracker: str, frames: int, repeats: int) -> dict[str, object]:
-    """Run a tracker on its scene, look into its last frame, and return its row."""
+    """Run a tracker on its scene, inspect its last frame, and return its row."""
     experiment = find(name)
     run = Run(experiment, experiment.simulate(), tracker=tracker, frames=frames)
     run.finish()
@@ -61,7 +61,7 @@ def measure(name: str, tracker: str, frames: int, repeats: int) -> dict[str, obj
 
 def main() -> None:
     """Measure and report."""
-    sizes = {"frames": Size(40, 4, "frames a run"), "repeats": Size(20, 1, "calls of each kind")}
+    sizes = {"frames": Size(40, 4, "frames of a run"), "repeats": Size(20, 1, "calls of each kind")}
     given = arguments(__doc__.splitlines()[0], **sizes)
     rows = []
     for name, tracker in SHOWN:

@@ -1,8 +1,8 @@
-"""Slider to figure: from the move of a lesson's slider to the figure that shows it, in a browser.
+"""Slider to figure: from the move of a lesson's slider to the painted figure, in a browser.
 
 In Debian's Chromium, headless with software rendering, at 1280 x 800, every demonstration of the course at its
-defaults. From the event to the moment when the figure has been painted with what the server computed: the request, the
-worker, the answer's JSON and the drawing on canvases. Each move waits for the figure of the one before.
+defaults. Measured is the time from the event until the figure from the server is painted: the request, the worker, the
+answer's JSON and the drawing on canvases. Each move waits for the figure of the one before.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -17,7 +17,7 @@ from _server import Server, chromium, new_server, percentile, row, until  # noqa
 
 GOAL_MS = 50.0
 
-# Moves a slider to and fro, each time when the figure of the last move is painted, and returns how long each took.
+# Moves a slider to and fro, each time after the figure of the last move is painted, and returns the times.
 MOVE = """async (repeats) => {
     const slider = [...document.querySelectorAll('.lesson-control input[type=range]')][0];
     const show = document.querySelector('[data-part=show]');
@@ -51,13 +51,13 @@ def lessons_of(server: Server) -> list[str]:
 
 
 def time_moves(page: Any, server: Server, lesson: str, repeats: int) -> list[float]:
-    """Return how long each move of a lesson's first slider took, ms."""
+    """Return the time of each move of a lesson's first slider, ms."""
     page.goto(f"{server.url}/learn/{lesson}")
     until(page, "document.querySelector('[data-part=show]')?.dataset.shown !== undefined")
     page.click(".question button.quiet")
     until(page, "document.querySelector('[data-part=question]')?.dataset.stage === 'skipped'")
     page.wait_for_timeout(300)
-    page.evaluate(MOVE, 6)  # the first of all have the browser compile the page's scripts
+    page.evaluate(MOVE, 6)  # during the first moves the browser compiles the page's scripts
     taken: list[float] = page.evaluate(MOVE, repeats)
     return taken
 
@@ -82,7 +82,7 @@ def main() -> None:
     given = arguments(
         __doc__.splitlines()[0],
         repeats=Size(60, 2, "moves of each slider"),
-        lessons=Size(100, 1, "how many lessons at most"),
+        lessons=Size(100, 1, "most lessons"),
     )
     with new_server() as server:
         rows = list(measure(server, given.repeats, given.lessons))

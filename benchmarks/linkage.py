@@ -1,8 +1,8 @@
-"""A chain of three links, a frame of each tracker, beside an extended filter as a user would write it.
+"""A chain of three links: a frame of each tracker, and of an extended Kalman filter as a user would write it.
 
-The scene is that of the preset `cross`. NumPy has a function for the image and one for its derivatives, and no bounds;
-FilterPy is given the same. The error is the worst direction of a link over the last six frames, the median over the
-seeds: whoever has no bounds and one hypothesis loses the link in some of them.
+The scene is that of the preset `cross`. The NumPy filter has a function for the image and one for its derivatives, and
+no bounds; FilterPy gets the same. The error is that of the worst link direction over the last six frames, the median
+over the seeds: a filter with one hypothesis and no bounds loses a link in some of them.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -37,12 +37,12 @@ PROCESS *= ACCELERATION**2
 
 
 def image(x: Array) -> Array:
-    """Return where the joints and the tip are seen (3,), px."""
+    """Return the image positions of the joints and the tip (3,), px."""
     return np.asarray(np.cumsum(x[6:] * np.cos(np.cumsum(x[:3]))))
 
 
 def slopes(x: Array) -> Array:
-    """Return the derivatives (3, 9) of the same."""
+    """Return the derivatives (3, 9) of the image positions."""
     angles = np.cumsum(x[:3])
     down = np.tril(np.ones((3, 3)))
     turned = down * (-x[6:] * np.sin(angles))
@@ -86,7 +86,7 @@ def scene(seed: int) -> tuple[Run, list[Frame]]:
 
 
 def error(theta: Array, frames: list[Frame]) -> float:
-    """Return the worst direction over the last frames, degrees."""
+    """Return the largest error of a link's direction over the last frames, degrees."""
     true = np.array([frame.target.theta for frame in frames if isinstance(frame.target, LinkageTarget)])
     off = np.cumsum(theta - true, axis=1)[-LAST_FRAMES:]
     return float(np.rad2deg(np.abs((off + np.pi) % (2.0 * np.pi) - np.pi).max(axis=1).mean()))

@@ -1,9 +1,9 @@
-"""Block matching of many corners at once, beside what OpenCV offers: processor time of a frame, and what is found.
+"""Block matching of many corners at once, by pftrack and by OpenCV: processor time of a frame, and corners found.
 
-The picture is a texture of rectangles that has moved by a whole number of pixels, so that a search without mistakes
-finds every corner again. OpenCV's `matchTemplate` is called in a loop, once for each corner, on the same windows; it
-has no sum of absolute differences, so squared ones are nearest. `calcOpticalFlowPyrLK` is another method, which follows
-gradients and knows no window: it is there for the time.
+The picture is a texture of rectangles that has moved by a whole number of pixels, so that a perfect search finds every
+corner again. OpenCV's `matchTemplate` is called in a loop, once for each corner, on the same windows; it has no sum of
+absolute differences, so squared ones are closest. `calcOpticalFlowPyrLK` is another method, which follows gradients
+without a search window; it is included for its time.
 """
 
 from _table import Size, arguments, report, single_threaded
@@ -27,7 +27,7 @@ MOVE = (5, -4)
 
 
 def pictures(width: int = 640, height: int = 480) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return a texture, and the same moved, each with noise of its own."""
+    """Return a texture, and the moved texture, each with its own noise."""
     rng = np.random.default_rng(0)
     grey = np.full((height, width), 128, np.uint8)
     for x, y, level in rng.integers(0, [width, height, 256], (900, 3)).tolist():
@@ -62,7 +62,7 @@ def time_matching(
 
 
 def rows_of(count: int, repeats: int) -> list[dict[str, object]]:
-    """Follow so many corners by all methods."""
+    """Follow `count` corners by all methods."""
     earlier, later = pictures()
     margin = TEMPLATE_PX // 2 + REACH_PX + max(map(abs, MOVE))
     wanted = {"corner_count": count, "corner_margin_px": margin, "corner_distance_px": 3, "corner_quality": 0.01}

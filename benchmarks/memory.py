@@ -1,9 +1,8 @@
-"""Memory: what a server, a session, a follower and a worker of a sweep need.
+"""Memory of a server, a session, a follower and a worker of a sweep.
 
-It is the proportional set size: what processes have for themselves, and their share of what others have as well. So
-what is said of the server holds where no other process of pftrack runs. A session plays and is looked at by nobody;
-followers follow one session, each with the three sockets of a page. The worker is what `pftrack sweep` needs more with
-two than with one.
+It is the proportional set size: the processes' private memory, and their share of shared memory. So the server's figure
+holds if no other process of pftrack runs. A session plays unwatched; followers follow one session, each with the three
+sockets of a page. A worker's figure is the difference of `pftrack sweep` with two workers and with one.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -43,7 +42,7 @@ def measure_server(count: int, followers: int, settling: float) -> Iterator[dict
 
 
 async def follow(server: Server, session: str, count: int, settling: float) -> float:
-    """Return what each follower of a session needs, MiB."""
+    """Return the memory of each follower of a session, MiB."""
     begun = server.ask("POST", "/api/v1/follows", {"sessions": [session], "most_followers": 1000})
     link = begun["links"][0]["address"]
     before = memory_mib(server.family())
@@ -54,7 +53,7 @@ async def follow(server: Server, session: str, count: int, settling: float) -> f
 
 
 def measure_sweep(settling: float) -> Iterator[dict[str, object]]:
-    """Measure a sweep with one worker, and what another one adds."""
+    """Measure a sweep with one worker, and the increase by a second one."""
     progress("a sweep")
     one, two = (memory_of_sweep(jobs, settling) for jobs in (1, 2))
     yield row("a sweep with one worker, MiB", one, None)
@@ -62,7 +61,7 @@ def measure_sweep(settling: float) -> Iterator[dict[str, object]]:
 
 
 def memory_of_sweep(jobs: int, settling: float) -> float:
-    """Return what a sweep needs, MiB, when all its workers compute."""
+    """Return the memory of a sweep, MiB, while all its workers compute."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pftrack", *SWEEP, "--jobs", str(jobs), "--out", f"{folder}/out.parquet"]
         sweep = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -83,9 +82,9 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        sessions=Size(4, 1, "how many sessions play"),
-        followers=Size(50, 2, "how many follow one of them"),
-        settling=Size(5.0, 0.3, "how long before each look, s"),
+        sessions=Size(4, 1, "number of playing sessions"),
+        followers=Size(50, 2, "number of followers of one of them"),
+        settling=Size(5.0, 0.3, "time to settle before each measurement, s"),
     )
     rows = [*measure_server(given.sessions, given.followers, given.settling), *measure_sweep(given.settling)]
     report("Memory", rows, as_json=given.json)

@@ -1,10 +1,10 @@
 """One frame of the turning prism: every method that tracks it, and OpenCV's pose from the same points.
 
-A step is all that a method does for a frame: particles of eight features, their likelihood, the mixing ratios, the
+A step is all work of a method for a frame: particles of eight features, their likelihood, the mixing ratios, the
 upper layer and the pose. The goals are 0.12 ms for PF-ASD with 50 particles a feature and 8 ms for the
-Rao-Blackwellised filter with 25,000. `solvePnP` gets the measured points of the visible vertices, which it is told, and
-knows the true camera, as the pinhole layer does; it has no memory. Bando's own tracker of a driver's head,
-eleven templates and the capture included, took 29 ms on a processor of its time.
+Rao-Blackwellised filter with 25,000. `solvePnP` gets the measured points of the visible vertices, the visibility and
+the true camera, as the pinhole layer does; it has no memory. Bando's own tracker of a driver's head, eleven templates
+and the capture included, took 29 ms on a processor of its time.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -36,7 +36,7 @@ BY_PARTICLES = AffineLayer(VERTICES_MM, np.eye(2, 4) * SCALE, estimator="particl
 PINHOLE = PerspectiveLayer(VERTICES_MM, SCENE.focal_length_px, np.array([0, 0, 0, 0, 0, SCENE.distance_mm]))
 
 Follow = Callable[[int, Sight], NDArray[np.float64]]
-"""From a frame and its number to the angles (3,), rad."""
+"""(frame number, frame) -> angles (3,), rad."""
 
 
 def layers(layer: AffineLayer | PerspectiveLayer, ratio: float, count: int, *, learn: bool) -> Follow:

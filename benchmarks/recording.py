@@ -1,10 +1,9 @@
-"""Recording a loop: what `pftrack.record` costs beside the loop itself.
+"""Recording a loop: the cost of `pftrack.record` relative to the loop itself.
 
-The loop is a bootstrap particle filter in NumPy as one writes it: states of four numbers are moved by Gaussian noise,
-weighed by a measured position, and resampled systematically. All particles, weights and ancestors of every frame are
-written, in single precision. What is compared is processor time, which other processes disturb least: of the loop by
-itself, of the calls in the loop's thread, and of the thread that writes, which has another core where one is free.
-Nothing waits for the disk to have it.
+The loop is a plain bootstrap particle filter in NumPy: states of four numbers are moved by Gaussian noise, weighted by
+a measured position, and resampled systematically. All particles, weights and ancestors of every frame are written, in
+single precision. The figures are processor times, which other processes disturb least: of the loop alone, of the calls
+in the loop's thread, and of the writing thread, which uses another core if one is free. Nothing waits for the disk.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -22,7 +21,7 @@ import numpy as np  # noqa: E402
 import pftrack  # noqa: E402
 
 GOAL = 0.1
-"""Of the loop's own time."""
+"""Goal, as a share of the loop's own time."""
 
 
 def loop(count: int, frames: int, record: Callable[..., None]) -> tuple[float, float]:
@@ -47,7 +46,7 @@ def loop(count: int, frames: int, record: Callable[..., None]) -> tuple[float, f
 
 
 def measure(total: int, repeats: int) -> Iterator[dict[str, object]]:
-    """Measure loops with few and with many particles a frame, as many particle-states each."""
+    """Measure loops with few and with many particles per frame, with the same number of particle states in all."""
     for count in (1_000, 10_000, 100_000):
         frames = max(total // count, 1)
         progress(f"{count} particles")
@@ -76,7 +75,7 @@ def measure(total: int, repeats: int) -> Iterator[dict[str, object]]:
 if __name__ == "__main__":
     said = arguments(
         __doc__.splitlines()[0],
-        total=Size(10_000_000, 2_000, "particle-states of each loop"),
+        total=Size(10_000_000, 2_000, "particle states of each loop"),
         repeats=Size(5, 1, "loops of each kind"),
     )
     report("Recording a loop", list(measure(int(said.total), int(said.repeats))), as_json=said.json)

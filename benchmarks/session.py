@@ -1,10 +1,10 @@
-"""Sessions: how soon one is seen, how many run at once, and what an exploration beside one takes from it.
+"""Sessions: time to the first picture, many sessions at once, and the effect of an exploration on a session.
 
-A real server in a process of its own. When a session is seen is measured in Debian's Chromium, headless with software
-rendering, and without a browser up to the first picture that the server hands out. The crowd is read by plain
-websockets, which draw nothing: each session has a reader of its diagnostics and one of its scene, and must compute and
-deliver 30 frames a second; the readers use the same cores. A session that has lost its target plays on, at 30 frames a
-second and as fast as it can, without and with an exploration of what would have saved it.
+A real server in a process of its own. The time to the first picture is measured in Debian's Chromium, headless with
+software rendering, and without a browser up to the server's first picture. Plain websockets, which draw nothing, read
+many sessions: each session has a reader of its diagnostics and one of its scene, and must compute and deliver 30 frames
+a second; the readers use the same cores. A session that has lost its target plays on, at 30 frames a second and at full
+speed, without and with a what-if exploration.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -39,14 +39,13 @@ from websockets.typing import Origin  # noqa: E402
 
 RATE_HZ = 30.0
 PILLAR_PX, LOST = 100, 20
-"""How wide the pillar is behind which the ball is lost, and a frame by which it is."""
+"""Width of a pillar behind which the ball is lost, and a frame after the loss."""
 POLL_S = 0.5
 
 EXPERIMENT = "ball"
 
-# Notes on the page's own clock when a card was clicked, when a picture of the run could first be seen in the scene's
-# place, when that was viser's scene, when there were plots, and when there was all of it. What lies at the middle of
-# the place is what a person sees there.
+# Notes the times, by the page's clock, of the click on a card, of the first visible picture of the run, of viser's
+# scene, of the plots, and of all of them. A person sees the element at the middle of the scene's place.
 WITNESS = """(() => {
     const now = () => performance.timeOrigin + performance.now();
     addEventListener('click', (event) => {
@@ -80,7 +79,7 @@ WITNESS = """(() => {
 
 
 def visible(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
-    """Time from asking for a session until the server can show it, and until a browser has its first picture."""
+    """Time from the request for a session until the server can show it, and until a browser has its first picture."""
     times: dict[str, list[float]] = {"server": [], "browser": []}
     context = browser.new_context(viewport={"width": 1280, "height": 800}) if browser else None
     for _ in range(repeats + 1):
@@ -129,7 +128,7 @@ def time_clicks(server: Server, browser: Any, repeats: int, reading: float) -> d
 
 
 async def crowd(server: Server, sessions: list[str], seconds: float, settling: float) -> list[tuple[float, float]]:
-    """Return (frames computed, pictures delivered) a second of each session."""
+    """Return (frames computed, pictures delivered) per second of each session."""
     web = server.url.replace("http", "ws")
     counts = {session: [0, 0] for session in sessions}
 
@@ -191,7 +190,7 @@ def measure_crowd(server: Server, count: int, seconds: float, settling: float) -
 
 
 def explore(server: Server, path: str, end: threading.Event) -> int:
-    """Explore what would have saved a session, again and again until the end, and return how many trials there were."""
+    """Repeat a what-if exploration of a session until the end, and return the number of trials."""
     trials = 0
     while not end.is_set():
         told: Any = server.ask("POST", f"{path}/explorations", {"kind": "what-if", "seconds": 60})
@@ -202,7 +201,7 @@ def explore(server: Server, path: str, end: threading.Event) -> int:
 
 
 def measure_exploration(server: Server, seconds: float, settling: float) -> Iterator[dict[str, object]]:
-    """Measure a session that plays, without an exploration beside it and with one."""
+    """Measure a playing session without and with an exploration."""
     for pace, speed in ((f"{RATE_HZ:g} frames/s", 1), ("full speed", 0)):
         for beside in ("alone", "beside an exploration"):
             progress(f"{pace}, {beside}")
@@ -222,7 +221,7 @@ def measure_exploration(server: Server, seconds: float, settling: float) -> Iter
 
 
 def measure_start(server: Server, repeats: int, reading: float) -> Iterator[dict[str, object]]:
-    """Measure when a new session is seen."""
+    """Measure the time until a new session is visible."""
     progress("new sessions")
     with chromium() as browser:
         for where, times in visible(server, browser, repeats).items():
@@ -242,9 +241,9 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        repeats=Size(5, 0, "sessions that are looked at one after the other, beside the first one"),
-        reading=Size(1.5, 0.1, "how long a person looks at the gallery before choosing, s"),
-        sessions=Size(16, 1, "how many run at once"),
+        repeats=Size(5, 0, "sessions opened one after the other, after the first one"),
+        reading=Size(1.5, 0.1, "time that a person looks at the gallery before choosing, s"),
+        sessions=Size(16, 1, "number of concurrent sessions"),
         seconds=Size(15.0, 0.3, "for how long"),
         settling=Size(2.0, 0.3, "how long before they all have come to rest, s"),
     )

@@ -1,8 +1,8 @@
-"""First sight of a session's page: what a newcomer has to take in at 1280 x 800, for each experiment.
+"""First sight of a session's page: controls, words and picture at 1280 x 800, for each experiment.
 
-Controls are what can be pressed, typed into or dragged; a field and its slider are one, as they are for the tab key.
-Words are those that can be read without scrolling or unfolding. The picture's place is given as a share of the window's
-width, and the picture itself as a share of the height above the strips.
+Controls are elements to press, type into or drag; a field and its slider count as one, as for the tab key. Words are
+those visible without scrolling or unfolding. The picture's place is given as a share of the window's width, and the
+picture itself as a share of the height above the strips.
 """
 
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ SIGHT = r"""() => {
 
 
 def look(server: Server, browser: Any, experiment: str) -> dict[str, float]:
-    """Open a session that plays, and count what there is to see."""
+    """Open a playing session, and count what is visible."""
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     recipe = {"recipe": {"experiment": experiment}}
     session = str(server.ask("POST", "/api/v1/sessions", recipe)["id"])

@@ -1,11 +1,10 @@
 """Slider to picture: from the move of a control to the frame that shows it, while the run plays at 30 Hz.
 
-Measured three times in one run. In Debian's Chromium, headless with software rendering, from the event's time stamp
-to the moment when a frame that shows the change is there: in the 3-D scene in the texture of the picture plane, in
-the flat view on the canvas. Drawing the scene without a graphics card is most of its figure, so the time between two
-frames of the display is measured in both. And by a plain websocket that says what viser's client says and decodes the
-pictures that come back: what the server, the worker and the wire take. Half a frame, 17 ms, is the mean wait for the
-next frame in all.
+Measured three times in one run. Two are in Debian's Chromium, headless with software rendering, from the event's time
+stamp until a frame shows the change: in the 3-D scene in the texture of the picture plane, in the flat view on the
+canvas. Most of the scene's figure is drawing without a graphics card, so the time between two frames of the display is
+measured in both. The third is by a plain websocket that imitates viser's client and decodes the pictures: the time of
+server, worker and wire. Half a frame, 17 ms, is the mean wait for the next frame in all three.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -43,7 +42,7 @@ LABEL = "Occluder width"
 GOAL_MS = 100.0
 RATE_HZ = 30.0
 
-# Notes how long it takes from a move of the slider to a picture in which the occluder has another width.
+# Notes the time from a move of the slider to a picture in which the occluder has another width.
 WATCH = """() => {
     const newest = %s;
     let last = null, width = null, began = null, seen = true;
@@ -69,7 +68,7 @@ WATCH = """() => {
     }, 1);
 }"""
 
-# The newest picture of the scene: what tells it from the one before, and a row of its pixels.
+# The newest picture of the scene: its identity, and a row of its pixels.
 SCENE_PICTURE = """(() => {
     const canvas = document.createElement('canvas');
     const context = canvas.getContext('2d', { willReadFrequently: true });
@@ -104,7 +103,7 @@ FRAMES = """() => new Promise((resolve) => {
 
 
 def in_page(server: Server, browser: Any, repeats: int, view: str) -> dict[str, list[float]]:
-    """Latencies in ms of the slider beside a view while the run plays, by keyboard and by dragging."""
+    """Latencies of the slider next to a view while the run plays, ms, by keyboard and by dragging."""
     session = server.start(play=True, distracter_radius_px=0)
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto(f"{server.url}/session/{session}?view={view}")
@@ -121,7 +120,7 @@ def in_page(server: Server, browser: Any, repeats: int, view: str) -> dict[str, 
 
 
 def time_moves(page: Any, frame: Any, slider: Any, repeats: int) -> dict[str, list[float]]:
-    """Move a slider by keyboard and by dragging, and return the latencies that were seen, ms."""
+    """Move a slider by keyboard and by dragging, and return the measured latencies, ms."""
     slider.scroll_into_view_if_needed()
     slider.focus()
     found: dict[str, list[float]] = {}
@@ -149,7 +148,7 @@ def time_moves(page: Any, frame: Any, slider: Any, repeats: int) -> dict[str, li
 
 
 def wait_for_change(scene: Any) -> None:
-    """Wait until the last move is seen; one that never is does not count as quick, it is left out and told."""
+    """Wait until the last move is visible; a move that never is is left out and reported."""
     with contextlib.suppress(TimeoutError):
         until(scene, "() => window.__seen()", 5.0)
 
@@ -187,7 +186,7 @@ def by_websocket(server: Server, repeats: int) -> list[float]:
 
 
 def messages(scene: ClientConnection) -> list[dict[str, Any]]:
-    """Return what the scene says next, answering what it asks; nothing after a while of silence."""
+    """Return the scene's next messages, and answer its questions; empty after a while of silence."""
     try:
         inner = unpack(scene.recv(timeout=0.1))  # type: ignore[arg-type] # viser speaks binary
     except TimeoutError:
@@ -198,7 +197,7 @@ def messages(scene: ClientConnection) -> list[dict[str, Any]]:
 
 
 def pillar(message: dict[str, Any]) -> int | None:
-    """Return how many columns of the picture are as dark as the occluder, if the message carries a picture."""
+    """Return the number of picture columns as dark as the occluder; None if the message has no picture."""
     if message.get("name") != "/picture":
         return None
     data = (message.get("updates") or message.get("props") or {}).get("_data")

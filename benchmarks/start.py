@@ -1,8 +1,8 @@
-"""The start: how soon there is a page and a session that runs.
+"""The start: time to the first page and to a running session.
 
-With `--install 1` it is a stranger's: a clone of this checkout, without caches, whose `make serve` installs, serves and
-compiles, beside the installation of the same packages alone. Otherwise it is a later start, of what is installed and
-compiled here.
+With `--install 1` it is the first start of a new user: a clone of this checkout, without caches, whose `make serve`
+installs, serves and compiles; the installation of the same packages alone is measured, too. Otherwise it is a later
+start with everything installed and compiled.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -30,7 +30,7 @@ INSTALLED_PAGE_S, INSTALLED_BALL_S = 8.0, 25.0
 
 
 def time_start() -> dict[str, float]:
-    """Start a server as people do, and tell when there was a page, and a session with a frame, s."""
+    """Start a server as people do; return the times until a page, and until a session with a frame, s."""
     begun = time.perf_counter()
     with new_server() as server:
         server.ask("GET", "/")
@@ -46,7 +46,7 @@ def show(server: Server) -> None:
 
 
 def show_when_compiled(server: Server) -> None:
-    """Do so as soon as the server takes a session; each request that it refuses has waited for a while."""
+    """Start a session once the server accepts it, and wait for its picture; each refused request has waited a while."""
     while True:
         try:
             show(server)
@@ -58,7 +58,7 @@ def show_when_compiled(server: Server) -> None:
 
 
 def measure_later_starts(repeats: int) -> Iterator[dict[str, object]]:
-    """Measure starts of what has been compiled."""
+    """Measure starts with everything compiled."""
     progress("later starts")
     times = [time_start() for _ in range(repeats + 1)][1:]  # the first one reads files from the disk
     for what, name, goal in (
@@ -70,7 +70,7 @@ def measure_later_starts(repeats: int) -> Iterator[dict[str, object]]:
 
 
 def measure_first_start() -> Iterator[dict[str, object]]:
-    """Measure a stranger's first start, beside the installation alone."""
+    """Measure a new user's first start, and the installation alone."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         fresh = os.environ | {"UV_CACHE_DIR": f"{place}/uv", "PIP_CACHE_DIR": f"{place}/pip", "PFTRACK_BASE_PATH": ""}
@@ -120,9 +120,9 @@ def measure_first_start() -> Iterator[dict[str, object]]:
 def main() -> None:
     """Measure and report."""
     given = arguments(
-        "How soon a server is there.",
+        "Time until a server is ready.",
         repeats=Size(5, 1, "starts"),
-        install=Size(0, 0, "whether a first start is measured as well, which installs everything anew"),
+        install=Size(0, 0, "1 to measure a first start too, which installs everything again"),
     )
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     rows = [*measure_later_starts(given.repeats)]

@@ -1,9 +1,9 @@
-"""The shape of the prism from its tracks: every method, and two peers, on the same tracks in one run.
+"""The shape of the prism from its tracks: every method and two peers, on the same tracks in one run.
 
-For each number of frames: the shape error (Bando 2007, eq. 4.19), and what a further frame costs. Batch methods begin
-anew with each frame, so their time grows with the frames; online methods take one step. The peers are NumPy's singular
-values on tracks whose hidden points are filled in, again and again, by their rank-three fit, and SciPy's nonlinear
-least squares over all shapes and pinholes, begun at the shape of the first window: the ceiling of accuracy.
+For each number of frames: the shape error (Bando 2007, eq. 4.19), and the time of a further frame. Batch methods start
+again with each frame, so their time grows with the frames; online methods take one step. The peers are NumPy's singular
+values on tracks whose hidden points are filled in iteratively by their rank-three fit, and SciPy's nonlinear least
+squares over all shapes and pinholes, started at the shape of the first window: the ceiling of accuracy.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -30,7 +30,7 @@ from pftrack.vision.structure.recursive import from_window  # noqa: E402
 
 WINDOW = 90
 HIDDEN_VARIANCE = 100.0
-"""What has a larger one counts as hidden for the peer that fills in."""
+"""Variance above which a point counts as hidden for the peer that fills in."""
 
 FILLS = 50
 
@@ -38,7 +38,7 @@ Shape = NDArray[np.float64]
 
 
 def time_call(call: Callable[[], Shape], repeats: int) -> tuple[Shape, float]:
-    """Return what a call gives, and its median time in ms."""
+    """Return the result of a call, and its median time, ms."""
     taken = []
     for _ in range(repeats):
         begun = perf_counter()
@@ -48,7 +48,7 @@ def time_call(call: Callable[[], Shape], repeats: int) -> tuple[Shape, float]:
 
 
 def time_steps(step: Callable[[Any, Shape, Shape], Any], state: Any, tracks: Tracks, begin: int) -> tuple[Any, float]:
-    """Take frames from one on, and return the last state and the median time of a step in ms."""
+    """Process frames from `begin` on; return the last state and the median time of a step, ms."""
     taken = []
     for positions, variances in zip(tracks.positions[begin:], tracks.variances[begin:], strict=True):
         started = perf_counter()
@@ -58,7 +58,7 @@ def time_steps(step: Callable[[Any, Shape, Shape], Any], state: Any, tracks: Tra
 
 
 def fill_hidden(tracks: Tracks) -> Shape:
-    """Fill hidden points in by the rank-three fit of all, again and again, and factor what comes."""
+    """Fill hidden points in iteratively by the rank-three fit of all, and factor the result."""
     rows, hidden = tracks.matrix, tracks.precisions < 1.0 / HIDDEN_VARIANCE
     seen = np.where(hidden, 0.0, rows).sum(axis=1) / np.maximum((~hidden).sum(axis=1), 1)
     rows[hidden] = np.broadcast_to(seen[:, None], rows.shape)[hidden]
@@ -106,12 +106,12 @@ def adjust_bundle(body: SimulatedTracks, tracks: Tracks) -> Shape:
 
 
 def window_of(tracks: Tracks) -> Tracks:
-    """Return the first frames."""
+    """Return the tracks of the first frames."""
     return Tracks(tracks.positions[:WINDOW], tracks.variances[:WINDOW])
 
 
 def rows_of(frames: int, repeats: int) -> list[dict[str, object]]:
-    """Reconstruct from so many frames by all methods, and return their rows."""
+    """Reconstruct from `frames` frames by all methods, and return their rows."""
     body = prism_tracks(0)
     tracks = Tracks(body.tracks.positions[:frames], body.tracks.variances[:frames])
     rows = []
@@ -149,9 +149,9 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        repeats=Size(15, 1, "calls a batch method"),
+        repeats=Size(15, 1, "calls of a batch method"),
         frames=Size(120, WINDOW + 2, "frames of the shortest tracks"),
-        lengths=Size(3, 1, "how many lengths, the shortest ones times 1, 2, ..."),
+        lengths=Size(3, 1, "number of lengths, the shortest one times 1, 2, ..."),
     )
     if not given.smallest:
         rows_of(WINDOW + 2, 1)  # the first one compiles

@@ -2,7 +2,7 @@
 
 Each start is graded as on the upload page, then the default tracker follows it. A start is lost if a loss lasts
 (`pftrack.runs.loss`) or reaches the last frame. The grades were set on the clips called *seen*; those kept *aside* were
-measured afterwards, once. The clips lie in `shared/data` beside the checkout.
+measured afterwards, once. The clips are in `shared/data` next to the checkout.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -26,13 +26,13 @@ from pftrack.sources.truth import TruthTable, read_truth  # noqa: E402
 
 CLIPS = Path(__file__).parents[2] / "shared" / "data"
 FEWEST = 10
-"""Labelled frames that follow a start, at least."""
+"""Least number of labelled frames after a start."""
 
 Boxes = Mapping[int, tuple[float, float, float, float]]
 
 
 def targets() -> Iterator[tuple[str, str, str, Boxes]]:
-    """Yield half, name, clip and true boxes of each target."""
+    """Yield half ("seen" or "aside"), name, clip and true boxes of each target."""
     yield "seen", "ball", "ball_green_hand/clip.mp4", boxes_in("ball_green_hand")
     cups = boxes_in("cups_red")
     yield "seen", "cups", "cups_red/clip.mp4", {frame: cups[frame] for frame in range(26)}
@@ -66,7 +66,7 @@ def around(row: Mapping[str, str]) -> tuple[float, float, float, float]:
 
 
 def measure(experiment: Experiment, name: str, clip: str, boxes: Boxes, starts: int, follow: int) -> dict[str, object]:
-    """Look at a target from some starts with each of two seeds, follow it, and count how often it is lost."""
+    """Grade a target at some starts with each of two seeds, follow it, and count the losses."""
     sequence = open_sequence(CLIPS / clip)
     width, height = sequence.size
     able = [
@@ -94,7 +94,7 @@ if __name__ == "__main__":
     given = arguments(
         __doc__.splitlines()[0],
         starts=Size(6, 1, "starts of each target, with each of two seeds"),
-        follow=Size(40, 2, "frames that are followed"),
+        follow=Size(40, 2, "frames to follow"),
         targets=Size(8, 1, "targets"),
     )
     table = []
@@ -103,4 +103,4 @@ if __name__ == "__main__":
             progress(f"{name}, {tracker}")
             counted = measure(find(tracker), name, clip, boxes, given.starts, given.follow)
             table.append({"half": half, "target": name, "experiment": tracker, **counted})
-    report("Suitability beside losses", table, as_json=given.json)
+    report("Suitability and losses", table, as_json=given.json)

@@ -1,7 +1,7 @@
-"""Sweeps: what a run costs in a batch, where the time of a step goes, and what a second worker brings.
+"""Sweeps: time of a run in a batch, parts of a step's time, and the gain by a second worker.
 
-The runs are those of Bando 2007, ch. 3: sixty frames of the ball behind its pillar with 800 particles. Beside the batch
-stand the same run stepped live, and Condensation as a user would write it: in NumPy, and with `particles`.
+The runs are those of Bando 2007, ch. 3: sixty frames of the ball behind its pillar with 800 particles. The peers are
+the same run stepped live, and Condensation as a user would write it: in NumPy, and with `particles`.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -41,7 +41,7 @@ MODEL = (2 / 3, 1 / 6), (200.0, 0.0), 0.1
 
 
 def best(work: Callable[[], object], repeats: int) -> float:
-    """Return the shortest of several times, s; the first call is not counted."""
+    """Return the shortest of several times, s; the first call does not count."""
     work()
     times = []
     for _ in range(repeats):
@@ -52,7 +52,7 @@ def best(work: Callable[[], object], repeats: int) -> float:
 
 
 def pictures() -> tuple[Array, Array]:
-    """Return the pictures (L, height, width, 3) and where the ball starts."""
+    """Return the pictures (L, height, width, 3) and the ball's first position."""
     setup = BALL.simulate()
     parameters = revise(setup.parameters, CONDITION)
     source = setup.open_source(0, parameters)
@@ -61,7 +61,7 @@ def pictures() -> tuple[Array, Array]:
 
 
 def log_likelihood(picture: Array, states: Array) -> Array:
-    """Return the log likelihood of states, as one writes it in NumPy."""
+    """Return the log likelihood of states, in plain NumPy."""
     u, v = np.floor(states[:, :2] + 0.5).astype(int).T
     inside = (u >= 0) & (u < picture.shape[1]) & (v >= 0) & (v < picture.shape[0])
     colours = picture[v * inside, u * inside].astype(float)
@@ -126,7 +126,7 @@ def batch(tracker: str, seeds: int) -> Callable[[], object]:
 
 
 def runs(repeats: int) -> list[dict[str, object]]:
-    """Return what a run costs, whoever makes it."""
+    """Return the rows on the time of a run, by pftrack and by peers."""
     shown, start = pictures()
     seconds = {}
     for tracker in ("condensation", "pc-pf", "apf", "h-spf", "s-spf"):
@@ -145,7 +145,7 @@ def runs(repeats: int) -> list[dict[str, object]]:
 
 
 def stages(repeats: int) -> list[dict[str, object]]:
-    """Return where the time of one step goes, us."""
+    """Return the rows on the parts of a step's time, us."""
     shown, start = pictures()
     picture = shown[0]
     picture.flags.writeable = False
@@ -174,7 +174,7 @@ def stages(repeats: int) -> list[dict[str, object]]:
 
 
 def workers(most: int, trials: int, layouts: int) -> list[dict[str, object]]:
-    """Return how long a sweep takes with one worker and with more, two unless told otherwise."""
+    """Return the rows on a sweep's time with one worker and with more, by default two."""
     plan = Plan(
         "ball",
         (
@@ -208,10 +208,10 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        repeats=Size(20, 1, "times each is repeated"),
-        trials=Size(10, 1, "of each condition and tracker of the sweep"),
-        workers=Size(2, 1, "how many share the sweep at most"),
-        layouts=Size(10, 1, "of the look-alikes in the sweep"),
+        repeats=Size(20, 1, "repetitions of each"),
+        trials=Size(10, 1, "trials of each condition and tracker of the sweep"),
+        workers=Size(2, 1, "most workers of the sweep"),
+        layouts=Size(10, 1, "layouts of the look-alikes in the sweep"),
     )
     rows = [*runs(given.repeats), *stages(given.repeats), *workers(given.workers, given.trials, given.layouts)]
     report("A sweep of the ball, 60 frames, 800 particles", rows, as_json=given.json)

@@ -1,4 +1,4 @@
-"""Many tracks with outliers, 2,000 particles each: what a frame of all of them costs, beside what others take for it.
+"""Many tracks with outliers, 2,000 particles each: time of a frame of all tracks, by pftrack and by others.
 
 The tracks are simulated ones of Ichimura and Ikoma 2000, section 5.1. Ours smooths with a lag of 25 frames and takes
 modes of
@@ -22,7 +22,7 @@ from pftrack.runs.checkpoint import bytes_of  # noqa: E402
 
 Array = NDArray[np.float64]
 Followed = tuple[Array, Array | None, float]
-"""Filtered and smoothed positions (T, K, 2), and megabytes of what is kept from frame to frame."""
+"""Filtered and smoothed positions (T, K, 2), and megabytes kept from frame to frame."""
 
 SIGMA, TAU, LAG, COUNT = 1.0, 1.0, 25, 2000
 GAUSSIAN_NOISE = 10.0

@@ -1,9 +1,9 @@
-"""Trials: what would have saved a run, and a fit, beside the runs that they are made of, one by one.
+"""Trials: what-if and a fit, compared with their runs made one by one.
 
 The lost run is one of the ball behind a wide pillar. A user would repeat each trial of what-if with `Run`: as a branch
-of the lost run, or from its first frame on. All three come to the same numbers, so as many must hold; `holding` is
-that. A fit has as many runs as it says; beside it stands the same number of runs of the same lengths. `ratio` is to
-what pftrack takes for the whole question; `ms` is processor time.
+of the lost run, or from its first frame on. All three give the same numbers, so the same number of runs must hold their
+target; `holding` is that number. A fit reports its number of runs; the same number of runs of the same lengths is
+compared with it. `ratio` is relative to pftrack's time for the whole question; `ms` is processor time.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -25,11 +25,11 @@ PILLAR = {"occlusion_width_px": 100.0}
 LOSS_FRAMES = 45
 FITTED = ("ball", "condensation", ("process_noise_px",)), ("sine", "kalman", ("assumed_noise_sd",))
 SEEDS_JUDGED = 2
-"""A fit judges settings before and after, with twice as many seeds as a trial has where random numbers decide."""
+"""A fit judges settings before and after with twice the seeds of a trial, where random numbers decide."""
 
 
 def timed(work: Callable[[], T]) -> tuple[float, T]:
-    """Return the processor time of some work, ms, and what came of it."""
+    """Return the processor time of some work, ms, and its result."""
     begun = process_time()
     done = work()
     return 1e3 * (process_time() - begun), done
@@ -42,13 +42,13 @@ def begin(name: str, tracker: str, frames: int, *changes: Change) -> Run:
 
 
 def holds(run: Run, found: Report) -> bool:
-    """Compute a trial to its end, and return whether it holds its target there."""
+    """Compute a trial to its end, and return whether it then holds its target."""
     run.seek(found.last)
     return not any(row.lost for row in run.diagnostics[-found.judged :])
 
 
 def by_branches(lost: Run, found: Report) -> int:
-    """Repeat all trials as branches of the lost run, and return how many hold."""
+    """Repeat all trials as branches of the lost run; return the number of runs that hold their target."""
     return sum(
         holds(lost.branch(found.begin, {**each.alternative.values, "seed": seed}), found)
         for each in found.findings
@@ -57,7 +57,7 @@ def by_branches(lost: Run, found: Report) -> int:
 
 
 def from_the_first_frame(lost: Run, found: Report) -> int:
-    """Repeat all trials from frame 0, and return how many hold."""
+    """Repeat all trials from frame 0; return the number of runs that hold their target."""
     changes = lost.timeline.changes_until(found.begin)
     return sum(
         holds(begin("ball", lost.tracker, lost.frames, *changes, Change(found.begin + 1, values)), found)
@@ -67,7 +67,7 @@ def from_the_first_frame(lost: Run, found: Report) -> int:
 
 
 def explain(seeds: int) -> list[dict[str, object]]:
-    """Measure what-if beside its trials."""
+    """Measure what-if and its trials one by one."""
     lost = begin("ball", "condensation", LOSS_FRAMES, Change(0, PILLAR))
     lost.finish()
 
@@ -86,7 +86,7 @@ def explain(seeds: int) -> list[dict[str, object]]:
 
 
 def fitted(name: str, tracker: str, names: Sequence[str], frames: int) -> list[dict[str, object]]:
-    """Measure a fit beside its runs."""
+    """Measure a fit and its runs one by one."""
     progress(f"fit of {name}")
     run = begin(name, tracker, frames)
     run.finish()
@@ -97,7 +97,7 @@ def fitted(name: str, tracker: str, names: Sequence[str], frames: int) -> list[d
     taken, _ = timed(lambda: [begin(name, tracker, length).finish() for length in lengths])
     return [
         _row(f"fit of {names[0]}, {name}, {tracker}", found.runs, ms, ms, None),
-        _row("as many runs", found.runs, taken, ms, None),
+        _row("its runs one by one", found.runs, taken, ms, None),
     ]
 
 
@@ -117,12 +117,12 @@ def main() -> None:
     given = arguments(
         __doc__.splitlines()[0],
         seeds=Size(20, 1, "seeds of each change of what-if"),
-        frames=Size(120, 41, "frames of the runs that are fitted"),
+        frames=Size(120, 41, "frames of the fitted runs"),
     )
     rows = explain(given.seeds)
     for name, tracker, names in FITTED:
         rows += fitted(name, tracker, names, given.frames)
-    report("Trials beside the runs that they are made of", rows, as_json=given.json)
+    report("Trials, and their runs one by one", rows, as_json=given.json)
 
 
 if __name__ == "__main__":

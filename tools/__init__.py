@@ -1,1 +1,1 @@
-"""Tools for those who work on pftrack; nothing of it is installed."""
+"""Tools for developers of pftrack; they are not installed."""

@@ -1,10 +1,10 @@
-"""How wheels are built: as they are for any machine, or with compiled code for one Python.
+"""How wheels are built: for any machine, or with compiled code for one Python.
 
-The documentation is put into both, if it has been built (`make docs`): the server offers it under *Help*.
+Both contain the documentation if it has been built (`make docs`): the server offers it under *Help*.
 
-With `PFTRACK_PRECOMPILED` naming a folder that `python -m tools.precompile` has filled, the wheel holds it, and fits
-this version of Python on x86-64 with the C library on which compiled code calls (`pftrack.core.numerics.machine`).
-Where it fits, pip prefers it to the one for any machine.
+If `PFTRACK_PRECOMPILED` names a folder filled by `python -m tools.precompile`, the wheel contains it, and fits this
+version of Python on x86-64 with the C library that compiled code calls (`pftrack.core.numerics.machine`). Where it
+fits, pip prefers it to the wheel for any machine.
 """
 
 import os
@@ -20,10 +20,10 @@ PLATFORM = "manylinux_2_28_x86_64"
 
 
 class BuildHook(BuildHookInterface):  # type: ignore[type-arg]
-    """Adds what has been made beside the source to a wheel."""
+    """Adds generated files to a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Take the folders into the wheel, and say in its name what it fits."""
+        """Add the folders to the wheel, and set the tag of the machines that it fits."""
         if version != "standard":
             return
         site = Path(self.root) / "build" / "site"

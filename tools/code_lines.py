@@ -1,8 +1,8 @@
 """Code lines per top folder, which may only fall.
 
-`python -m tools.code_lines` checks them; with `--lower` it lowers the limits after lines have gone. A code line has
-something on it besides blanks, comments and docstrings. `code_lines.json` beside this file has the largest number
-allowed for each folder of the library, the server and the pages, and for all tests together.
+`python -m tools.code_lines` checks them; `--lower` lowers the limits after lines were removed. A code line contains
+more than blanks, comments and docstrings. `code_lines.json` next to this file has the largest number allowed for each
+folder of the library, the server and the pages, and for all tests together.
 """
 
 import ast
@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 LIMITS = Path(__file__).with_name("code_lines.json")
 ROOMS = {"pftrack/": 2, "server/pftrack_server/": 3, "frontend_static/": 2, "tests/": 1}
-"""Beginnings of the files that are counted, and how many parts of their paths name the folder that they count for."""
+"""Prefixes of the counted files, and the number of path parts that name the folder they count for."""
 
 
 def code_lines(name: str, text: str) -> int:
@@ -35,7 +35,7 @@ def code_lines(name: str, text: str) -> int:
 
 
 def count() -> Counter[str]:
-    """Return the code lines of each folder, of files that git knows."""
+    """Return the code lines of each folder, over files tracked by git."""
     command = ["git", "ls-files", "*.py", "*.js"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)  # noqa: S603 - no input
     counted: Counter[str] = Counter()
@@ -57,7 +57,7 @@ def risen(counted: Counter[str], limits: dict[str, int]) -> list[str]:
 
 
 def main() -> int:
-    """Check the limits, or lower them to what is there."""
+    """Check the limits, or lower them to the present counts."""
     limits: dict[str, int] = json.loads(LIMITS.read_text(encoding="utf-8"))
     try:
         counted = count()

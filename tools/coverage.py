@@ -1,10 +1,10 @@
-"""Measure how often the bands of all trackers hold the truth, and write the table of `docs/explanation/calibration.md`.
+"""Measure how often the bands of all trackers contain the truth; write them into docs/explanation/calibration.md.
 
-    python -m tools.coverage measure              # all of it, for an hour; stores it in tests/data/coverage.json
-    python -m tools.coverage measure ball head    # these experiments alone; what is stored of the others stays
+    python -m tools.coverage measure              # everything, for an hour; stores it in tests/data/coverage.json
+    python -m tools.coverage measure ball head    # only these experiments; stored figures of others stay
     python -m tools.coverage table                # writes the stored figures into the page
 
-A test compares page, figures and declarations, so that none of them can say something else.
+A test checks that page, figures and declarations agree.
 """
 
 import json
@@ -33,7 +33,7 @@ MARKS = {"overconfident": "▼", "underconfident": "▲"}
 
 
 class Setting(NamedTuple):
-    """What is measured together: a tracker with the parameters of a preset, or of the default scene if it is empty."""
+    """One measured setting: a tracker with the parameters of a preset, or of the default scene if it is empty."""
 
     experiment: str
     tracker: str
@@ -46,7 +46,7 @@ class _Trial(NamedTuple):
 
 
 def measured_settings() -> Iterator[Setting]:
-    """Yield all that is measured."""
+    """Yield all measured settings."""
     for name in _promising():
         experiment = EXPERIMENTS[name]
         for tracker in experiment.trackers:
@@ -55,7 +55,7 @@ def measured_settings() -> Iterator[Setting]:
 
 
 def coverages(stored: Mapping[str, Any]) -> dict[Setting, list[Coverage]]:
-    """Return what is stored, by setting."""
+    """Return the stored coverages by setting."""
     found: dict[Setting, list[Coverage]] = {}
     for row in stored["coverage"]:
         shown = {name: row[name] for name in ("of", "promised", "share", "error", "runs")}
@@ -70,12 +70,12 @@ def table(stored: Mapping[str, Any]) -> str:
 
 
 def _promising() -> Iterator[str]:
-    """Yield the experiments that promise something of their bands."""
+    """Yield the experiments that declare a coverage of their bands."""
     return (name for name in EXPERIMENTS.own if EXPERIMENTS[name].quality.calibration.bands)
 
 
 def page(text: str, stored: Mapping[str, Any]) -> str:
-    """Return the page with these figures in it."""
+    """Return the page with these figures."""
     before, rest = text.split(BEGIN)
     return f"{before}{BEGIN}\n{table(stored)}\n{END}{rest.split(END)[1]}"
 
@@ -108,7 +108,7 @@ def _cell(experiment: Experiment, found: Mapping[Setting, list[Coverage]], setti
 
 
 def _percent(share: float) -> str:
-    """Return a share in percent: all and nothing are said of nothing less."""
+    """Return a share in percent; 100 and 0 stand only for all and none."""
     rounded = round(100 * share)
     if rounded in {0, 100} and share not in {0.0, 1.0}:
         return f"{100 * share:.1f}"
@@ -124,7 +124,7 @@ def _count(trial: _Trial) -> tuple[int, Counts]:
 
 
 def measure(experiments: Container[str]) -> dict[str, Any]:
-    """Return what all runs of some experiments come to."""
+    """Run some experiments, and return their figures in the stored form."""
     settings = [setting for setting in measured_settings() if setting.experiment in experiments]
     trials = [_Trial(setting, seed) for setting in settings for seed in SEEDS]
     with Pool(1, lambda done, known: sys.stderr.write(f"\r{done} of {known}")) as pool:
@@ -138,7 +138,7 @@ def measure(experiments: Container[str]) -> dict[str, Any]:
 
 
 def describe(counts: Mapping[Setting, list[Counts]], frames: Mapping[str, int]) -> dict[str, Any]:
-    """Return counts by setting in the form that is stored."""
+    """Return counts by setting in the stored form."""
     command = ["git", "rev-parse", "--short", "HEAD"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)  # noqa: S603
     revision = done.stdout.strip()
@@ -156,7 +156,7 @@ def describe(counts: Mapping[Setting, list[Counts]], frames: Mapping[str, int]) 
 
 
 def update(stored: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is stored, with what was measured anew in its place."""
+    """Return the stored figures, updated by new ones."""
     rows = [row for row in stored["coverage"] if row["experiment"] not in measured["frames"]]
     order = {setting: place for place, setting in enumerate(measured_settings())}
     rows = sorted([*rows, *measured["coverage"]], key=lambda row: order[_setting_of(row)])
@@ -173,7 +173,7 @@ def _short(value: Any) -> Any:  # noqa: ANN401 - a word or a number
 
 
 def store(measured: Mapping[str, Any]) -> None:
-    """Write what was measured, a line for each band."""
+    """Write the measured figures, one line per band."""
     head = {name: value for name, value in measured.items() if name != "coverage"}
     rows = ",\n".join(f"  {json.dumps(row)}" for row in measured["coverage"])
     DATA.write_text(f'{json.dumps(head)[:-1]}, "coverage": [\n{rows}\n]}}\n')

@@ -1,11 +1,11 @@
-"""Fit the probabilities by which trackers say that their target is lost, and write the tables of their page.
+"""Fit the trackers' probabilities that their target is lost, and write the tables of their page.
 
-    python -m tools.loss_probability fit ball   # fits those of the ball, judges them, and writes its file
-    python -m tools.loss_probability table      # writes what `pftrack reproduce loss` found into the page
+    python -m tools.loss_probability fit ball   # fits and judges the ball's trackers, and writes their file
+    python -m tools.loss_probability table      # writes the results of `pftrack reproduce loss` into the page
 
-The file is `loss_probability.json` in the experiment's package, the page docs/explanation/loss.md. Kept are those
-trackers whose expected calibration error is at most 0.05 in scenes that were not fitted, and that were lost often
-enough there to tell; of the others that error is kept alone. A test compares page and record.
+The file is `loss_probability.json` in the experiment's package, the page docs/explanation/loss.md. A tracker's model is
+kept if its expected calibration error is at most 0.05 in scenes that were not fitted, with enough losses there; of
+other trackers only that error is kept. A test compares page and record.
 """
 
 import json
@@ -42,7 +42,7 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/explanation/loss.md"
 RIDGE, FEWEST_LOSSES = 10.0, 5
 BEGIN, END = "<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"
-"""Between which the tables stand in the page."""
+"""Marks around the tables in the page."""
 
 COLUMNS = {
     "calibration error": "calibration error",
@@ -52,29 +52,29 @@ COLUMNS = {
     "share of the losses": "losses detected",
     "frames until": "frames until half are detected",
 }
-"""Of the table: how the result of a finding begins, and the title."""
+"""Columns of the table: the beginning of a finding's result, and the title."""
 
 DIGITS = 6
-"""Of the numbers in a file."""
+"""Significant digits of the numbers in a file."""
 
 MOST_STEPS, SETTLED = 50, 1e-8
-"""How often Newton's method improves the weights at most, and which change of them is none."""
+"""Most steps of Newton's method, and the change of the weights at which it stops."""
 
 CONSTANT, ENDLESS = 1e-6, 1e300
-"""A deviation that is smaller than the one counts as the other, and a curvature is no smaller than the first."""
+"""A standard deviation below the first counts as the second; the first is also the least curvature."""
 
 app = typer.Typer(add_completion=False)
 
 
 def path_of(experiment: str) -> Path:
-    """Return the file in which the probabilities of an experiment are kept."""
+    """Return the file of an experiment's probabilities."""
     return ROOT / "pftrack/experiments" / experiment / "loss_probability.json"
 
 
 def is_true(judged: Judgement) -> bool:
     """Return whether a probability may be declared.
 
-    It is calibrated, says more than the share of lost frames does, and losses enough were there to tell.
+    It must be calibrated, better than the mere share of lost frames, and judged on enough losses.
     """
     return judged.error <= MOST_ERROR and judged.brier < judged.base and judged.delays.losses >= FEWEST_LOSSES
 
@@ -86,12 +86,12 @@ def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
 
 
 def fit(features: Floats, outcomes: Bools, *, ridge: float) -> Logistic:
-    """Return the regression that explains outcomes best.
+    """Return the best logistic regression of outcomes on features.
 
     Args:
-        features: (L, F), all known.
-        outcomes: (L,) what came of each.
-        ridge: Precision of the prior of each weight: 0 trusts the observations alone.
+        features: (L, F), all finite.
+        outcomes: (L,) outcome of each row.
+        ridge: Precision of each weight's prior; 0 for no prior.
     """
     # The weights are those of greatest likelihood under a Gaussian prior around zero, by Newton's method, which is
     # iteratively reweighted least squares (McCullagh and Nelder, Generalized linear models, 1989, section 2.5).
@@ -114,7 +114,7 @@ def fit(features: Floats, outcomes: Bools, *, ridge: float) -> Logistic:
 
 
 def fit_model(experiment: Experiment, tracker: str, seen: Sequence[Witnessed]) -> LossModel:
-    """Return what says it of a tracker, by runs in scenes that are there to be fitted."""
+    """Return a tracker's model, fitted on runs in the scenes for fitting."""
     regression = fit(
         np.concatenate([one.features for one in seen]), np.concatenate([one.lost for one in seen]), ridge=RIDGE
     )
@@ -123,7 +123,7 @@ def fit_model(experiment: Experiment, tracker: str, seen: Sequence[Witnessed]) -
 
 
 def describe(tracker: str, judged: Judgement) -> str:
-    """Return what came of a tracker, a line."""
+    """Return a line on a tracker's result."""
     waits = f"{judged.delays.median:g} frames, {judged.delays.told} of {judged.delays.losses} told"
     kept = "kept" if is_true(judged) else "not kept"
     return (
@@ -138,16 +138,16 @@ def describe_models(
     """Return models as JSON values.
 
     Args:
-        models: By name of the tracker.
-        refused: The calibration error of those trackers of which none is kept.
-        about: What they were fitted on, JSON values.
+        models: Models by tracker.
+        refused: Calibration errors of the trackers whose model is not kept.
+        about: Data on the fit, JSON values.
     """
     trackers = {name: {"signals": one.signals, **_rounded(asdict(one.regression))} for name, one in models.items()}
     return {**about, "refused": _rounded(refused), "trackers": trackers}
 
 
 def write_models(described: Mapping[str, Any]) -> str:
-    """Return the text of a file, by what `describe_models` says."""
+    """Return the text of a file from the values of `describe_models`."""
     return json.dumps({"format": FORMAT, "version": 1, **described}, indent=1) + "\n"
 
 
@@ -196,7 +196,7 @@ def fit_in_scenes(pool: Pool, name: str, revision: str) -> dict[str, Any]:
 
 
 def sort_out(found: Mapping[str, tuple[LossModel, Judgement]], about: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is kept, as JSON values: models that are calibrated well enough, and the error of the others."""
+    """Return calibrated models and the errors of the others, as JSON values."""
     for tracker, (_, judged) in found.items():
         typer.echo(describe(tracker, judged))
     models = {tracker: model for tracker, (model, judged) in found.items() if is_true(judged)}
@@ -206,7 +206,7 @@ def sort_out(found: Mapping[str, tuple[LossModel, Judgement]], about: Mapping[st
 
 @app.command("table")
 def write_table() -> None:
-    """Write what was found into the page."""
+    """Write the tables into the page."""
     PAGE.write_text(page(PAGE.read_text("utf-8"), read_record(RECORD)), "utf-8")
 
 

@@ -1,8 +1,8 @@
-"""Write the types of what server and pages say to each other for the pages' type checker.
+"""Write the types of messages between server and pages for the pages' type checker.
 
-What routes take and answer, what streams say, and the figures of lessons are the only definition: pydantic models, and
-dataclasses of the library. `python -m tools.message_types` writes them as TypeScript interfaces; a test fails when a
-file is older than they are.
+Requests, answers, stream messages and the figures of lessons are defined only once, as pydantic models and dataclasses
+of the library. `python -m tools.message_types` writes them as TypeScript interfaces; a test fails if a file is out of
+date.
 """
 
 import re
@@ -35,16 +35,16 @@ API = "/api/v1/"
 SCALARS = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
 
 STREAMS = {"Session": "a session's", "Sweep": "a sweep's", "Follow": "a follower's", "Owned": "a lecturer's"}
-"""Whose stream it is, by the beginning of its union's name."""
+"""Owner of a stream, by the prefix of its union's name."""
 
 Schema = dict[str, Any]
 
 
 class _Told(GenerateJsonSchema):
-    """What the server sends has all its fields, also those with a default."""
+    """Schema of the server's messages, which have all fields, even those with a default."""
 
     def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ANN401 - pydantic's own kinds of fields
-        """Tell whether a field is always there."""
+        """Return whether a field is always present."""
         return self.mode == "serialization" or super().field_is_required(field, total)
 
 
@@ -54,7 +54,7 @@ def files() -> dict[Path, str]:
 
 
 def _messages() -> str:
-    """Return an interface for each type that is sent, one for all requests, and a union of each stream's messages."""
+    """Return an interface for each sent type, one for all requests, and a union of each stream's messages."""
     app = create_app(Settings())
     messages = sorted(set(_subclasses(Message)), key=lambda it: (it.__module__, it.__name__))
     routes = {
@@ -82,12 +82,12 @@ def _figures() -> str:
     texts, names, _ = _interfaces([(Figure, "serialization")])
     panel = Figure.model_json_schema(mode="serialization")["$defs"]["Panel"]
     kinds = _type(panel["properties"]["traces"]["items"], {f"#/$defs/{name}": name for name in names})
-    union = f"/** What is drawn in a panel. */\nexport type Trace = {kinds};\n"
+    union = f"/** A trace of a panel. */\nexport type Trace = {kinds};\n"
     return HEAD.format("pftrack/teaching/lessons/figure.py") + "\n" + "\n".join([*texts, union])
 
 
 def _interfaces(kinds: list[tuple[Any, JsonSchemaMode]]) -> tuple[list[str], list[str], list[str]]:
-    """Return an interface for all that some types consist of, the names of these, and the TypeScript of each type."""
+    """Return interfaces for some types and their parts, the names of these, and the TypeScript of each type."""
     asked = [(number, mode, TypeAdapter(kind)) for number, (kind, mode) in enumerate(kinds)]
     found, schema = TypeAdapter.json_schemas(asked, ref_template="{model}", schema_generator=_Told)
     names = {key: _name(key) for key in schema["$defs"]}
@@ -99,18 +99,18 @@ def _interfaces(kinds: list[tuple[Any, JsonSchemaMode]]) -> tuple[list[str], lis
 
 
 def _body(route: APIRoute) -> Any:  # noqa: ANN401 - any annotation
-    """Return what a route takes beside its address; None where that is nothing, or a file."""
+    """Return the type of a route's body; None if it has none, or takes a file."""
     return next((field.field_info.annotation for field in route.dependant.body_params), None)
 
 
 def _answer(route: APIRoute) -> Any:  # noqa: ANN401 - any annotation
-    """Return what a route answers with: text where that is not JSON, None for nothing."""
+    """Return the type of a route's answer: text if it is not JSON, None if it is empty."""
     told = route.responses.get(HTTPStatus.OK)
     return route.response_model or (None if told is None else told.get("model", str))
 
 
 def _requests(paths: Schema, sent: Iterable[tuple[tuple[str, str], str, str]], streams: Iterable[str]) -> str:
-    """Return the interface of all requests: what is asked, in the address and beside it, and what is answered."""
+    """Return the interface of all requests: address, body and answer."""
     lines = []
     for (method, path), body, answer in sent:
         operation = paths[path][method.lower()]
@@ -121,12 +121,12 @@ def _requests(paths: Schema, sent: Iterable[tuple[tuple[str, str], str, str]], s
             asked.append("body?: FormData" if "multipart/form-data" in kinds else "body: Blob")
         lines.append(_request(method, path, asked, answer))
     lines += streams
-    comment = "/** What each request says, in its address and beside it, and what it is answered with. */\n"
+    comment = "/** Each request's parameters and body, and its answer. */\n"
     return f"{comment}export interface Requests {{\n{''.join(lines)}}}\n"
 
 
 def _streams(app: FastAPI) -> Iterator[str]:
-    """Yield the line of each websocket: what its address says."""
+    """Yield the line of each websocket, with its query."""
     for each in iter_route_contexts(app.routes):
         if isinstance(each.original_route, APIWebSocketRoute) and str(each.path).startswith(API):
             path = str(each.path)
@@ -156,13 +156,13 @@ def _asked(parameter: Schema) -> str:
 
 
 def _in_address(schema: Schema) -> str:
-    """Return the TypeScript of a part of an address, which is text whatever the server reads in it."""
+    """Return the TypeScript of a part of an address, which is text for any type."""
     words = re.sub(r'"[^"]*"( \| "[^"]*")*', "string", _type(schema, {}))
     return words.replace("number", "number | string")
 
 
 def _kinds_of(route: APIRoute) -> Iterator[type]:
-    """Yield the models and dataclasses that a route takes and answers."""
+    """Yield the models and dataclasses of a route's requests and answers."""
     others = (answer.get("model") for answer in route.responses.values())
     for told in (
         route.response_model,
@@ -173,7 +173,7 @@ def _kinds_of(route: APIRoute) -> Iterator[type]:
 
 
 def _within(annotation: Any) -> Iterator[type]:  # noqa: ANN401 - any annotation
-    """Yield the models and dataclasses that an annotation is made of."""
+    """Yield the models and dataclasses in an annotation."""
     if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
         yield annotation
     for each in get_args(annotation):
@@ -187,15 +187,15 @@ def _subclasses(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
 
 
 def _is_request(kind: type) -> bool:
-    """Tell whether it comes from a page, which may leave out what has a default."""
+    """Return whether a type comes from a page, which may omit fields with a default."""
     config: dict[str, Any] = getattr(kind, "model_config", {})
     return config.get("extra") == "forbid"
 
 
 def _name(key: str) -> str:
-    """Return a model's name; those of one name in several modules are told apart by what they are about.
+    """Return a model's name; equal names in several modules get their subject as a prefix.
 
-    What goes both ways has two names, since in a request it may leave out what has a default.
+    A type that is sent both ways has two names, since a request may omit fields with a default.
     """
     *modules, name = key.removesuffix("-Input").removesuffix("-Output").split("__")
     if not modules:
@@ -206,11 +206,11 @@ def _name(key: str) -> str:
 
 
 def _commands() -> str:
-    """Return the union of the commands, and what they are answered with."""
+    """Return the union of the commands, and that of their answers."""
     members = " | ".join(each.__name__ for each in get_args(get_args(Command)[0]))
     answers = " | ".join(each.__name__ for each in get_args(Answer))
-    union = f"/** What a page can ask of a session's run. */\nexport type Command = {members};\n"
-    return f"{union}\n/** What a command is answered with. */\nexport type CommandAnswer = {answers};\n"
+    union = f"/** A page's command to a session's run. */\nexport type Command = {members};\n"
+    return f"{union}\n/** The answer to a command. */\nexport type CommandAnswer = {answers};\n"
 
 
 def _unions(models: list[type[BaseModel]], known: set[str]) -> Iterator[str]:
@@ -219,7 +219,7 @@ def _unions(models: list[type[BaseModel]], known: set[str]) -> Iterator[str]:
     for about, whose in STREAMS.items():
         names = [it.__name__ for it in messages if _stream(it) == about]
         members = [about + name if about + name in known else name for name in names]
-        yield f"/** What {whose} stream says. */\nexport type {about}Message = {' | '.join(members)};\n"
+        yield f"/** A message of {whose} stream. */\nexport type {about}Message = {' | '.join(members)};\n"
 
 
 def _stream(message: type[BaseModel]) -> str:
@@ -233,7 +233,7 @@ def _interface(name: str, schema: Schema, names: dict[str, str]) -> str:
     comment = _comment(schema, "")
     if "properties" not in schema:
         return f"{comment}export type {name} = {_type(schema, names)};\n"
-    # By its kind a body is told from others, so a page never leaves it out.
+    # `kind` tells bodies apart, so a page never omits it.
     required = {*schema.get("required", ()), "kind"}
     lines = [
         f"{_comment(body, '  ')}  {field}{'' if field in required else '?'}: {_type(body, names)};\n"

@@ -1,7 +1,7 @@
 """Write the pages' colours from the library's palette.
 
 `python -m tools.page_palette` writes a style sheet with a variable for each meaning, and a module with the colours of
-maps. A test fails when the files are older than the palette.
+maps. A test fails if the files are out of date.
 """
 
 import json
@@ -33,12 +33,12 @@ def _module() -> str:
         f"// {NOTE}\n\n"
         "/** @typedef {[number, number, number]} Colour Red, green and blue, 0 to 255. */\n"
         "/** @typedef {{light: Colour, dark: Colour}} Themed */\n\n"
-        "/** Of amounts, in equal steps.\n *\n * @type {Colour[]} */\n"
+        "/** Colours of amounts, in equal steps.\n *\n * @type {Colour[]} */\n"
         f"export const VIRIDIS = {_rows([json.dumps(colour) for colour in VIRIDIS])};\n\n"
-        "/** Of differences, in equal steps: the second method ahead, neither, the first method ahead.\n *\n"
+        "/** Colours of differences, in equal steps: the second method ahead, neither, the first method ahead.\n *\n"
         " * @type {Themed[]} */\n"
         f"export const DIVERGING = {_rows([_themed(pair) for pair in DIVERGING])};\n\n"
-        "/** Of the outcome of a test between two methods. */\n"
+        "/** Colours of a test's outcome between two methods. */\n"
         "export const VERDICTS = /** @type {const} */ ({\n"
         + "".join(f"  {name}: {_themed(pair)},\n" for name, pair in VERDICTS.items())
         + "});\n"

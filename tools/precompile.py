@@ -1,8 +1,8 @@
-"""Compile all that is compiled, for a release to bring along.
+"""Compile all compiled functions, for a release that includes them.
 
-`python -m tools.precompile FOLDER` fills a folder with what this machine's Python, Numba and llvmlite make of the
-package, as `pftrack.core.numerics.compiled` looks for it, and with the memory of which experiments it serves. A wheel
-that is built with `PFTRACK_PRECOMPILED=FOLDER` holds it (`tools/build_hook.py`).
+`python -m tools.precompile FOLDER` fills a folder with the package's code compiled by this machine's Python, Numba and
+llvmlite, in the form that `pftrack.core.numerics.compiled` reads, and with the list of experiments that it covers. A
+wheel built with `PFTRACK_PRECOMPILED=FOLDER` contains it (`tools/build_hook.py`).
 """
 
 import os
@@ -16,7 +16,7 @@ __all__ = ["collect", "main"]
 
 
 def main(destination: Path) -> None:
-    """Compile into a cache of its own, in a process that has loaded nothing yet, and copy what came of it."""
+    """Compile into a separate cache, in a new process, and copy the result."""
     with tempfile.TemporaryDirectory() as cache:
         program = f"from tools.precompile import compile_all; compile_all({str(destination)!r})"
         subprocess.run(  # noqa: S603
@@ -25,10 +25,10 @@ def main(destination: Path) -> None:
 
 
 def compile_all(destination: str) -> None:
-    """Do so; Numba keeps it in the folder that the environment names.
+    """Compile all functions into Numba's cache folder, which the environment names, and copy the result.
 
     Raises:
-        RuntimeError: An experiment does not run, or what was compiled is not found.
+        RuntimeError: An experiment does not run, or compiled functions are missing.
     """
     from pftrack.doctor.warming import Warming  # noqa: PLC0415
     from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415 - they read the environment when they are loaded
@@ -38,17 +38,17 @@ def compile_all(destination: str) -> None:
         raise RuntimeError(f"not all can be compiled: {dict(done.failed)}")
     copied = collect(Path(destination))
     if copied < done.done:
-        raise RuntimeError(f"of {done.done} functions that were compiled, {copied} were found: is pftrack here twice?")
+        raise RuntimeError(f"{copied} of {done.done} compiled functions were found: is pftrack installed twice?")
 
 
 def collect(destination: Path) -> int:
-    """Copy what is kept of all functions of experiments that are known to be compiled.
+    """Copy the compiled code of all functions of experiments that are known to be compiled.
 
     Args:
-        destination: A folder, which is emptied before.
+        destination: A folder, which is emptied first.
 
     Returns:
-        Of how many functions something was kept.
+        Number of functions with compiled code.
     """
     from pftrack.core.numerics.compiled import FUNCTIONS, precompiled_folder  # noqa: PLC0415
     from pftrack.core.numerics.machine import PACKAGE, PRECOMPILED  # noqa: PLC0415

@@ -1,9 +1,9 @@
-"""Build a release, and do with each of its files what a stranger does: `python -m tools.release [FOLDER]`.
+"""Build a release, and use each of its files as a new user would: `python -m tools.release [FOLDER]`.
 
 The files are a source distribution, a wheel for any machine, and one with compiled code for this Python. Each is
 installed into an environment of its own, outside the tree, under the oldest and the newest Python that the metadata
 allow and this machine has; the wheel for any machine also with the oldest libraries that `pyproject.toml` allows.
-Whatever does not work ends it with the command and what that said.
+Any failure stops it, with the failed command and its output.
 """
 
 import json
@@ -35,10 +35,10 @@ __all__ = ["Installation", "build", "check_contents", "main", "pythons"]
 ROOT = Path(__file__).parents[1]
 PROJECT: Mapping[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 INSTALLED = {"pftrack/": "pftrack/", "server/": "", "frontend_static/": "pftrack_server/frontend_static/"}
-"""Where the folders of the source are in a wheel."""
+"""Places of the source folders in a wheel."""
 
 MADE = ("pftrack/precompiled/", "pftrack_server/help_site/")
-"""What wheels hold that is made beside the source."""
+"""Generated files in wheels."""
 
 UV = [sys.executable, "-m", "uv"]
 LONGEST_S = 600.0
@@ -59,7 +59,7 @@ def main(folder: Path) -> None:
         hashes.add(told.pop("hash"))
         print(f"{title}: " + ", ".join(f"{what} {seconds:.1f} s" for what, seconds in told.items()), flush=True)  # noqa: T201
     if len(hashes) != 1:
-        raise SystemExit(f"the same run comes to different numbers: {hashes}")
+        raise SystemExit(f"the same run gives different numbers: {hashes}")
     print("\n".join(f"{path.stat().st_size / 2**20:6.1f} MiB  {path}" for path in (source, wheel, compiled)))  # noqa: T201
 
 
@@ -67,14 +67,14 @@ def main(folder: Path) -> None:
 
 
 def build(folder: Path) -> tuple[Path, Path, Path]:
-    """Build the source distribution, and both wheels from what it holds; return them."""
+    """Build the source distribution, and both wheels from its content; return all three."""
     run(sys.executable, "-m", "build", "--no-isolation", "--sdist", "--outdir", folder, ROOT)
     (source,) = folder.glob("*.tar.gz")
     with tempfile.TemporaryDirectory() as place:
         with tarfile.open(source) as archive:
             archive.extractall(place, filter="data")
         (unpacked,) = Path(place).iterdir()
-        # Made from the source that was packed; its pictures take a browser and two minutes.
+        # Made from the packed source; its pictures need a browser and two minutes.
         if (ROOT / "build" / "site").exists():
             shutil.copytree(ROOT / "build" / "site", unpacked / "build" / "site")
         wheel = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", str(folder), str(unpacked)]
@@ -88,10 +88,10 @@ def build(folder: Path) -> tuple[Path, Path, Path]:
 
 
 def check_contents(wheel: Path) -> None:
-    """Demand that a wheel states what the project states, and holds what is tracked of it and nothing else.
+    """Demand that a wheel has the project's metadata, and contains exactly its tracked files.
 
     Raises:
-        SystemExit: It does not.
+        SystemExit: The wheel does not.
     """
     with zipfile.ZipFile(wheel) as archive:
         packed = set(archive.namelist())
@@ -125,7 +125,7 @@ def pythons() -> list[str]:
 
 
 def installations(source: Path, wheel: Path, compiled: Path) -> "Iterator[tuple[str, Installation]]":
-    """Yield what is to be installed how."""
+    """Yield the installations to check, with their titles."""
     for python in pythons():
         yield f"{wheel.name}, {python}", Installation(python, wheel)
     yield source.name, Installation(sys.executable, source)
@@ -135,12 +135,12 @@ def installations(source: Path, wheel: Path, compiled: Path) -> "Iterator[tuple[
 
 @dataclass
 class Installation:
-    """A file of the release in an environment of its own, which lasts as long as the context.
+    """A file of the release, installed in an environment of its own while the context lasts.
 
     Attributes:
-        python: With which it is installed.
-        file: What is installed.
-        oldest: Whether with the oldest libraries that are allowed, instead of those of `constraints.txt`.
+        python: Python that installs it.
+        file: The file.
+        oldest: Whether to use the oldest allowed libraries instead of those in `constraints.txt`.
     """
 
     python: str
@@ -158,7 +158,7 @@ class Installation:
             versions = self._place / "oldest.txt"
             oldest = ["--quiet", "--resolution", "lowest-direct", "--python", interpreter, "--output-file", versions]
             run(*UV, "pip", "compile", *oldest, ROOT / "pyproject.toml")
-        # With bytecode, as pip makes it; without, the first start takes twice as long.
+        # With bytecode, as pip compiles it; without, the first start takes twice as long.
         install = ["--quiet", "--compile-bytecode", "--python", interpreter, "-c", versions]
         run(*UV, "pip", "install", *install, self.file.absolute())
         self._command = interpreter.parent / "pftrack"
@@ -169,7 +169,7 @@ class Installation:
         self._home.cleanup()
 
     def check(self) -> dict[str, Any]:
-        """Do what a stranger does; return how long each took, s, and the hash of a run."""
+        """Use pftrack as a new user would; return the time of each step, s, and the hash of a run."""
         begun = time.monotonic()
         told: dict[str, Any] = {}
 
@@ -197,10 +197,10 @@ class Installation:
         return run(self._command, *arguments, cwd=self._place, **self._environment())
 
     def serve(self) -> float:
-        """Serve, open the ball in a browser, see it move without a complaint, and end the server as a system does.
+        """Serve, open the ball in a browser, check that it moves without an error, and end the server as a system does.
 
         Returns:
-            How long it took until the ball moved, s.
+            Time until the ball moved, s.
         """
         begun = time.monotonic()
         command = [self._command, "serve", "--port", "0", "--data-dir", self._place / "data"]
@@ -221,7 +221,7 @@ class Installation:
         return moved
 
     def _environment(self) -> dict[str, str]:
-        """Return an environment in which nothing is found of who runs this."""
+        """Return an environment without the caller's own settings."""
         return {"HOME": str(self._place), "PYTHONPATH": "", "PFTRACK_BASE_PATH": "", "NUMBA_CACHE_DIR": ""}
 
 
@@ -238,14 +238,14 @@ def look_at_ball(address: str) -> None:
         while not page.evaluate(MOVED):
             demand(time.monotonic() < deadline, "the ball does not move")
             page.wait_for_timeout(100)
-        demand(not wrong, f"the page complains: {wrong}")
+        demand(not wrong, f"the page reports errors: {wrong}")
 
 
 def run(*command: object, cwd: Path | None = None, **variables: str) -> str:
     """Run a command and return what it prints.
 
     Raises:
-        SystemExit: It fails.
+        SystemExit: The command fails.
     """
     environment = {key: value for key, value in {**os.environ, **variables}.items() if value or key not in variables}
     words = [str(word) for word in command]

@@ -1,4 +1,4 @@
-"""What pages say of reproduced results, written from the record that lies beside them.
+"""The pages' tables of reproduced results, written from the record next to them.
 
 `python -m tools.reproduction` puts the tables between `<!-- reproduction NAME -->` and `<!-- end -->` in
 docs/explanation/reproduction.md, and the sentence with the counts in the README, from the record
@@ -64,7 +64,7 @@ UNFINISHED = "it had not been computed when this page was written"
 
 
 def findings_of(record: Mapping[str, Entry], names: Iterable[str] = tuple(RESULTS)) -> list[Finding]:
-    """Return the findings of results, in order; one that is not in the record is not run."""
+    """Return the findings of results, in order; results that are not in the record are skipped."""
     return [
         finding
         for name in names
@@ -96,7 +96,7 @@ def blocks(record: Mapping[str, Entry]) -> dict[str, str]:
 
 
 def write() -> None:
-    """Write the pages anew."""
+    """Rewrite the generated parts of the pages."""
     record = read_record(RECORD)
     _fill(PAGE, blocks(record))
     _fill(DIAGNOSIS, diagnosis_blocks(record))
@@ -114,7 +114,7 @@ def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
 
 
 def _confusion(found: Sequence[Finding], cell: str) -> str:
-    """Return the sentences and the table of one way of telling."""
+    """Return the sentences and the table of one kind of diagnosis."""
     lead, middle, behind = (re.escape(part) for part in re.split(r"\{\d\}", cell))
     kind = cell.partition("lost by")[0]
     mine = [one for one in found if one.result.startswith(kind)]
@@ -221,7 +221,7 @@ def _differences(record: Mapping[str, Entry]) -> str:
 
 
 def _distance(one: Finding) -> float:
-    """Return how many tolerances a figure is off; 0 for a statement."""
+    """Return a figure's deviation in tolerances; 0 for a statement."""
     return abs(one.ours - one.reference) / one.tolerance if one.reference is not None and one.tolerance else 0.0
 
 

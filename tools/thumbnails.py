@@ -1,8 +1,8 @@
-"""Draw the small picture of each experiment that its card on the start page shows.
+"""Draw the small picture of each experiment for its card on the start page.
 
-`python -m tools.thumbnails` writes `thumbnail.webp` into the folder of each experiment: a frame amid a run of its own
-scene, by its first preset. The names of experiments after the command draw only those again. A test compares the files
-with what is drawn today (`tests/tools/test_thumbnails.py`).
+`python -m tools.thumbnails` writes `thumbnail.webp` into the folder of each experiment: a middle frame of a run of its
+own scene with its first preset. Names of experiments after the command limit it to those. A test compares the files
+with new drawings (`tests/tools/test_thumbnails.py`).
 """
 
 import sys
@@ -21,14 +21,14 @@ from pftrack.vision.rendering import render
 __all__ = ["LARGEST_BYTES", "draw", "main", "pack"]
 
 FRAME = 90
-"""Of the run; by then a cloud of particles has spread, and whatever hides the target stands in its way."""
+"""Frame of the run by which a cloud of particles has spread, and an occluder hides the target."""
 
 WIDTH_PX = 400
 LARGEST_BYTES = 10_000
 
 
 def draw(experiment: Experiment) -> NDArray[np.uint8]:
-    """Return a frame of an experiment's run by its first preset, RGB, as wide as a card."""
+    """Return a frame of an experiment's run with its first preset, RGB, as wide as a card."""
     preset = experiment.presets[0]
     timeline = (Change(0, preset.parameters),)
     run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)

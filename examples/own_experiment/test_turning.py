@@ -9,7 +9,7 @@ from pftrack.testing import Check, experiment_checks
 
 @pytest.mark.parametrize("check", experiment_checks(EXPERIMENT), ids=str)
 def test_it_keeps_what_every_experiment_promises(check: Check) -> None:
-    """What `pftrack.testing` checks holds."""
+    """The checks of `pftrack.testing` pass."""
     check()
 
 

@@ -2231,7 +2231,7 @@ export interface World {
   viewpoints: Viewpoint[];
 }
 
-/** What each request says, in its address and beside it, and what it is answered with. */
+/** Each request's parameters and body, and its answer. */
 export interface Requests {
   "GET experiments": { asked: {}; answer: ExperimentPublic[] };
   "GET plugins": { asked: {}; answer: Plugin[] };
@@ -2347,20 +2347,20 @@ export interface Requests {
   "WS follow/stream": { asked: {}; answer: null };
 }
 
-/** What a page can ask of a session's run. */
+/** A page's command to a session's run. */
 export type Command = Play | Pause | Step | Seek | BeforeLoss | SetSpeed | StopAt | Restart | ChangeValues | MoveBelief | MakeBranch | ShowBranch | Inspect;
 
-/** What a command is answered with. */
+/** The answer to a command. */
 export type CommandAnswer = SessionPublic | Changed | InspectionPublic;
 
-/** What a session's stream says. */
+/** A message of a session's stream. */
 export type SessionMessage = Pong | Changes | SessionHello | Refused;
 
-/** What a sweep's stream says. */
+/** A message of a sweep's stream. */
 export type SweepMessage = Cells | SweepHello | Progress;
 
-/** What a follower's stream says. */
+/** A message of a follower's stream. */
 export type FollowMessage = FigureShown | FollowNews;
 
-/** What a lecturer's stream says. */
+/** A message of a lecturer's stream. */
 export type OwnedMessage = OwnedNews;

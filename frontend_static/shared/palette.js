@@ -3,7 +3,7 @@
 /** @typedef {[number, number, number]} Colour Red, green and blue, 0 to 255. */
 /** @typedef {{light: Colour, dark: Colour}} Themed */
 
-/** Of amounts, in equal steps.
+/** Colours of amounts, in equal steps.
  *
  * @type {Colour[]} */
 export const VIRIDIS = [
@@ -25,7 +25,7 @@ export const VIRIDIS = [
   [253, 231, 37],
 ];
 
-/** Of differences, in equal steps: the second method ahead, neither, the first method ahead.
+/** Colours of differences, in equal steps: the second method ahead, neither, the first method ahead.
  *
  * @type {Themed[]} */
 export const DIVERGING = [
@@ -38,7 +38,7 @@ export const DIVERGING = [
   { light: [0, 50, 79], dark: [150, 205, 240] },
 ];
 
-/** Of the outcome of a test between two methods. */
+/** Colours of a test's outcome between two methods. */
 export const VERDICTS = /** @type {const} */ ({
   first: { light: [0, 114, 178], dark: [86, 160, 215] },
   second: { light: [230, 159, 0], dark: [230, 159, 0] },

@@ -12,11 +12,11 @@ from tools.pictures.shots import FILMS, PICTURES, take
 
 DOCS = Path(__file__).parents[2] / "docs"
 README = {"session", "sweep"}
-"""What is kept beside the pages, since it is also seen where no site is built."""
+"""Pictures that are kept next to the pages, since they are also shown without a built site."""
 
 
 def main() -> None:
-    """Make what is named, or all of it."""
+    """Make the named pictures, or all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")

@@ -23,11 +23,11 @@ FLAGS = [
 ]
 SIZE = 1280, 800
 POSTER = 30
-"""The frame of a film that stands for it until it is played."""
+"""The frame that is a film's poster until it is played."""
 
 
 def find_chromium() -> str | None:
-    """Return where Chromium is, if it is here."""
+    """Return the path of Chromium, or None."""
     names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
     return next((found for name in names if (found := shutil.which(name))), None)
 
@@ -37,7 +37,7 @@ def chromium() -> Iterator[Any]:
     """Open a browser.
 
     Raises:
-        RuntimeError: There is none.
+        RuntimeError: No browser is installed.
     """
     place = find_chromium()
     if place is None:
@@ -50,7 +50,7 @@ def chromium() -> Iterator[Any]:
 
 @contextmanager
 def open_page(browser: Any, address: str, size: tuple[int, int] = SIZE, *, dark: bool = False) -> Iterator[Any]:
-    """Open a page in a window of its own, which has never been here before but has seen the tour."""
+    """Open a page in a new window whose visitor has seen the tour."""
     scheme = "dark" if dark else "light"
     context = browser.new_context(
         viewport={"width": size[0], "height": size[1]}, color_scheme=scheme, reduced_motion="reduce", locale="en-GB"

@@ -1,4 +1,4 @@
-"""Runs as pages of their own: what `run.export("run.html")` writes, with fixed seeds."""
+"""Runs as pages of their own, written by `run.export("run.html")` with fixed seeds."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A server in a process of its own, on an empty folder of data, for as long as it is needed."""
+"""A temporary server in a process of its own, on an empty data folder."""
 
 import json
 import os
@@ -43,7 +43,7 @@ class Server:
         self.ask("POST", f"sessions/{session}/commands", {"kind": "seek", "frame": frame})
 
     def until(self, path: str, done: str, *, seconds: float = 300) -> Any:
-        """Ask until a field of the answer is true, and return the answer."""
+        """Poll until a field of the answer is true, and return the answer."""
         end = time.monotonic() + seconds
         while not (answer := self.ask("GET", path))[done]:
             if time.monotonic() > end:

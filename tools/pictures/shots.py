@@ -1,4 +1,4 @@
-"""The pictures and films by name: each a function of a server and a browser that leaves a file."""
+"""The pictures and films by name: each a function of a server and a browser that writes a file."""
 
 import io
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ from tools.pictures.server import Server
 __all__ = ["FILMS", "PICTURES", "take"]
 
 LOST = {"experiment": "ball", "tracker": "condensation", "seed": 7, "frames": 60}
-"""A ball that the bootstrap filter loses behind the occluder, and that the auxiliary filter does not lose."""
+"""A ball that the bootstrap filter loses behind the occluder, while the auxiliary filter holds it."""
 SWEEP = {
     "experiment": "ball",
     "axes": [
@@ -62,7 +62,7 @@ def _lost(server: Server, browser: Any) -> Iterator[bytes]:
 
 
 def _slider(server: Server, browser: Any) -> Iterator[bytes]:
-    """Widen the occluder while the run goes on."""
+    """Widen the occluder while the run plays."""
     name = server.session(experiment="ball", tracker="h-spf", seed=5, frames=90)
     with open_page(browser, f"{server.url}/session/{name}") as page:
         for frame in range(60):
@@ -150,7 +150,7 @@ def _phone(server: Server, browser: Any) -> Iterator[bytes]:
 
 
 def _views(server: Server, browser: Any, *, experiment: str, frame: int) -> Iterator[bytes]:
-    """Show a frame flat, and in 3-D beside it."""
+    """Show a frame flat, and in 3-D next to it."""
     name = server.session(frame, experiment=experiment, seed=0)
     with open_page(browser, f"{server.url}/session/{name}") as page:
         _painted(page, frame)
@@ -189,7 +189,7 @@ VIEWS = {
     "hand": 12,
     "recorded": 20,
 }
-"""The experiments, and a frame of each in which there is something to see."""
+"""The experiments, and an interesting frame of each."""
 PICTURES: dict[str, Shot] = {
     "start": _start,
     "session": _session,

@@ -1,7 +1,7 @@
 """The documentation as a site: the Markdown of `docs/`, references made from the program, pictures made by it.
 
-`python -m tools.site` builds it into `build/site`; `make docs` installs what that needs. Sphinx does the work. The
-pages are plain Markdown and read well without it, so what only the site can show is named in comments:
+`python -m tools.site` builds it into `build/site`; `make docs` first installs its dependencies. Sphinx builds the site.
+The pages are plain Markdown and readable without it, so content that only the site can show is named in comments:
 
 - `contents`: tables of contents, from the lists of links on each folder's `index.md`
 - `inserts`: `<!-- picture NAME: words -->`, films, live pages, the references

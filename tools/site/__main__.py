@@ -12,14 +12,14 @@ ROOT = Path(__file__).parents[2]
 BUILD = ROOT / "build"
 MEDIA = BUILD / "media" / "media"
 SHOWN = ("pftrack", "server", "frontend_static", "tools/pictures")
-"""What pictures show, and what makes them."""
+"""Files on which pictures depend: the program, and the tools that make them."""
 
 
 def main() -> int:
-    """Build it and return the exit status."""
+    """Build the site and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=BUILD / "site", help="where to")
-    parser.add_argument("--pictures", choices=("changed", "all", "none"), default="changed", help="which to make")
+    parser.add_argument("--pictures", choices=("changed", "all", "none"), default="changed", help="pictures to make")
     given = parser.parse_args()
     if given.pictures == "all" or (given.pictures == "changed" and _pictures_are_old()):
         _make_pictures()
@@ -30,22 +30,22 @@ def main() -> int:
 
 
 def _pictures_are_old() -> bool:
-    """Tell whether the program has changed since the pictures were made."""
+    """Return whether the program has changed since the pictures were made."""
     made = MEDIA.stat().st_mtime if MEDIA.is_dir() else 0.0
     files = (path for place in SHOWN for path in (ROOT / place).rglob("*") if "__pycache__" not in path.parts)
     return any(path.is_file() and path.stat().st_mtime > made for path in files)
 
 
 def _make_pictures() -> None:
-    """Make all pictures anew, in a process that is done with its server and browser when it ends."""
+    """Make all pictures again, in a process that has closed server and browser when it ends."""
     print("Making pictures and films; this takes some minutes", flush=True)
     shutil.rmtree(MEDIA, ignore_errors=True)
     done = subprocess.run([sys.executable, "-m", "tools.pictures", str(MEDIA)], cwd=ROOT, check=False)
     if done.returncode:
-        print("Pictures could not be made; the site is built with those that there are", file=sys.stderr, flush=True)
+        print("Pictures could not be made; the site is built with the existing ones", file=sys.stderr, flush=True)
     elif MEDIA.is_dir():
         (MEDIA / "made").touch()
-        (MEDIA / "made").unlink()  # the folder has the time at which the last of them was made
+        (MEDIA / "made").unlink()  # its folder then has the time of the last picture
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ __all__ = ["commands", "markdown"]
 
 
 def commands() -> list[tuple[str, Any]]:
-    """Return every command with its whole name, those within a group after the group."""
+    """Return every command with its full name, those in a group after the group."""
     found: list[tuple[str, Any]] = []
     _collect("pftrack", typer.main.get_command(app), found)
     return found
@@ -32,7 +32,7 @@ def _context(name: str, command: Any) -> Any:
 
 
 def markdown() -> str:
-    """Return the reference as Markdown: a section a command."""
+    """Return the reference as Markdown, with a section per command."""
     return "\n\n".join(_section(name, command) for name, command in commands())
 
 

@@ -26,7 +26,7 @@ extensions = [
 exclude_patterns = ["maps/**"]
 default_role = "code"  # docstrings write code as Markdown does
 highlight_language = "none"
-suppress_warnings = ["ref.python"]  # short names of types of which there are several
+suppress_warnings = ["ref.python"]  # short names that several types share
 
 myst_enable_extensions = ["dollarmath", "attrs_inline"]
 myst_dmath_allow_space = False

@@ -1,9 +1,9 @@
 """Tables of contents: a folder's `index.md` lists its pages as links, and these lists are the site's contents.
 
-So a page is listed once, in a form that also reads well where nobody builds a site.
+So a page is listed once, in a form that is readable without the site.
 """
 
-from __future__ import annotations  # what only reads the pages needs no Sphinx
+from __future__ import annotations  # importing this needs no Sphinx
 
 import re
 from pathlib import PurePosixPath

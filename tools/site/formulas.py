@@ -1,4 +1,4 @@
-"""Formulas as MathML, which browsers draw without a script or a font from elsewhere, as those of lessons."""
+"""Formulas as MathML, as in lessons, which browsers draw without a script or a font from another site."""
 
 from docutils import nodes
 from sphinx.application import Sphinx

@@ -7,7 +7,7 @@ __all__ = ["markdown"]
 
 
 def markdown() -> str:
-    """Return the glossary as Markdown: a table for what all share by subject, and for each experiment."""
+    """Return the glossary as Markdown: tables of shared words by subject, and one table per experiment."""
     sections = (*GLOSSARY, *(EXPERIMENTS[name].glossary for name in EXPERIMENTS.own))
     return "\n\n".join(_table(section) for section in sections)
 

@@ -1,10 +1,10 @@
-"""What stands in a page as a comment, and in the site as what it names.
+"""Comments in a page that the site replaces by the content that they name.
 
 A comment is a line of its own: `<!-- picture session: A session -->`. Pictures, films and live pages are made by
-`tools.pictures` from the product; where they were not made, the page does without them.
+`tools.pictures` from the product; if they were not made, the page omits them.
 """
 
-from __future__ import annotations  # what only reads the pages needs no Sphinx
+from __future__ import annotations  # importing this needs no Sphinx
 
 import re
 from collections.abc import Callable
@@ -22,7 +22,7 @@ __all__ = ["NAMED", "setup"]
 ROOT = Path(__file__).parents[2]
 NAMED = re.compile(r"^<!-- (picture|film|live|reference|file) ([\w./-]+)(?:: (.*?))? -->$", re.MULTILINE | re.DOTALL)
 OUTSIDE = {"CONTRIBUTING.md": "explanation/contributing", "CHANGELOG.md": "reference/changelog"}
-"""Files beside `docs/`, and the pages that show them."""
+"""Files next to `docs/`, and the pages that show them."""
 
 
 def _media(app: Sphinx, name: str) -> bool:
@@ -69,7 +69,7 @@ REFERENCES: dict[str, Callable[[], str]] = {
 
 
 def _file(page: str, name: str) -> str:
-    """Return a file that stands beside `docs/` as the page that shows it, without its title."""
+    """Return a file next to `docs/`, without its title, for the page that shows it."""
     text = (ROOT / name).read_text("utf-8").partition("\n")[2]
     return re.sub(r"\]\(docs/", f"]({'../' * page.count('/')}", text)
 

@@ -1,4 +1,4 @@
-"""The site as the server's policy wants it: scripts in files of their own, and nothing from another host."""
+"""Adapt the site to the server's content policy: scripts in separate files, and nothing from another host."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ INLINE = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>")
 
 
 def _mend(app: Sphinx, error: Exception | None) -> None:
-    """Put the theme's one script into a file, and refuse a page with another."""
+    """Move the theme's one script into a file, and refuse a page with another script."""
     if error is not None or app.builder.format != "html":
         return
     root = Path(app.outdir)
@@ -24,7 +24,7 @@ def _mend(app: Sphinx, error: Exception | None) -> None:
         top = "../" * (len(path.relative_to(root).parts) - 1)
         text = THEME.sub(f'<script src="{top}_static/apply_theme.js"></script>', text)
         if found := INLINE.search(text):
-            raise ExtensionError(f"{path.name} has a script in it, which the server's policy forbids: {found.group()}")
+            raise ExtensionError(f"{path.name} contains a script, which the server's policy forbids: {found.group()}")
         path.write_text(text, "utf-8")
 
 

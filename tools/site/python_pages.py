@@ -1,6 +1,6 @@
-"""The reference of the Python interface: a page for each public package, with what its `__all__` names."""
+"""The reference of the Python interface: a page for each public package, with the names in its `__all__`."""
 
-from __future__ import annotations  # what only reads the pages needs no Sphinx
+from __future__ import annotations  # importing this needs no Sphinx
 
 import importlib
 import inspect
@@ -51,7 +51,7 @@ ROOMS = (
     "pftrack.experiments.linkage.sets",
     "pftrack.reproduce",
 )
-"""The public rooms of the library."""
+"""The public packages of the library."""
 
 INTERNAL = frozenset(
     {
@@ -68,18 +68,18 @@ INTERNAL = frozenset(
         "pftrack.experiments.shared",
     }
 )
-"""Packages that concern nobody outside: commands, what experiments wire up, children, and how compiled code is kept."""
+"""Internal packages: commands, wiring of experiments, child processes, and the cache of compiled code."""
 
 CONTENTS = "## Packages\n\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(f"api/{room}" for room in ROOMS) + "\n```"
 
 CODE = re.compile(r"(`+[^`]*`+)|\|")
 
 INNER = {"pftrack.teaching.lessons", "pftrack.reproduce", "pftrack.experiments"}
-"""Rooms whose modules are found by a registry and not imported by anybody: their packages alone are public."""
+"""Packages whose modules are found by a registry and never imported by users: only the package is public."""
 
 
 def _modules(room: str) -> list[ModuleType]:
-    """Return a room and the modules in it that have a public name."""
+    """Return a package and its modules with public names."""
     package = importlib.import_module(room)
     found = [package]
     if hasattr(package, "__path__") and room not in INNER | {"pftrack"}:
@@ -116,7 +116,7 @@ def _page(room: str, seen: dict[int, str]) -> str:
 
 
 def _public(module: ModuleType) -> Sequence[str]:
-    """Return what a module lists; of a filter, which lists nothing, the functions and classes that it defines."""
+    """Return a module's `__all__`, or, for a filter without one, the functions and classes that it defines."""
     if hasattr(module, "__all__") or not module.__name__.startswith("pftrack.filters."):
         return getattr(module, "__all__", ())
     return [
@@ -144,16 +144,16 @@ def _entry(module: ModuleType, name: str, seen: dict[int, str]) -> str:
 
 
 def _mend(_app: Sphinx, _what: str, _name: str, thing: object, _options: object, lines: list[str]) -> None:
-    """Make a docstring fit for Sphinx: what Markdown and it write differently."""
+    """Adapt a docstring to Sphinx where its markup differs from Markdown."""
     own = inspect.isroutine(thing) or isinstance(thing, type | ModuleType | property)
     words = type(thing).__doc__
     if not own and isinstance(words, str) and "\n".join(lines).strip()[-40:] == words.strip()[-40:]:
-        lines.clear()  # a constant without words of its own has those of its type
+        lines.clear()  # a constant without a docstring would show that of its type
     lines[:] = _without_bars(_with_code(lines))
 
 
 def _with_code(lines: list[str]) -> list[str]:
-    """Return lines with what is indented after an empty line, which is code, marked as that."""
+    """Return lines in which indented blocks after an empty line are marked as code."""
     found: list[str] = []
     for before, line in zip(["x", *lines], lines, strict=False):
         first = not before and line.startswith("    ")
@@ -164,7 +164,7 @@ def _with_code(lines: list[str]) -> list[str]:
 
 
 def _without_bars(lines: list[str]) -> list[str]:
-    """Return lines with tables of Markdown as tables, and other bars as what they are."""
+    """Return lines with Markdown tables as tables, and other bars escaped."""
     found: list[str] = []
     for is_table, block in groupby(lines, key=lambda line: line.startswith("|")):
         if is_table:

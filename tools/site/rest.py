@@ -1,4 +1,4 @@
-"""The reference of the REST interface, from the description of itself that the server makes (OpenAPI)."""
+"""The reference of the REST interface, from the server's own description (OpenAPI)."""
 
 import tempfile
 from functools import lru_cache
@@ -19,14 +19,14 @@ WORDS = {
 
 @lru_cache(1)
 def description() -> dict[str, Any]:
-    """Return the description: that of the app with its usual settings."""
+    """Return the description of the app with default settings."""
     with tempfile.TemporaryDirectory() as folder:
         found: dict[str, Any] = create_app(Settings(data_dir=folder)).openapi()
     return found
 
 
 def markdown() -> str:
-    """Return the reference as Markdown: a section for each tag, and one for the shapes of what is sent."""
+    """Return the reference as Markdown: a section for each tag, and one for the shapes of data."""
     told = description()
     tags: dict[str, list[str]] = {}
     for path, methods in told["paths"].items():

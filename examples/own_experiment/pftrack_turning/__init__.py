@@ -27,7 +27,7 @@ from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point
 
 
 class Parameters(RecordingParameters, group="Disc"):
-    """What the filters expect, and what is laid over the pictures."""
+    """Parameters of the filters and of the drawn overlays."""
 
     sample_count: int = particle_count(500)
     sharpest_deg: float = parameter(10, "Sharpest turn", unit="deg", within=(0, 30, 0.5), trackers=("turning",))
@@ -67,7 +67,7 @@ class Scene:
 
 
 class Disc(PointModel):
-    """The belief in a disc (x, y, vx, vy, turn) that turns, or else goes straight on."""
+    """The belief in a disc (x, y, vx, vy, turn) that turns, or else moves straight on."""
 
     title = "brightness inside and around"
 
@@ -92,7 +92,7 @@ class Disc(PointModel):
         return np.stack([x + velocity.real, y + velocity.imag, velocity.real, velocity.imag, turn], axis=1)
 
     def log_likelihood(self, states: Floats, frame: Frame, parameters: Parameters, known: State) -> Floats:
-        """Look at 16 pixels inside the disc, which should be like it, and 8 around, which should not."""
+        """Compare 16 pixels inside the disc, which should match it, and 8 around it, which should not."""
         circles = np.outer(parameters.radius_px * np.array([0.4, 0.85, 1.15]), np.exp(2j * np.pi * np.arange(8) / 8))
         x, y = states[:, 0, None, None] + circles.real, states[:, 1, None, None] + circles.imag
         grey = map_coordinates(frame.picture.mean(axis=2), [y, x], order=0, cval=-999)
@@ -101,7 +101,7 @@ class Disc(PointModel):
 
     @property
     def series(self) -> tuple[Series, ...]:
-        """The rate of turn, beside what every particle filter reports."""
+        """The rate of turn, in addition to the series of every particle filter."""
         return *super().series, Series("turn", "rate of turn", "deg", "interval")
 
     def measure(self, state: State) -> dict[str, SeriesValue]:

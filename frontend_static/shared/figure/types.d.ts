@@ -131,5 +131,5 @@ export interface Tree {
   weights: ((number | null)[])[];
 }
 
-/** What is drawn in a panel. */
+/** A trace of a panel. */
 export type Trace = Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Rule;

@@ -23,7 +23,7 @@ FINE_JPEG = (
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
 )
-"""Options for pictures painted pixel by pixel; encoding takes more than twice the time."""
+"""Options for views that paint pixel by pixel; encoding takes more than twice the time."""
 NO_PIXELS: NDArray[np.uint8] = np.zeros((0, 0, 3), dtype=np.uint8)
 
 

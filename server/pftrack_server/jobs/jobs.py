@@ -40,7 +40,7 @@ class Job(BaseModel, Generic[Result]):
 log = structlog.get_logger(__name__)
 
 MOST_AT_WORK = 32
-"""Of a kind."""
+"""Most running jobs of a kind."""
 KEPT_S = 600.0
 """How long a job is kept after its end, s."""
 LOOK_S = 15.0

@@ -30,7 +30,7 @@ from pftrack_server.teaching.polls import Poll
 MOST = 50
 """Most classes at one time."""
 MOST_POLLS = 5000
-"""Polls kept."""
+"""Most stored polls."""
 SOCKETS_SHARE = 0.8
 """Share of the server's connections for followers; the others are the lecturer's."""
 FORKS_SHARE = 0.25

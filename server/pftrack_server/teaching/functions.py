@@ -27,7 +27,7 @@ NICENESS = 10
 
 
 gives_signs_of_life = watch(report, lambda function, _: report(function))
-"""Compiling all code of a figure may take a busy machine minutes, once."""
+"""Decorator that reports each compiled function: compiling all code of a figure may take minutes, once."""
 
 
 @gives_signs_of_life

@@ -38,7 +38,7 @@ from pftrack_server.web.failures import failure_named
 from pftrack_server.work.sources import ComparedRun, House, find_run
 
 MOST = 200
-"""Lectures kept."""
+"""Most stored lectures."""
 USUAL_MINUTES: Final[dict[messages.Kind, float]] = {"lesson": 8, "question": 2, "poll": 2}
 """Default minutes of an item; an available lesson has minutes of its own."""
 LARGEST_BYTES: Final = 128 * 1024

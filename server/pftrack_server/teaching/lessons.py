@@ -35,12 +35,12 @@ LONGEST_S = 60.0
 compiled code, which takes a busy machine many seconds; a worker ended then would have to repeat that."""
 MEMORY_BYTES = 1024 * MEBIBYTE
 BUDGET = Budget(memory_bytes=MEMORY_BYTES, cpu_seconds=None, silence_s=LONGEST_S, niceness=3)
-"""Niceness of a worker: the web process goes first, as with sessions."""
+"""Limits of a lesson worker; the web process goes first, as with sessions."""
 
 RUN_S = 1.5
 """How long an answer waits for a run, s; then it reports the run's progress."""
 COMPUTED_BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
-"""Allowed silence, s: a check may take a minute on a slow machine, without a sign of life."""
+"""Limits of checks and runs; a check may take a minute on a slow machine, without a sign of life."""
 MOMENT_S = 3.0
 """Time for which a computation counts as light, s."""
 AGAIN_S = 60.0

@@ -47,7 +47,7 @@ from pftrack_server.viewer.viser_server import bridge
 HOST = "127.0.0.1"
 FORBIDDEN = 1008
 HEIGHT_PX = 640
-"""Style of the scene in a notebook."""
+"""Height of the scene in a notebook."""
 
 
 def show(run: Run, *, port: int = 0, browser: bool | None = None) -> "LocalScene":

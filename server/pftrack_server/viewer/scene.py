@@ -27,7 +27,7 @@ LAYER_GAP_PX = 0.05
 LINE_SCALE = 1.6
 """Screen pixels per unit of line width: a picture is usually shown at about twice its size."""
 POINT_SIZE = 0.5
-"""viser's point size is a radius."""
+"""Factor on point sizes: viser's size is a radius."""
 UPRIGHT_WXYZ = (0.0, 1.0, 0.0, 0.0)
 """Half a turn about x: viser lays an image face down with its rows along y."""
 STALE_NODES = 64

@@ -29,7 +29,7 @@ Lines: TypeAlias = model.Polyline | model.Ellipse | model.Links | model.Arrows |
 CAMERA_SIZE = 0.12
 """Size of the camera's own body, as a share of its frustum."""
 ARROW_HEAD, ARROW_HEAD_WIDTHS = 0.35, 6.0
-"""Length of an arrow's head in line widths, and its largest share of the arrow."""
+"""Largest share of an arrow that its head takes, and the head's length in line widths."""
 ARROW_HALF_ANGLE = float(np.deg2rad(24.0))
 THINNEST = 1e-2
 """Least thickness of a flat body, as a share of its size."""

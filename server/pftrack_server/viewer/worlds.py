@@ -21,7 +21,7 @@ FILLED = 0.86
 FOV_RAD = float(np.deg2rad(16.0))
 MARGIN = 1.05
 STEEPEST_DEG = 89.0
-"""Steepest view, rad: straight from above, no direction would be up when the scene is turned further."""
+"""Steepest view, degrees: straight from above, no direction would be up when the scene is turned further."""
 
 
 def place_worlds(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:

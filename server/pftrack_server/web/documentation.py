@@ -18,7 +18,7 @@ from pftrack_server.core.frontend import DOCS
 from pftrack_server.core.markdown import with_formulas
 
 HEADING_LEVELS = 4
-"""Suffixes of linked pictures and films."""
+"""Deepest level of headings that links can lead to."""
 ABOUT = (
     '<p class="note"><a href="help/">Contents</a>. This is the text of the documentation; '
     "<code>make docs</code> adds search, pictures and the references to Python, REST and the command line.</p>\n"

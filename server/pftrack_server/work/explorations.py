@@ -51,7 +51,7 @@ NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
 """Niceness by kind; both give way to sessions. Bands must follow a slider; a list fills in the background."""
 
 SILENCE_S = 300.0
-"""Time limit, s: computing to the end of a long run takes longest."""
+"""Allowed silence, s: computing to the end of a long run takes longest."""
 LONGEST_BAND = 2000
 """Most frames of an ensemble; longer runs are cut."""
 

@@ -44,7 +44,7 @@ MOST_BYTES = 6_500_000
 """Most bytes of the drawings of 300 frames; as text in the page they are a third larger, and its scripts add 0.6 MB."""
 USUAL_FRAMES = 300
 LEAST_SHARE = 0.3
-"""Most bytes per frame, for a short run."""
+"""Least share of those bytes, for a short run."""
 MOST_FRAMES = 1500
 """Most drawn frames; of a longer run every second frame is drawn, or every third, and so on."""
 MOST_POINTS = 1500

@@ -40,7 +40,7 @@ from pftrack_server.sessions.worker.run_tree import RunTree
 
 FIT_STEPS = 1000
 FIT_COMPUTED = 100
-"""Share of a fit's steps that computing the run takes."""
+"""Steps of a fit's progress that stand for computing the run."""
 TELL_S = 0.25
 """Interval of reports, s: writing one takes some milliseconds, and the page polls at this rate."""
 
