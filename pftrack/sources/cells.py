@@ -15,7 +15,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ConfigDict
 
@@ -30,8 +30,15 @@ LONGEST_HEADER = 12
 COMMENT = "#"
 DELIMITERS = ",;\t"
 SEPARATORS = re.compile(r"[,;\t]")
+Reader: TypeAlias = Any
+"""The reader of csv, whose type is not public."""
 THOUSANDS = re.compile(r"[+-]?[0-9]{1,3}(,[0-9]{3})+")
 """In a table whose cells are separated by commas, a comma in quotes may separate thousands or decimals."""
+POINTED = re.compile(r"[+-]?[0-9]{1,3}(\.[0-9]{3})+")
+"""In a table whose decimals are separated by commas, a point may separate thousands or decimals."""
+DECIMAL_COMMA = re.compile(r"[0-9],[0-9]")
+PIXELS = re.compile(r"_*[\[(](px|pix|pixels?)[\])]")
+"""Unit behind the name of a column."""
 UNKNOWN = {"", "na", "n/a", "none", "null", "-"}
 """Cells without a number."""
 
@@ -110,6 +117,8 @@ def decode(data: bytes) -> str:
     for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
         if data.startswith(mark):
             return data.decode(encoding, "replace")
+    if data[1:4:2] == b"\0\0" and b"\0" not in data[:4:2]:
+        return data.decode("utf-16-le", "replace")  # as Windows writes it without a mark
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:
@@ -142,7 +151,8 @@ def read_table(text: str) -> Table:
         raise RefusedError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
     header = _header([line for line in head if line.count(delimiter) + 1 == count], delimiter)
     lines.seek(start)
-    return Table(header, _rows(_cells(lines, delimiter), before, delimiter), delimiter, start)
+    separated = THOUSANDS if delimiter == "," or not DECIMAL_COMMA.search(text, start) else POINTED
+    return Table(header, _rows(_cells(lines, delimiter), before, separated, len(header)), delimiter, start)
 
 
 def _has_number(line: str) -> bool:
@@ -151,7 +161,7 @@ def _has_number(line: str) -> bool:
     return bool(line.strip()) and all(map(is_number, line.split()))
 
 
-def _cells(lines: Iterable[str], delimiter: str) -> Any:  # noqa: ANN401 - the reader of csv has no public type
+def _cells(lines: Iterable[str], delimiter: str) -> Reader:
     return csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
 
 
@@ -172,19 +182,31 @@ def _repeats(names: Iterable[str]) -> bool:
 
 
 def _name(cell: str) -> str:
-    return cell.strip().strip("\ufeff").lower().replace(" ", "_")
+    return PIXELS.sub("", cell.strip().strip("\ufeff").lower().replace(" ", "_"))
 
 
-def _rows(lines: Any, before: int, delimiter: str) -> Iterator[tuple[int, list[str]]]:  # noqa: ANN401 - as above
+def _rows(lines: Reader, before: int, separated: re.Pattern[str], count: int) -> Iterator[tuple[int, list[str]]]:
     try:
         for cells in lines:
             if any(cell.strip() for cell in cells) and not cells[0].startswith(COMMENT):
                 line = before + lines.line_num
-                if delimiter == "," and (found := next(filter(THOUSANDS.fullmatch, map(str.strip, cells)), None)):
-                    raise RefusedError(f"line {line}: {found} can be read in two ways; write it without a comma")
+                refuse_two_readings(line, cells, separated)
+                if count and any(map(str.strip, cells[count:])):
+                    more = f"line {line}: expected {count} values, got {len(cells)}"
+                    raise RefusedError(f"{more}; name every column, and put cells that hold a comma in quotes")
                 yield line, cells
     except csv.Error as error:
         raise RefusedError(f"the table cannot be read ({error})") from None
+
+
+def refuse_two_readings(line: int, cells: Iterable[str], separated: re.Pattern[str]) -> None:
+    """Refuse a number in which a mark may separate thousands or decimals.
+
+    Raises:
+        RefusedError: A cell is one; the sentence names the line.
+    """
+    if found := next(filter(separated.fullmatch, map(str.strip, cells)), None):
+        raise RefusedError(f"line {line}: {found} can be read in two ways; write it without thousands and with a point")
 
 
 def lines_of(text: str) -> Iterator[tuple[int, str]]:
@@ -195,18 +217,32 @@ def lines_of(text: str) -> Iterator[tuple[int, str]]:
 
 
 def cells_of(line: str) -> list[str]:
-    """Return the cells of a line of numbers without a header.
+    """Return the cells of a line of numbers without a header; a separator at its end adds none.
 
     They are separated by semicolons or tabs. Without these, commas separate them; but where spaces do and no comma
     stands beside one, commas separate decimals.
     """
-    for delimiter in ";\t":
-        if delimiter in line:
-            return [cell for cell in map(str.strip, line.split(delimiter)) if cell]
-    cells = line.split()
-    if len(cells) > 1 and not any(cell.startswith(",") or cell.endswith(",") for cell in cells):
-        return cells
-    return [cell for cell in map(str.strip, line.split(",")) if cell] if "," in line else cells
+    bare = line.strip()
+    delimiter = next((mark for mark in ";\t" if mark in bare), None)
+    if delimiter is None:
+        cells = bare.split()
+        spaced = len(cells) > 1 and not any(cell.startswith(",") or cell.endswith(",") for cell in cells)
+        if spaced or "," not in bare:
+            return cells
+        delimiter = ","
+    return [cell.strip() for cell in bare.removesuffix(delimiter).split(delimiter)]
+
+
+def check_decimals(text: str) -> None:
+    """Refuse lines of numbers in which a point may separate thousands, since commas separate decimals elsewhere.
+
+    Raises:
+        RefusedError: There is one; the sentence names it.
+    """
+    rows = [(number, cells_of(line)) for number, line in lines_of(text)]
+    if any("," in cell for _, row in rows for cell in row):
+        for number, row in rows:
+            refuse_two_readings(number, row, POINTED)
 
 
 def frame_in(line: int, text: str) -> int:

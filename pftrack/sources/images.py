@@ -92,7 +92,7 @@ class ImageSequence(FrameSequence):
             checksums.append(zlib.crc32(picture.data))
             if self._cache.used_bytes < self._limits.cache_bytes // 2:
                 self._cache.put(number, picture, picture.nbytes)
-        told = _missing([file.path.stem for file in self._files])
+        told = missing_numbers([file.path.stem for file in self._files])
         others = "1 file that is no picture is" if left_out == 1 else f"{left_out} files that are no pictures are"
         return FrameIndex(
             kind="images",
@@ -143,7 +143,7 @@ def _list(folder: Path, limits: Limits) -> tuple[list[_File], int]:
     return files, len(paths) - len(files)
 
 
-def _missing(stems: Sequence[str]) -> tuple[str, ...]:
+def missing_numbers(stems: Sequence[str]) -> tuple[str, ...]:
     """Return a warning if the numbers in the names of pictures, in order, have gaps; nothing otherwise."""
     found = [NUMBER.search(stem) for stem in stems]
     numbers = [int(one[0]) for one in found if one is not None]

@@ -127,6 +127,68 @@ def test_numbers_of_other_locales() -> None:
         read_results(b"frame;x;y;w;h\n0;1.048,5;78,5;25,5;20\n")
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("1,1,49,5,79,5,25,5,25,5,1,-1,-1,-1\n" * 2, "line 1: expected 6 to 10 numbers"),
+        ("1,1,49,5,79,5,25,5,25,5\n2,1,52,5,83,5,25,5,25,5\n", "10 whole numbers a line can be read in two ways"),
+        ("1 48 78 48 98 73 98 73 78\n2 51 82 51 102 76 102 76 82\n", "9 whole numbers a line can be read in two"),
+        ("10,5,20,7,30,9,40,3\n11,5,20,7,30,9,40,3\n", "8 whole numbers a line can be read in two ways"),
+        ("frame,x,y,w,h\n0,48,5,78,5,25,5,25,5\n", "line 2: expected 5 values, got 9"),
+        ("frame x y w h\n1 0 48 78 25 25\n2 1 48 78 25 25\n", "line 2: expected 5 values, got 6"),
+        ("frame;x;y;w;h\n0;1.234;78,5;25;25\n", "line 2: 1.234 can be read in two ways"),
+        ("1;1;1.234;78,5;25;25\n2;1;48,5;78,5;25;25\n", "line 1: 1.234 can be read in two ways"),
+        ("1,1,.2,.3,.1,.1,1,-1,-1,-1\n2,1,.2,.3,.1,.1,1,-1,-1,-1\n", "shares of the picture"),
+        ("frame,x,y,w,h\n0,-.02,.3,.1,.1\n1,.9,.3,.2,.1\n", "shares of the picture"),
+        ("10,20,30,40\n\n11,20,30,40\n", "line 2 is blank"),
+        ("10,20,30,40\n11,20,x,40\n12,20,30,40\n", "line 2: expected numbers, got '11,20,x,40'"),
+        ("10,20,30,40\n11,20,,40\n12,20,30,40\n", "line 2: expected numbers"),
+        ("1,1,2,3,4,5,1\n2,1,2,,4,5,1\n3,1,2,3,4,5,1\n", "line 2: expected 7 numbers"),
+        ("1,1,2,3,4,5,1\n2,1,2,3,4,5\n3,1,2,3,4,5,1\n", "line 2: expected 7 numbers"),
+    ],
+)
+def test_no_line_becomes_another_box(text: str, words: str) -> None:
+    """Decimals between commas, shifted columns, shares and broken lines are refused, by line where one is wrong."""
+    with pytest.raises(RefusedError, match=words):
+        read_results(text.encode())
+
+
+def test_readings_that_look_like_others() -> None:
+    """Scores are no flags, frames without a target do not make OTB another form, and units stand behind names."""
+    assert read_results(b"1,1,2,3,4,5,.5,-1,-1\n2,1,2,3,4,5,.9,-1,-1\n").boxes[0].score == 0.5
+    table = read_results(b"10,20,30,40\n0,0,0,0\n11,20,30,40\n")
+    assert (table.form, table.frames, len(table.boxes)) == ("otb", 3, 2)
+    text = "Frame,x [px],y (px),w,h\n0,10,20,30,40\n"
+    assert places(text) == [(0, 1, 10, 20, 30, 40)]
+    assert read_results(text.encode("utf-16-le")).boxes[0][2:6] == (10, 20, 30, 40)
+
+
+def test_shapes_of_cvat_and_coco_have_a_box_around_them() -> None:
+    """Ellipses, masks and polygons are boxed in, turned ones too; what is broken is named; ids are not shared."""
+    shapes = (
+        '<ellipse frame="0" cx="30" cy="40" rx="5" ry="3"/><mask frame="1" left="1" top="2" width="3" height="4"/>'
+        '<box frame="2" xtl="x" ytl="1" xbr="2" ybr="3"/><skeleton frame="3"/>'
+    )
+    track = f'<track id="4" label="a">{shapes}</track>'
+    table = read_results(f"<annotations>{track}{track}</annotations>".encode())
+    assert [tuple(box[:6]) for box in table.boxes if box.target == 0] == [(0, 0, 25, 37, 10, 6), (1, 0, 1, 2, 3, 4)]
+    assert table.targets == (0, 1)
+    assert "track 0, frame 2" in table.remarks[-1]
+    turned = [{**one, "attributes": {"rotation": 90, "track_id": 9}} for one in COCO["annotations"]]
+    assert places(json.dumps({**COCO, "annotations": turned}))[0] == pytest.approx((0, 9, 0.5, 2.5, 4, 3))
+    around = [{"id": 1, "image_id": 5, "category_id": 1, "segmentation": [[1, 2, 5, 2, 5, 9]]}]
+    assert places(json.dumps({**COCO, "annotations": around})) == [(0, 1, 1, 2, 4, 7)]
+
+
+def test_images_that_do_not_say_their_frame_go_by_their_names() -> None:
+    """Numbers of images may be in any order; gaps in the names are told."""
+    images = [{"id": 9 - number, "file_name": f"{number}.jpg"} for number in (2, 4, 5)]
+    boxes = [{"id": one["id"], "image_id": one["id"], "bbox": [9 - one["id"], 1, 5, 5]} for one in images]
+    table = read_results(json.dumps({"images": images[::-1], "annotations": boxes}).encode())
+    assert [(box.frame, box.x) for box in table.boxes] == [(0, 2), (1, 4), (2, 5)]
+    assert "pictures are missing between 2 and 4" in " ".join(table.remarks)
+
+
 def test_headers_of_several_lines_and_comments() -> None:
     """All before the first number is the header; the widest line names the columns, and a comment may do so."""
     wanted = [(0, 1, 10, 20, 30, 40)]

@@ -5,7 +5,8 @@ Columns of a table are found by the names that programs give them, or by what a 
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -121,7 +122,8 @@ def table_of(
             raise RefusedError(f"there are more than the {MOST_BOXES:,} boxes that are allowed")
     if not found:
         raise RefusedError(f"the {FORMS[form]} has no box with an area")
-    if len(found) > 1 and all(max(box[2:6]) <= 1 and min(box[2:4]) >= 0 for box in found.values()):
+    # Pixels that count from 1 lie one further to the left, and a target may leave the picture.
+    if all(max(box[4:6]) <= 1 and max(map(abs, box[2:4])) <= 2 for box in found.values()):
         raise RefusedError(
             "all boxes lie between 0 and 1: they are shares of the picture's size; multiply x and w by its width, "
             "y and h by its height"
@@ -299,6 +301,10 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
 
 MOT_TRUTH_COLUMNS = 9
 """Of the ground truth of MOT16 and later: ..., whether it counts, class, visibility."""
+TWO_WAYS = (
+    "its {0} whole numbers a line can be read in two ways, as {2} or decimals between commas; "
+    "say that the form is {1}, or write the names of the columns above them"
+)
 MOT15_COLUMNS = 10
 """Of results, and of the ground truth of 2DMOT2015, which says in place of the score whether a box counts."""
 
@@ -314,36 +320,40 @@ def numbers_of(line: str) -> list[float] | None:
 def form_of_lines(lines: Sequence[str]) -> Form | None:
     """Return what lines are; None if they are not text of numbers in one of these forms."""
     rows = [numbers_of(line) for line in lines if line.strip() and not line.startswith(cells.COMMENT)]
-    if not rows or any(row is None for row in rows):
-        return None
     known = [row for row in rows if row is not None and len(row) > 1]
-    counts = {len(row) for row in known}
-    if not known or len(counts) > 2:
+    # Whoever reads it names the line that is broken; most lines are whole, the first one, too.
+    if not known or rows[0] is None or 2 * rows.count(None) > len(rows):
         return None
-    whole = all(row[0] == int(row[0]) >= 0 and row[1] == int(row[1]) for row in known if _finite(row[:2]))
-    if (
-        min(counts) >= 6
-        and whole
-        and all(map(_finite, (row[:2] for row in known)))
-        and (8 not in counts or _rises(known))
-    ):
+    count = Counter(map(len, known)).most_common(1)[0][0]
+    whole = [row for row in known if len(row) == count]
+    counted = all(row[0] == int(row[0]) >= 0 and row[1] == int(row[1]) for row in whole if _finite(row[:2]))
+    if count >= 6 and counted and all(_finite(row[:2]) for row in whole) and (count != 8 or _rises(whole)):
         return "mot"
-    if counts <= {4, 8}:
-        plain = counts == {4} and all(value == int(value) >= 1 for row in known if _finite(row) for value in row[:2])
-        return "otb" if plain and len(known) == len(rows) else "vot"
+    if count in {4, 8}:
+        boxes = [row for row in whole if _finite(row) and any(row)]
+        plain = count == 4 and all(value == int(value) >= 1 for row in boxes for value in row[:2])
+        return "otb" if plain and all(row is None or len(row) > 1 for row in rows) else "vot"
     return None
 
 
-def read_rows(data: bytes, form: Form, first_pixel: int | None = None) -> ResultTable:
-    """Read OTB or VOT text: a line is a frame of the one target."""
+def read_rows(data: bytes, form: Form, first_pixel: int | None = None, *, surely: bool = False) -> ResultTable:
+    """Read OTB or VOT text, `surely` if a person says so: a line is a frame of the one target."""
     origin = first_pixel if first_pixel is not None else int(form == "otb")
-    lines = list(cells.lines_of(cells.decode(data)))
+    text = cells.decode(data)
+    lines = list(cells.lines_of(text))
+    if blank := next((n for n, line in enumerate(text.strip().splitlines(), lines[0][0]) if not line.strip()), None):
+        raise RefusedError(f"line {blank} is blank, which may be a frame or not; write NaN,NaN,NaN,NaN, or take it out")
+    corners = [numbers for _, line in lines if len(numbers := numbers_of(line) or []) == 8]
+    if corners and not surely and "," in text and all(number.is_integer() for row in corners for number in row):
+        raise RefusedError(TWO_WAYS.format(8, "vot", "corners"))
     boxes = []
     for frame, (number, line) in enumerate(lines):
         x, y, w, h = rectangle(f"line {number}", line)
         boxes.append((f"line {number}", Box(frame, 1, x - origin, y - origin, w, h)))
     guess = "Its first pixel was taken as {}; say so if it is {}."
     told = [] if first_pixel is not None else [guess.format(origin, 1 - origin)]
+    if corners:
+        told.append("Four corners were taken as the upright box around them.")
     return table_of(form, boxes, remarks=told, frames=len(lines))
 
 
@@ -365,14 +375,28 @@ def rectangle(place: str, line: str) -> tuple[float, float, float, float]:
     raise RefusedError(f"{place}: expected 4 numbers (x, y, w, h) or 8 (four corners), got {len(numbers)}")
 
 
-def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | None = None) -> ResultTable:
-    """Read MOTChallenge text; of ground truth, what does not count is left out."""
-    rows: list[tuple[int, list[float]]] = []
-    for number, line in cells.lines_of(cells.decode(data)):
+def _mot_rows(text: str) -> Iterator[tuple[int, list[float]]]:
+    """Yield number and numbers of each line, all as many as the first has."""
+    wanted = range(6, MOT15_COLUMNS + 1)
+    for number, line in cells.lines_of(text):
         numbers = numbers_of(line)
-        if numbers is None or len(numbers) < 6 or not _finite(numbers[:2]):
-            raise RefusedError(f"line {number}: expected frame, id, x, y, w, h and more, got {line.strip()[:40]!r}")
-        rows.append((number, numbers))
+        if numbers is None or len(numbers) not in wanted or not _finite(numbers[:2]):
+            many = f"{wanted[0]} to {wanted[-1]}" if len(wanted) > 1 else str(wanted[0])
+            raise RefusedError(
+                f"line {number}: expected {many} numbers, frame, id, x, y, w, h and more, got {len(numbers or '')} in "
+                f"{line[:40]!r}"
+            )
+        wanted = range(len(numbers), len(numbers) + 1)
+        yield number, numbers
+
+
+def read_mot(
+    data: bytes, first_frame: int | None = None, first_pixel: int | None = None, *, surely: bool = False
+) -> ResultTable:
+    """Read MOTChallenge text, `surely` if a person says so; of ground truth, what does not count is left out."""
+    rows = list(_mot_rows(cells.decode(data)))
+    if not surely and _reads_in_two_ways([row for _, row in rows]):
+        raise RefusedError(TWO_WAYS.format(len(rows[0][1]), "mot", "results of MOTChallenge, corners"))
     told = []
     begin = first_frame
     if begin is None:
@@ -402,9 +426,17 @@ def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | Non
 
 def _says_what_counts(rows: Sequence[Sequence[float]]) -> bool:
     """Return whether column 7 flags the boxes that count, as ground truth does; truth of 2015 has 10 columns, too."""
-    return {len(row) for row in rows} == {MOT_TRUTH_COLUMNS} or (
-        {len(row) for row in rows} == {MOT15_COLUMNS} and {row[6] for row in rows} == {0.0, 1.0}
+    counts, flags = {len(row) for row in rows}, {row[6] for row in rows if len(row) > 6}
+    return (counts == {MOT_TRUTH_COLUMNS} and flags <= {0.0, 1.0}) or (
+        counts == {MOT15_COLUMNS} and flags == {0.0, 1.0}
     )
+
+
+def _reads_in_two_ways(rows: Sequence[Sequence[float]]) -> bool:
+    """Return whether lines of whole numbers may hold corners, or decimals between commas: no score or flag is there."""
+    if not 8 <= len(rows[0]) <= MOT15_COLUMNS or not all(row[6] > 1 and max(row[7:]) >= 0 for row in rows):
+        return False
+    return all(number.is_integer() for row in rows for number in row)
 
 
 def _finite(numbers: Sequence[float]) -> bool:

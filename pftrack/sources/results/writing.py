@@ -11,15 +11,19 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
 from pftrack.core.refusal import RefusedError
 from pftrack.sources import cells
 from pftrack.sources.cells import decode
-from pftrack.sources.limits import HEAD_BYTES
+from pftrack.sources.images import missing_numbers
+from pftrack.sources.limits import HEAD_BYTES, natural_order
 from pftrack.sources.results import table
+
+Sides: TypeAlias = tuple[float, float, float, float]
+NOWHERE: Sides = (math.nan, math.nan, math.nan, math.nan)
 
 Write = Callable[[Sequence[table.Box], int, tuple[int, int], float], str]
 
@@ -146,7 +150,7 @@ _WRITERS: Mapping[table.Form, Write] = {
     "coco": _coco,
 }
 
-TRACK = ("track_id", "instance_id")
+TRACK = ("track_id", "instance_id", "object_id")
 FRAME = ("frame_id", "frame_index", "mot_frame_id")
 
 
@@ -187,7 +191,7 @@ def _read(raw: Any) -> table.ResultTable:  # noqa: ANN401 - JSON
     boxes = []
     for number, one in enumerate(annotations):
         if one["image_id"] in place:
-            sides = _sides(one.get("bbox"))
+            sides = _turned(_sides(one.get("bbox"), one.get("segmentation")), one.get("attributes") or {})
             target = next(tracks)
             boxes.append(
                 (
@@ -198,13 +202,24 @@ def _read(raw: Any) -> table.ResultTable:  # noqa: ANN401 - JSON
     return table.table_of("coco", boxes, remarks=told, frames=len(images))
 
 
-def _sides(bbox: Any) -> tuple[float, float, float, float]:  # noqa: ANN401 - JSON
-    """Return x, y, w, h of an annotation; NaN if it has no box."""
+def _sides(bbox: Any, polygons: Any = None) -> Sides:  # noqa: ANN401 - JSON
+    """Return x, y, w, h of an annotation, around its polygons if it has no box; NaN if it has neither."""
     try:
-        x, y, w, h = map(float, bbox)
+        x, y, w, h = map(float, bbox or table.around(number for polygon in polygons for number in polygon))
     except (TypeError, ValueError):
-        return math.nan, math.nan, math.nan, math.nan
+        return NOWHERE
     return x, y, w, h
+
+
+def _turned(sides: Sides, said: Mapping[str, Any]) -> Sides:
+    """Return the smallest upright box around a box that may be turned, by degrees clockwise about its middle."""
+    if said.get("rotation") is None:
+        return sides
+    x, y, across, down = sides
+    angle = math.radians(float(said["rotation"]))
+    cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
+    w, h = across * cos + down * sin, across * sin + down * cos
+    return x + (across - w) / 2, y + (down - h) / 2, w, h
 
 
 def _score(one: Mapping[str, Any]) -> float:
@@ -239,9 +254,16 @@ def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: boo
     name = next((name for name in FRAME if images and all(name in one for one in images)), None)
     if name is None:
         ids = [one["image_id" if listed else "id"] for one in images]
-        places = {one: place for place, one in enumerate(sorted(set(ids)))}
-        told.append("Images do not say their frame: it was taken from the order of their numbers.")
-        return [places[one] for one in ids]
+        names = dict.fromkeys(str(one.get("file_name", "")) for one in images)
+        if "" in names or len(names) < len(ids):
+            places = {one: place for place, one in enumerate(sorted(set(ids)))}
+            told.append("Images do not say their frame: it was taken from the order of their numbers.")
+            return [places[one] for one in ids]
+        ordered = sorted(names, key=natural_order)
+        told.append("Images do not say their frame: it was taken from the order of their names.")
+        told += (f"In the order of names, {gap}." for gap in missing_numbers([Path(one).stem for one in ordered]))
+        places = {one: place for place, one in enumerate(ordered)}
+        return [places[one] for one in names]
     numbers = [int(one[name]) for one in images]
     first = min(1, *numbers)
     if first:
@@ -268,10 +290,12 @@ def _by_video(
 
 
 MOST_DIGITS = 9
+SHAPES = ("box", "polygon", "polyline", "points", "ellipse", "mask")
+"""Of CVAT, around which there is a box."""
 
 
 def read_cvat(data: bytes) -> table.ResultTable:
-    """Read a file; where a target is `outside`, it has no box, and polygons and others are passed over.
+    """Read a file; where a target is `outside`, it has no box, and others than `SHAPES` are passed over.
 
     Raises:
         RefusedError: It is none.
@@ -290,28 +314,38 @@ def read_cvat(data: bytes) -> table.ResultTable:
     told_size = "" if size is None else size.text or ""
     frames = int(told_size) if _is_whole(told_size) else 0
     boxes, passed = [], 0
-    for track in tracks:
-        target, label = _whole(track, "id"), str(track.get("label", ""))[:80]
+    ids = [_whole(track, "id") for track in tracks]
+    repeated = len(set(ids)) < len(ids)  # as of several tasks in one file
+    for number, track in enumerate(tracks):
+        target, label = number if repeated else ids[number], str(track.get("label", ""))[:80]
         for shape in track:
-            if shape.tag not in {"box", "polygon"}:
+            if shape.tag not in SHAPES:
                 passed += 1
             elif shape.get("outside") != "1":
                 frame = _whole(shape, "frame")
-                sides = _box(shape) if shape.tag == "box" else _polygon(shape)
-                boxes.append((f"track {target}, frame {frame}", table.Box(frame, target, *sides, label=label)))
-    told = [f"{passed} shapes that are neither boxes nor polygons were passed over."] if passed else []
+                box = table.Box(frame, target, *_shape(shape), label=label)
+                boxes.append((f"track {target}, frame {frame}", box))
+    told = [f"{passed} shapes of other kinds than {', '.join(SHAPES)} were passed over."] if passed else []
+    if repeated:
+        told.append("Tracks have the same id: they were numbered as they come.")
     return table.table_of("cvat", boxes, remarks=told, frames=min(frames, 10_000_000))
 
 
-def _box(element: Any) -> tuple[float, float, float, float]:  # noqa: ANN401 - as below
-    """Return the smallest upright box around a box that may be turned, by degrees clockwise about its middle."""
-    left, top, right, bottom = (_number(element, name) for name in ("xtl", "ytl", "xbr", "ybr"))
-    if element.get("rotation") is None:
-        return left, top, right - left, bottom - top
-    angle = math.radians(_number(element, "rotation"))
-    cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
-    w, h = (right - left) * cos + (bottom - top) * sin, (right - left) * sin + (bottom - top) * cos
-    return (left + right - w) / 2, (top + bottom - h) / 2, w, h
+def _shape(element: Any) -> Sides:  # noqa: ANN401 - as below
+    """Return the smallest upright box around a shape; NaN if it is broken."""
+    try:
+        if element.tag in {"polygon", "polyline", "points"}:
+            return _polygon(element)
+        if element.tag == "ellipse":
+            x, y, across, down = (_number(element, name) for name in ("cx", "cy", "rx", "ry"))
+            return _turned((x - across, y - down, 2 * across, 2 * down), element.attrib)
+        if element.tag == "mask":
+            x, y, w, h = (_number(element, name) for name in ("left", "top", "width", "height"))
+            return x, y, w, h
+        left, top, right, bottom = (_number(element, name) for name in ("xtl", "ytl", "xbr", "ybr"))
+        return _turned((left, top, right - left, bottom - top), element.attrib)
+    except ValueError:
+        return NOWHERE
 
 
 def _polygon(element: Any) -> tuple[float, float, float, float]:  # noqa: ANN401 - as below
@@ -363,12 +397,14 @@ def read_results(
     if len(data) > LARGEST_FILE_BYTES:
         raise RefusedError(f"results may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
     found = form or table.form_of(data)
+    if found in {"mot", "otb", "vot"}:
+        cells.check_decimals(decode(data))
     if found == "mot":
-        return table.read_mot(data, first_frame, first_pixel)
+        return table.read_mot(data, first_frame, first_pixel, surely=form is not None)
     if found in {"otb", "vot"}:
         # Only the whole file tells whether all of its numbers are whole ones.
         whole = form or table.form_of_lines(decode(data).splitlines()) or found
-        return table.read_rows(data, whole, first_pixel)
+        return table.read_rows(data, whole, first_pixel, surely=form is not None)
     readers: dict[str, Callable[[bytes], table.ResultTable]] = {
         "cvat": read_cvat,
         "coco": read_coco,
