@@ -1,5 +1,5 @@
 /**
- * A comparison as a component: runs in step, beside their differences and results. A follower of a class sees the lecturer's
+ * A comparison as a component: runs in step, with their differences and results. A follower of a class sees the lecturer's
  * sessions in the same component, read-only.
  */
 
@@ -18,8 +18,7 @@ import { Table } from "./table.js";
 /** @import { Child } from "../vendor/preact.js" */
 /** @import { Member } from "./joint.js" */
 
-/**
- * What others need to show the same sessions, as a lecturer's page tells a class. It leaves out the recipes, which may be long.
+/** The data that followers need to show the same sessions. It leaves out the recipes, which may be long.
  *
  * @typedef {object} Told
  * @property {Outline} outline
@@ -34,18 +33,18 @@ import { Table } from "./table.js";
 /**
  * @typedef {object} Options
  * @property {Arrangement} [arrangement]
- * @property {boolean} [readOnly] Whether they can be looked at and not be moved.
- * @property {Partial<import("../session/keys.js").Actions>} [actions] What keys do beyond moving through the runs.
- * @property {(runs: ComparedRun[]) => void} [onFewer] Called with the runs that stay when one is taken away.
+ * @property {boolean} [readOnly] Whether the runs can be watched but not moved.
+ * @property {Partial<import("../session/keys.js").Actions>} [actions] Further actions of keys, besides moving through the runs.
+ * @property {(runs: ComparedRun[]) => void} [onFewer] Called with the remaining runs when one is removed.
  */
 
 /**
  * Compare runs: sessions are made for them, which end with the comparison.
  *
  * @param {Wanted} wanted
- * @param {(sentence: string) => void} tell What to say while it has to be waited for; empty when there is nothing to wait for.
+ * @param {(sentence: string) => void} tell Shows the progress while the caller waits; empty when there is nothing to wait for.
  * @param {Options} options
- * @returns {Promise<RunComparison>} Rejects where the runs cannot be compared.
+ * @returns {Promise<RunComparison>} Rejects if the runs cannot be compared.
  */
 export async function compare({ runs, position = 0, arrangement }, tell, options) {
   const experiment = runs.find(({ recipe }) => recipe)?.recipe?.experiment ?? "";
@@ -61,8 +60,7 @@ export async function compare({ runs, position = 0, arrangement }, tell, options
   return compared;
 }
 
-/**
- * Look at a comparison that somebody else moves.
+/** Watch a comparison that another person controls.
  *
  * @param {Told} told
  * @param {readonly string[]} sessions
@@ -92,17 +90,17 @@ export class RunComparison extends JointView {
     this.arrange(arrangement);
   }
 
-  /** What makes the runs, where that is known. @returns {ComparedRun[]} */
+  /** The recipes of the runs, where known. @returns {ComparedRun[]} */
   get runs() {
     return this.outline.runs.map(({ recipe }) => ({ recipe }));
   }
 
-  /** What makes the same comparison elsewhere. @returns {Wanted} */
+  /** The data that make the same comparison on another page. @returns {Wanted} */
   get wanted() {
     return { runs: this.runs, position: this.position, arrangement: this.arrangement.value };
   }
 
-  /** What others need to show the same sessions. @returns {Told} */
+  /** The data that followers need to show the same sessions. @returns {Told} */
   get told() {
     const { outline: { unit, settings, runs }, outcome: { value: outcome } } = this;
     const named = runs.map(({ name, title, colour, first }) => ({ name, title, colour, first }));
@@ -110,8 +108,7 @@ export class RunComparison extends JointView {
   }
 
   /**
-   * Follow the results while the server computes them. If it does not know the comparison any more, as after a restart, ask
-   * for it again.
+   * Follow the results while the server computes them. If the server no longer knows the comparison, as after a restart, request it again.
    *
    * @param {ComparisonJob} begun
    */
@@ -178,8 +175,7 @@ export function Comparison({ compared }) {
   </div>`;
 }
 
-/**
- * One of the runs: what it is called, and its picture.
+/** One of the runs: its name and its picture.
  *
  * @param {{compared: RunComparison, run: Outline["runs"][number], place: number}} props
  */
@@ -203,8 +199,7 @@ function Compared({ compared, run: { name, title, colour, recipe, first }, place
   </section>`;
 }
 
-/**
- * A link to something at the frame that is shown when somebody goes there.
+/** A link to the frame that is shown when the link is followed.
  *
  * @param {{class: string, aim: () => string, title: string, label?: string, content: Child}} props
  */

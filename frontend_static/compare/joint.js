@@ -1,6 +1,6 @@
 /**
  * Runs in step on a page: a session each, and one transport, one scrubber and one set of plots for all of them.
- * Sessions that are made here belong to the page: they begin with it, and end when it is left.
+ * Sessions made here belong to the page: they begin and end with it.
  */
 
 import { keepUp } from "../session/clock.js";
@@ -32,30 +32,29 @@ import { JointStore } from "./joint_store.js";
 
 const PARTS = /** @type {const} */ (["scene", "readout"]);
 
-/** The places of the runs, and all that they have together. */
+/** The places of the runs, and their shared parts. */
 export class JointView {
   #end = new AbortController();
   #starts;
   /** @type {Awaited<ReturnType<typeof plots>>|null} */
   #plots = null;
-  /** Ids of the sessions, once all of them are there. */
+  /** Ids of the sessions, once all have started. */
   sessions = signal(/** @type {string[]} */ ([]));
 
   /**
    * @param {readonly Member[]} members
-   * @param {{kind: string, readOnly?: boolean}} options `kind` is the CSS class of the places; with `readOnly` the runs cannot
-   *     be moved from here.
-   */
+   * @param {{kind: string, readOnly?: boolean}} options `kind` is the CSS class of the places; with `readOnly` the runs cannot be moved
+   here. */
   constructor(members, { kind, readOnly = false }) {
-    /** For the pictures and the numbers of the runs. */
+    /** Elements for the pictures and the numbers of the runs. */
     this.places = members.map(({ label }) => build("div", { class: kind, data: { within: label } }));
-    /** How each flat view is painted where they lie over each other. */
+    /** Painting of each flat view when the views lie over each other. */
     this.overlays = members.map(({ first }) => new Overlay(first));
     this.#starts = members.map(({ recipe, session }, index) => {
       const look = { parts: PARTS, view: /** @type {const} */ ("flat"), overlay: this.overlays[index], isBare: true };
       return new SessionStart(this.places[index], { session, recipe, isOwn: recipe !== undefined, ...look });
     });
-    // One that has nothing before the common frames counts as all do together.
+    // The leader is a run whose own first frame is the first common one.
     const lead = Math.max(0, members.findIndex(({ first }) => first === 0));
     const leader = new Mounted(this.#starts[lead], { keys: null, readOnly });
     this.views = this.#starts.map((start, place) => {
@@ -67,7 +66,7 @@ export class JointView {
     for (const { store, first } of runs) {
       if (store !== leader.store) keepUp({ store, steering: new Steering(store, this.signal), first }, leader.store, this.signal);
     }
-    /** Resolves when all sessions are there, however long they take, or rejects. */
+    /** Resolves when all sessions have started, without a time limit, or rejects. */
     this.begun = this.#all();
     this.begun.catch(() => {});
   }
@@ -78,7 +77,7 @@ export class JointView {
 
   scene = null;
 
-  /** Ids of the plots that all runs have and that can be laid over each other. */
+  /** Ids of the plots that all runs share and that can be laid over each other. */
   get plots() {
     const [first, ...others] = this.views.map(({ store }) => store.session?.plots ?? []);
     const key = (/** @type {{id: string, kind: string}} */ { id, kind }) => `${kind} ${id}`;
@@ -86,7 +85,7 @@ export class JointView {
     return first.filter((plot) => OVERLAID.includes(plot.kind) && isShared(key(plot))).map(({ id }) => id);
   }
 
-  /** What decides on success, where all runs are judged by the same; empty until the sessions have told about themselves. */
+  /** Title of the success measure, if all runs have the same one; empty until the sessions are known. */
   get measure() {
     const sessions = this.views.map(({ store }) => store.session);
     if (sessions.some((session) => session === null)) return "";
@@ -94,13 +93,12 @@ export class JointView {
     return (titles.size === 1 && [...titles][0]) || "Successful";
   }
 
-  /** The frame that is shown, of those that all runs have. */
+  /** The shown frame, counted in the common frames. */
   get position() {
     return this.store.session?.position ?? 0;
   }
 
-  /**
-   * The transport and the scrubber; where nothing can be moved, the scrubber alone.
+  /** The transport and the scrubber; only the scrubber if the runs cannot be moved.
    *
    * @param {string} kind Class of the element.
    * @param {Child} extra A further control, at the right of the transport.
@@ -120,10 +118,9 @@ export class JointView {
     return place;
   }
 
-  /**
-   * Have the keys of the page move all runs.
+  /** Let the keys of the page move all runs.
    *
-   * @param {Partial<Actions>} more What they do besides.
+   * @param {Partial<Actions>} more Further actions of keys.
    */
   listen(more) {
     listen(document.body, this, { zoom: (factor) => this.#plots?.zoom(factor), ...more });
@@ -138,7 +135,7 @@ export class JointView {
     for (const { scene } of this.views) scene?.show(kind);
   }
 
-  /** End all that was made here, on the server as well; also when the page is about to be left. */
+  /** End everything made here, also on the server and when the page is being left. */
   end() {
     if (this.signal.aborted) return;
     this.#end.abort();
@@ -146,7 +143,7 @@ export class JointView {
   }
 
   async #all() {
-    // It waits for all, so that their places are free when somebody tries again.
+    // It waits for all, so that their places are free for another attempt.
     await Promise.allSettled(this.#starts.map(({ begun }) => begun));
     const begun = await Promise.all(this.#starts.map((start) => start.begun));
     this.sessions.value = begun.map(({ session }) => session.id);

@@ -1,9 +1,6 @@
-/**
- * Several runs in step as one store: what a session has as branches, a comparison has as runs. So the scrubber and the plots
- * draw a line for each, and all runs have one position.
- *
- * Frames are those that all runs have in common, counted from 0 on, as the run that leads counts its own.
- */
+/** Several runs in step as one store: the runs of a comparison take the role of a session's branches. So the scrubber and the plots draw a
+ * line for each, and all runs have one position.
+ * Frames are the common ones, counted from 0, as the leading run counts its own. */
 
 import { eventFramesOf } from "../session/readings.js";
 import { HistoryWindow, Store } from "../session/store.js";
@@ -11,8 +8,8 @@ import { computed, effect, signal } from "../vendor/preact.js";
 
 /** @import { SessionPublic } from "../shared/messages.js" */
 
-/** @typedef {{name: string, colour: string, first: number}} Run `colour` as CSS has it; `first` is its frame that is frame 0 here. */
-/** @typedef {Run & {store: Store}} JointRun With what is known of its session. */
+/** @typedef {{name: string, colour: string, first: number}} Run `colour` is a CSS colour; `first` is its frame that is frame 0 here. */
+/** @typedef {Run & {store: Store}} JointRun A run with the store of its session. */
 /** @typedef {{beforeLoss: number|null, notes: {frame: number, note: string}[]}} Whole `beforeLoss` is shortly before any run's first loss. */
 
 const BROKEN = /** @type {const} */ (["gone", "lost", "connecting"]);
@@ -20,14 +17,14 @@ const BROKEN = /** @type {const} */ (["gone", "lost", "connecting"]);
 export class JointStore extends Store {
   #runs;
   #lead;
-  /** Place of the run whose bands, strips and changes are shown, and whose curves lie above. */
+  /** Index of the run whose bands, strips and changes are shown, and whose curves lie on top. */
   front = signal(0);
   /** Losses and notes of whole runs, once they are known. */
   whole = signal(/** @type {Whole} */ ({ beforeLoss: null, notes: [] }));
 
   /**
    * @param {readonly JointRun[]} runs
-   * @param {number} lead Place of the run that all others follow; its frame 0 is frame 0 here.
+   * @param {number} lead Index of the run that all others follow; its frame 0 is frame 0 here.
    * @param {boolean} readOnly
    */
   constructor(runs, lead, readOnly) {
@@ -38,14 +35,14 @@ export class JointStore extends Store {
       this.histories.set(String(place), new HistoryWindow(() => store.history, first));
     });
     effect(() => {
-      // The worst connection counts.
+      // The state is that of the worst connection.
       this.connection.value = BROKEN.find((each) => runs.some(({ store }) => store.connection.value === each)) ?? "open";
-      // There is nothing to show of all before all are there.
+      // Nothing is shown before all runs are known.
       if (runs.every(({ store }) => store.session !== null)) this.session = this.#joined();
     });
   }
 
-  // Lists stay the same as long as what they are made of does, so that nothing is drawn for them.
+  // Lists stay the same objects while their content does, so that they trigger no drawing.
 
   #branches = computed(() => this.#runs.map(({ name, colour, store }, place) =>
     ({ id: String(place), title: name, parent: null, frame: 0, tracker: store.session?.tracker ?? "", colour })));
@@ -69,18 +66,18 @@ export class JointStore extends Store {
     return this.beforeLoss !== null;
   }
 
-  /** The frames in which something happens in any run, in rising order. */
+  /** The frames with an event in any run, in rising order. */
   get eventFrames() {
     const all = this.#runs.flatMap(({ store }, place) => eventFramesOf({ known: store.known, history: this.historyOf(String(place)) }));
     return [...new Set(all)].sort((one, other) => one - other);
   }
 
-  /** Where the target is lost in each run. */
+  /** The losses of each run. */
   get losses() {
     return this.#runs.map(({ colour }, place) => ({ colour, history: this.historyOf(String(place)) }));
   }
 
-  /** @returns {SessionPublic} What moves is that of the run which leads, all else that of the run in front. */
+  /** @returns {SessionPublic} Position and playing are those of the leading run, everything else that of the run in front. */
   #joined() {
     const lengths = this.#runs.map((_, place) => this.historyOf(String(place)).length);
     const { id, position, frames, goal, playing, speed, speeds, state, message, recipe } = this.#runs[this.#lead].store.known;
@@ -97,12 +94,11 @@ export class JointStore extends Store {
   }
 }
 
-/**
- * What happened in frames of one run, in the frames of all.
+/** Entries of one run with their frames counted in the common frames.
  *
  * @template {{frame: number}} Happened
  * @param {readonly Happened[]} all
- * @param {number} first Its frame that is frame 0 of all.
+ * @param {number} first Its frame that is the common frame 0.
  */
 function shifted(all, first) {
   return all.map((each) => ({ ...each, frame: Math.max(0, each.frame - first) }));

@@ -1,4 +1,4 @@
-/** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
+/** The page of a comparison: the runs of its address next to each other, and a link with all their recipes. */
 
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { HELP } from "../session/keys.js";
@@ -24,7 +24,7 @@ const RECORDING = "The link does not contain recordings: on another server, uplo
 const LONGEST_TITLE = 200;
 const FILES = { icon: /** @type {const} */ ("files"), label: "Files", title: "Export this comparison", class: "tool", "data-tool": "files" };
 const IN_STEP = ["space", "← →", "shift ← →", "home end", "L", "E", "[ ]", "+ - 0", "F", "pageup pagedown", "?"];
-/** The keys of a session that move all runs, and one that a session does not have. */
+/** The keys of a session that move all runs, and one further key. */
 const KEYS = [...HELP.filter(({ keys }) => IN_STEP.includes(keys)), { keys: "D", what: "Go to the first frame in which two runs differ" }];
 const ARRANGEMENTS = [
   { value: "side", words: "Side by side", hint: "Each run has its own picture" },
@@ -32,14 +32,14 @@ const ARRANGEMENTS = [
 ];
 
 const compared = signal(/** @type {RunComparison|null} */ (null));
-/** The title that a person gave; empty where the names of the runs do. */
+/** The title given by a person; empty if the names of the runs are the title. */
 const givenTitle = signal("");
 /** The saved comparison on the page, with its content as text. */
 const saved = signal(/** @type {{id: string, content: string|null}|null} */ (null));
-/** What is waited for, one sentence. */
+/** The reason for waiting, one sentence. */
 const waiting = signal("");
 const title = computed(() => givenTitle.value || (compared.value?.outline.runs ?? []).map(({ name }) => name).join(" · "));
-/** What of a comparison is kept when it is saved, but for the frame that is shown. */
+/** The content of a saved comparison, except for the shown frame. */
 const content = computed(() => compared.value && JSON.stringify([compared.value.runs, compared.value.arrangement.value]));
 const isSaved = computed(() => saved.value !== null && saved.value.content === content.value);
 const control = new ClassControl(() => {
@@ -74,7 +74,7 @@ function Wait() {
   return waiting.value !== "" && html`<p class="note compiling" role="status">${waiting.value}. The comparison begins by itself.</p>`;
 }
 
-/** Keep it as it is seen now, as one more. */
+/** Save the present view as a new comparison. */
 async function saveIt() {
   const shown = compared.value;
   const name = shown && (await askName("Save this comparison", title.value.slice(0, LONGEST_TITLE), "Save"));
@@ -89,7 +89,7 @@ async function saveIt() {
   });
 }
 
-/** Give it another name, here and where it is kept. */
+/** Rename the comparison here and on the server. */
 async function renameIt() {
   const name = await askName("Rename this comparison", title.value);
   if (name === null) return;
@@ -112,7 +112,7 @@ function share() {
 
 const help = () => openKeys(KEYS.map(({ keys, what }) => [keys, what]));
 
-/** What the header has at the right. */
+/** The tools at the right of the header. */
 function Tools() {
   const shown = compared.value;
   const arrange = (/** @type {string} */ kind) => shown?.arrange(/** @type {Arrangement} */ (kind));
@@ -124,7 +124,7 @@ function Tools() {
     ${h(Segments, { label: "Arrangement", options: ARRANGEMENTS, value: shown?.arrangement.value ?? "side", choose: arrange })}
     ${h(Segments, { label: "View", options: VIEWS, value: shown?.view.value ?? "flat", choose: view })}
     ${h(FollowChip, { control })}
-    ${h(Tool, { name: "save", text: "Save", hint: "Keep this comparison; My work lists it", isOff: isSaved.value, run: saveIt })}
+    ${h(Tool, { name: "save", text: "Save", hint: "Save this comparison in My work", isOff: isSaved.value, run: saveIt })}
     ${h(Popover, { ...FILES, words: html`<span class="wide-only">Files</span>`, content: shown && h(Files, { shown }), disabled: shown === null })}
     ${h(Tool, { name: "share", text: "Share", hint: "Share a link to this comparison", run: share })}
     ${h(PrintButton, {})}${h(PresentationButton, { hears: false })}
@@ -136,7 +136,7 @@ function Tools() {
 function Files({ shown }) {
   const body = { runs: shown.runs, title: title.value.slice(0, LONGEST_TITLE) };
   const begin = (/** @type {string} */ name) => request("POST comparisons/exports/{export}", { export: name, body });
-  return html`<section><h2>Take away</h2>${h(Exports, { offered: shown.outline.exports ?? [], begin })}</section>`;
+  return html`<section><h2>Export</h2>${h(Exports, { offered: shown.outline.exports ?? [], begin })}</section>`;
 }
 
 /** @param {{name: import("../shared/dom.js").IconName, text: string, hint: string, isOff?: boolean, run: () => void}} props */
@@ -146,7 +146,7 @@ function Tool({ name, text, hint, isOff = false, run }) {
   </button>`;
 }
 
-/** What it is called. */
+/** The title of the comparison. */
 function Heading() {
   return html`<h1 data-part="title">${title.value ? `Compare · ${title.value}` : "Compare"}</h1>
     ${compared.value && h(IconButton, { name: "rename", title: "Rename this comparison", run: renameIt })}`;
@@ -156,11 +156,11 @@ effect(() => {
   const shown = compared.value;
   if (shown === null) return;
   document.title = `${title.value} · Compare · pftrack`;
-  // The address holds what makes the runs as soon as that is known, so that it can be kept, sent and reloaded.
+  // The address holds the recipes of the runs once they are known, so that it can be stored, sent and reloaded.
   const { runs, arrangement } = shown;
   history.replaceState(null, "", linkTo({ runs, arrangement: arrangement.value, title: givenTitle.value }));
 });
-// The sessions ended with the page; from the browser's cache it begins anew.
+// The sessions ended with the page; a page from the browser's cache starts again.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());
 render(h(Heading, {}), part("heading"));

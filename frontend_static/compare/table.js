@@ -8,12 +8,12 @@ import { h, html } from "../vendor/preact.js";
 
 const INTERVAL =
   "An error that is large in one frame is large in the next: the frames of one run are not independent trials. Therefore the frames in " +
-  "common are divided into six blocks, and the interval is that of the block means (batch means). It is about these runs with " +
+  "common are divided into six blocks, and the interval is that of the block means (batch means). It holds for these runs with " +
   "these seeds; for other seeds, run a sweep.";
 const NONE = "–";
 const ERROR = "error";
 
-/** @param {{outline: Outline, outcome: Outcome|null, measure: string}} props `measure` is the title of what decides on success. */
+/** @param {{outline: Outline, outcome: Outcome|null, measure: string}} props `measure` is the title of the success measure. */
 export function Table({ outline: { runs, settings, unit }, outcome, measure }) {
   const result = measure === "" ? null : (outcome?.result ?? null);
   const lines = result ? outcomeLines(result, { unit, names: runs.map(({ name }) => name), measure }) : [];
@@ -36,7 +36,7 @@ export function Table({ outline: { runs, settings, unit }, outcome, measure }) {
   </section>`;
 }
 
-/** @param {{setting: Setting, isShort: boolean}} props `isShort` where there is little room: a name has a short form in brackets. */
+/** @param {{setting: Setting, isShort: boolean}} props `isShort` if there is little room: a name has a short form in brackets. */
 function SettingRow({ setting: { name, title, values }, isShort }) {
   const words = (/** @type {string} */ value) => (isShort && name === "tracker" ? value.replaceAll(/[^,(]*\(([^)]+)\)/g, "$1") : value);
   return html`<tr data-setting=${name}>
@@ -53,14 +53,13 @@ function progressWords({ state, done, total, error }) {
   return `Computing the results, ${done} of ${count(total, "frame")}`;
 }
 
-/** @typedef {{text: string, more?: string}} Cell A figure, and what stands below it. */
-/** @typedef {{title: string, hint: string, cells: Cell[]}} Line A line of the table, a cell for each run. */
+/** @typedef {{text: string, more?: string}} Cell A figure, and a note below it. */
+/** @typedef {{title: string, hint: string, cells: Cell[]}} Line A line of the table, one cell per run. */
 
-/**
- * The lines of the results; a line without any value is left out.
+/** The lines of the results; lines without a value are left out.
  *
  * @param {ComparisonResult} result
- * @param {{unit: string, names: readonly string[], measure: string}} known `measure` is the title of what decides on success.
+ * @param {{unit: string, names: readonly string[], measure: string}} known `measure` is the title of the success measure.
  * @returns {Line[]}
  */
 export function outcomeLines({ frames, outcomes, paired }, { unit, names, measure }) {
@@ -85,8 +84,7 @@ function lossWords({ lost_frames: lost, first_lost_frame: first }) {
   return first === null ? "never" : `${first}`;
 }
 
-/**
- * @param {Paired[]} paired Of one quantity.
+/** @param {Paired[]} paired Differences in one quantity.
  * @param {readonly string[]} names
  * @returns {Line}
  */
@@ -100,8 +98,7 @@ function pairedLine(paired, names) {
   return { title: `${title}, difference`, hint, cells };
 }
 
-/**
- * How far apart, and the interval in which that is known: "+17.1 px" and "10.0 to 24.3".
+/** A difference and its interval: "+17.1 px" and "10.0 to 24.3".
  *
  * @param {Paired} paired
  * @returns {Cell}

@@ -1,4 +1,4 @@
-/** A failure beside its cure: two runs of one seed in step, why the one fails, and what helps the other. */
+/** A failure and its cure: two runs of one seed in step, the reason of the failure, and the remedy. */
 
 import { LinkNow } from "../compare/compare.js";
 import { JointView } from "../compare/joint.js";
@@ -22,15 +22,15 @@ import { measure, settings, value } from "./words.js";
 /** @type {readonly Side[]} */
 const SIDES = ["failing", "cured"];
 const HEADS = { failing: "Fails", cured: "Cured" };
-/** As in the gallery's curves. */
+/** The colours of the gallery's curves. */
 const COLOURS = /** @type {const} */ ({ failing: "lost", cured: "second" });
 const GALLERY = { label: "All failures", href: "failures" };
 
 /** A failure with its two runs, from the frame before it happens. */
 class Pair extends JointView {
-  /** Why the two could not be started. */
+  /** Why the two runs could not be started. */
   problem = signal("");
-  /** What was measured in both as wholes; or a sentence in its place. */
+  /** The measurement of both whole runs, or a sentence in its place. */
   course = signal(/** @type {FailureResult|string|null} */ (null));
 
   /** @param {FailurePublic} failure */
@@ -51,7 +51,7 @@ class Pair extends JointView {
     measure(failure, this.course, this.signal);
   }
 
-  /** What a class sees: a comparison, whose settings are what the cure changes. */
+  /** The class's view: a comparison whose settings are those that the cure changes. */
   get told() {
     const { differences } = this.failure;
     const runs = SIDES.map((side) => ({ name: HEADS[side], title: `${HEADS[side]}, ${settings(this.failure, side)}`, colour: colourOf(side), first: 0 }));
@@ -86,13 +86,13 @@ async function load() {
 function Runs({ begin }) {
   const pair = shown.value;
   if (pair === null) return null;
-  if (pair.problem.value) return h(Failed, { title: "The two runs could not be started", message: pair.problem.value, again: begin });
+  if (pair.problem.value) return h(Failed, { title: "Couldn't start the two runs", message: pair.problem.value, again: begin });
   const { frame } = pair.failure;
   const before = html`<button type="button" onClick=${() => pair.steering.seek(frame)}>Frame ${frame}, before it happens</button>`;
   return [...SIDES.map((side, place) => h(Column, { pair, side, place })), h(Made, { make: () => pair.deck("failure-deck", before) })];
 }
 
-/** @param {{pair: Pair, side: Side, place: number}} props One of the runs: its words and its picture. */
+/** @param {{pair: Pair, side: Side, place: number}} props One of the runs: its text and its picture. */
 function Column({ pair: { failure, course, places }, side, place }) {
   return html`<section class="failure-column" aria-label=${HEADS[side]} data-side=${side}>
     <div class="failure-words">
@@ -107,8 +107,7 @@ function Column({ pair: { failure, course, places }, side, place }) {
   </section>`;
 }
 
-/**
- * Why a run stays lost, what its numbers show, and the measures of the failure from the loss on.
+/** Why a run stays lost, the finding in its numbers, and the measures of the failure from the loss on.
  *
  * @param {{course: FailureResult|string|null, side: Side}} props
  */
@@ -129,7 +128,7 @@ function Around() {
   return h(Neighbours, { kind: "failures", previous, next, title: (way, title) => `${way} failure, ${title}`, go: () => control.takeAlong() });
 }
 
-/** The ways to both runs as a comparison, at the frame that is shown, and as code. */
+/** Links to both runs as a comparison, at the shown frame, and as source code. */
 function Ways() {
   const pair = shown.value;
   if (pair === null) return null;
@@ -143,11 +142,11 @@ function Ways() {
   ];
 }
 
-// The sessions ended with the page; from the browser's cache it begins anew.
+// The sessions ended with the page; a page from the browser's cache starts again.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 render(h(Around, {}), part("neighbours"));
 render(h(Ways, {}), part("compare"));
 const bones = html`<div class="failure-wait"><div class="shimmer"></div></div>`;
 const unknown = { title: "Unknown failure", action: GALLERY };
-const content = () => h(Loaded, { load, failed: "The failure could not be shown", bones, unknown });
+const content = () => h(Loaded, { load, failed: "Couldn't load this failure", bones, unknown });
 showPage("failure", "failures", content, [h(FollowChip, { control }), h(PrintButton, {}), h(PresentationButton, {})]);

@@ -1,4 +1,4 @@
-/** The gallery of failures: by kind, each with its number, and with the errors of both runs as soon as they are computed. */
+/** The gallery of failures: by kind, each with its number, and the errors of both runs once they are computed. */
 
 import { request } from "../shared/api.js";
 import { plainAxis } from "../shared/figure/axes.js";
@@ -17,7 +17,7 @@ const EMPTY = "None of the installed experiments declares a failure.";
 const BONE = html`<div class="failure-card" aria-hidden="true">
   <div class="bone short shimmer"></div><div class="curve-place shimmer"></div><div class="bone shimmer"></div>
 </div>`;
-/** Nothing ends what waits but the page itself. */
+/** Requests end only with the page. */
 const { signal: end } = new AbortController();
 
 /** @param {{failures: FailurePublic[]}} props */
@@ -54,7 +54,7 @@ function drawn(course, frame) {
 /**
  * The errors of the failing run and of the cured one over their frames, in a small figure.
  *
- * @param {{course: FailureResult, frame: number}} props `frame` is the one before it happens; it is marked.
+ * @param {{course: FailureResult, frame: number}} props `frame` is the frame before the failure; it is marked.
  */
 function Curve({ course: { unit, failing, cured }, frame }) {
   const last = Math.max(failing.errors.length - 1, 1);
@@ -84,8 +84,7 @@ function largestOf({ errors }) {
   return errors.reduce((/** @type {number} */ most, error) => Math.max(most, error ?? 0), 0);
 }
 
-/**
- * One after the other: each is computed once, and somebody may be tracking meanwhile.
+/** One after the other: each is computed once, and other people may be tracking meanwhile.
  *
  * @param {Map<FailurePublic, Course>} courses
  */
@@ -100,4 +99,4 @@ async function load() {
 
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 const bones = html`<div class="failure-cards">${[BONE, BONE, BONE]}</div>`;
-showPage("failures", "failures", () => h(Loaded, { load, failed: "The failures could not be listed", bones }), h(PresentationButton, {}));
+showPage("failures", "failures", () => h(Loaded, { load, failed: "Couldn't load the failures", bones }), h(PresentationButton, {}));

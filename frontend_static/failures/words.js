@@ -10,12 +10,11 @@ import { parameterValue } from "../shared/format.js";
 
 /** @typedef {Signal<FailureResult|string|null>} Course The measurement; a sentence in its place; null while unknown. */
 
-/**
- * Load the measurement of both runs as soon as the server has it.
+/** Load the measurement of both runs once the server has it.
  *
  * @param {FailurePublic} failure
  * @param {Course} course
- * @param {AbortSignal} end Nothing changes after it.
+ * @param {AbortSignal} end No change follows after it.
  */
 export async function measure({ experiment, id: failure }, course, end) {
   const ask = () => request("GET failures/{failure}/course", { failure, signal: end });
@@ -26,8 +25,7 @@ export async function measure({ experiment, id: failure }, course, end) {
   }
 }
 
-/**
- * All that a cure changes: "Sharpness lambda 200 to 20".
+/** All changes of a cure: "Sharpness lambda 200 to 20".
  *
  * @param {FailurePublic} failure
  */
@@ -35,8 +33,7 @@ export function differenceText({ differences: all }) {
   return all.map(({ title, unit, failing, cured }) => `${title} ${value(failing)} to ${value(cured, unit)}`).join(", ");
 }
 
-/**
- * What one of the two runs has of it: "Sharpness lambda 200".
+/** The changed settings in one of the two runs: "Sharpness lambda 200".
  *
  * @param {FailurePublic} failure
  * @param {"failing"|"cured"} side

@@ -1,4 +1,4 @@
-/** What the class sees: sessions, a comparison, or the figure of a lesson; made anew when the lecturer shows something else. */
+/** The class's view: sessions, a comparison, or a lesson's figure; made again when the lecturer shows other content. */
 
 import { Comparison, watch } from "../compare/compare.js";
 import { Numbers } from "../learn/numbers.js";
@@ -18,21 +18,21 @@ import { InForce, ofLesson, ofSession } from "./in_force.js";
 /** @import { FigurePublic, FigureShown, FollowedPublic, FollowPublic, LessonDetail } from "../shared/messages.js" */
 /** @import { ReadonlySignal, Signal, VNode } from "../vendor/preact.js" */
 
-/** @typedef {{plots?: string[], layers?: string[]}} Arrangement Some of the plots, and layers that are shown beside those declared so. */
+/** @typedef {{plots?: string[], layers?: string[]}} Arrangement Plots to show, and layers to show in addition to the default ones. */
 /** @typedef {{content: VNode, views: readonly Mounted[], end: () => void}} Watched */
 
 /**
  * @typedef {object} Props
  * @property {ReadonlySignal<FollowPublic|null>} follow
- * @property {ReadonlySignal<FigureShown|null>} figure That of the lesson that is shown.
- * @property {Signal<readonly Mounted[]>} views The sessions that are shown, for the rest of the page.
+ * @property {ReadonlySignal<FigureShown|null>} figure The figure of the shown lesson.
+ * @property {Signal<readonly Mounted[]>} views The shown sessions, for the rest of the page.
  */
 
 /** @param {Props} props */
 export function ClassView({ follow, figure, views }) {
   if (follow.value === null) return null;
   const { sessions, lesson, arrangement } = follow.value;
-  // A comparison stays when more is known of its runs, or when they are arranged otherwise.
+  // A comparison stays when more is known about its runs, or when their arrangement changes.
   const key = JSON.stringify([sessions.map(({ id }) => id), lesson, comparisonIn(follow.value)?.outline ?? arrangement]);
   if (sessions.length > 0) return h(Sessions, { key, follow, views });
   if (lesson !== null) return h(Lesson, { key, lesson, figure });
@@ -113,8 +113,7 @@ function beside({ id, title }, layers) {
   return { element: build("figure", {}, elementOf(html`<figcaption>${name}</figcaption>`), place), view };
 }
 
-/**
- * The figure of a lesson as the lecturer has it, with its numbers and what the lecturer has moved.
+/** The lecturer's figure of a lesson, with its numbers and the lecturer's changes.
  *
  * @param {{lesson: string, figure: Props["figure"]}} props
  */
@@ -125,11 +124,11 @@ function Lesson({ lesson, figure }) {
     return /** @type {FigurePublic|null} */ (/** @type {unknown} */ (of));
   });
   const entries = useComputed(() => (known.value && shown.value ? ofLesson(known.value, shown.value.parameters, shown.value.seed) : []));
-  // Without what is known of the lesson the figure is still there, and says most of it.
+  // Even without the lesson's data the figure is shown; it is the main content.
   useEffect(() => void request("GET lessons/{lesson}", { lesson }).then((found) => (known.value = found), () => {}), []);
   const make = (/** @type {AbortSignal} */ end) => {
     const spot = build("div", { class: "lesson-figure-place" });
-    // What the lecturer turns is turned nowhere else.
+    // Only the lecturer changes the figure.
     const view = new FigureView(spot, { declared: (name) => known.peek()?.declarations.find((each) => each.name === name) }, end);
     whenChanged(() => shown.value, () => {
       if (shown.value) view.show(/** @type {Figure} */ (/** @type {unknown} */ (shown.value.figure)), { locked: true });
@@ -144,8 +143,7 @@ function Lesson({ lesson, figure }) {
   </div>`;
 }
 
-/**
- * The comparison that a class follows, if it is one: a program may have exchanged the sessions meanwhile.
+/** The comparison that a class follows, if it follows one; a program may have replaced the sessions meanwhile.
  *
  * @param {FollowPublic} follow
  * @returns {Told|null}

@@ -1,4 +1,4 @@
-/** The parameters in force, as a list to be read: first what the lecturer has changed, folded all the rest. */
+/** The current parameters as a read-only list: first those that the lecturer has changed; the others are folded. */
 
 import { trackerTitle } from "../session/steering.js";
 import { parameterValue } from "../shared/format.js";
@@ -12,8 +12,8 @@ import { html } from "../vendor/preact.js";
  * @typedef {object} Entry
  * @property {string} title
  * @property {string} value
- * @property {string} [was] What it was before it was changed.
- * @property {boolean} isFirst Whether it is among those that count here.
+ * @property {string} [was] Value before the change.
+ * @property {boolean} isFirst Whether it is listed first.
  */
 
 /** @param {{entries: ReadonlySignal<readonly Entry[]>}} props */
@@ -85,7 +85,7 @@ function inWords(declaration) {
  * @param {(value: Value) => string} told
  * @param {Value|undefined} before
  * @param {Value} now
- * @param {boolean} isFirst Whether it is shown first even if unchanged.
+ * @param {boolean} isFirst Whether it is listed first even if unchanged.
  * @returns {Entry}
  */
 function entry(title, told, before, now, isFirst) {

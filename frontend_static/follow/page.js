@@ -1,4 +1,4 @@
-/** The page of somebody who follows a class: what the lecturer shows, as the lecturer shows it, to be looked at. */
+/** The page of a class's follower: the lecturer's content and arrangement, read-only. */
 
 import { request } from "../shared/api.js";
 import { Poll } from "../lecturer/poll.js";
@@ -15,8 +15,7 @@ import { ClassView } from "./class_view.js";
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { FigureShown, FollowNews, FollowPublic, MinePublic } from "../shared/messages.js" */
 
-/**
- * How it stands between this page and the class: it may be full, and it ends for good; the sentence says why.
+/** The state of the connection to the class: it may be full or ended; the sentence gives the reason.
  *
  * @typedef {{is: "connecting"|"open"|"lost"|"full"|"over", sentence?: string}} State
  */
@@ -29,9 +28,9 @@ const state = signal(/** @type {State} */ ({ is: "connecting" }));
 const follow = signal(/** @type {FollowPublic|null} */ (null));
 const mine = signal(/** @type {MinePublic} */ ({ fork: null, vote: null }));
 const figure = signal(/** @type {FigureShown|null} */ (null));
-/** The sessions that are shown. */
+/** The shown sessions. */
 const views = signal(/** @type {readonly Mounted[]} */ ([]));
-/** Which answer was given to the poll, if any. */
+/** The answer to the poll, if one was given. */
 const answered = computed(() => {
   const { vote: given } = mine.value;
   return given !== null && given.poll === follow.value?.poll?.id ? given.answer : null;
@@ -40,7 +39,7 @@ const answered = computed(() => {
 const stream = new Stream(
   {
     message: receive,
-    // A class that is full may have room by the next try.
+    // A full class may have room at the next attempt.
     lost: () => state.value.is !== "full" && become("lost"),
     closed: ({ code, reason }) => {
       if (code === FULL) become("full", `${reason} This page joins automatically as soon as there is a place.`);
@@ -60,7 +59,7 @@ function receive(message) {
     return;
   }
   follow.value = message.follow;
-  // What is told to all says nothing of one.
+  // A message to all contains nothing about one follower.
   mine.value = message.follow.mine ?? mine.value;
   if (message.type === "hello") become("open");
 }
@@ -81,7 +80,7 @@ async function vote(answer) {
   if (given !== undefined) mine.value = { ...mine.value, vote: given };
 }
 
-/** All of the page. */
+/** The whole page. */
 function Follow() {
   const { is, sentence = "" } = state.value;
   const isThere = is !== "full" && is !== "over";
@@ -100,7 +99,7 @@ function Follow() {
   `;
 }
 
-/** That this page goes with the lecturer's, and where that is. */
+/** A line on the connection and the lecturer's frame. */
 function FollowingLine() {
   const { is } = state.value;
   const session = is === "open" ? views.value.at(0)?.store.session : null;
@@ -118,20 +117,19 @@ function Foot({ follow: { poll, sessions, lesson } }) {
   </footer>`;
 }
 
-/**
- * A session of one's own, which begins where the lecturer's stands, or the lesson for oneself.
+/** A button for the follower's own copy of a session at the lecturer's frame, or of the lesson.
  *
  * @param {{sessions: string[], lesson: string|null}} props
  */
 function Try({ sessions, lesson }) {
   const { fork: own } = mine.value;
-  // A lesson of one's own ends when the class goes on to another.
+  // The own copy of a lesson ends when the class moves to another lesson.
   const isOpen = own !== null && (own.id !== null || own.page === `learn/${lesson}`);
   const run = async () => {
     const session = sessions.length > 1 && !isOpen ? await choose() : (sessions.at(0) ?? null);
     if (session === undefined) return;
     await attempt(async () => {
-      // A lesson that the class has left keeps the place, though nobody can open it.
+      // The copy of a lesson that the class has left keeps its place, though nobody can open it.
       if (own !== null && !isOpen) await request("DELETE follow/fork");
       location.assign(isOpen ? own.page : (await request("POST follow/fork", { body: { session } })).page);
     });
@@ -140,7 +138,7 @@ function Try({ sessions, lesson }) {
   return h(Doing, { label, run, disabled: state.value.is !== "open", class: "primary" });
 }
 
-/** @returns {Promise<string|undefined>} One of the sessions, if one is chosen. */
+/** @returns {Promise<string|undefined>} The chosen session, if any. */
 async function choose() {
   const sessions = views.value.flatMap(({ store }) => store.session ?? []);
   const choice = (/** @type {typeof sessions[number]} */ session) => html`<button value=${session.id}>${sessionTitle(session)}</button>`;

@@ -1,4 +1,4 @@
-/** The start page: where to begin, a place for one's own video, and the experiments as cards, by family. */
+/** The start page: the tour, a drop zone for a video, and the experiments as cards, by family. */
 
 import { messageOf, request } from "../shared/api.js";
 import { CompilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
@@ -13,11 +13,11 @@ import { h, html, signal, useEffect, useSignal } from "../vendor/preact.js";
 /** @import { CompilationPublic, ExperimentPublic, FilterPublic, Preset } from "../shared/messages.js" */
 
 const UPLOAD = /^#upload\/(.+)$/;
-/** Its scripts are fetched while somebody looks at this page. */
+/** The page whose scripts are prefetched while a person looks at this page. */
 const SESSION = "session/new";
-/** Written into the page by the server, which knows where its shell finds the program. */
+/** Commands that the server writes into the page, with the path of its program. */
 const COMMANDS = document.documentElement.dataset.commands ?? "";
-/** So many presets stand on a card at once, the others in a fold. */
+/** Most presets shown on a card; the others are folded. */
 const SHOWN = 2;
 const BONE = html`<div class="card" aria-hidden="true">
   <div class="thumb shimmer"></div><div class="bone shimmer"></div><div class="bone short shimmer"></div>
@@ -25,11 +25,11 @@ const BONE = html`<div class="card" aria-hidden="true">
 
 /** The experiments, once they are known. */
 const experiments = signal(/** @type {ExperimentPublic[]|null} */ (null));
-/** How far compiling is; null where it is done, or not known. */
+/** Progress of compiling; null if it is done or unknown. */
 const compilation = signal(/** @type {CompilationPublic|null} */ (null));
-/** What is wrong with the experiments of other packages. */
+/** Problems of other packages' experiments. */
 const problems = signal(/** @type {readonly string[]} */ ([]));
-/** The upload whose target is asked for. The address names it, so that a reload asks again. */
+/** The upload whose target is to be marked. The address names it, so that a reload asks again. */
 const upload = signal(uploadOfAddress());
 
 async function load() {
@@ -42,11 +42,11 @@ async function findProblems() {
   try {
     problems.value = (await request("GET plugins")).flatMap(({ problem }) => problem ?? []);
   } catch (error) {
-    problems.value = [`The experiments of other packages could not be listed: ${messageOf(error)}`];
+    problems.value = [`Couldn't load the experiments of other packages: ${messageOf(error)}`];
   }
 }
 
-/** What was fetched ahead is used once, for some minutes, without asking the server again. */
+/** Prefetch scripts; browsers reuse them once, for some minutes, without asking the server again. */
 async function ahead() {
   try {
     const answer = await fetch(SESSION);
@@ -54,11 +54,11 @@ async function ahead() {
     const modules = [...page.querySelectorAll("link[rel=modulepreload]")].map((link) => link.getAttribute("href"));
     for (const script of modules) document.head.append(build("link", { rel: "prefetch", href: script, as: "script" }));
   } catch {
-    // Then it is fetched when it is needed.
+    // Without prefetching, they are loaded when they are needed.
   }
 }
 
-/** The upload that the address names, as it stands there. */
+/** The upload named by the address, still encoded. */
 function uploadOfAddress() {
   return UPLOAD.exec(location.hash)?.[1];
 }
@@ -68,7 +68,7 @@ function leave() {
   upload.value = undefined;
 }
 
-/** All of the page. */
+/** The whole page. */
 function Start() {
   const listed = experiments.value;
   const id = listed ? upload.value : undefined;
@@ -84,7 +84,7 @@ function Start() {
       <h2>Experiments</h2>
       ${h(Compiling, {})}
       <div class="families" data-part="experiments">
-        ${h(Loaded, { load, failed: "The experiments could not be listed", bones: [BONE, BONE] })}
+        ${h(Loaded, { load, failed: "Couldn't load the experiments", bones: [BONE, BONE] })}
       </div>
       <div role="status" data-part="plugins">
         ${problems.value.length > 0 && html`<ul class="problems">${problems.value.map((problem) => html`<li>${problem}</li>`)}</ul>`}
@@ -93,16 +93,15 @@ function Start() {
   `;
 }
 
-/** @param {{id: string, listed: ExperimentPublic[]}} props Asks for the target in an upload. */
+/** @param {{id: string, listed: ExperimentPublic[]}} props The form that asks for the target in an upload. */
 function Asked({ id, listed }) {
   const find = () => request("GET uploads/{upload}", { upload: decodeURIComponent(id) });
   const form = async () => h(TargetForm, { upload: await find(), experiments: listed, leave });
   const unknown = { title: "Upload not found", action: { label: "All experiments", run: leave } };
-  return h(Loaded, { load: form, failed: "The upload could not be opened", unknown });
+  return h(Loaded, { load: form, failed: "Couldn't open the upload", unknown });
 }
 
-/**
- * The tour: large for a first visitor, a line for everybody else, nothing where there is none.
+/** The tour: large for a first visitor, a line for others, nothing if there is no tour.
  *
  * @param {{listed: ExperimentPublic[]}} props
  */
@@ -119,7 +118,7 @@ function TourOffer({ listed }) {
   </section>`;
 }
 
-/** Commands to begin with, or the files that the server was started with. */
+/** Commands for a first own filter, or the files that the server was started with. */
 function OwnFilterOffer() {
   const files = useSignal(/** @type {FilterPublic[]} */ ([]));
   useEffect(() => void request("GET filters").then((found) => (files.value = found), () => {}), []);
@@ -186,7 +185,7 @@ function presetList(experiment, presets) {
   return html`<ul class="presets" aria-label="Presets">${links}</ul>`;
 }
 
-/** How far compiling is; it goes away by itself. */
+/** Progress of compiling; it disappears when compiling is done. */
 function Compiling() {
   const now = compilation.value;
   const note = now && html`<p class="note compiling">${inSentenceCase(now.sentence)}. ${h(CompilationMeter, now)}</p>`;

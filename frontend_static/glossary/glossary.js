@@ -1,4 +1,4 @@
-/** The glossary page: what the words on all pages mean. */
+/** The glossary page: meanings of the words on all pages. */
 
 import { request } from "../shared/api.js";
 import { Loaded, showPage } from "../shared/page.js";
@@ -12,4 +12,4 @@ function meanings({ title, terms }) {
   return terms.length > 0 && html`<section aria-label=${title}><h2>${title}</h2><dl>${listed}</dl></section>`;
 }
 
-showPage("glossary", "help", () => h(Loaded, { load: async () => (await request("GET glossary")).map(meanings), failed: "The glossary could not be shown" }));
+showPage("glossary", "help", () => h(Loaded, { load: async () => (await request("GET glossary")).map(meanings), failed: "Couldn't load the glossary" }));

@@ -1,4 +1,4 @@
-/** The page that shows the documentation, or says how to build it, on a server where its site has not been built. */
+/** The page for the documentation's text, or for how to build it, on a server without the built site. */
 
 import { navigation } from "../shared/page.js";
 

@@ -1,4 +1,4 @@
-/** The course of a lesson: the question first, then what answers it, and then everything can be turned. */
+/** The course of a lesson: first the question, then the answer; then all controls are unlocked. */
 
 import { messageOf, request } from "../shared/api.js";
 import { after } from "../shared/timing.js";
@@ -20,27 +20,27 @@ const HINTS = {
   choice: "Your prediction",
   point: "Place your prediction in the figure: click, or use the arrow keys there.",
 };
-/** What to say when the answer is missing. */
+/** Message for a missing answer. */
 const FIRST = { number: "Type a number", choice: "Choose one of the answers", point: "Place your prediction in the figure" };
 const UNJUDGED = {
   skipped: ["Skipped", "You skipped the prediction. The figure now shows the answer."],
   class: ["The class has answered", "The figure now shows the answer."],
 };
 
-/** HTML that the server made of Markdown and formulas; it escapes HTML in the source. @param {string} text */
+/** HTML that the server made from Markdown and formulas; it escapes HTML in the source. @param {string} text */
 export const written = (text) => ({ dangerouslySetInnerHTML: { __html: text } });
 
-/** The state of a lesson's page: the answer to its question, and what it shows. */
+/** The state of a lesson's page: the answer to its question, and its figure or run. */
 export class Course {
   progress = new Progress();
   answer = signal(/** @type {Answer} */ (null));
   /** The message below the question. */
   said = signal({ words: "", isWrong: true });
-  /** @type {import("../vendor/preact.js").Signal<number|null>} Where a prediction was placed, on the axis that counts. */
+  /** @type {import("../vendor/preact.js").Signal<number|null>} The placed prediction, as a value on the question's axis. */
   placed = signal(/** @type {number|null} */ (null));
-  /** @type {import("../vendor/preact.js").Signal<(() => void)|null>} Asks a class the question, where one sees the lesson. */
+  /** @type {import("../vendor/preact.js").Signal<(() => void)|null>} Asks a class the question, if a class follows the lesson. */
   askClass = signal(/** @type {(() => void)|null} */ (null));
-  /** The run that uses the idea, if one is shown in place of the figure. */
+  /** The run that uses the idea, if it is shown in place of the figure. */
   used = signal(/** @type {LessonRun|null} */ (null));
 
   /**
@@ -57,11 +57,11 @@ export class Course {
     this.stage = lesson.scenario ? new LessonRun(lesson.scenario) : new Demonstration(lesson, this.answer, placed);
     const entry = this.progress.of(lesson.id);
     if (entry !== null && "skipped" in entry) this.answer.value = "skipped";
-    // What was asked then may be another question by now.
+    // The stored answer may be to an earlier version of the question.
     else if (entry !== null) this.#judged(entry.given).then((verdict) => this.#reveal(verdict), () => {});
   }
 
-  /** The run that is shown in place of a figure. */
+  /** The run shown in place of a figure. */
   get run() {
     return this.used.value ?? (this.stage instanceof LessonRun ? this.stage : null);
   }
@@ -104,8 +104,7 @@ export class Course {
     this.answer.value = verdict;
   }
 
-  /**
-   * Have an answer judged, and wait for the run that decides on it.
+  /** Request a verdict on an answer, and wait for the run that decides on it.
    *
    * @param {number|string} given
    * @returns {Promise<VerdictPublic>}
@@ -148,7 +147,7 @@ function judged({ right, words }) {
 /** @param {{course: Course}} props */
 function ToClass({ course }) {
   const ask = course.askClass.value;
-  const title = "As a poll: its answers are chosen by a tap";
+  const title = "Ask this question as a poll with answers to choose from";
   return ask && html`<button type="button" title=${title} data-role="to-class" onClick=${ask}>Ask the class</button>`;
 }
 
@@ -170,7 +169,7 @@ function Asked({ course }) {
   const submit = async (/** @type {SubmitEvent & {currentTarget: HTMLFormElement}} */ event) => {
     event.preventDefault();
     const typed = String(new FormData(event.currentTarget).get("answer") ?? "").trim();
-    // The server reads a number as people type it, and says what it takes.
+    // The server parses a typed number, and says what it accepts.
     const given = question.kind === "point" ? course.placed.value : typed;
     isJudged.value = true;
     if (given === null || given === "") course.say(`${FIRST[question.kind]} first, or skip the question.`);

@@ -1,4 +1,4 @@
-/** The overview of all lessons: the course in its order, what lecturers have added, and what of that cannot be read. */
+/** The overview of all lessons: the course in order, lecturers' lessons, and problems of files that cannot be read. */
 
 import { request } from "../shared/api.js";
 import { count } from "../shared/format.js";
@@ -10,7 +10,7 @@ import { Progress, stateOf } from "./progress.js";
 /** @import { LessonProblem, LessonPublic } from "../shared/messages.js" */
 
 const LEAD =
-  "Twelve steps from an average to a colour tracker. Each asks for your prediction first, then shows the result, and says how far off it " +
+  "Twelve steps from an average to a colour tracker. Each first asks for your prediction, then shows the result, and explains how far off it " +
   "was and why. Your progress stays in this browser.";
 const NO_LESSONS = "No lessons are installed; pftrack was installed without its course.";
 
@@ -53,7 +53,7 @@ function Card({ lesson }) {
   const state = stateOf(progress.of(id));
   const words = [STANDING[state], `${minutes} min`, kind === "scenario" && "a run to watch", origin && `from ${origin}`];
   const titles = uses.map((each) => each.title);
-  // An experiment that uses it twice has one link here.
+  // An experiment that uses the idea twice has one link here.
   const used = titles.flatMap((each, index) =>
     titles.indexOf(each) === index ? [index > 0 && ", ", html`<a href=${`${address(lesson)}#use-${index + 1}`}>${each}</a>`] : []);
   return html`<li class="lesson-card" data-lesson=${id} data-state=${state}>
@@ -77,6 +77,6 @@ async function load() {
   return h(Overview, { all, problems });
 }
 
-// Somebody comes back from a lesson that has been answered.
+// The person returns from an answered lesson.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
-showPage("learn", "learn", () => h(Loaded, { load, failed: "The lessons could not be listed" }), h(PresentationButton, {}));
+showPage("learn", "learn", () => h(Loaded, { load, failed: "Couldn't load the lessons" }), h(PresentationButton, {}));

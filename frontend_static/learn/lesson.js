@@ -1,4 +1,4 @@
-/** The page of a lesson: its text, what it shows, its question; and the class that may follow it. */
+/** The page of a lesson: text, figure or run, question; and the class that may follow it. */
 
 import { ClassControl, FollowChip } from "../lecturer/class_control.js";
 import { addressOf, here, messageOf, request, START } from "../shared/api.js";
@@ -22,15 +22,15 @@ const KEYS = [
   ["P", "Previous lesson"],
   ["D", "New draw"],
   ["F", "Present in large type; escape ends it"],
-  ["pageup pagedown", "In a lecture: the item before, the next one, as N"],
+  ["pageup pagedown", "In a lecture: previous and next item (next also by N)"],
   ["?", "These keys"],
 ];
-const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
+const ARROWS = "The arrow keys move the focused slider or line in the figure. A shown run has the keys of a session.";
 const CHECKED_AGAIN_MS = 700;
-/** Names one of the uses of a lesson, so that the way back is the browser's as well. */
+/** Fragment that names a use of the lesson, so that the browser's Back works. */
 const USE = /^#use-(\d+)$/;
 const hash = signal(location.hash);
-/** The class that may follow this lesson, once that is known. */
+/** The class that may follow this lesson, once it is known. */
 const classControl = signal(/** @type {ClassControl|null} */ (null));
 
 /** @param {{course: Course}} props */
@@ -89,8 +89,7 @@ function entry({ words, title, problem }, index) {
   return html`<li><a href=${here(`use-${index + 1}`)}>${title}</a>: ${text}</li>`;
 }
 
-/**
- * What the lesson claims: computed on the server when somebody looks, each beside what is exact.
+/** The lesson's checks: computed on the server when they are unfolded, each with its exact value.
  *
  * @param {{lesson: LessonDetail}} props
  */
@@ -116,7 +115,7 @@ function Checks({ lesson: { id, checks } }) {
   const passed = results.filter((each) => each.passed).length;
   const came = passed === total ? `All ${total} checks pass` : `${passed} of ${total} checks pass`;
   return html`<details class="lesson-fold" onToggle=${follow}>
-    <summary>${results.length === 0 ? `What is checked (${checks.length})` : came}</summary>
+    <summary>${results.length === 0 ? `Checks (${checks.length})` : came}</summary>
     <p class="hint" role="status">${problem.value || (done < total && `Computing: ${done} of ${total} checked`)}</p>
     <ul class="checks">
       ${results.length === 0 && checks.map(({ title }) => html`<li>${title}</li>`)}
@@ -148,8 +147,7 @@ function Use({ use, course }) {
   </section>`;
 }
 
-/**
- * How far the course is, and the lessons before and after.
+/** Progress in the course, and the lessons before and after.
  *
  * @param {{course: Course, lead: () => void}} props `lead` takes a class along.
  */
@@ -163,8 +161,7 @@ function Head({ course: { all, progress, lesson: { previous, next } }, lead }) {
   `;
 }
 
-/**
- * The class that follows the lesson: its figure, or the run that stands in its place.
+/** The class that follows the lesson: its figure, or the run in place of it.
  *
  * @param {Course} course
  */
@@ -181,7 +178,7 @@ function classOf(course) {
     const figureOf = course.run === null && led !== null ? led.id : null;
     untracked(() => {
       course.askClass.value = led !== null && led.poll === null ? () => control.ask({ lesson: id }) : null;
-      // The class sees the figure with its lecturer.
+      // The class sees the lecturer's figure.
       if (led?.poll?.revealed && led.poll.lesson === id) course.answer.value ??= "class";
       if (course.stage instanceof Demonstration) course.stage.followedBy(figureOf);
     });
@@ -213,7 +210,7 @@ function opened(course) {
 async function load() {
   const others = isParticipant ? { lessons: [] } : request("GET lessons");
   const [lesson, { lessons: all }] = await Promise.all([request("GET lessons/{lesson}", { lesson: lastOfAddress() }), others]);
-  // The link of a class opens this lesson alone: nothing on the page leads elsewhere.
+  // The link of a class opens only this lesson: the page has no links to other pages.
   const mine = isParticipant ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
   return opened(new Course(mine, all));
 }
@@ -229,22 +226,22 @@ function Tools() {
   `;
 }
 
-/** @param {"next"|"prev"} rel Which neighbour's link to take. */
+/** @param {"next"|"prev"} rel The neighbour whose link to follow. */
 function go(rel) {
   /** @type {HTMLElement|null} */ (document.querySelector(`.neighbours a[rel=${rel}]`))?.click();
 }
 
-/** @type {Record<string, () => void>} What keys do, where no run has them. */
+/** @type {Record<string, () => void>} Actions of keys, where no run uses them. */
 const actions = { n: () => go("next"), p: () => go("prev"), "?": help };
 document.addEventListener("keydown", (event) => {
   if (!isPlain(event) || isTyping(event.target) || document.querySelector(".session-view") !== null) return;
   actions[event.key.toLowerCase()]?.();
 });
 addEventListener("hashchange", () => (hash.value = location.hash));
-// What was shown has been ended when the page was left.
+// The shown run ended when the page was left.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 
 const action = isParticipant ? { label: "Back to the class", href: START } : { label: "All lessons", href: "learn" };
 const bones = html`<article class="lesson-text" data-part="text"><div class="shimmer bone"></div></article>`;
 const unknown = { title: "Unknown lesson", action };
-showPage("lesson", "learn", () => h(Loaded, { load, failed: "This lesson could not be shown", bones, unknown }), h(Tools, {}));
+showPage("lesson", "learn", () => h(Loaded, { load, failed: "Couldn't load this lesson", bones, unknown }), h(Tools, {}));

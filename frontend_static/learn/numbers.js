@@ -1,4 +1,4 @@
-/** The numbers of a figure: the one that counts large, each with its exact value and whether it is as close as it should be. */
+/** The numbers of a figure: the main one large, each with its exact value and whether it is within the tolerance. */
 
 import { h, html } from "../vendor/preact.js";
 
@@ -6,8 +6,7 @@ import { h, html } from "../vendor/preact.js";
 
 const NONE = "–";
 
-/**
- * A number with so many digits that count.
+/** A number with some significant digits.
  *
  * @param {number|null} value
  * @param {number} digits
@@ -20,7 +19,7 @@ export function figure(value, digits, unit = "") {
 }
 
 /**
- * "exact 0.2861, within 0.0106"; what is not known is left out.
+ * "exact 0.2861, within 0.0106"; unknown parts are left out.
  *
  * @param {Pick<LessonNumber, "exact"|"tolerance"|"digits"|"unit"|"within">} number
  */

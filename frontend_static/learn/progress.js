@@ -1,12 +1,11 @@
-/** Lessons of the server, and how far a person is in the course: kept in this browser, without an account. */
+/** Lessons of the server, and a person's progress in the course: stored in this browser, without an account. */
 
 import { remember, remembered } from "../shared/visitor.js";
 import { signal } from "../vendor/preact.js";
 
 /** @import * as Messages from "../shared/messages.js" */
 
-/**
- * What is known of a lesson: the prediction that was made, or that none was.
+/** A lesson's entry: the prediction, or that the question was skipped.
  *
  * @typedef {{given: number|string, right: boolean}|{skipped: true}} Entry
  */
@@ -20,7 +19,7 @@ export class Progress {
   #entries = signal(entriesKept());
   #isKept = signal(true);
 
-  /** What a person should know of it, one sentence, or nothing. */
+  /** A remark for the person, one sentence, or nothing. */
   get remark() {
     return this.#isKept.value ? "" : NOT_KEPT;
   }
@@ -33,8 +32,7 @@ export class Progress {
     return Object.hasOwn(this.#entries.value, id) ? this.#entries.value[id] : null;
   }
 
-  /**
-   * How many of some lessons have been answered.
+  /** The number of answered lessons among some.
    *
    * @param {readonly {id: string}[]} all
    */
@@ -44,10 +42,10 @@ export class Progress {
 
   /**
    * @param {string} id
-   * @param {Entry|null} entry Null to be asked again.
+   * @param {Entry|null} entry Null to ask the question again.
    */
   set(id, entry) {
-    // Another page may have gone on meanwhile.
+    // Another page may have stored progress meanwhile.
     const { [id]: before, ...others } = this.#isKept.peek() ? entriesKept() : this.#entries.peek();
     const lessons = entry === null ? others : { ...others, [id]: entry };
     this.#entries.value = lessons;
@@ -55,7 +53,7 @@ export class Progress {
   }
 }
 
-/** @returns {Record<string, Entry>} Damaged entries are left out; their lessons are asked again. */
+/** @returns {Record<string, Entry>} Damaged entries are left out; their questions are asked again. */
 function entriesKept() {
   try {
     const { lessons } = /** @type {{lessons: Record<string, unknown>}} */ (JSON.parse(remembered(PLACE) ?? "{}"));

@@ -1,6 +1,5 @@
-/**
- * What a lesson shows, and what can be turned in it: a figure that the server computes, or a run of an experiment, which is
- * a real session with only some parameters unlocked.
+/** The stage of a lesson and its controls: a figure computed by the server, or a run of an experiment, which is a real session with only
+ * some parameters unlocked.
  */
 
 import { SessionStart } from "../session/session_start.js";
@@ -21,42 +20,42 @@ import { Numbers } from "./numbers.js";
 /** @import { VerdictPublic } from "../shared/messages.js" */
 /** @import { Child, ReadonlySignal, VNode } from "../vendor/preact.js" */
 
-/** @typedef {Record<string, Value>} Values By the names of the parameters, the seed and the tracker among them. */
+/** @typedef {Record<string, Value>} Values Values by name, including the seed and the tracker. */
 /** @typedef {VerdictPublic|"skipped"|"class"|null} Answer The answer to the question; null while it is asked. */
 
 const SEED = "seed";
 const TRACKER = "tracker";
 const DRAW_HINT = "The same seed gives the same random numbers, to the bit.";
 const RUN_HINT = "The same seed gives the same run, to the bit. A change starts the run again.";
-const TRACKER_HINT = "What follows the target; a change counts from the next frame.";
+const TRACKER_HINT = "The method that follows the target; a change takes effect from the next frame.";
 /** @type {readonly import("../session/session_start.js").Part[]} */
 const PARTS = ["scene", "plots", "transport", "scrubber"];
 
-/** What both have, as their component draws it. */
+/** The shared part of both kinds, as their component draws it. */
 class Shown {
-  /** @type {string|null} Why it cannot be shown. */
+  /** @type {string|null} Why the stage cannot be shown. */
   problem = null;
-  /** Whether it is out of reach as a whole while the question is asked. */
+  /** Whether the whole stage is locked while the question is asked. */
   isCovered = false;
-  /** @type {(() => void)|undefined} Draws other random numbers. */
+  /** @type {(() => void)|undefined} Draws new random numbers. */
   draw;
-  /** Id of the session that it is, once that is known. */
+  /** Id of the run's session, once it is known. */
   id = signal(/** @type {string|null} */ (null));
   turnables = signal(/** @type {readonly Turnable[]} */ ([]));
   /** @type {Values} The values that a reset restores. */
   first = {};
-  /** What the controls show. */
+  /** The values of the controls. */
   values = signal(/** @type {Values} */ ({}));
   numbers = signal(/** @type {LessonNumber[]} */ ([]));
-  /** How many figures were drawn. */
+  /** Number of drawn figures. */
   drawn = signal(0);
   isAble = signal(true);
   isLost = signal(false);
 }
 
-/** A demonstration: the server computes its figure; this asks and shows. */
+/** A demonstration: the server computes its figure; this class requests and shows it. */
 export class Demonstration extends Shown {
-  /** @type {Values} Of the figure that is shown. */
+  /** @type {Values} Values of the shown figure. */
   #shown = {};
   #lesson;
   #answer;
@@ -70,7 +69,7 @@ export class Demonstration extends Shown {
   /**
    * @param {LessonDetail} lesson
    * @param {ReadonlySignal<Answer>} answer
-   * @param {(value: number) => void} placed A prediction was placed in the figure.
+   * @param {(value: number) => void} placed Called when a prediction is placed in the figure.
    */
   constructor(lesson, answer, placed) {
     super();
@@ -112,7 +111,7 @@ export class Demonstration extends Shown {
   /**
    * @param {string} name
    * @param {Value} value
-   * @param {boolean} [nearest] Whether it was dragged, so that a value out of bounds becomes the nearest allowed one.
+   * @param {boolean} [nearest] Whether a value out of bounds becomes the nearest allowed one, as after dragging.
    */
   turn(name, value, nearest = false) {
     if (!this.isRevealed) return;
@@ -120,15 +119,14 @@ export class Demonstration extends Shown {
     this.#ask(nearest);
   }
 
-  /** @param {string|null} follow The class that sees the figure, too, from now on and the one that is shown now. */
+  /** @param {string|null} follow The class that also sees the present figure and all later ones. */
   followedBy(follow) {
     if (follow === this.#follow) return;
     this.#follow = follow;
     if (follow !== null) this.#ask();
   }
 
-  /**
-   * Show what the question leaves to be seen, at the values at which it is asked; or everything, with what was answered.
+  /** Show the question's figure at the question's values; or, after the answer, everything with the given answer.
    *
    * @param {FigureView} figure
    * @param {Answer} answer
@@ -148,8 +146,7 @@ export class Demonstration extends Shown {
     this.#newest.ask({ parameters, seed: Number(drawn), revealed: this.isRevealed, nearest });
   }
 
-  /**
-   * What is shown to a class is computed once for all.
+  /** A figure for a class is computed once for all.
    *
    * @param {FigureRequest} wanted
    * @param {AbortSignal} whole
@@ -166,7 +163,7 @@ export class Demonstration extends Shown {
    * @param {boolean} isNewest
    */
   #show({ figure, numbers, parameters, seed: drawn }, { revealed = false }, isNewest) {
-    // What was asked for before the answer to the question came shows too little, or too much.
+    // A figure requested before the question was answered shows too little, or too much.
     if (revealed !== this.isRevealed) return;
     this.#figure?.show(/** @type {Figure} */ (/** @type {unknown} */ (figure)), { locked: !revealed });
     this.numbers.value = numbers;
@@ -176,7 +173,7 @@ export class Demonstration extends Shown {
   }
 }
 
-/** A run in a lesson. It begins and ends with what shows it. */
+/** A run in a lesson. It begins and ends with its component. */
 export class LessonRun extends Shown {
   /** @type {Mounted|null} */
   #mounted = null;
@@ -214,14 +211,13 @@ export class LessonRun extends Shown {
     this.#proposals?.propose(name, value);
   }
 
-  /** @param {number} frame Play until it is shown. */
+  /** @param {number} frame Play until this frame is shown. */
   playTo(frame) {
     this.#goal = frame;
     this.#mounted?.steering.play();
   }
 
-  /**
-   * The session has told about itself.
+  /** The session is known.
    *
    * @param {Mounted} mounted
    * @param {Proposals} proposals
@@ -260,8 +256,7 @@ function unlocked({ declarations, parameters, trackers }, names) {
   return names.flatMap((name) => all.filter((each) => each.name === name));
 }
 
-/**
- * What is shown, with its numbers and controls.
+/** The figure or run, with its numbers and controls.
  *
  * @param {{stage: Demonstration|LessonRun, isLocked: boolean, notice?: Child}} props
  */
@@ -279,8 +274,7 @@ export function Stage({ stage, isLocked, notice = null }) {
   `;
 }
 
-/**
- * What can be turned.
+/** One control of the stage.
  *
  * @typedef {object} Turnable
  * @property {string} name
@@ -292,7 +286,7 @@ export function Stage({ stage, isLocked, notice = null }) {
  * The controls of declared parameters, in order.
  *
  * @param {readonly Declaration[]} declarations
- * @param {Values} values In force; a parameter without one has no control.
+ * @param {Values} values Current values; a parameter without one has no control.
  * @returns {Turnable[]}
  */
 function declared(declarations, values) {
@@ -310,10 +304,9 @@ function seedControl(hint) {
   return { name: SEED, title: "Seed", draw };
 }
 
-/**
- * The controls, each with a way back to where it was.
+/** The controls, each with a button that restores its value.
  *
- * @param {{stage: Demonstration|LessonRun, isLocked: boolean}} props `isLocked` while they wait for an answer.
+ * @param {{stage: Demonstration|LessonRun, isLocked: boolean}} props `isLocked` while the question waits for an answer.
  */
 function Controls({ stage, isLocked }) {
   const { draw: again } = stage;
@@ -325,7 +318,7 @@ function Controls({ stage, isLocked }) {
   return html`<div class="lesson-controls" data-part="controls" inert=${!stage.isAble.value} hidden=${turnables.length === 0 && !again}>
     <fieldset class="lesson-fields" aria-label="Controls" disabled=${isLocked}>
       ${turnables.map(control)}
-      ${again && html`<button type="button" title="Other random numbers (D)" data-role="draw" onClick=${again}>New draw</button>`}
+      ${again && html`<button type="button" title="New random numbers (D)" data-role="draw" onClick=${again}>New draw</button>`}
     </fieldset>
   </div>`;
 }

@@ -1,9 +1,8 @@
 /**
  * The class that follows this page, as its lecturer sees it. It belongs to the tab: the next page of the tab leads it, too.
- * What leads to the next page of a lecture takes the class along; elsewhere the lecturer decides whether it shall see that page.
- * The chip in the header, "Follow me" or how many follow, has it begin. What a class needs more (`leading.js`) is loaded for a tab
- * that leads one, or that holds a lecture.
- */
+ * The lecture's Next takes the class along; elsewhere the lecturer decides whether the class sees the new page. The chip in the header,
+ "Follow me" or the number of followers, starts a class. The rest of the code (`leading.js`) is loaded only in a tab that leads a class or
+ presents a lecture. */
 
 import { request, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
@@ -14,8 +13,7 @@ import { batch, computed, h, html, signal, useEffect } from "../vendor/preact.js
 
 /** @import { FollowOwned, FollowUpdate, OwnedNews, PollCreateRequest } from "../shared/messages.js" */
 
-/**
- * What a page has to show to a class. Its keys keep this order, because it is compared as text.
+/** A page's content for a class. Its keys keep this order, because it is compared as text.
  *
  * @typedef {object} Shown
  * @property {string} title
@@ -27,26 +25,26 @@ import { batch, computed, h, html, signal, useEffect } from "../vendor/preact.js
 const NOT_FOUND = 404;
 const GONE = 410;
 const AGAIN_MS = 300;
-/** Which class this tab leads, and which page it sees; null for the next one. */
+/** The class that this tab leads, and the page that the class sees; null for the next one. */
 const led = /** @type {import("../shared/visitor.js").KeptInTab<{id: string, page: string|null}>} */ (keptInTab("pftrack-class"));
 
-/** The walk through a lecture of this tab. */
+/** This tab's walk through a lecture. */
 export const walkOfTab = /** @type {import("../shared/visitor.js").KeptInTab<import("./walk.js").Walk>} */ (keptInTab("pftrack-walk"));
 
 export class ClassControl {
-  /** As the server describes it; null while nobody is led from this tab. */
+  /** The class as the server describes it; null while this tab leads none. */
   follow = signal(/** @type {FollowOwned|null} */ (null));
-  /** Whether the class sees this page and no other. */
+  /** Whether the class sees this page. */
   isHere = signal(false);
-  /** Whether a class may be begun here: a link has the rights over one, and is worth nothing after its end. */
+  /** Whether a class may be started here; not with an owner's link, which gives rights over one class only. */
   mayBegin = computed(() => this.shown.value !== null && !isParticipant);
   #end;
   /** @type {Stream<OwnedNews>|null} */
   #stream = null;
 
   /**
-   * @param {() => Shown|null} look Returns what this page has to show, by reading signals; null while unknown.
-   * @param {AbortSignal} [end] The page itself, if not given.
+   * @param {() => Shown|null} look Returns this page's content by reading signals; null while unknown.
+   * @param {AbortSignal} [end] Signal of the end; by default that of the page.
    */
   constructor(look, end = new AbortController().signal) {
     this.#end = end;
@@ -57,7 +55,7 @@ export class ClassControl {
 
   /** Find the class that this tab leads, if it leads one. */
   async find() {
-    // On another device of the lecturer's the link itself says which one.
+    // On another device of the lecturer, the link itself names the class.
     const known = classOfLink === null ? led.get() : { id: classOfLink, page: location.pathname };
     try {
       const follow = known && (await request("GET follows/{follow}", { follow: known.id }));
@@ -70,7 +68,7 @@ export class ClassControl {
   /**
    * Show this page to a class.
    *
-   * @param {FollowOwned} [follow] A new one if not given.
+   * @param {FollowOwned} [follow] A new class if not given.
    */
   async show(follow) {
     const shown = this.shown.peek();
@@ -79,7 +77,7 @@ export class ClassControl {
     if (taken !== undefined) this.#lead(taken, null);
   }
 
-  /** Have the class come along to the page that is opened next, if it sees this one. */
+  /** Take the class along to the next page, if it sees this one. */
   takeAlong() {
     if (this.isHere.value) takeClassAlong();
   }
@@ -103,19 +101,19 @@ export class ClassControl {
     return this.#done((follow) => request("POST follows/{follow}/poll/reveal", { follow }));
   }
 
-  /** Ask no more; answers that were revealed are kept, others forgotten. */
+  /** Close the poll; revealed answers are kept, others deleted. */
   withdraw() {
     return this.#done((follow) => request("DELETE follows/{follow}/poll", { follow }));
   }
 
-  /** End it for all. */
+  /** End the class for everybody. */
   async end() {
     if (await this.#done((follow) => request("DELETE follows/{follow}", { follow }))) this.#leave();
   }
 
   /**
    * @param {(id: string) => Promise<unknown>} work
-   * @returns {Promise<boolean>} Whether it went well.
+   * @returns {Promise<boolean>} Whether the request succeeded.
    */
   async #done(work) {
     const follow = this.follow.peek();
@@ -131,7 +129,7 @@ export class ClassControl {
 
   /**
    * @param {FollowOwned} follow
-   * @param {string|null} page Which page it sees; null for this one, from now on.
+   * @param {string|null} page The page that it sees; null for this one.
    */
   #lead(follow, page) {
     if (page === null) led.set({ id: follow.id, page: location.pathname });
@@ -181,7 +179,7 @@ function isSame({ title, sessions, lesson, arrangement }, shown) {
   return JSON.stringify(shown) === JSON.stringify({ title, sessions: sessions.map(({ id }) => id), lesson, arrangement });
 }
 
-/** Have the class that this tab leads come along to the page that is opened next, whatever it sees now. */
+/** Take the class of this tab along to the next page, whatever it sees now. */
 export function takeClassAlong() {
   const known = led.get();
   if (known !== null) led.set({ ...known, page: null });
@@ -196,7 +194,7 @@ export function following(followers) {
   return followers === 1 ? "1 follows" : `${followers} follow`;
 }
 
-/** @param {{control: ClassControl}} props The chip, and what a class or a lecture has on the page, once there is one. */
+/** @param {{control: ClassControl}} props The chip, and the page's parts of a class or a lecture, if there is one. */
 export function FollowChip({ control }) {
   const isLed = control.follow.value !== null || (!isParticipant && walkOfTab.get()?.ended === null);
   useEffect(() => {
@@ -224,10 +222,10 @@ export function FollowChip({ control }) {
  * @param {boolean} isHere
  */
 function wordsOf(follow, isHere) {
-  if (follow === null) return ["Follow me", "Show this page to a class, which opens a short link; or add it to a lecture"];
+  if (follow === null) return ["Follow me", "Show this page to a class by a short link, or add it to a lecture"];
   const { followers, title } = follow;
   if (isHere) return [following(followers), "The class sees this page"];
-  return [followers === 1 ? "1 sees another page" : `${followers} see another page`, `The class sees something else: ${title}`];
+  return [followers === 1 ? "1 sees another page" : `${followers} see another page`, `The class sees another page: ${title}`];
 }
 
 /**
@@ -238,8 +236,7 @@ function changed(follow, body) {
   return request("PATCH follows/{follow}", { follow, body });
 }
 
-/**
- * Ask a class; a run that the answers come from is waited for.
+/** Ask a class a question; wait for the run behind its answers, if there is one.
  *
  * @param {string} follow
  * @param {PollCreateRequest} body

@@ -1,4 +1,4 @@
-/** What can be an item of a lecture: what a link of this site shows. */
+/** The items of a lecture: pages that a link of this site shows. */
 
 import { request } from "../shared/api.js";
 import { damagedOr, savedOf, wantedOf } from "../shared/comparison.js";
@@ -6,13 +6,12 @@ import { decode } from "../shared/share_link.js";
 
 /** @import { SessionPublic } from "../shared/messages.js" */
 
-/** @typedef {Record<string, unknown>} Item As a lecture's file has it. */
+/** @typedef {Record<string, unknown>} Item In the form of a lecture's file. */
 
-/** Items that a lecture names as their addresses do. */
+/** Items that a lecture names by the same id as their address. */
 const BY_NAME = new Map([["learn", "lesson"], ["failures", "failure"]]);
 
-/**
- * What makes a session again, up to the frame that is shown.
+/** The item that makes a session again, up to the shown frame.
  *
  * @param {SessionPublic} session
  * @returns {Item}
@@ -21,13 +20,12 @@ export function itemOfSession({ recipe, upload, position, name }) {
   return { session: { recipe, upload, position }, title: name };
 }
 
-/**
- * The item that a link is, once this server has told what it does not hold itself.
+/** The item for a link, completed by data from this server.
  *
  * @param {string} text
  * @param {string} [base] Address of the server.
  * @returns {Promise<Item>}
- * @throws {Error} A sentence: a lecture cannot show what the link leads to.
+ * @throws {Error} If a lecture cannot show the link's page; the message is a sentence.
  */
 export async function itemOfAddress(text, base = document.baseURI) {
   if (!URL.canParse(text.trim(), base)) throw new Error("This is not a link.");

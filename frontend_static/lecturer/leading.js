@@ -1,7 +1,5 @@
-/**
- * A class on its lecturer's page: what the chip in the header opens, which is the link with its QR code, a poll, the limits and the
- * end; and a poll of the class over the page. What the page shows can be added to a lecture here as well.
- */
+/** A class on its lecturer's page: the dialog of the chip in the header, with the link and its QR code, a poll, the limits and the end; and
+ the class's poll over the page. The page can also be added to a lecture here. */
 
 import { addressOf, request } from "../shared/api.js";
 import { confirmLoss, dialogIsOpen, openDialog } from "../shared/dialog.js";
@@ -22,17 +20,17 @@ import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, opened, pageO
 /** @import { ClassControl } from "./class_control.js" */
 /** @import { Walk } from "./walk.js" */
 
-// Holding a lecture: how it begins or goes on, and its line on each page that it leads to: which item of how many, what comes, the
-// clock, and the ways on. N, and the keys that presenters' remote controls send, page up and page down, are Previous and Next.
-// The class comes along, if it sees the page.
+// Presenting a lecture: its start or continuation, and its line on each of its pages: the item's number, the next item, the clock, and
+// Previous and Next. N, and the keys of presenters' remote controls, page up and page down, work as Previous and Next. The class comes
+// along if it sees the page.
 
 const SECOND_MS = 1000;
-/** What page up and page down are for where they are not the lecture's. */
+/** Elements that use page up and page down themselves. */
 const USES_PAGE_KEYS = "input:not([type=checkbox], [type=radio]), textarea, select, [contenteditable]";
-/** A presenter has a remote control in the hand, so all else leaves them to the lecture. */
+/** While presenting, only text fields keep these keys: the presenter's remote control sends them. */
 const IS_WRITTEN_IN = "input[type=text], input[type=number], input[type=search], textarea, [contenteditable]";
 const now = signal(Date.now());
-/** A session that has a name; one that is new begins anew wherever it is opened. */
+/** Address of an existing session; a new session starts again wherever it is opened. */
 const SESSION = /^session\/(?!new)([^/?#]+)/;
 
 /**
@@ -42,12 +40,11 @@ const SESSION = /^session\/(?!new)([^/?#]+)/;
  */
 export function beginLecture(lecture) {
   const walk = begin(lecture, Date.now());
-  if (walk === null) toast("There is nothing to show yet: add a lesson, a failure, a session or a comparison.", { kind: "error" });
+  if (walk === null) toast("Nothing to show yet: add a lesson, a failure, a session or a comparison.", { kind: "error" });
   else open(walk);
 }
 
-/**
- * Show the item at which the lecturer left, presented, to the class of this tab as well.
+/** Show the item at which the lecturer stopped, in presentation, also to the class of this tab.
  *
  * @param {Walk} walk
  */
@@ -58,11 +55,10 @@ export function open(walk) {
   location.assign(pageOf(walk));
 }
 
-/**
- * Show the line, where this tab walks through a lecture.
+/** Show the lecture's line, if this tab presents a lecture.
  *
  * @param {ClassControl} control
- * @param {AbortSignal} ends Takes it away.
+ * @param {AbortSignal} ends Its abort removes it.
  */
 function lectureLine(control, ends) {
   const walk = isParticipant ? null : walkOfTab.get();
@@ -70,11 +66,11 @@ function lectureLine(control, ends) {
   const held = new Held(walk, control);
   const [line, hands] = [elementOf(h(Line, { held })), elementOf(h(ShowOfHands, { held }))];
   const top = document.querySelector(".top");
-  // Presented it stands in the page's first line, whose words it says as well, and which may just be filled.
+  // In presentation it is in the page's first line, which may be filled just now, and repeats that line's text.
   whenChanged(isPresenting, () => queueMicrotask(() => (isPresenting() ? top?.prepend(line) : top?.after(line))), ends);
   ends.addEventListener("abort", effect(() => held.ask()));
   document.body.append(hands);
-  // On its page N is a branch or the next lesson: the lecture hears it first. The page keys are first those of a list or a figure.
+  // On the page itself N means a branch or the next lesson, so the lecture handles it first. Lists and figures handle the page keys first.
   document.addEventListener("keydown", (event) => event.key.toLowerCase() === "n" && held.press(event), { capture: true, signal: ends });
   document.addEventListener("keydown", (event) => held.press(event), { signal: ends });
   const ticking = setInterval(() => (now.value = Date.now()), SECOND_MS);
@@ -82,18 +78,18 @@ function lectureLine(control, ends) {
   ends.addEventListener("abort", () => [line, hands].forEach((element) => element.remove()));
 }
 
-/** The lecture as it is held on this page. */
+/** The presented lecture on this page. */
 class Held {
   #control;
   #isLeaving = false;
   walk;
   step = computed(() => this.walk.value.steps[this.walk.value.at]);
   isLast = computed(() => this.walk.value.at + 1 === this.walk.value.steps.length);
-  /** Whether what the class was asked is revealed; nothing where it is not asked anything. */
+  /** Whether the class's poll is revealed; undefined without a poll. */
   isRevealed = computed(() => (this.#control.isHere.value ? this.#control.follow.value?.poll?.revealed : undefined));
-  /** Whether the class answers what this step asks. */
+  /** Whether the class's poll is that of this step. */
   canReveal = computed(() => this.step.value.asks !== null && this.isRevealed.value === false);
-  /** What is asked where nobody follows. */
+  /** The question for a show of hands, if nobody follows. */
   hands = computed(() => (this.#control.follow.value === null && !this.#isLeaving ? this.step.value.asks : null));
 
   /**
@@ -106,7 +102,7 @@ class Held {
     effect(() => walkOfTab.set(this.walk.value));
   }
 
-  /** Ask the class once what the step asks. */
+  /** Ask the class this step's question, once. */
   ask() {
     const { asks, asked: isAsked } = this.step.value;
     if (asks === null || isAsked || this.#isLeaving || !this.#control.isHere.value) return;
@@ -114,7 +110,7 @@ class Held {
     this.#control.ask(asks);
   }
 
-  /** What page down does: first what was asked is revealed, then the lecture goes on. */
+  /** Page down: first reveal the poll, then go to the next item. */
   onward() {
     if (this.canReveal.value) this.#control.reveal();
     else if (this.isLast.value) this.#finish();
@@ -200,8 +196,7 @@ function ShowOfHands({ held }) {
   </aside>`;
 }
 
-/**
- * Whether a key is the lecture's: what has the focus may need it. The scene keeps for itself what it needs of its keys.
+/** Whether the lecture may handle a key: the focused element may need it. The scene keeps the keys that it needs.
  *
  * @param {string} key
  * @param {EventTarget|null} target
@@ -224,20 +219,19 @@ function scrolls(target) {
   return false;
 }
 
-/** @typedef {"folded"|"whole"|"staged"} Size How large a poll is: a line of the page, over its lower edge, or all of it where it is presented. */
+/** @typedef {"folded"|"whole"|"staged"} Size Size of a poll: one line, over the page's lower edge, or the whole page in presentation. */
 
 const WHAT =
   "Everybody who opens a short link sees what you show here: the same frame, the same parameters, read only. " +
-  "No name is asked for. The server keeps how many gave which answer in a poll.";
+  "No names. Polls keep only the counts.";
 const MOST_BEFORE = 20;
 const NEW = { id: "", title: "a new lecture" };
 
-/**
- * Show what a class or a lecture has on each page of the tab that leads it: the line of the lecture, and the poll. While
- * the page is presented, a result fills it until the next key.
+/** Show the parts of a class and a lecture on each page of the tab that leads it: the lecture's line, and the poll. In presentation, a
+ * result fills the page until the next key.
  *
  * @param {ClassControl} control
- * @param {AbortSignal} end Takes it away.
+ * @param {AbortSignal} end Its abort removes it.
  */
 export function lead(control, end) {
   const size = signal(/** @type {Size} */ ("whole"));
@@ -245,13 +239,13 @@ export function lead(control, end) {
   end.addEventListener("abort", effect(() => {
     const { id = "", revealed = false } = control.follow.value?.poll ?? {};
     const current = control.follow.value && `${id} ${revealed}`;
-    // A result that the page before has revealed is known.
+    // A result that the previous page revealed is already known.
     if (current !== before) size.value = revealed && before !== null ? "staged" : "whole";
     before = current;
   }));
   document.addEventListener("keydown", (event) => {
     if (size.value !== "staged" || !isPresenting() || dialogIsOpen() || isForBrowser(event)) return;
-    // It was for the result; the next one is for the page again.
+    // This key closed the result; the next one belongs to the page again.
     event.preventDefault();
     event.stopImmediatePropagation();
     size.value = "folded";
@@ -270,14 +264,13 @@ function LeadPoll({ control, size }) {
     ${isFolded ? "Unfold" : "Fold"}
   </button>`;
   return html`<aside
-    class="lead-poll" aria-label="The class is asked" data-folded=${isFolded || null} data-staged=${size.value === "staged" || null}
+    class="lead-poll" aria-label="Poll of the class" data-folded=${isFolded || null} data-staged=${size.value === "staged" || null}
   >
     ${h(ClassPoll, { control, tools: fold })}
   </aside>`;
 }
 
-/**
- * Whether a key changes which element has the focus, presses the button that has it, or is a part of another key.
+/** Whether a key moves the focus, presses the focused button, or is a modifier.
  *
  * @param {KeyboardEvent} event
  */
@@ -288,7 +281,7 @@ function isForBrowser({ key, target, ctrlKey, metaKey, altKey }) {
 
 /** @param {ClassControl} control */
 export function openClassDialog(control) {
-  openDialog("A class that follows", (close) => h(Sheet, { control, close }), "wide");
+  openDialog("Class", (close) => h(Sheet, { control, close }), "wide");
 }
 
 /** @param {{control: ClassControl, close: () => void}} props */
@@ -303,8 +296,7 @@ function Sheet({ control, close }) {
   `;
 }
 
-/**
- * Before a class begins: what it is, and the classes that there are already.
+/** Before a class begins: an explanation, and the existing classes.
  *
  * @param {{control: ClassControl}} props
  */
@@ -339,8 +331,7 @@ function Running({ control, follow, close }) {
   `;
 }
 
-/**
- * Who follows, who tries something alone, and how many may follow.
+/** Numbers of followers and of own copies, and the limit of followers.
  *
  * @param {{control: ClassControl, follow: FollowOwned}} props
  */
@@ -359,18 +350,17 @@ function Limits({ control, follow: { followers, forks, most_followers: most, exp
   </section>`;
 }
 
-/**
- * The link of a class: short enough to be typed, as a QR code, to be copied, and large enough for the back of a room.
+/** The link of a class: short enough to type, as a QR code, with a copy button, and large enough for the back of a room.
  *
  * @param {{follow: FollowOwned}} props
  */
 function Link({ follow: { id, title, links: [{ address }, ...others], notice } }) {
   const { host, pathname } = new URL(address);
-  // As it is read and typed: without what all begin with, and broken nowhere but before the name of the class.
+  // In the form that people read and type: without the scheme, and with a line break only before the name of the class.
   const parts = [host, pathname].map((text) => html`<span>${text}</span>`);
   const code = html`<img src=${addressOf("GET follows/{follow}/qr.svg", { follow: id })} alt=${`QR code of ${address}`} width="200" height="200" />`;
   const large = () => openDialog(title, () => html`<div class="class-large">${code}<p>${parts}</p></div>`, "large");
-  // What is to be typed stands between backquotes.
+  // Text to type is between backquotes.
   const withCode = notice?.split("`").map((text, place) => (place % 2 === 0 ? text : html`<code>${text}</code>`));
   return html`<section class="class-link" aria-label="The link">
     <button type="button" class="class-qr" title="Show enlarged" onClick=${large}>${code}</button>
@@ -389,8 +379,7 @@ function Link({ follow: { id, title, links: [{ address }, ...others], notice } }
   </section>`;
 }
 
-/**
- * A poll, or the form for one, and what classes were asked before.
+/** A poll, or the form for one, and earlier polls.
  *
  * @param {{control: ClassControl, close: () => void}} props
  */
@@ -399,7 +388,7 @@ function Asking({ control, close }) {
   useEffect(() => void (isParticipant || request("GET polls").then((kept) => (before.value = kept), () => {})), []);
   const ask = async (/** @type {PollCreateRequest} */ poll) => {
     const isAsked = await control.ask(poll);
-    // What is asked stands on the page, where the run goes on.
+    // The poll is on the page, where the run continues.
     if (isAsked) close();
     return isAsked;
   };
@@ -440,7 +429,7 @@ function AddToLecture() {
 }
 
 /**
- * @param {string} id Empty for a new one.
+ * @param {string} id Empty for a new lecture.
  * @param {Record<string, unknown>} item
  */
 async function put(id, item) {

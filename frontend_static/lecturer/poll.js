@@ -1,7 +1,5 @@
-/**
- * Polls: the question with its answers, and, once these are revealed, a bar for each with its figures and a sentence below; the
- * form by which a class is asked; and what classes have answered before.
- */
+/** Polls: the question with its answers, and, once these are revealed, a bar with figures for each and a sentence below; the form for a new
+ poll; and the stored polls. */
 
 import { request } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
@@ -13,9 +11,9 @@ import { h, html, useRef, useSignal } from "../vendor/preact.js";
 /** @import { Child } from "../vendor/preact.js" */
 /** @import { ClassControl } from "./class_control.js" */
 
-/** Letters from which on a question takes several lines where it is presented. */
+/** Number of letters from which a presented question takes several lines. */
 const LONG = 90;
-/** The first answers of a form; a poll needs that many. */
+/** Number of answer fields at first; a poll needs at least this many answers. */
 const FIRST = ["Yes", "No"];
 const MOST = 8;
 const IN_A_SENTENCE = new Intl.ListFormat("en-GB");
@@ -23,10 +21,10 @@ const IN_A_SENTENCE = new Intl.ListFormat("en-GB");
 /**
  * @typedef {object} PollProps
  * @property {PollPublic} poll
- * @property {number|null} [own] Which answer is one's own.
- * @property {number} [followers] How many are asked, where that is known.
- * @property {((answer: number) => void)|null} [vote] Called with what is answered; null where nobody is asked.
- * @property {Child} [tools] What can be done with the poll as a whole.
+ * @property {number|null} [own] Index of the viewer's own answer.
+ * @property {number} [followers] Number of followers, where known.
+ * @property {((answer: number) => void)|null} [vote] Called with the chosen answer; null for a viewer who does not vote.
+ * @property {Child} [tools] Buttons for the whole poll.
  */
 
 /** @param {PollProps} props */
@@ -56,8 +54,7 @@ function Bar({ text, isOwn, amount, share }) {
   </div>`;
 }
 
-/**
- * The poll of a class with what its lecturer can do with it; nothing while nothing is asked.
+/** The poll of a class with its lecturer's buttons; nothing without a poll.
  *
  * @param {{control: ClassControl, tools?: Child}} props `tools` come before the buttons that reveal and withdraw.
  */
@@ -107,13 +104,12 @@ export function PollForm({ ask, action }) {
   </form>`;
 }
 
-/**
- * What classes have answered: a line for each poll, which opens its bars.
+/** The stored polls: a line for each, which unfolds its bars.
  *
  * @typedef {object} AnsweredProps
  * @property {readonly PollKept[]} kept
- * @property {boolean} [isOpen] Whether the bars of all are in sight at once.
- * @property {() => unknown} [removed] Called when one has been deleted; without it none can be.
+ * @property {boolean} [isOpen] Whether all bars are unfolded.
+ * @property {() => unknown} [removed] Called after a deletion; without it polls cannot be deleted.
  * @property {(poll: PollKept) => unknown} [again] Show its answers to the class again.
  */
 
@@ -145,19 +141,18 @@ export function Answered({ kept, isOpen = false, removed, again }) {
   return html`<ul class="rows answered">${kept.map(line)}</ul>`;
 }
 
-/**
- * Where a poll stands, as a sentence; with the answers, once they are shown.
+/** The state of a poll as a sentence; with the result once it is shown.
  *
  * @param {PollPublic} poll
- * @param {{own?: number|null, followers?: number, asks: boolean}} beside One's own answer, how many are asked, and whether one is asked oneself.
- */
+ * @param {{own?: number|null, followers?: number, asks: boolean}} beside The viewer's own answer, the number of followers, and whether the
+ viewer votes. */
 export function pollWords({ answers, counts, votes }, { own = null, followers, asks }) {
   if (counts !== null) return resultWords(answers, counts);
   if (asks && own === null) return "Click or tap an answer, or press its number; nobody sees who answered what.";
-  if (asks) return `You answered “${answers[/** @type {number} */ (own)]}”. It can be changed until the answers are revealed.`;
-  if (votes === null) return "Nobody follows: ask for a show of hands.";
+  if (asks) return `You answered “${answers[/** @type {number} */ (own)]}”. You can change this until the answers are revealed.`;
+  if (votes === null) return "No followers yet: ask for a show of hands.";
   const all = followers === undefined ? "" : ` of ${followers}`;
-  return `${votes}${all} ${votes === 1 ? "has" : "have"} answered. The answers are shown to all when you reveal them.`;
+  return `${votes}${all} ${votes === 1 ? "has" : "have"} answered. Everybody sees the answers when you reveal them.`;
 }
 
 /**

@@ -1,20 +1,17 @@
-/**
- * The walk through a lecture: which item is shown, and how long each has taken. It belongs to the tab, as a class does, and
- * each page that is opened finds it. A poll has no page: it is asked over what is shown before it, or, where nothing is, after.
- */
+/** The walk through a lecture: the shown item, and the time that each has taken. It belongs to the tab, as a class does, and each opened
+ page finds it. A poll has no page: it appears over the page of the item before it, or, if there is none, after it. */
 
 /** @import { LectureItemPublic, LecturePublic } from "../shared/messages.js" */
 
-/**
- * An item as it is shown; times are in milliseconds.
+/** A presented item; times are in milliseconds.
  *
  * @typedef {Pick<LectureItemPublic, "kind"|"title"|"minutes"|"page"|"asks"> & Progress} Step
  */
 /**
  * @typedef {object} Progress
- * @property {number} spent How long it has taken; for the step that is shown, until it was opened last.
- * @property {boolean} asked Whether the class was asked what it asks.
- * @property {string|null} opened Where what it began is, as a session that has a name by now.
+ * @property {number} spent Time taken; for the shown step, until it was last opened.
+ * @property {boolean} asked Whether the class was asked its question.
+ * @property {string|null} opened Address of the session that the step started.
  */
 
 /**
@@ -22,20 +19,19 @@
  * @property {string} lecture
  * @property {string} title
  * @property {Step[]} steps
- * @property {number} at Which step is shown.
- * @property {number} begun When.
- * @property {number} since When the step that is shown was opened last.
+ * @property {number} at Index of the shown step.
+ * @property {number} begun When the walk began.
+ * @property {number} since When the shown step was last opened.
  * @property {number|null} ended
  */
 
 const MINUTE_MS = 60_000;
 
-/**
- * Begin a lecture with its first step. What cannot be shown here is left out.
+/** Begin a lecture with its first step. Items that cannot be shown here are left out.
  *
  * @param {Pick<LecturePublic, "id"|"title"> & {items: readonly LectureItemPublic[]}} lecture
  * @param {number} now
- * @returns {Walk|null} Null where nothing of it has a page.
+ * @returns {Walk|null} Null if no item has a page.
  */
 export function begin({ id, title, items }, now) {
   const steps = items
@@ -45,8 +41,7 @@ export function begin({ id, title, items }, now) {
   return { lecture: id, title, steps, at: 0, begun: now, since: now, ended: null };
 }
 
-/**
- * The step whose page is shown at a step.
+/** The step whose page is shown during a step.
  *
  * @param {Walk} walk
  * @param {number} [at]
@@ -56,8 +51,7 @@ export function hostOf({ steps, at: shown }, at = shown) {
   return before >= 0 ? before : steps.findIndex(({ page }) => page !== null);
 }
 
-/**
- * The address of what is shown at the step.
+/** The address of the page for the present step.
  *
  * @param {Walk} walk
  * @returns {string}
@@ -80,8 +74,7 @@ export function go(walk, by, now) {
   return { ...changed(walk, walk.at, { spent: spentOn(walk, walk.at, now) }), at, since: now };
 }
 
-/**
- * The same with an end.
+/** The walk with its end.
  *
  * @param {Walk} walk
  * @param {number} now
@@ -91,8 +84,7 @@ export function endWalk(walk, now) {
   return { ...go(walk, 0, now), ended: now };
 }
 
-/**
- * The same, its step having been asked.
+/** The walk with the present step marked as asked.
  *
  * @param {Walk} walk
  */
@@ -100,8 +92,7 @@ export function markAsked(walk) {
   return changed(walk, walk.at, { asked: true });
 }
 
-/**
- * The same, knowing where what the step began is.
+/** The walk with the address of the session that the step started.
  *
  * @param {Walk} walk
  * @param {string|null} address
@@ -122,8 +113,7 @@ export function spentOn(walk, at, now) {
   return walk.steps[at].spent + (isShown ? Math.max(0, now - walk.since) : 0);
 }
 
-/**
- * The clock: all of the lecture, and the step that is shown, as they have taken and as they were planned.
+/** The clock: taken and planned times of the whole lecture and of the shown step.
  *
  * @param {Walk} walk
  * @param {number} now
@@ -148,8 +138,7 @@ export function time(milliseconds) {
   return hours > 0 ? `${hours}:${two(minutes)}:${two(rest)}` : `${minutes}:${two(rest)}`;
 }
 
-/**
- * "4:05 of 8 min", and what is over it.
+/** "4:05 of 8 min", and the overrun.
  *
  * @param {{taken: number, planned: number}} clocked
  */

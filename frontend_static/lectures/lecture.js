@@ -1,4 +1,4 @@
-/** The page on which a lecture is made: its order, what it can be made of, and how it begins. What is changed is saved at once. */
+/** The page that edits a lecture: its order, a palette of items, and the start. Changes are saved at once. */
 
 import { beginLecture, open } from "../lecturer/leading.js";
 import { ClassControl, following, walkOfTab } from "../lecturer/class_control.js";
@@ -24,10 +24,10 @@ import { Palette } from "./palette.js";
 const EMPTY = "This lecture is empty. Add a lesson, a failure, a session, a comparison or a poll.";
 const RUN_MINUTES = 5;
 const id = lastOfAddress();
-/** Nothing ends what listens here but the page itself. */
+/** Listeners end only with the page. */
 const { signal: end } = new AbortController();
 
-/** With what the server does not know yet. */
+/** The lecture, including changes that the server does not have yet. */
 const lecture = signal(/** @type {Shown|null} */ (null));
 const answered = signal(/** @type {readonly PollKept[]} */ ([]));
 let keys = 0;
@@ -42,13 +42,12 @@ async function findAnswered() {
   answered.value = await request("GET polls", { lecture: id }).catch(() => []);
 }
 
-/** @returns {Shown} Once it is there. */
+/** @returns {Shown} The loaded lecture. */
 function known() {
   return /** @type {Shown} */ (lecture.value);
 }
 
-/**
- * What the server makes of what was sent: titles, pages, and what is not here.
+/** Take over the server's answer: titles, pages, and problems of missing items.
  *
  * @param {LecturePublic} found
  */
@@ -70,15 +69,14 @@ function change(changes) {
   return saving.ask({ title, notes, items: items.map(({ item }) => item) });
 }
 
-/**
- * Add an item at the end; what it is called, and how long it takes, is a guess until the server has answered.
+/** Add an item at the end; title and minutes are guesses until the server has answered.
  *
  * @param {Item} item
  * @param {string} [name]
  * @param {number} [minutes]
  */
 function add(item, name, minutes = RUN_MINUTES) {
-  // An item names its kind first.
+  // The first key of an item is its kind.
   const [kind] = /** @type {LectureItemPublic["kind"][]} */ (Object.keys(item));
   const title = String(name ?? item.title ?? kind);
   change({ items: [...known().items, { item, kind, title, minutes, key: keys++, page: null, asks: null, problem: null }] });
@@ -93,7 +91,7 @@ async function rename(entry) {
   change({ items: known().items.map((each) => (each.key === entry.key ? { ...each, ...renamed } : each)) });
 }
 
-/** All of the page, once it is known. */
+/** The whole page, once the lecture is known. */
 function Lecture() {
   const { title, notes, items } = known();
   const kept = walkOfTab.get();
@@ -127,7 +125,7 @@ function Lecture() {
           <header><h2>Poll results</h2><a class="button" href=${addressOf("GET polls/answers.csv", { lecture: id })} download="">Download as CSV</a></header>
           ${h(Answered, { kept: answered.value, removed: findAnswered, isOpen: true })}
         </section>`}
-        <label for="lecture-notes">Notes, for you alone</label>
+        <label for="lecture-notes">Private notes</label>
         <textarea id="lecture-notes" rows="4" maxlength="10000" defaultValue=${notes} onChange=${write}></textarea>
       </div>
       ${h(Palette, { add })}
@@ -135,9 +133,9 @@ function Lecture() {
   `;
 }
 
-/** @param {{walk: Walk|null, isEmpty: boolean}} props `walk` is through it, begun in this tab and not finished. */
+/** @param {{walk: Walk|null, isEmpty: boolean}} props `walk` is an unfinished walk of this tab through the lecture. */
 function Ways({ walk, isEmpty }) {
-  // What was changed a moment ago is part of it.
+  // Wait for unsaved changes.
   const start = () => change({}).then(() => beginLecture(known()));
   const file = addressOf("GET lectures/{lecture}/file", { lecture: id });
   return html`<div class="row-actions">
@@ -147,11 +145,10 @@ function Ways({ walk, isEmpty }) {
   </div>`;
 }
 
-/** The class that this tab leads; nothing of this page is for it. */
+/** The class that this tab leads; this page shows it nothing. */
 const control = new ClassControl(() => null);
 
-/**
- * What a lecturer finds after a lecture: how long it took, and the class, which goes on following until it is ended.
+/** After a lecture: the time that it took, and the class, which continues until it is ended.
  *
  * @param {{walk: Walk}} props
  */
@@ -177,4 +174,4 @@ async function load() {
 
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 const unknown = { title: "Lecture not found", action: { label: "All lectures", href: "lectures" } };
-showPage("lecture", "lectures", () => h(Loaded, { load, failed: "The lecture cannot be shown", unknown }));
+showPage("lecture", "lectures", () => h(Loaded, { load, failed: "Couldn't load this lecture", unknown }));

@@ -1,4 +1,4 @@
-/** All lectures, and what classes have answered. */
+/** All lectures, and the stored polls. */
 
 import { addressOf, request } from "../shared/api.js";
 import { beginLecture } from "../lecturer/leading.js";
@@ -13,9 +13,9 @@ import { h, html, signal } from "../vendor/preact.js";
 /** @import { LecturePublic, LectureSummary, PollKept } from "../shared/messages.js" */
 
 const LEAD =
-  "A lecture puts lessons, failures, sessions, comparisons and polls into an order. While you present, Next moves on, the class " +
-  "comes along, and a clock tells how long each item takes.";
-const EMPTY = "No lectures yet. Create one, or open a file that somebody shared.";
+  "A lecture puts lessons, failures, sessions, comparisons and polls in order. While you present, Next opens the next item, the class " +
+  "comes along, and a clock shows how long each item takes.";
+const EMPTY = "No lectures yet. Create one, or open a shared file.";
 const UNANSWERED = "No polls yet. Answers of classes are kept here without names.";
 
 const known = signal(/** @type {{all: LectureSummary[], answered: PollKept[]}} */ ({ all: [], answered: [] }));
@@ -25,7 +25,7 @@ async function look() {
   known.value = { all, answered };
 }
 
-/** All of the page, once it is known. */
+/** The whole page, once the lectures are known. */
 function Lectures() {
   const { all, answered } = known.value;
   return html`
@@ -46,14 +46,14 @@ function Lectures() {
   `;
 }
 
-/** How a lecture comes about. */
+/** Buttons that create or open a lecture. */
 function Ways() {
   const made = async (/** @type {() => Promise<LecturePublic>} */ make) => {
     const lecture = await attempt(make);
     if (lecture !== undefined) location.assign(lecture.page);
   };
   const take = (/** @type {File[]} */ [file]) => made(() => request("POST lectures/import", { body: new Blob([file], { type: "text/markdown" }) }));
-  const opened = { name: "lecture", label: "Open a file", words: "Open a file", title: "A lecture that somebody shared", accept: ".md,text/markdown", take };
+  const opened = { name: "lecture", label: "Open a file", words: "Open a file", title: "Open a shared lecture file", accept: ".md,text/markdown", take };
   return html`<div class="row-actions">
     ${h(FileButton, opened)}
     <button type="button" class="primary" onClick=${() => made(() => request("POST lectures", { body: { title: "New lecture" } }))}>New lecture</button>
@@ -90,6 +90,6 @@ async function load() {
   return h(Lectures, {});
 }
 
-// A page that comes back from the browser's cache shows what was; ask again.
+// A page from the browser's cache shows an old list; load it again.
 addEventListener("pageshow", (event) => event.persisted && attempt(look));
-showPage("lectures", "lectures", () => h(Loaded, { load, failed: "The lectures could not be listed" }));
+showPage("lectures", "lectures", () => h(Loaded, { load, failed: "Couldn't load the lectures" }));

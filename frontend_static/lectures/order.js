@@ -1,11 +1,11 @@
-/** The order of a lecture: a list whose lines are moved by dragging their handles, by the arrow keys on these, or by buttons. */
+/** The order of a lecture: a list whose lines move by dragging their handles, by arrow keys on the handles, or by buttons. */
 
 import { Icon, IconButton } from "../shared/dom.js";
 import { h, html, useLayoutEffect, useRef, useSignal } from "../vendor/preact.js";
 
 /** @import { LectureItemPublic } from "../shared/messages.js" */
 
-/** @typedef {LectureItemPublic & {key: number}} Entry An item, and what tells it from others. */
+/** @typedef {LectureItemPublic & {key: number}} Entry An item with a unique key. */
 
 const KINDS = { lesson: "Lesson", failure: "Failure", session: "Session", comparison: "Comparison", question: "Question", poll: "Poll" };
 const MOST_MINUTES = 180;
@@ -27,18 +27,18 @@ export function moved(list, from, to) {
 /**
  * @typedef {object} OrderProps
  * @property {readonly Entry[]} entries
- * @property {(entries: readonly Entry[]) => void} change Called with what is in the list from now on.
+ * @property {(entries: readonly Entry[]) => void} change Called with the new list.
  * @property {(entry: Entry) => void} rename
- * @property {(entry: Entry) => string} note What more is known of an item, or nothing.
+ * @property {(entry: Entry) => string} note A note on an item, or nothing.
  */
 
 /** @param {OrderProps} props */
 export function Order({ entries, change, rename, note }) {
   const list = useRef(/** @type {HTMLElement|null} */ (null));
-  /** Which line is dragged, and where it is by now. */
+  /** The dragged line and its present place. */
   const dragged = useSignal(/** @type {{key: number, to: number}|null} */ (null));
   const said = useSignal("");
-  /** What has the focus once the lines have changed places. */
+  /** The element to focus once the lines have changed places. */
   const held = useRef("");
   useLayoutEffect(() => {
     const focused = held.current && list.current?.querySelector(held.current);
@@ -50,7 +50,7 @@ export function Order({ entries, change, rename, note }) {
   const put = (/** @type {number} */ place, /** @type {number} */ to, role = "handle") => {
     if (!(to in entries)) return;
     const { key, title } = entries[place];
-    // At an end its own button is off: the handle gets the focus.
+    // At an end of the list the button is disabled, so the handle gets the focus.
     held.current = `[data-key="${key}"] [data-role=${to === 0 || to === entries.length - 1 ? "handle" : role}]`;
     said.value = `${title} is item ${to + 1} of ${entries.length}`;
     change(moved(entries, place, to));
@@ -73,7 +73,7 @@ export function Order({ entries, change, rename, note }) {
       if (event.button !== 0) return;
       event.preventDefault();
       event.currentTarget.focus();
-      // The list keeps the pointer: it stays where it is when lines change places.
+      // The list captures the pointer, since it stays in place when lines change places.
       list.current?.setPointerCapture(event.pointerId);
       dragged.value = { key: entry.key, to: place };
     };
@@ -136,7 +136,7 @@ function Line({ entry, note, isFirst, isLast, isDragged, grip, move, become, ren
       ${mover("up", isFirst)}
       ${mover("down", isLast)}
       ${h(IconButton, { name: "rename", title: `Rename ${title}`, run: rename })}
-      ${h(IconButton, { name: "close", title: `Leave ${title} out`, run: () => become(null) })}
+      ${h(IconButton, { name: "close", title: `Remove ${title}`, run: () => become(null) })}
     </span>
   </li>`;
 }

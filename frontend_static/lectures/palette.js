@@ -1,4 +1,4 @@
-/** What a lecture can be made of: lists of each kind, a form for a poll, and a field for a link. */
+/** The palette of a lecture's items: a list of each kind, a form for a poll, and a field for a link. */
 
 import { itemOfAddress, itemOfSession } from "../lecturer/items.js";
 import { PollForm } from "../lecturer/poll.js";
@@ -14,7 +14,8 @@ import { h, html, useSignal } from "../vendor/preact.js";
 /** @import { Item } from "../lecturer/items.js" */
 /** @import { Child } from "../vendor/preact.js" */
 
-/** @typedef {(item: Item, title?: string, minutes?: number) => void} Add `title` is for an item that says none itself; the server knows better. */
+/** @typedef {(item: Item, title?: string, minutes?: number) => void} Add `title` is for an item without its own; the server's title
+ * replaces it. */
 
 const MOST_LISTED = 50;
 const POLL_MINUTES = 2;
@@ -86,7 +87,7 @@ async function listSessions(add) {
 /** @param {Add} add */
 async function listComparisons(add) {
   const { comparisons } = await request("GET work", { limit: MOST_LISTED });
-  if (comparisons.length === 0) return html`<p class="hint">No comparison is saved yet. Compare runs, and save what you see; or paste a comparison's link.</p>`;
+  if (comparisons.length === 0) return html`<p class="hint">No saved comparison yet. Compare runs and save the comparison, or paste a comparison's link.</p>`;
   return rows(comparisons.map(({ title, trackers, created, page }) =>
     row(title, `${count(trackers.length, "run")}, saved ${moment(created)}`, () => addLinked(add, page))));
 }
@@ -100,7 +101,7 @@ async function listPollForm(add) {
 /**
  * @param {Add} add
  * @param {string} address
- * @returns {Promise<boolean>} Whether it leads to something that a lecture can show.
+ * @returns {Promise<boolean>} Whether a lecture can show its page.
  */
 async function addLinked(add, address) {
   const item = await attempt(() => itemOfAddress(address));
@@ -134,7 +135,7 @@ function rows(lines) {
  * @param {string} title
  * @param {string} hint
  * @param {() => void} add
- * @param {{name?: string, more?: Child}} [beside] Its name where its title has a number, and what else can be added.
+ * @param {{name?: string, more?: Child}} [beside] Its name if its title contains a number, and a further button.
  */
 function row(title, hint, add, { name = title, more = null } = {}) {
   return html`<li class="row">

@@ -1,4 +1,4 @@
-/** The references page: what each experiment comes from, to be cited. */
+/** The references page: the sources of each experiment, ready to cite. */
 
 import { request } from "../shared/api.js";
 import { Loaded, showPage } from "../shared/page.js";
@@ -18,4 +18,4 @@ function References({ experiments }) {
 }
 
 const load = async () => h(References, { experiments: await request("GET experiments") });
-showPage("references", null, () => h(Loaded, { load, failed: "The references could not be listed", bones: [BONE, BONE, BONE] }));
+showPage("references", null, () => h(Loaded, { load, failed: "Couldn't load the references", bones: [BONE, BONE, BONE] }));

@@ -1,6 +1,6 @@
 /**
  * Sessions of a page in step: one of them leads, and the others follow it. Runs on one recording may begin at different
- * pictures: each says which of its frames belongs to frame 0 of the one that leads.
+ * pictures: each has the number of its frame that belongs to frame 0 of the leader.
  *
  * While the leader is paused, followers go to its frame. While it plays, they play at its measured rate, a little faster when
  * behind and a little slower when ahead, so that no frame needs a request of its own.
@@ -16,10 +16,10 @@ import { follow } from "../shared/timing.js";
 /** @import { Steering } from "./steering.js" */
 /** @import { Store } from "./store.js" */
 
-/** Window over which the leader's rate is measured, and the shortest one that counts. */
+/** Window over which the leader's rate is measured, and the shortest usable one. */
 const RATE_OVER_MS = 1000;
 const KNOWN_AFTER_MS = 300;
-/** Time in which a follower makes up its distance. */
+/** Time in which a follower catches up. */
 const MADE_UP_IN_MS = 600;
 /** Largest change of speed for that, as a share of the rate. */
 const MOST = 0.6;
@@ -35,13 +35,12 @@ export class Pace {
   #distance = null;
   #nominal;
 
-  /** @param {number} nominal Frames a second of the leader, until its rate is measured. */
+  /** @param {number} nominal Frames per second of the leader, until its rate is measured. */
   constructor(nominal) {
     this.#nominal = nominal;
   }
 
-  /**
-   * Take note of where both are.
+  /** Note the frames of both.
    *
    * @param {number} now ms
    * @param {number} leader Frame.
@@ -54,7 +53,7 @@ export class Pace {
     this.#distance = this.#distance === null ? distance : this.#distance + NEWEST * (distance - this.#distance);
   }
 
-  /** Frames a second at which the follower should play now. */
+  /** Frames per second at which the follower should play now. */
   get rate() {
     const rate = this.#leaderRate;
     const distance = this.#distance ?? 0;
@@ -92,8 +91,7 @@ class Follower {
     this.#member = member;
   }
 
-  /**
-   * Go to the leader's frame, or play along with it.
+  /** Seek to the leader's frame, or play along with it.
    *
    * @param {SessionPublic} leader
    */
@@ -101,7 +99,7 @@ class Follower {
     const { store: { session: own, isSteerable }, first = 0 } = this.#member;
     if (own === null || !isSteerable) return;
     const lead = { ...leader, position: leader.position + first };
-    // A long seek takes a while; both do it at the same time.
+    // A long seek takes a while, so both seek at the same time.
     const goal = Math.min((leader.goal ?? leader.position) + first, own.frames - 1);
     // "As fast as possible" has no rate, and a run pauses at its end.
     if (lead.playing && lead.speed > 0 && goal < own.frames - 1) this.#goAlong(lead, own);
@@ -161,11 +159,10 @@ class Follower {
  * @typedef {object} Member
  * @property {Store} store
  * @property {Steering} steering
- * @property {number} [first] Its frame that belongs to frame 0 of the one that leads.
+ * @property {number} [first] Its frame that belongs to frame 0 of the leader.
  */
 
-/**
- * Keep a session at the frame of the one that leads.
+/** Keep a session at the leader's frame.
  *
  * @param {Member} member
  * @param {Store} lead
@@ -176,8 +173,7 @@ export function keepUp(member, lead, end) {
   follow(() => [movesOf(lead), movesOf(member.store)], () => lead.session && follower.follow(lead.session), end);
 }
 
-/**
- * What decides where a session is and where it goes.
+/** The fields that determine a session's position and movement.
  *
  * @param {Store} store
  */

@@ -1,4 +1,4 @@
-/** Dialogs of a session: files to take away and to bring in, the link of a run, the keys, what an experiment is about, and branches. */
+/** Dialogs of a session: export and import, the link of a run, the keys, information on an experiment, and branches. */
 
 import { addressOf, request } from "../shared/api.js";
 import { openDialog, openKeys } from "../shared/dialog.js";
@@ -22,8 +22,8 @@ import { steer } from "./steering.js";
 /** CSS classes of a button in a list. */
 const IN_A_LIST = "quiet grow";
 
-// Links that hold a whole run: experiment, seed, tracker and timeline travel in the fragment, which no server logs. Who
-// opens one gets the same numbers.
+// Links to a whole run: experiment, seed, tracker and timeline are in the fragment, which no server logs. Everyone who opens one gets the
+// same numbers.
 
 /**
  * Show the link of a session, ready to be copied.
@@ -40,7 +40,7 @@ export function shareDialog({ id, branch, recipe, computed, position, upload }) 
   openCode("Share this run", words, () => request("POST source-code", { body }), linkTo({ recipe, upload, position }));
 }
 
-// Dialogs that explain: the list of keys, and what an experiment is about and comes from.
+// Dialogs that explain: the list of keys, and an experiment's description and sources.
 
 export function helpDialog() {
   openKeys(HELP.map(({ keys, what }) => [keys, what]), !isParticipant && h(FurtherHelp, {}));
@@ -48,11 +48,11 @@ export function helpDialog() {
 
 function FurtherHelp() {
   const tour = useSignal(/** @type {string|null} */ (null));
-  // Without the tour there are still the keys, which were asked for.
+  // Without the tour the requested keys are still shown.
   useEffect(() => void request("GET experiments").then((all) => (tour.value = tourLink(all)), () => {}), []);
   return html`
     <p>${tour.value && html`<a href=${tour.value} data-role="tour">Take the guided tour</a>`}</p>
-    <p><a href=${GLOSSARY}>Glossary: what the words mean</a></p>
+    <p><a href=${GLOSSARY}>Glossary</a></p>
   `;
 }
 
@@ -66,7 +66,7 @@ export function aboutDialog({ id, title, question, description, references }) {
   `, "wide");
 }
 
-// The dialog that makes a branch: from which frame to go on, with which tracker and which parameters.
+// The dialog that makes a branch: its first frame, tracker and parameters.
 
 /** @param {Mounted} view */
 export function branchDialog({ store, steering }) {
@@ -93,7 +93,7 @@ function Branch({ store, last, first, close }) {
     isSending.value = false;
     if (made) close();
   };
-  // A list that has the focus keeps Enter to itself, where a field would send the form off; unless it is open.
+  // Enter on a focused, closed list submits the form, as in a field.
   const press = (/** @type {KeyboardEvent & {currentTarget: HTMLSelectElement}} */ event) => {
     const list = event.currentTarget;
     if (event.key !== "Enter" || (CSS.supports("selector(:open)") && list.matches(":open"))) return;
@@ -157,16 +157,16 @@ function Files({ view, close }) {
   </div>`;
 }
 
-/** @param {{store: Mounted["store"], declaration: Declaration, isUsed: boolean}} props `isUsed` says whether there is such a file already. */
+/** @param {{store: Mounted["store"], declaration: Declaration, isUsed: boolean}} props `isUsed` if such a file is in use. */
 function BringIn({ store, declaration: { name, title, description, accept }, isUsed }) {
   const use = async (/** @type {string} */ text, /** @type {string} */ words) => {
     const taken = await steer(store, { kind: "change", values: { [name]: text } });
     const run = () => steer(store, { kind: "restart" });
-    if (taken) toast(`${words} from the next frame on`, { action: { label: "Begin again", run } });
+    if (taken) toast(`${words} from the next frame on`, { action: { label: "Restart", run } });
   };
   const take = async (/** @type {File[]} */ [file]) => {
     const text = await file.text();
-    // An empty text would take the file away.
+    // An empty text would remove the file.
     if (text.trim() === "") toast(`${file.name} is empty`, { kind: "error" });
     else await use(text, `${file.name} is used`);
   };
@@ -178,8 +178,7 @@ function BringIn({ store, declaration: { name, title, description, accept }, isU
   </li>`;
 }
 
-/**
- * Truth of a recording: bringing it in, marking it in the pictures, and taking away what is known.
+/** Truth of a recording: import, marking in the pictures, and download.
  *
  * @param {{view: Mounted, upload: string, close: () => void}} props
  */
@@ -199,7 +198,7 @@ function Truth({ view, upload, close }) {
     markTruth(view);
   };
   const address = addressOf("GET uploads/{upload}/truth.csv", about);
-  const known = html`<a class="button quiet" download title="The truth that is known, CSV" data-role="known-truth" href=${address}>Download</a>`;
+  const known = html`<a class="button quiet" download title="The known truth, CSV" data-role="known-truth" href=${address}>Download</a>`;
   const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
   return html`<li>
     ${h(FileButton, { name: "truth", label: "Truth", words: "Truth, CSV…", title: words, accept: ".csv,.txt,.xml,.json,text/csv", take, look: IN_A_LIST })}

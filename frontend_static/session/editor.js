@@ -1,4 +1,4 @@
-/** A filter of one's own beside the session that runs it: the text of its file, saved with Ctrl-S, mistakes at their line. */
+/** An editor for a person's own filter next to its session: saved with Ctrl-S, with errors marked at their line. */
 
 import { messageOf, request } from "../shared/api.js";
 import { IconButton } from "../shared/dom.js";
@@ -21,7 +21,7 @@ const COLOURS = HighlightStyle.define([
 
 /**
  * @param {FilterPublic} file
- * @param {(text: string) => void} change Hears of every change of the text.
+ * @param {(text: string) => void} change Called at every change of the text.
  * @param {() => void} save
  */
 function extensions(file, change, save) {
@@ -43,8 +43,7 @@ function extensions(file, change, save) {
   ];
 }
 
-/**
- * What marks an error at its line and scrolls to it; null clears the mark.
+/** A transaction that marks an error at its line and scrolls to it; null clears the mark.
  *
  * @param {EditorView["state"]} state
  * @param {SessionProblem|null} problem
@@ -56,8 +55,7 @@ function marked(state, problem) {
   return [setDiagnostics(state, marks), ...(line ? [{ effects: EditorView.scrollIntoView(line.from, { y: "center" }) }] : [])];
 }
 
-/**
- * Complete the names of functions that a file may define, with what they get and return.
+/** Complete the names of functions that a file may define, with their arguments and results.
  *
  * @param {FilterPublic} file
  */
@@ -77,8 +75,7 @@ function hints({ hints: known, components, observed }) {
   };
 }
 
-/**
- * A file that another editor has saved is taken over when the session has taken it over, unless something here is not saved.
+/** A file saved by another editor is loaded once the session uses it, unless there are unsaved changes here.
  *
  * @param {{store: Store, file: FilterPublic, close: () => void}} props
  */
@@ -132,15 +129,14 @@ export function Editor({ store, file: first, close }) {
   `;
 }
 
-/**
- * Whether it is saved and runs, or what is wrong in it.
+/** Whether the file is saved and runs, or its error.
  *
  * @param {{session: SessionPublic|null, file: FilterPublic, own: SessionProblem|null, isChanged: boolean, said: string}} props
  */
 function State({ session, file: { name, file }, own, isChanged, said }) {
   const version = `This text is version ${session?.parameters[`${name}_version`]}: it computes the frames after ${session?.position}.`;
   const running = session?.tracker === name ? `${version} Older versions' frames stay in other branches.` : `Choose ${file} as the tracker to run it.`;
-  const words = isChanged ? "Not saved yet: Ctrl-S saves, and the run goes on with it as a branch." : running;
+  const words = isChanged ? "Unsaved. Ctrl-S saves and continues in a new branch." : running;
   const mistake = own && `${own.line === null ? "" : `Line ${own.line}: `}${own.text}`;
   const isWrong = own !== null || said.startsWith("Not");
   return html`<p class=${isWrong ? "editor-state wrong" : "editor-state"} role="status">${mistake ?? `${said} ${words}`.trim()}</p>`;

@@ -1,7 +1,5 @@
-/**
- * Fitting: numbers of the tracker are fitted to the first half of what the run has seen, and judged by the second. The session
- * goes on meanwhile; what is found opens as a branch beside it.
- */
+/** Fitting: parameters of the tracker are fitted to the first half of the run's data, and judged by the second half. The session continues
+ meanwhile; the result opens as a branch. */
 
 import { cancelJob, followJob, messageOf, Meter, request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
@@ -17,10 +15,10 @@ import { steer } from "./steering.js";
 
 const MOST = 4;
 
-/** @typedef {{store: Store, end: AbortSignal, close: () => void}} Place Of the dialog, which ends what is under way. */
+/** @typedef {{store: Store, end: AbortSignal, close: () => void}} Place The dialog's store, its end, which stops requests, and a way to
+ * close it. */
 
-/**
- * Ask which numbers to fit, and show what comes of it.
+/** Ask for the parameters to fit, and show the result.
  *
  * @param {Store} store
  */
@@ -56,8 +54,8 @@ function Fitting({ store, end, close }) {
   if (found.value !== null) return html`<div class="fit" aria-live="polite">${h(Result, { found: found.value, store, close })}</div>`;
   if (share.value !== null) {
     return html`<div class="fit" aria-live="polite">
-      <p>Running the tracker on the same frames with other values. The session goes on meanwhile.</p>
-      ${h(Meter, { share: share.value, label: "How far the fit is" })}
+      <p>Running the tracker on the same frames with other values. The session continues meanwhile.</p>
+      ${h(Meter, { share: share.value, label: "Progress of the fit" })}
       <footer><button type="button" autofocus onClick=${close}>Cancel</button></footer>
     </div>`;
   }
@@ -68,7 +66,7 @@ function Fitting({ store, end, close }) {
   const choose = (/** @type {string[]} */ some) => (chosen.value = some);
   return html`<div class="fit" aria-live="polite"><form method="dialog" onSubmit=${begin}>
     <p>
-      Looks for the values under which frames 1 to ${session.computed} are most probable. They are found on the first half, and kept only
+      Finds the values under which frames 1 to ${session.computed} are most probable. They are found on the first half, and kept only
       if the second half agrees.
     </p>
     ${problem.value !== "" && html`<p class="hint" role="alert">${problem.value}</p>`}
@@ -82,8 +80,7 @@ function Fitting({ store, end, close }) {
   </form></div>`;
 }
 
-/**
- * What was found, before and after, and a branch to see it in.
+/** The result, before and after, and a button that opens it as a branch.
  *
  * @param {{found: Fit, store: Store, close: () => void}} props
  */
@@ -99,8 +96,8 @@ function Result({ found, store, close }) {
     const note = each.at_bound && " (at its bound: the best may lie beyond)";
     return html`<tr><th scope="row">${each.title}</th><td>${valueOf(each.before, each)}</td><td>${valueOf(each.after, each)}${note}</td></tr>`;
   });
-  const again = !found.kept && session.computed + 1 < session.frames ? "More frames may tell more: let the run go on, and fit again." : "";
-  const about = `${found.procedure} Log evidence is how probable the filter had called what came next, in nats a frame: more is better. ${again}`;
+  const again = !found.kept && session.computed + 1 < session.frames ? "More frames may help: let the run continue, and fit again." : "";
+  const about = `${found.procedure} Log evidence: log probability of each next frame by the filter, nats per frame; higher is better. ${again}`;
   return html`
     <p class="fit-verdict" role="status">${found.verdict}</p>
     ${found.caution && html`<p class="hint">${found.caution}</p>`}
@@ -110,7 +107,7 @@ function Result({ found, store, close }) {
     </table></div>
     <p class="hint">${h(Explained, { text: about, experiment: session.recipe.experiment })}</p>
     <footer>
-      <button type="button" onClick=${close}>${found.kept ? "Leave it as it is" : "Close"}</button>
+      <button type="button" onClick=${close}>${found.kept ? "Keep the present values" : "Close"}</button>
       ${found.kept && h(Doing, { label: "Open as a branch", class: "primary", autofocus: true, run: open })}
     </footer>
   `;

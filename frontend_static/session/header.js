@@ -1,4 +1,4 @@
-/** The line above a session: what runs, its presets, and a menu with everything that can be done with the run. */
+/** The line above a session: its title, its presets, and a menu with all commands of the run. */
 
 import { FollowChip } from "../lecturer/class_control.js";
 import { addressOf, request } from "../shared/api.js";
@@ -19,31 +19,29 @@ import { headingOf, repeated } from "./steering.js";
 /** @import { Signal } from "../vendor/preact.js" */
 /** @import { Mounted } from "./mount.js" */
 
-/**
- * What the header has to do with.
+/** The parts of the page that the header uses.
  *
  * @typedef {object} Page
  * @property {Mounted} view
- * @property {Signal<ExperimentDetail|null>} experiment Null as long as it is not known.
+ * @property {Signal<ExperimentDetail|null>} experiment Null while it is not known.
  * @property {ClassControl} control
  * @property {Record<"compare"|"help"|"palette", () => void>} actions
- * @property {{isOffered: Signal<boolean>, toggle: () => void}} editor Of a filter of one's own.
+ * @property {{isOffered: Signal<boolean>, toggle: () => void}} editor The editor of a person's own filter.
  * @property {(preset: Preset) => void} openPreset
  */
 
-/**
- * Something that can be done, or a page to go to.
+/** A command, or a page to go to.
  *
  * @typedef {object} Entry
  * @property {string} words
  * @property {string} [tool] Its name for tests and styles.
  * @property {IconName} [icon]
  * @property {string} [keys]
- * @property {string} [hint] What kind of thing it is.
+ * @property {string} [hint] Kind of the entry.
  * @property {string} [title]
  * @property {string} [href]
  * @property {() => unknown} [run]
- * @property {boolean} [needsRun] Whether it needs a session that listens.
+ * @property {boolean} [needsRun] Whether it needs a live session.
  */
 
 /** @param {{page: Page}} props */
@@ -74,7 +72,7 @@ function Presets({ presets, choose }) {
       <span>${preset.title}</span><span class="hint">${preset.watch}</span>
     </button>
   </li>`);
-  const title = "Presets: what to look at in this experiment (P)";
+  const title = "Presets of this experiment (P)";
   const content = html`<ul class="menu-list preset-list">${list}</ul>`;
   return h(Popover, { icon: "presets", label: "Presets", title, words: html`<span class="wide-only">Presets</span>`, content });
 }
@@ -87,7 +85,7 @@ function Menu({ page }) {
   </section>`);
   const find = html`<button type="button" class="grow" onClick=${page.actions.palette}>Find anything<kbd>Ctrl K</kbd></button>`;
   const content = html`<nav class="command-list" aria-label="Menu">${find}${groups}</nav>`;
-  return h(Popover, { icon: "more", label: "Menu", title: "All that can be done here", content });
+  return h(Popover, { icon: "more", label: "Menu", title: "All commands of this page", content });
 }
 
 /** @param {{entry: Entry, isOff?: boolean}} props */
@@ -102,8 +100,7 @@ export function Line({ entry: { words, tool, icon, keys, hint, title, href, run 
   return html`<li><button type="button" class="quiet grow" title=${title} data-tool=${tool} disabled=${isOff} onClick=${press}>${content}</button></li>`;
 }
 
-/**
- * Everything that can be done here, in groups. A participant of a class can keep nothing.
+/** All commands of the page, in groups. A participant of a class cannot save anything.
  *
  * @param {Page} page
  * @returns {[title: string, entries: Entry[]][]}
@@ -112,13 +109,13 @@ export function menuOf({ view, experiment, actions, editor }) {
   const { store: { session }, actions: keys, hasNote } = view;
   const dialogs = () => import("./dialogs.js");
   const about = async () => experiment.value && (await dialogs()).aboutDialog(experiment.value);
-  const note = { title: "Show the note below the picture, or put it away", run: () => (hasNote.value = !hasNote.peek()) };
-  const code = { title: "Write your filter beside the scene", run: editor.toggle };
+  const note = { title: "Show or hide the note below the picture", run: () => (hasNote.value = !hasNote.peek()) };
+  const code = { title: "Edit your filter next to the scene", run: editor.toggle };
   const mayKeep = !isParticipant;
   /** @type {(Entry|false)[]} */
   const run = [
     { words: "Branch from this frame…", tool: "branch", icon: "branch", keys: "N", needsRun: true, run: keys.branch },
-    { words: "Look into the frame", tool: "inspect", icon: "inspect", keys: "I", title: "Likelihood, particles, ancestors", needsRun: true, run: keys.inspect },
+    { words: "Inspect the frame", tool: "inspect", icon: "inspect", keys: "I", title: "Likelihood, particles, ancestors", needsRun: true, run: keys.inspect },
     Boolean(session?.watch) && { words: "What to look at", tool: "watch", ...note },
     isFollower && { words: "End", tool: "close", icon: "close", title: END_FORK, run: endFork },
     mayKeep && { words: "Save", tool: "save", icon: "save", needsRun: true, run: () => save(view) },
@@ -130,7 +127,7 @@ export function menuOf({ view, experiment, actions, editor }) {
   ];
   /** @type {Entry[]} */
   const page = [
-    { words: "About this experiment", tool: "about", icon: "about", title: "What it is about, and how to cite it", run: about },
+    { words: "About this experiment", tool: "about", icon: "about", title: "Description and references", run: about },
     { words: `Colours: ${themeWords()}`, tool: "theme", icon: "auto", run: changeTheme },
     { words: "Keys", tool: "help", icon: "menu", keys: "?", run: actions.help },
   ];
@@ -152,9 +149,7 @@ async function rename({ store: { known } }) {
   if (name !== null) await attempt(() => request("PATCH sessions/{session}", { session: known.id, body: { name } }));
 }
 
-/**
- * The sweep that a run comes from, or a new one over its scene or recording, with the values with which the run began, over what was moved
- * last.
+/** The sweep that a run comes from, or a new one on its scene or recording, with the run's first values, over the parameter changed last.
  *
  * @param {SessionPublic} session
  * @returns {Entry}

@@ -1,7 +1,5 @@
-/**
- * Looking into the frame that is shown: at the estimate, at a place that is pointed at, or at a particle, which is followed from
- * frame to frame. What is found is the server's; the picture shows it in either view.
- */
+/** Inspecting the shown frame: the estimate, a place, or a particle, which is followed from frame to frame. The server computes the
+ findings; the picture shows them in either view. */
 
 import { messageOf, sendCommand } from "../shared/api.js";
 import { IconButton, Segments, step } from "../shared/dom.js";
@@ -18,12 +16,12 @@ import { computed, h, html, signal, useEffect, useRef } from "../vendor/preact.j
 /** @import { Component } from "../vendor/preact.js" */
 /** @import { Mounted } from "./mount.js" */
 
-// Figures of a look into the frame: numbers with a limit over the last frames, and the ancestors of the present particles.
+// Figures of an inspection: numbers with a limit over the last frames, and the ancestors of the present particles.
 
 const SPACE = 1.1;
-/** Of so few frames each is numbered. */
+/** Most frames that are all numbered. */
 const FEW = 4;
-/** Lines that run close together still stand apart. */
+/** Width of a line, thin enough that close lines stay distinct. */
 const OPACITY = 0.6;
 
 /** @param {Course} course */
@@ -50,9 +48,9 @@ function genealogyPanel({ first, lines }, frame) {
     const [x0, y0] = [first + place, line[place] ?? NaN];
     return { x0, y0, x1: x0 + 1, y1: height ?? NaN, opacity: OPACITY };
   }));
-  // Where lines have met they are one.
+  // Lines that have met are drawn once.
   const links = [...new Map(all.map((link) => [`${link.x0} ${link.y0} ${link.y1}`, link])).values()];
-  // Every frame has its number where there are few: there is nothing between two of them.
+  // Each frame has a tick, since there is nothing between frames.
   const ticks = Array.from({ length: frame - first + 1 }, (_, place) => ({ at: first + place, text: String(first + place) }));
   return {
     x: plainAxis({ low: first, high: frame, ...(frame - first <= FEW && { ticks }) }),
@@ -69,18 +67,17 @@ function genealogyWords({ first, counts, coalesced, lines }) {
   return `The ${of} particles descend from ${counts[0]} of frame ${first}.`;
 }
 
-// What is found in a frame: the likelihood with its parts, a particle with its kin, what a step was made of.
+// The findings in a frame: the likelihood with its parts, a particle with its relatives, the parts of a step.
 
-/** Beyond so many deviations the mark stands at the edge. */
+/** Number of standard deviations beyond which the mark is at the edge. */
 const MOST_SD = 4;
 const HIGH = 40;
 
 const LIMITED = "The number over the last frames, and its limit";
 const DESCENT = "The ancestors of the particles of this frame, as lines that lead back and meet";
 
-/**
- * The range of the colours over the picture, what was found, numbers such as the normalised innovation squared of a Kalman filter,
- * and the ancestors as lines that lead back and meet: how soon, shows impoverishment.
+/** The range of the colours over the picture, the findings, numbers such as the normalised innovation squared of a Kalman filter, and the
+ * ancestors as lines that meet going back: lines that meet early show impoverishment.
  *
  * @param {{found: InspectionPublic}} props
  */
@@ -140,7 +137,7 @@ function Particle({ particle, frame }) {
 }
 
 /**
- * @param {number} known How many frames back they are known.
+ * @param {number} known Number of known frames back.
  * @param {number|null} begins
  * @param {number} frame
  */
@@ -157,7 +154,7 @@ function children(counts) {
   return `${counts[0]} in the next frame${far}`;
 }
 
-/** What draws each kind of number that a likelihood or a step is made of, in a form that shows what was compared. */
+/** Components for each kind of part of a likelihood or a step, in a form that shows the comparison. */
 const PARTS = { amount: AmountPart, residual: ResidualPart, histograms: HistogramsPart, patches: PatchesPart, contributions: ContributionsPart };
 
 /** @param {Part} part */
@@ -218,13 +215,13 @@ function ContributionsPart({ title, columns, names, rows }) {
 }
 
 /** @typedef {InspectionPublic["parts"][number]} Part */
-/** @typedef {"estimate"|"place"|"particle"} Kind What can be looked at. */
-/** @typedef {{place?: [number, number], picks?: boolean, particle?: number, frame?: number}} Subject As the server takes it. */
+/** @typedef {"estimate"|"place"|"particle"} Kind Kind of the inspected subject. */
+/** @typedef {{place?: [number, number], picks?: boolean, particle?: number, frame?: number}} Subject In the form of the server. */
 /** @typedef {[number, number]} Place In the picture, px; its origin is the centre of the first pixel. */
 
 const ASK_MS = 80;
 const KINDS = /** @type {const} */ ([
-  { value: "estimate", words: "Estimate", hint: "Look at what is believed" },
+  { value: "estimate", words: "Estimate", hint: "Inspect the tracker's estimate" },
   { value: "place", words: "Place", hint: "Point at the picture; a click holds the place" },
   { value: "particle", words: "Particle", hint: "Click in the picture: the nearest particle is followed" },
 ]);
@@ -232,9 +229,9 @@ const PAD = "Arrows move the place by a pixel, with Shift by ten; Enter takes th
 
 export class Inspector {
   kind = signal(/** @type {Kind} */ ("estimate"));
-  /** Whether the likelihood lies over the picture. */
+  /** Whether the likelihood is drawn over the picture. */
   hasVeil = signal(false);
-  /** What was found, or why nothing was. */
+  /** The findings, or why there are none. */
   found = signal(/** @type {InspectionPublic|string|null} */ (null));
   #view;
   #request;
@@ -256,7 +253,7 @@ export class Inspector {
     /** @returns {Inspect} */
     const wish = () => ({ kind: "inspect", likelihood: this.hasVeil.peek(), genealogy: true, pulls: true, ...this.#subject });
     this.#ask = throttle(() => view.store.isSteerable && this.#request.ask(this.isOpen.peek() ? wish() : { kind: "inspect" }), ASK_MS, end);
-    // What the numbers of a frame hang on.
+    // The fields on which the findings of a frame depend.
     const parts = /** @type {const} */ (["branch", "parameters", "position", "tracker"]);
     follow(() => this.isOpen.value && [this.hasVeil.value, ...parts.map((name) => store.session?.[name])], this.#ask, end);
     const at = (/** @type {(place: Place) => void} */ tell) => (/** @type {Event} */ event) => {
@@ -268,12 +265,12 @@ export class Inspector {
     globalThis.addEventListener("message", ({ origin, source, data }) => {
       if (!this.isOpen.peek() || origin !== location.origin || !scene?.window || source !== scene.window || data?.source !== "pftrack-viser") return;
       if (data.pointed === "hover") this.#hover(data.place);
-      // A particle may be lifted above the place at which it is pointed at.
+      // A particle may be raised above the place at the pointer.
       else if (data.pointed === "press") this.#press(data.place, data.particle ?? undefined);
     }, { signal: end });
   }
 
-  /** Begin to look, or stop: then nothing is computed or drawn for it any more. */
+  /** Begin or stop inspecting; when stopped, nothing is computed or drawn for it. */
   toggle() {
     const { store, card } = this.#view;
     if (this.isOpen.peek()) card.value = null;
@@ -283,8 +280,7 @@ export class Inspector {
     }
   }
 
-  /**
-   * Look at something else.
+  /** Inspect another subject.
    *
    * @param {Kind} kind
    * @param {Place|null} at
@@ -297,8 +293,7 @@ export class Inspector {
     this.#ask();
   }
 
-  /**
-   * Point by keys, or take the nearest particle.
+  /** Move the place by keys, or choose the nearest particle.
    *
    * @param {KeyboardEvent} event
    */
@@ -314,7 +309,7 @@ export class Inspector {
     }
   }
 
-  /** Where it was looked at last. */
+  /** The last inspected place. */
   get #at() {
     const found = this.found.peek();
     return typeof found === "object" ? found?.place ?? null : null;
@@ -327,7 +322,7 @@ export class Inspector {
 
   /**
    * @param {Place} at
-   * @param {Place} particle Where a particle is that was hit.
+   * @param {Place} particle Position of the clicked particle.
    */
   #press(at, particle = at) {
     if (this.kind.peek() === "particle") {
@@ -343,7 +338,7 @@ export class Inspector {
   #take(found) {
     if (!this.isOpen.peek()) return;
     this.found.value = found;
-    // From now on it is this one, wherever it goes.
+    // From now on this particle is followed.
     const isPicked = this.#subject.picks === true || this.#subject.particle !== undefined;
     if (isPicked && found.particle !== null) this.#subject = { particle: found.particle.particle, frame: found.frame };
   }
@@ -363,22 +358,21 @@ export function Inspection({ inspector }) {
   const choose = (/** @type {string} */ wanted) => inspector.choose(/** @type {Kind} */ (wanted));
   return html`<div ref=${root} onKeyDown=${close}>
     <header>
-      <h2>Look into the frame</h2>
+      <h2>Inspect the frame</h2>
       ${h(IconButton, { name: "close", title: "Stop looking (I)", run: () => inspector.toggle() })}
     </header>
     <label class="inspection-veil">
       <input type="checkbox" checked=${hasVeil.value} disabled=${isBlind} onChange=${veil} />
       <span>Likelihood over the picture</span>
     </label>
-    ${h(Segments, { label: "What to look at", options, value: chosen.value, choose })}
+    ${h(Segments, { label: "What to inspect", options, value: chosen.value, choose })}
     <button type="button" title=${PAD} data-role="pad" onKeyDown=${(/** @type {KeyboardEvent} */ event) => inspector.steer(event)}>Move by keys</button>
     <p class="hint">${chosen.value !== "estimate" && KINDS.find(({ value }) => value === chosen.value)?.hint}</p>
     ${typeof found === "string" ? html`<div class="inspection-card" role="status"><p class="note">${found}</p></div>` : found && h(Findings, { found })}
   </div>`;
 }
 
-/**
- * Where a pointer is in the flat picture.
+/** The position of a pointer in the flat picture.
  *
  * @param {MouseEvent} event
  * @returns {Place|null}

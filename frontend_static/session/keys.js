@@ -1,15 +1,14 @@
-/** The keyboard, one table. The keys work in the page, and in the scene's frame, which hands them on (`spatial_scene.js`). */
+/** The keyboard, one table. The keys work in the page, and in the scene's frame, which passes them on (`spatial_scene.js`). */
 
 import { dialogIsOpen } from "../shared/dialog.js";
 
 /** @import { View } from "./mount.js" */
 
-/**
- * What a key does: one of the page's actions, or something to what moves the run.
+/** The action of a key: one of the page's actions, or a function of the run's steering.
  *
  * @typedef {Exclude<keyof Actions, "zoom">|((steering: View["steering"], isShifted: boolean, actions: Partial<Actions>) => unknown)} Act
  */
-/** @typedef {{keys: string, what: string, acts?: Record<string, Act>}} Line What the help shows, and what is done. */
+/** @typedef {{keys: string, what: string, acts?: Record<string, Act>}} Line The entry in the help, and the actions. */
 
 /**
  * @typedef {object} Actions
@@ -19,15 +18,14 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} why
  * @property {() => void} compare
  * @property {() => void} difference
- * @property {(factor: number|null) => void} zoom Of the plots: above 1 to see more frames; null for all.
+ * @property {(factor: number|null) => void} zoom Zooms the plots: above 1 to see more frames; null for all.
  * @property {() => void} presets
  * @property {() => void} truth
  * @property {() => void} help
  * @property {() => void} present
  */
 
-/**
- * The sessions that listen in this page.
+/** The sessions of this page that handle keys.
  *
  * @type {Set<HTMLElement>}
  */
@@ -49,30 +47,30 @@ export const HELP = [
   { keys: "L", what: "Go to before the loss", acts: { l: (steering) => steering.beforeLoss() } },
   {
     keys: "E",
-    what: "Go to the next event, such as an identity switch; with shift, to the one before",
+    what: "Go to the next event, such as an identity switch; with shift, to the previous one",
     acts: { e: (steering, isBack) => steering.event(isBack ? -1 : 1) },
   },
   { keys: "W", what: "Why was it lost?", acts: { w: "why" } },
   { keys: "B", what: "Bookmark this frame", acts: { b: "bookmark" } },
   { keys: "N", what: "Branch from this frame; in a lecture, the next item", acts: { n: "branch" } },
-  { keys: "I", what: "Look into the frame: likelihood, particles, ancestors; again to stop", acts: { i: "inspect" } },
+  { keys: "I", what: "Inspect the frame: likelihood, particles, ancestors; again to stop", acts: { i: "inspect" } },
   { keys: "C", what: "Compare this run with others", acts: { c: "compare", d: "difference" } },
   { keys: "[ ]", what: "Slower, faster", acts: { "[": (steering) => steering.faster(-1), "]": (steering) => steering.faster(1) } },
   { keys: "P", what: "List the presets", acts: { p: "presets" } },
-  { keys: "T", what: "On a recording: mark where the target truly is", acts: { t: "truth" } },
+  { keys: "T", what: "On a recording: mark the true target", acts: { t: "truth" } },
   {
     keys: "+ - 0",
     what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel",
     acts: { "+": zoomBy(1 / 2), "=": zoomBy(1 / 2), "-": zoomBy(2), 0: zoomBy(null) },
   },
   { keys: "F", what: "Present in large type; escape ends it", acts: { f: "present" } },
-  { keys: "pageup pagedown", what: "In a lecture: the item before, the next one" },
-  { keys: "F1", what: "What the control does that has the focus" },
+  { keys: "pageup pagedown", what: "In a lecture: previous and next item" },
+  { keys: "F1", what: "Explain the focused control" },
   { keys: "Ctrl K", what: "Find anything: commands, parameters, presets, lessons, runs" },
   { keys: "?", what: "This help", acts: { "?": "help" } },
 ];
 
-/** @type {Record<string, Act>} By what the keyboard calls the key. */
+/** @type {Record<string, Act>} Actions by the keyboard's name of the key. */
 const ACTS = Object.assign({}, ...HELP.map(({ acts }) => acts));
 
 /**
@@ -83,11 +81,9 @@ function zoomBy(factor) {
   return (_steering, _isShifted, { zoom }) => zoom?.(factor);
 }
 
-/**
- * Listen to the keys for a session. Where there are several in a page, each has those that are pressed within it; where
- * it is alone, all are its own.
+/** Handle the keys of a session. With several on a page, each handles keys pressed within it; a single one handles all.
  *
- * @param {HTMLElement} element What holds the session.
+ * @param {HTMLElement} element Element of the session.
  * @param {Pick<View, "steering"|"signal">} view Its end ends the listening.
  * @param {Partial<Actions>} actions
  */
@@ -95,7 +91,7 @@ export function listen(element, view, actions) {
   const { signal } = view;
   listening.add(element);
   signal.addEventListener("abort", () => listening.delete(element));
-  // One that is inert, as while a lesson's question waits for an answer, has none.
+  // An inert session, as while a lesson's question waits for an answer, handles none.
   const isMine = (/** @type {EventTarget|null} */ target) =>
     element.closest("[inert]") === null && (listening.size === 1 || (target instanceof Node && element.contains(target)));
   document.addEventListener("keydown", (event) => {
@@ -113,15 +109,14 @@ export function listen(element, view, actions) {
   }, { signal });
 }
 
-/**
- * Whether the element that has the focus needs this key itself.
+/** Whether the focused element needs this key itself.
  *
  * @param {EventTarget|null} target
  * @param {string} key
  */
 function takesKeys(target, key) {
   if (!(target instanceof Element)) return false;
-  // A slider moves by arrows and the like; everything else goes to the run.
+  // A slider needs arrows and similar keys; all others go to the run.
   if (target.closest("input[type=range]")) return /^(Arrow|Home|End|Page)/.test(key);
   if (target.closest("input:not([type=checkbox]):not([type=radio]), textarea, select, [contenteditable]")) return true;
   return (key === " " || key === "Enter") && target.closest("button, a, summary") !== null;

@@ -1,11 +1,8 @@
 /**
  * Truth of a recording: given as a table, or marked in its pictures.
- *
- * For marking, the bare picture of the recording stands in the place of the scene, in which a person marks the target, every so
- * many frames. What the tracker believes is out of sight meanwhile, so that nobody is led by it. Frames between marked ones
- * stay without truth: a place between two marks would be a guess, and count as an error of the tracker where it is wrong.
- * The run goes along, so that all that moves through it moves here too.
- */
+ * For marking, the bare picture of the recording replaces the scene, and a person marks the target every few frames. The tracker's belief
+ is hidden meanwhile, so that it does not influence the person. Frames between marked ones stay without truth: an interpolated place would
+ be a guess, and would count as an error of the tracker if it were wrong. The run moves along, so that all its controls work here too. */
 
 import { addressOf, formOf, request } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
@@ -23,12 +20,11 @@ import { readTable, tableText } from "./truth_table.js";
 /** @import { Mounted } from "./mount.js" */
 /** @import { Rows } from "./truth_table.js" */
 
-/**
- * Have a run measured by a table of truth, in place of one that was given before.
+/** Measure a run by a truth table, in place of an earlier one.
  *
  * @param {string} session
  * @param {File[]} files
- * @returns {Promise<boolean>} Whether it was taken.
+ * @returns {Promise<boolean>} Whether the server accepted it.
  */
 export async function giveTruth(session, files) {
   const told = await attempt(() => request("PUT sessions/{session}/truth", { session, body: formOf(files) }));
@@ -39,11 +35,10 @@ export async function giveTruth(session, files) {
 }
 
 const EVERY = 5;
-/** A pointer that has moved less has clicked, px. */
+/** Largest movement of the pointer for a click, px. */
 const CLICK_PX = 4;
 
-/**
- * Have truth marked, beginning with what is known already; nothing where it cannot be marked in pictures.
+/** Let a person mark the truth, starting from the known one; nothing happens if it cannot be marked in pictures.
  *
  * @param {Mounted} view
  */
@@ -62,17 +57,17 @@ export async function markTruth(view) {
   });
 }
 
-/** What is marked, as signals, and what can be done to it. What a person moves is marked at once, and undone as one. */
+/** The marks as signals, and the actions on them. A moved mark is stored at once, and undone as one step. */
 class Marking {
-  /** What was marked here, the newest last, with what was known of the frame before, and what was proposed for it. */
+  /** The marks made here, the newest last, with the frame's earlier truth and proposal. */
   done = signal(/** @type {{frame: number, before: number[]|undefined, last: Mark|null}[]} */ ([]));
-  /** The mark from which that of a frame begins which has none. */
+  /** The mark proposed for a frame without one. */
   last = signal(/** @type {Mark|null} */ (null));
   every = signal(EVERY);
   #view;
   #upload;
   #kind;
-  /** Whether the frame was marked since it came. */
+  /** Whether the frame was marked since it was shown. */
   #isTouched = false;
 
   /**
@@ -96,10 +91,10 @@ class Marking {
     return this.#view.store.known.recipe.footage?.start ?? 0;
   }
 
-  /** Number of the picture in the recording; it stays the same when the run arrives where it was sent. */
+  /** Number of the picture in the recording; it does not change when a seek arrives at its frame. */
   frame = computed(() => this.#first + this.#view.steering.frame);
 
-  /** The picture where the run stands or goes to, with its mark, or with the last one as a proposal. */
+  /** Show the picture of the run's present or target frame, with its mark, or the last one as a proposal. */
   show() {
     const { width, height } = this.#view.store.known;
     const values = this.rows.peek().get(this.frame.value);
@@ -109,7 +104,7 @@ class Marking {
     this.editor.set(values === undefined ? this.last.peek() : markOf(editor.kind, parts.map((part, place) => [part, values[place]])));
   }
 
-  /** The mark is true of this frame, if it has all its parts. */
+  /** Store the mark as the truth of this frame, if it is complete. */
   #take() {
     const { mark } = this.editor;
     const values = this.#kind.parts.map((part) => valueAt(mark, part)).filter((value) => typeof value === "number");
@@ -119,7 +114,7 @@ class Marking {
     return true;
   }
 
-  /** @param {number[]} [values] Left out where the frame has no truth. */
+  /** @param {number[]} [values] Left out for a frame without truth. */
   #put(values) {
     const frame = this.frame.value;
     const step = { frame, before: this.rows.value.get(frame), last: this.last.value };
@@ -141,13 +136,13 @@ class Marking {
     if (this.#take()) this.step(1);
   }
 
-  /** The target is not to be seen in this frame. */
+  /** Note that the target is not visible in this frame. */
   skip() {
     this.#put();
     this.step(1);
   }
 
-  /** Take back what was done last, and stand where that was. */
+  /** Undo the last step, and go to its frame. */
   undo() {
     const newest = this.done.value.at(-1);
     if (newest === undefined) return;
@@ -188,7 +183,7 @@ function TruthMarking({ marking, leave }) {
   const frame = marking.frame.value;
   const hasNone = done.value.length === 0;
   const isKept = rows.value.has(frame);
-  const clicked = editor.centre ? "Click the target: the mark goes there, and the next frame comes. Or " : "";
+  const clicked = editor.centre ? "Click the target: the mark goes there, and the next frame appears. Or " : "";
   const by = clicked ? "drag a new one or move it by the arrows, and press Enter" : "Move it by mouse or by the arrows, and press Enter";
   const setEvery = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (every.value = currentTarget.valueAsNumber);
   const cancel = async () => {
@@ -210,13 +205,13 @@ function TruthMarking({ marking, leave }) {
     <div class="truth-stage">${h(Made, { make: () => clickable(marking) })}</div>
     <div class="truth-tools">
       <p class="truth-state" role="status">Picture ${frame} is ${isKept ? "marked" : "not marked"}. ${count(rows.value.size, "frame")} marked.</p>
-      <p class="hint">${clicked}${by}. Frames in between stay without truth: they count neither for the tracker nor against it.</p>
+      <p class="hint">${clicked}${by}. Frames in between stay without truth and do not count.</p>
       <div class="truth-row">
         <label>Every <input type="number" id="truth-every" min="1" max="1000" step="1" value=${every.value} onInput=${setEvery} /> frames</label>
         <button type="button" onClick=${() => marking.step(-1)}>Back</button>
         <button type="button" disabled=${hasNone} onClick=${() => marking.undo()}>Undo</button>
         <button type="button" onClick=${() => marking.skip()}>Not in the picture</button>
-        <button type="button" class="primary" disabled=${!isKept && last.value === null} onClick=${() => marking.keep()}>Keep and go on</button>
+        <button type="button" class="primary" disabled=${!isKept && last.value === null} onClick=${() => marking.keep()}>Save and continue</button>
         <span class="spring"></span>
         <button type="button" onClick=${cancel}>Cancel</button>
         ${h(Doing, { label: "Done", class: "primary", disabled: hasNone || rows.value.size === 0, run: give })}
@@ -225,8 +220,7 @@ function TruthMarking({ marking, leave }) {
   </section>`;
 }
 
-/**
- * The editor of a mark, on which a click marks the target and goes on.
+/** The editor of a mark, in which a click marks the target and shows the next frame.
  *
  * @param {Marking} marking
  */

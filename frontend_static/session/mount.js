@@ -1,7 +1,5 @@
 /**
- * A session as a component: any part of it in any element of a page, several on one page, and none of it left when it is
- * taken away again.
- */
+ * A session as a component: any part of it in any element of a page, several per page, and removed completely when it is disposed. */
 
 import { messageOf, progressWords, request, START, statusOf } from "../shared/api.js";
 import { build, elementOf, fill, Notice, renderIn, toast } from "../shared/dom.js";
@@ -26,21 +24,20 @@ import { Beside, LostCard, WhyButton } from "./why/why.js";
 /** @import { Listener } from "../shared/stream.js" */
 /** @import { Child } from "../vendor/preact.js" */
 
-// The stream of a session: what it tells comes into the store, and what is seen of it into the flat view, in one order.
+// The stream of a session: messages go to the store, drawings to the flat view, in one order.
 //
 // The head of a drawing holds all messages up to it. The page applies them when it can paint the drawing's pictures, and
-// later messages wait until then: so all numbers beside a picture belong to that picture. The page reports what it has
-// painted, because the server sends the newest drawing when the last but one is painted. Beside a 3-D scene messages wait
-// until the scene shows their frame.
+// later messages wait until then: so all numbers next to a picture belong to it. The page reports what it has painted, because the server
+// sends the newest drawing when the last but one is painted. With a 3-D scene, messages wait until the scene shows their frame.
 
 export class SessionStream {
   #store;
   #scene;
   #signal;
   #stream;
-  /** Of one connection: how many drawings came, and how many of them were painted. */
+  /** Numbers of received and of painted drawings of one connection. */
   #known = { came: 0, painted: 0 };
-  /** Settled when all that came has been taken over. */
+  /** Settled when everything received has been applied. */
   #line = Promise.resolve();
 
   /**
@@ -71,8 +68,7 @@ export class SessionStream {
     return socketAddress("WS sessions/{session}/stream", { session: id, ...(flat && { paints: true, has_picture: flat.hasPicture }) });
   }
 
-  /**
-   * What is told without a drawing waits for the scene that has one of its own.
+  /** A message without a drawing waits for the 3-D scene, which gets its own drawing.
    *
    * @param {SessionMessage} message
    */
@@ -95,8 +91,7 @@ export class SessionStream {
     if (prepared !== undefined) this.#take(prepared);
   }
 
-  /**
-   * Take something over when it is ready, and all before it has been taken over.
+  /** Apply something when it is ready and everything before it has been applied.
    *
    * @param {Promise<{messages: SessionMessage[], show?: () => void}>} prepared
    */
@@ -115,17 +110,15 @@ export class SessionStream {
   }
 }
 
-// What lies over the picture of a run: how far it is on its way, what to look at, and the frame in words.
+// Overlays on a run's picture: progress of a seek, the watch note, and the frame in words.
 
 const SETTLED_MS = 400;
-/** So long of the run the note on what to look at stays once that plays, s. */
+/** How long the watch note stays once the run plays, s of the run. */
 const STAYS_S = 5;
-/** A frame that a note names is played to, slowly, from so many before it. */
+/** Frames before a note's frame from which it is played slowly. */
 const BEFORE = 2;
 
-/**
- * What a run is busy with that takes a while: many frames on its way to where it was or to a frame that was asked for, with the
- * button that stops it; or compiling what it uses for the first time.
+/** The progress of a long seek, with a button that stops it, or of compiling functions for their first use.
  *
  * @param {{view: Mounted}} props
  */
@@ -136,8 +129,8 @@ function OnTheWay({ view: { store } }) {
   if (session === null || store.connection.value !== "open" || !store.isAwake) return null;
   if (session.compiling !== null) {
     return html`<div class="on-the-way late">
-      <p role="status">Compiling what is used for the first time, ${count(session.compiling, "function")} so far</p>
-      <progress aria-label="How far it is"></progress>
+      <p role="status">Compiling for first use, ${count(session.compiling, "function")} so far</p>
+      <progress aria-label="Progress"></progress>
     </div>`;
   }
   if (goal === null) return null;
@@ -145,19 +138,17 @@ function OnTheWay({ view: { store } }) {
   const stop = () => steer(store, { kind: "pause" });
   return html`<div key=${goal} class="on-the-way late">
     <p role="status">${progressWords(position, goal, (performance.now() - at) / 1000, position - frame)}</p>
-    <progress max="1" value=${goal > 0 ? position / goal : 1} aria-label="How far it is"></progress>
+    <progress max="1" value=${goal > 0 ? position / goal : 1} aria-label="Progress"></progress>
     ${!store.isReadOnly && html`<button type="button" title="Stop at the current frame" onClick=${stop}>Stop here</button>`}
   </div>`;
 }
 
-/**
- * What to look at, where the run began as a preset that says so, until the menu puts it away, or the run has gone on for a while.
- * The frames that it names lead there.
+/** The preset's watch note, until the menu hides it or the run has played for a while. Frames in it are links.
  *
  * @param {{view: Mounted}} props
  */
 function WatchNote({ view: { store, steering, hasNote } }) {
-  /** The frame from which it has been played. */
+  /** The frame from which the run has played since. */
   const from = useRef(/** @type {number|null} */ (null));
   const { session } = store;
   useSignalEffect(() => {
@@ -185,7 +176,7 @@ function WatchNote({ view: { store, steering, hasNote } }) {
 }
 
 /**
- * The frame in words, for screen readers: spoken when the run stands still, not thirty times a second.
+ * The frame in words, for screen readers: spoken when the run is paused, not thirty times a second.
  *
  * @param {{view: Mounted}} props
  */
@@ -211,13 +202,12 @@ function inWords({ known: session, history }) {
 // Components are drawn with the next frame of the display, together with the picture that their numbers belong to.
 drawing.debounceRendering = (draw) => requestAnimationFrame(draw);
 
-/** The experiments that were seen in this browser: the first time they play slowly. */
+/** The experiments already seen in this browser; a first visit plays slowly. */
 const SEEN = "pftrack-seen";
 const WAY = { label: isParticipant ? "Back to the class" : "Back to the experiments", href: START };
-const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
+const KEPT = isParticipant ? "" : "Your saved runs are in My work.";
 
-/**
- * Whether an experiment is seen for the first time in this browser; it is remembered from then on.
+/** Whether this is the first visit of an experiment in this browser; the visit is stored.
  *
  * @param {string} experiment
  */
@@ -231,19 +221,18 @@ function isFirstVisit(experiment) {
 /**
  * @typedef {object} Options
  * @property {Steering} [steering] The steering of the session that this one follows.
- * @property {readonly string[]} [plots] Ids of the plots to show; all of them if none is named.
- * @property {Partial<import("./keys.js").Actions>} [actions] What keys do beyond what the session does by itself.
- * @property {HTMLElement|null} [keys] Where the keys are the session's own: its element if not given, nowhere if null.
- * @property {boolean} [readOnly] Whether it can be looked at and not be steered: cameras have their keys, it has none.
+ * @property {readonly string[]} [plots] Ids of the plots to show; empty for all.
+ * @property {Partial<import("./keys.js").Actions>} [actions] Further actions of keys.
+ * @property {HTMLElement|null} [keys] Element in which the session handles keys: its own by default, none if null.
+ * @property {boolean} [readOnly] Whether it can only be watched: keys of the camera work, those of the session do not.
  */
 
-/**
- * What the parts need that show a run's course and move through it. Several runs in step have one for all of them.
+/** The view that parts need to show a run's course and move through it. Several runs in step share one.
  *
  * @typedef {Pick<Mounted, "store"|"steering"|"signal"|"scene"|"plots">} View
  */
 
-/** A session that has been put into an element, and what its parts need to know of it. */
+/** A session mounted in an element, and the data that its parts need. */
 export class Mounted {
   #start;
   /** @type {import("./inspector.js").Inspector|null} */
@@ -261,13 +250,13 @@ export class Mounted {
     this.#start = start;
     this.signal = start.signal;
     this.scene = start.scene;
-    /** Ids of the plots to show; all of them if none is named. */
+    /** Ids of the plots to show; empty for all. */
     this.plots = ids;
     /** The card that replaces the plots. */
     this.card = newSignal(/** @type {"inspect"|"why"|"what-if"|null} */ (null));
     /** Content over the scene, such as the marking of the truth. */
     this.laid = newSignal(/** @type {Child} */ (null));
-    /** Whether to say what to look at. */
+    /** Whether to show the watch note. */
     this.hasNote = newSignal(true);
     this.store = new Store({ readOnly });
     this.steering = steering ?? new Steering(this.store, this.signal);
@@ -286,12 +275,12 @@ export class Mounted {
     this.#begin();
   }
 
-  /** Take the session from the page; nothing of it goes on here. The session itself stays. */
+  /** Remove the session from the page and end all its work here. The session itself stays. */
   dispose() {
     this.#start.end();
   }
 
-  /** Begin or stop looking into the frame. */
+  /** Begin or stop inspecting the frame. */
   async #look() {
     const { inspection: place } = this.#start.places;
     if (!place || this.store.isReadOnly) return;
@@ -352,8 +341,8 @@ export class Mounted {
   /** @param {unknown} error */
   #refuse(error) {
     const { isNew } = this.#start;
-    if (statusOf(error) === 404 && !isNew) this.#fail("There is no such session", `It may have ended. ${KEPT}`.trim());
-    else this.#fail(isNew ? "This session could not be started" : "This session cannot be shown", messageOf(error));
+    if (statusOf(error) === 404 && !isNew) this.#fail("Session not found", `It may have ended. ${KEPT}`.trim());
+    else this.#fail(isNew ? "Couldn't start this session" : "Couldn't show this session", messageOf(error));
   }
 
   /**

@@ -1,6 +1,4 @@
-/**
- * The first script of a session's page: has the session found or started, and its picture shown, while the rest of the
- * page is still being loaded.
+/** The first script of a session's page: it finds or starts the session and shows its picture while the rest of the page is still loading.
  */
 
 import { lastOfAddress, part } from "../shared/dom.js";

@@ -1,4 +1,4 @@
-/** Everything of a session's page by words: what the menu has, parameters, presets, lessons and saved runs. */
+/** A search over a session's page: commands of the menu, parameters, presets, lessons and saved runs. */
 
 import { request } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
@@ -12,7 +12,7 @@ import { readBy } from "./panel.js";
 /** @import { ExperimentPublic, LessonsPublic, Preset } from "../shared/messages.js" */
 /** @import { Entry, Page } from "./header.js" */
 
-/** So many lines are shown of what fits the words. */
+/** Most matches to show. */
 const MOST = 12;
 
 /** @param {Page} page */
@@ -44,16 +44,15 @@ function Palette({ page, close }) {
     if (first) press(first);
   };
   return html`<form class="palette" onSubmit=${submit} onKeyDown=${walk}>
-    <input type="search" autofocus aria-label="What to find" placeholder="Parameter, preset, lesson, run…" value=${words.value} onInput=${type} />
+    <input type="search" autofocus aria-label="Search" placeholder="Parameter, preset, lesson, run…" value=${words.value} onInput=${type} />
     <ul class="menu-list" aria-label="Found">
       ${found.map((entry) => h(Line, { entry: { words: entry.words, hint: entry.hint, run: () => press(entry) } }))}
     </ul>
-    ${found.length === 0 && html`<p class="hint" role="status">Nothing here is called that. Try fewer words.</p>`}
+    ${found.length === 0 && html`<p class="hint" role="status">No match. Try fewer words.</p>`}
   </form>`;
 }
 
-/**
- * What belongs to this page.
+/** Entries of this page.
  *
  * @param {Page} page
  * @returns {Entry[]}
@@ -69,8 +68,7 @@ function near(page) {
   return [...menu, ...turned, ...presets];
 }
 
-/**
- * What is elsewhere on this server: lessons, other experiments' presets, saved runs.
+/** Entries elsewhere on this server: lessons, other experiments' presets, saved runs.
  *
  * @returns {Promise<Entry[]>}
  */
@@ -96,8 +94,7 @@ async function open(run) {
   if (session) location.assign(session.page);
 }
 
-/**
- * Go to the control of a parameter, unfolding what it is in; where there is little room, that is the panel, too.
+/** Go to the control of a parameter and unfold its group; on a narrow page, the panel, too.
  *
  * @param {string} label
  */
@@ -107,11 +104,11 @@ function turn(label) {
   const field = found?.querySelector("input, select");
   const opener = /** @type {HTMLElement|null} */ (document.querySelector(".controls-opener[aria-expanded=false]"));
   if (opener?.checkVisibility()) opener.click();
-  // It takes the focus as soon as the panel is drawn.
+  // It gets the focus once the panel is drawn.
   if (field instanceof HTMLElement) requestAnimationFrame(() => field.focus());
 }
 
-/** @param {KeyboardEvent & {currentTarget: HTMLElement}} event The arrows go through the field and the lines. */
+/** @param {KeyboardEvent & {currentTarget: HTMLElement}} event Arrow keys move through the field and the lines. */
 function walk(event) {
   const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
   if (step === undefined) return;

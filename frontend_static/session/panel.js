@@ -1,10 +1,6 @@
-/**
- * What one can try in a session: tracker, the parameters that the run's preset is about, and behind *More* every other that the
- * tracker reads, the seed, and what to draw.
- *
- * A control never decides. It proposes a value, the session accepts or refuses it, and the panel shows what the session
- * says.
- */
+/** The controls to try in a session: tracker, the parameters that the run's preset is about, and behind *More* all others that the tracker
+ * reads, the seed, and the layers.
+ * A control only proposes a value. The session accepts or refuses it, and the panel shows the session's value. */
 
 import { Select } from "../shared/dom.js";
 import { explainControl } from "../shared/terms.js";
@@ -22,9 +18,9 @@ import { Exploration, settingsOf } from "./why/loss.js";
 /** @import { Mounted } from "./mount.js" */
 /** @import { Values } from "./steering.js" */
 
-// Controls made from the declaration of one parameter: each proposes values and shows what is in force.
+// Controls made from the declaration of one parameter: each proposes values and shows the current one.
 
-/** Digits that a number is shown with. */
+/** Significant digits of a shown number. */
 const DIGITS = 6;
 let made = 0;
 
@@ -58,9 +54,8 @@ export function Choice({ label, hint, options, value, propose }) {
   return h(Labelled, { label, hint, field: (id) => h(Select, { id, ...look }) });
 }
 
-/**
- * A field that takes whatever is allowed, with a slider over the useful range, widened to the value in force. The field is the
- * stop of the tab key for both: its arrows move by the same steps.
+/** A field for all allowed values, with a slider over the useful range, widened to the current value. The field is the tab stop of both:
+ * its arrow keys move by the same steps.
  *
  * @param {NumberProps & {useful: [number, number]|null}} props
  *
@@ -86,8 +81,8 @@ function Amount({ useful, ...field }) {
 }
 
 /**
- * A field for a number. What is half typed is left alone until it is finished; whether a value is allowed is for the server
- * to say, in words that name the bounds.
+ * A field for a number. A half-typed value is left alone until it is finished; the server decides whether a value is allowed, and names the
+ * bounds.
  *
  * @param {NumberProps} props
  */
@@ -99,7 +94,7 @@ export function NumberBox({ label, hint, min, max, step, value, propose }) {
     leave();
     if (Number.isFinite(number)) propose(number);
   });
-  // It belongs to no form: its step is that of the arrows, and no bound for what is typed.
+  // It belongs to no form: its step is only that of the arrow keys, and does not restrict typed values.
   const look = { min, max, form: "", step: step ?? "any", "aria-description": hint, value: typed.value ?? shown(value) };
   const field = (/** @type {string} */ id) =>
     html`<input type="number" inputmode="decimal" id=${id} ...${look} onInput=${type} onChange=${finish} onBlur=${leave} />`;
@@ -112,8 +107,7 @@ function Labelled({ label, hint, field }) {
   return html`<div class="control"><label for=${id} ref=${explained(hint)}>${label}</label>${field(id)}</div>`;
 }
 
-/**
- * A listener that is given the field.
+/** A listener that gets the field.
  *
  * @param {(field: HTMLInputElement) => void} act
  */
@@ -131,8 +125,7 @@ function shown(value) {
   return String(Number.isInteger(value) ? value : Number(value.toPrecision(DIGITS)));
 }
 
-/**
- * A box for each layer of a run's drawings.
+/** A checkbox for each layer of a run's drawings.
  *
  * @param {{layers: Layers}} props
  */
@@ -142,11 +135,11 @@ export function LayerBoxes({ layers }) {
   );
 }
 
-// Other seeds: a switch that draws a band behind the curve of the error, and tells the share of runs that hold.
+// Other seeds: a switch that draws a band behind the curve of the error, and shows the share of runs that hold.
 
-/** A slider that is dragged changes twenty times a second. */
+/** Delay, since a dragged slider changes twenty times a second. */
 const SETTLE_MS = 150;
-const HINT = "Forty runs with other random numbers on the same scene: the 10, 50 and 90 % quantiles of their errors lie behind the curve";
+const HINT = "Forty runs with other random numbers on the same scene: the 10, 50 and 90 % quantiles of their errors are drawn behind the curve";
 
 /** @param {{view: Mounted}} props */
 function OtherSeeds({ view: { store, signal: end } }) {
@@ -164,7 +157,7 @@ function OtherSeeds({ view: { store, signal: end } }) {
   useEffect(() => {
     store.ensemble.value = bands;
   }, [bands]);
-  // No seed alters a replay.
+  // A replay does not depend on the seed.
   if (!store.isAwake || store.known.trackers.some(({ id, replays }) => id === store.known.tracker && replays)) return null;
   return html`<div class="explore" role="group" aria-label="Other seeds">
     <button type="button" class="chip" aria-pressed=${String(isOn.value)} title=${HINT} onClick=${() => (isOn.value = !isOn.value)}>Other seeds</button>
@@ -172,8 +165,7 @@ function OtherSeeds({ view: { store, signal: end } }) {
   </div>`;
 }
 
-/**
- * How many runs hold in a frame.
+/** The number of runs that hold in a frame, in words.
  *
  * @param {Bands|null} bands
  * @param {number} frame
@@ -185,12 +177,12 @@ function words(bands, frame) {
   return share === null ? `${runs} runs` : `${Math.round(share * runs)} of ${runs} hold in this frame`;
 }
 
-const TRACKER_HINT = "What follows the target; a change counts from the next frame.";
-const FIT_HINT = "Find the values under which what was seen is most probable, instead of tuning by eye.";
+const TRACKER_HINT = "The method that follows the target; a change takes effect from the next frame.";
+const FIT_HINT = "Find the values under which the data are most probable, instead of tuning by eye.";
 const SEED_HINT = "The same seed gives the same scene and the same run, to the bit. A change starts the run again.";
-/** So many parameters are tried first. */
+/** Most parameters shown first. */
 const FIRST = 5;
-/** Of a run without a preset, so many. */
+/** Most parameters shown first in a run without a preset. */
 const FIRST_OF_ALL = 3;
 
 /** @param {{view: Mounted}} props */
@@ -198,7 +190,7 @@ export function Panel({ view }) {
   const { store, scene, signal: end } = view;
   const { session } = store;
   const proposals = useMemo(() => new Proposals((values) => sendValues(store, values), end), []);
-  /** Where there is little room they open above the rest. */
+  /** On a narrow page the panel opens above the rest. */
   const isOpen = useSignal(false);
   if (session === null) return null;
   const { parameters, tracker, trackers, recipe, title } = session;
@@ -240,8 +232,7 @@ export function Panel({ view }) {
   </div>`;
 }
 
-/**
- * The parameters that a session's tracker reads, without the files, which are brought in by the menu.
+/** The parameters that a session's tracker reads, without files, which the menu imports.
  *
  * @param {SessionPublic} session
  */
@@ -251,11 +242,10 @@ export function readBy({ declarations, parameters, tracker }) {
   );
 }
 
-/**
- * The parameters of a filter of one's own, and those that the preset is about; failing them, the first that have a slider.
+/** The parameters of a person's own filter, and those that the preset is about; or else the first ones with a slider.
  *
  * @param {SessionPublic} session
- * @param {Declaration[]} read Those that the tracker reads.
+ * @param {Declaration[]} read Parameters that the tracker reads.
  */
 function firstOf({ about, recipe, tracker }, read) {
   const own = tracker in (recipe.filters ?? {}) ? read.filter(({ trackers }) => trackers.length === 1) : [];
@@ -263,8 +253,7 @@ function firstOf({ about, recipe, tracker }, read) {
   return first.length > 0 ? first : read.filter(({ useful }) => useful !== null).slice(0, FIRST_OF_ALL);
 }
 
-/**
- * What a change will do, where it does more than count from the next frame on.
+/** The effect of a change, if it does more than take effect from the next frame.
  *
  * @param {{session: SessionPublic}} props
  */
@@ -274,16 +263,15 @@ function Effect({ session: { branch_point: frame, position, frames, playing } })
   return html`<p class="control-effect" role="status">${frame !== null && !playing && effect}</p>`;
 }
 
-/**
- * A fold that stays as a person has left it in this browser, for each experiment. The 3-D scene's panel keeps its folds in the
- * same place (`folds.js` of the viser adapter).
+/** A fold whose state is stored in this browser for each experiment. The 3-D scene's panel stores its folds in the same place (`folds.js`
+ * of the viser adapter).
  *
- * @param {{experiment: string, title: string, name?: string, children?: Child}} props `name` is what the scene's panel calls it
+ * @param {{experiment: string, title: string, name?: string, children?: Child}} props `name` is its name in the scene's panel
  */
 function Fold({ experiment, title, name = title, children }) {
   const place = `pftrack-folds ${experiment}`;
   const kept = () => JSON.parse(remembered(place) ?? "{}");
-  // Pressed by mouse or key: `toggle` would also be told of what is open from the start.
+  // On a press by mouse or key: `toggle` would also fire for folds that are open from the start.
   const press = (/** @type {Event & {currentTarget: HTMLElement}} */ { currentTarget }) => {
     remember(place, JSON.stringify({ ...kept(), [name]: !currentTarget.parentElement?.hasAttribute("open") }));
   };

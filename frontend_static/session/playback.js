@@ -1,19 +1,15 @@
-/**
- * The course of a run that is played from a file: it does what the worker of a session does when it is asked to move
- * through a run, and shows the stored drawings.
- */
+/** A run played from a file: it replaces the worker of a session for commands that move through a run, and shows the stored drawings. */
 
 /** @import { Command } from "../shared/messages.js" */
 /** @import { FlatView } from "./flat/flat_view.js" */
 /** @import { Store } from "./store.js" */
 
-/**
- * What the file says of its drawings.
+/** The file's index of its drawings.
  *
  * @typedef {object} Recording
- * @property {[first: number, end: number][][]} parts For each drawing where its bytes lie, and those of its pictures.
- * @property {number} every Of so many frames one is drawn.
- * @property {number|null} before_loss From where to watch the first loss.
+ * @property {[first: number, end: number][][]} parts For each drawing the range of its bytes, and those of its pictures.
+ * @property {number} every One of this many frames is drawn.
+ * @property {number|null} before_loss Frame from which to watch the first loss.
  * @property {import("../shared/messages.js").Section[]} glossary
  */
 
@@ -22,9 +18,9 @@ export class Playback {
   #view;
   #recording;
   #bytes;
-  /** The frame that is shown, or about to be. */
+  /** The shown frame, or the one about to be shown. */
   #frame = 0;
-  /** When the frame was due that was shown last, ms. */
+  /** When the last shown frame was due, ms. */
   #shown = 0;
   #next = 0;
 
@@ -41,11 +37,10 @@ export class Playback {
     this.#bytes = bytes;
   }
 
-  /**
-   * Do what a session is asked to do.
+  /** Carry out a command of a session.
    *
    * @param {Command} command
-   * @throws {Error} Only a session can do that.
+   * @throws {Error} The command needs a session.
    */
   async carryOut(command) {
     switch (command.kind) {
@@ -98,7 +93,7 @@ export class Playback {
     this.#next = requestAnimationFrame(() => this.#advance());
   }
 
-  /** Show the frame that is due, and go on until somebody pauses or the run ends. */
+  /** Show the frame that is due, and continue until a pause or the end of the run. */
   async #advance() {
     const { playing, speed, frame_rate_hz: rate, frames } = this.#store.known;
     if (!playing) return;
@@ -112,7 +107,7 @@ export class Playback {
     this.#goOn();
   }
 
-  /** @param {Partial<import("../shared/messages.js").SessionSnapshot>} session What has changed. */
+  /** @param {Partial<import("../shared/messages.js").SessionSnapshot>} session The changed fields. */
   #tell(session) {
     this.#store.receive({ version: 1, type: "changes", session, rows: [] });
   }

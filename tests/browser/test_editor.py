@@ -42,7 +42,7 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
 
     field.press("Control+End")
     page.keyboard.type("\ndef broken(:\n")
-    state.get_by_text("Not saved yet").wait_for()
+    state.get_by_text("Unsaved").wait_for()
     page.keyboard.press("Control+s")
     shown.until(lambda: "invalid syntax" in state.inner_text(), "the mistake is told")
     assert f"Line {len(TEXT.splitlines()) + 2}" in state.inner_text()

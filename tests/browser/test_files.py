@@ -32,7 +32,7 @@ def test_the_model_is_taken_away_and_brought_back(
     unchosen.goto(session["page"])
     view = SessionPage(unchosen, server).ready()
     view.menu("files")
-    away, into = (unchosen.locator(".files > section", has_text=title) for title in ("Take away", "Bring in"))
+    away, into = (unchosen.locator(".files > section", has_text=title) for title in ("Export", "Import"))
     assert away.locator("[data-export]").count() == len(session["exports"])
     assert into.locator("[data-file]").count() == 2
     with unchosen.expect_download() as waiting:
@@ -59,7 +59,7 @@ def test_every_run_can_be_taken_away(unchosen: Any, server: Server) -> None:
     session = server.start_session(experiment="sine")
     unchosen.goto(session["page"])
     SessionPage(unchosen, server).ready().menu("files")
-    away, into = (unchosen.locator(".files > section", has_text=title) for title in ("Take away", "Bring in"))
+    away, into = (unchosen.locator(".files > section", has_text=title) for title in ("Export", "Import"))
     with unchosen.expect_download() as waiting:
         away.locator("[data-export=notebook]").click()
     book = json.loads(Path(waiting.value.path()).read_text())

@@ -27,7 +27,7 @@ def test_keys_do_nothing_where_there_is_no_session(page: Any, complaints: Any) -
     """Whatever is pressed before, or where, a session is not there, no script fails."""
     complaints.expected = ("404",)
     page.goto("session/0123456789abcdef")
-    page.get_by_text("There is no such session").wait_for()
+    page.get_by_text("Session not found").wait_for()
     named = ("Escape", "Home", "End", "ArrowLeft", "Shift+ArrowRight")
     for key in (*ascii_lowercase, *digits, *" []?", *named):
         page.keyboard.press(key)
@@ -141,7 +141,7 @@ def a_parameter_is_found_by_words(shown: SessionPage) -> None:
     """Ctrl+K and a few words lead to a control, also where the panel is folded."""
     shown.page.set_viewport_size({"width": 800, "height": 700})
     shown.press("Control+k")
-    shown.page.get_by_label("What to find").fill("particles parameter")
+    shown.page.get_by_label("Search").fill("particles parameter")
     shown.press("Enter")
     focused = "document.activeElement.labels?.[0]?.textContent"
     shown.until(lambda: shown.page.evaluate(focused) == "Particles", "its field has the focus")

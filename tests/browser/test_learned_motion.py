@@ -40,7 +40,7 @@ def test_a_learned_motion_is_taken_away_and_brought_in(
     unchosen.get_by_text("it was learned in 'fish', and this is 'ball'").wait_for()
     picker.set_input_files(str(place))
     unchosen.get_by_text("mine.json is used from the next frame on").wait_for()
-    unchosen.get_by_role("button", name="Begin again").click()
+    unchosen.get_by_role("button", name="Restart").click()
     view.until(lambda: view.session["timeline"][0]["values"].get("learned") == text, "it began with the file")
     view.stands_at(0)
     unchosen.get_by_text("in use").wait_for()

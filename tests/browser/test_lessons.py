@@ -213,7 +213,7 @@ def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, broken: Path, 
 def test_checks_are_told_on_the_page(lesson: LessonPage) -> None:
     """Each is computed on the server, and stands beside what is exact."""
     lesson.open("bayes")
-    lesson.page.click("text=What is checked")
+    lesson.page.click("text=Checks (")
     lesson.until(lambda: "checks pass" in lesson.page.inner_text("[data-part=text]"), "the checks are computed")
     for check in lesson.page.locator(".checks li").all():
         assert re.search(r"checked: \S+, exact \S+, within \S+ ✓", check.inner_text()), check.inner_text()

@@ -65,4 +65,4 @@ def test_a_clip_is_explained_by_a_few_marks(
     expect(page.locator(".branches .chip")).to_have_count(2)
     fits(page)
     page.keyboard.press("i")
-    expect(page.get_by_role("heading", name="Look into the frame")).to_be_in_viewport()
+    expect(page.get_by_role("heading", name="Inspect the frame")).to_be_in_viewport()

@@ -21,7 +21,7 @@ def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints)
     complaints.expected = ("the server responded with a status of 404",)
     page.goto("session/0123456789abcdef")
     page.locator(".notice").wait_for()
-    assert "There is no such session" in page.inner_text(".notice")
+    assert "Session not found" in page.inner_text(".notice")
     enabled = page.locator(".transport .group button:enabled")
     View(page).until(lambda: enabled.count() == 0, "the transport is switched off")
     assert page.locator("[data-tool=save]:enabled").count() == 0

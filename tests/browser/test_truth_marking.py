@@ -95,7 +95,7 @@ def test_marks_that_are_known_can_be_corrected_or_left_alone(shown: SessionPage,
     page.keyboard.press("t")
     page.locator(".truth-marking[data-state=kept]").wait_for()
     page.fill("#truth-every", "1")
-    page.locator("button:has-text('Keep and go on')").click()
+    page.locator("button:has-text('Save and continue')").click()
     click_disc(shown, 1)
     waits_at(shown, 2)
     page.keyboard.press("Escape")

@@ -1,21 +1,19 @@
-/**
- * Reading a drawing as the server sends it, `server/pftrack_server/sessions/worker/codec.py` says in which form. The arrays are views of the message:
- * nothing is copied.
- */
+/** Reading a drawing in the form of `server/pftrack_server/sessions/worker/codec.py`. The arrays are views of the message: nothing is
+ copied. */
 
 import { html, signal } from "../../vendor/preact.js";
 
 /** @import { Layer, World } from "../../shared/messages.js" */
 
-// Which layers of a session's drawings are shown, as signals; views paint by it, panels switch it.
+// The shown layers of a session's drawings, as signals; views read them, panels switch them.
 
 export class Layers {
-  /** What the colours mean of the drawing that is painted. */
+  /** Legend of the painted drawing. */
   keys = signal(/** @type {readonly DrawnKey[]} */ ([]));
 
-  /** @param {readonly Layer[]} [declared] A layer that is not among them is shown. */
+  /** @param {readonly Layer[]} [declared] The layers; any other layer is shown. */
   constructor(declared = []) {
-    /** Those that can be seen from the front. */
+    /** Layers that are visible from the front. */
     this.declared = declared.filter(({ role }) => role !== "through time");
     /** Whether each layer is shown, by name. */
     this.shown = signal(Object.fromEntries(declared.map(({ name, shown, role }) => [name, shown && role !== "through time"])));
@@ -35,8 +33,7 @@ export class Layers {
   }
 }
 
-/**
- * What the colours mean on layers that are shown, each meaning once.
+/** The legend of the shown layers, each meaning once.
  *
  * @param {{layers: Layers}} props
  */
@@ -49,26 +46,25 @@ export function LayerLegend({ layers }) {
   return html`<ul class="legend" aria-label="Legend">${items}</ul>`;
 }
 
-// Flat views that lie over each other, each in one colour: the lowest has the picture and what is truly there, the others
-// only what their trackers believe.
+// Flat views that lie over each other, each in one colour: the lowest has the picture and the truth, the others only their trackers'
+// beliefs.
 
-/** @typedef {{tint: Colour, isLowest: boolean}} Coat What becomes of a view that is one of several. */
+/** @typedef {{tint: Colour, isLowest: boolean}} Coat Colour and role of a view that is one of several. */
 
-/** What is truly there is drawn in it, here as in the film. */
+/** Colour of the truth, as in films. */
 const TRUTH = "0,0,0";
 
 export class Overlay {
   /** Null for a view by itself. */
   coat = signal(/** @type {Coat|null} */ (null));
 
-  /** @param {number} first The frame of the run that is frame 0 of all: a caption counts as all do. */
+  /** @param {number} first The run's frame that is the common frame 0, from which captions count. */
   constructor(first) {
     this.first = first;
   }
 }
 
-/**
- * What is painted of a primitive in a view that is one of several; nothing for what the lowest one shows for all.
+/** A primitive as painted in a view that is one of several; nothing if the lowest view shows it for all.
  *
  * @param {Primitive} item
  * @param {Coat} coat
@@ -84,8 +80,7 @@ export function coated(item, { tint, isLowest }) {
 
 /** @typedef {[number, number, number]} Colour RGB, 0 to 255 */
 
-/**
- * What all primitives have.
+/** The shared part of all primitives.
  *
  * @typedef {object} Named
  * @property {string} name The same from frame to frame.
@@ -117,7 +112,7 @@ export function coated(item, { tint, isLowest }) {
  * @typedef {Named & {kind: "text", position: Float32Array, text: string, colour: Colour,
  *     anchor: "start"|"middle"|"end", title: string, point: Float32Array|null}} Text
  */
-/** @typedef {Named & {kind: "frustum"}} Frustum Seen from aside only. */
+/** @typedef {Named & {kind: "frustum"}} Frustum Visible only in 3-D. */
 /** @typedef {Picture|Points|Polyline|Links|Arrows|Ellipse|Ellipsoids|Axes|Mesh|Text|Frustum} Primitive */
 
 /** @typedef {World & {ruler: number}} ShownWorld with the length of its ruler, in its unit */
@@ -133,11 +128,11 @@ export function coated(item, { tint, isLowest }) {
  * @property {number} width
  * @property {number} height
  * @property {string} caption
- * @property {DrawnKey[]} legend What the colours mean that are drawn, in order.
+ * @property {DrawnKey[]} legend Keys of the drawn colours, in order.
  * @property {Primitive[]} primitives In painting order.
- * @property {WorldDrawing[]} worlds Beside the picture.
- * @property {Map<number, Uint8Array>} files Pictures that came with it, JPEG by key.
- * @property {import("../../shared/messages.js").SessionMessage[]} messages What the session has told up to it.
+ * @property {WorldDrawing[]} worlds Worlds next to the picture.
+ * @property {Map<number, Uint8Array>} files Pictures in the message, JPEG files by key.
+ * @property {import("../../shared/messages.js").SessionMessage[]} messages The session's messages up to it.
  */
 
 const MAGIC = "pfd";
@@ -152,7 +147,7 @@ const ARRAYS = { f4: Float32Array, i4: Int32Array, u1: Uint8Array };
  *
  * @param {ArrayBuffer} message
  * @returns {Drawing}
- * @throws {Error} It is of another version than this page, or no drawing at all.
+ * @throws {Error} The message has another version than this page, or is not a drawing.
  */
 export function decode(message) {
   const view = new DataView(message);
@@ -181,7 +176,7 @@ function isReference(value) {
 /**
  * @param {Reference} reference
  * @param {ArrayBuffer} message
- * @param {number} base Where the arrays begin.
+ * @param {number} base Offset of the arrays.
  */
 function array({ type, at, shape }, message, base) {
   return new ARRAYS[type](message, base + at, shape.reduce((product, extent) => product * extent, 1));
@@ -190,7 +185,7 @@ function array({ type, at, shape }, message, base) {
 /**
  * @param {ArrayBuffer} message
  * @param {DataView} view
- * @param {number} start Where they begin.
+ * @param {number} start Offset of the files.
  * @returns {Map<number, Uint8Array>}
  */
 function files(message, view, start) {

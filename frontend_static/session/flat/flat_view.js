@@ -1,10 +1,9 @@
 /**
  * The flat view of a session: its newest drawing from the front, on a canvas, without WebGL.
  *
- * The canvas is as large as its place allows in the picture's proportions, in pixels of the display. Drawings come as fast
- * as they are painted; of two that are ready between two frames of the display the newer one is painted. What a drawing
- * shows in worlds of their own stands beside the picture, and is painted together with it.
- */
+ * The canvas is as large as its place allows in the picture's proportions, in pixels of the display. Drawings arrive as fast as they are
+ painted; of two that are ready between two frames of the display, the newer one is painted. The worlds of a drawing are next to the picture
+ and painted together with it. */
 
 import { build, renderIn, setText } from "../../shared/dom.js";
 import { enlargement, watchCanvasSize } from "../../shared/theme.js";
@@ -17,17 +16,16 @@ import { WorldView } from "./world_view.js";
 /** @import { CanvasSize } from "../../shared/theme.js" */
 /** @import { Drawing, Overlay, Primitive } from "./drawing.js" */
 
-/** So near the pointer has to be, in pixels of the page. */
+/** Largest distance of the pointer, pixels of the page. */
 const REACH = 9;
 
-/**
- * The written-out name of what a pointer is at: the nearest point that has one, whether its label is shown or not.
+/** The full name at the pointer: that of the nearest named point, whether its label is shown or not.
  *
  * @param {readonly Primitive[]} primitives
  * @param {number} x px of the drawing, from the centre of its first pixel
  * @param {number} y
  * @param {number} scale Pixels of the page per px of the drawing.
- * @returns {string} Empty where nothing is.
+ * @returns {string} Empty if there is none.
  */
 export function nameAt(primitives, x, y, scale) {
   let [name, nearest] = ["", REACH / scale];
@@ -41,16 +39,15 @@ export function nameAt(primitives, x, y, scale) {
 
 /** @typedef {{key: number, decoded: Promise<ImageBitmap|null>, needed: number}} Kept `needed` is the last drawing that needs it. */
 
-/** The pictures of drawings, decoded outside the page's thread and freed as soon as no drawing needs them any more. */
+/** The pictures of drawings, decoded outside the page's thread and freed once no drawing needs them. */
 export class Pictures {
   /** @type {Set<Kept>} */
   #all = new Set();
 
-  /**
-   * Take the files of a drawing, and keep what it needs.
+  /** Take the files of a drawing, and keep the pictures that it needs.
    *
    * @param {Drawing} drawing
-   * @param {number} number Drawings are counted as they come.
+   * @param {number} number Number of the drawing, in order of arrival.
    * @returns {Promise<Map<number, ImageBitmap>>} Its pictures by key; one that cannot be decoded is missing.
    */
   async of(drawing, number) {
@@ -66,8 +63,7 @@ export class Pictures {
     return new Map(found.flatMap(([key, bitmap]) => (bitmap === null ? [] : [[key, bitmap]])));
   }
 
-  /**
-   * Free what only drawings before this one needed.
+  /** Free pictures that only earlier drawings needed.
    *
    * @param {number} number
    */
@@ -87,10 +83,10 @@ const QUIET_MS = 400;
 
 /**
  * @typedef {object} Options
- * @property {Promise<Layers>} layers Which layers are shown, as soon as it is known.
- * @property {Overlay} [overlay] Says how it is painted where several lie over each other; it has no ground then.
+ * @property {Promise<Layers>} layers The shown layers, once they are known.
+ * @property {Overlay} [overlay] How it is painted among several views that lie over each other; the canvas is then transparent.
  * @property {() => void} [onPainted] Called when a drawing was painted.
- * @property {boolean} [hasLegend] Whether the line below the picture says what its colours mean, instead of what it shows.
+ * @property {boolean} [hasLegend] Whether the line below the picture is a legend instead of a caption.
  */
 
 export class FlatView {
@@ -135,7 +131,7 @@ export class FlatView {
       follow(() => [known.shown.value, overlay?.coat.value], this.#soon, signal);
       if (hasLegend && !signal.aborted) renderIn(this.#legend, h(LayerLegend, { layers: known }), signal);
     });
-    // Why there is none is said for all of the session.
+    // The session shows the reason why there is no drawing.
     this.#known.catch(() => {});
     watchCanvasSize(this.#place, (room) => this.#resize(room), signal);
     this.#nameWhatIsPointedAt();
@@ -148,14 +144,14 @@ export class FlatView {
   /**
    * Read a drawing and unpack its pictures.
    *
-   * @param {ArrayBuffer} data As it has come.
-   * @param {() => void} painted Called when it was painted, or will never be.
-   * @returns {Promise<{messages: import("../../shared/messages.js").SessionMessage[], show: () => void}>} What was told up to it, and
-   *     what has it painted with the next frame of the display.
-   * @throws {Error} It is not a drawing that this page can read.
+   * @param {ArrayBuffer} data The received message.
+   * @param {() => void} painted Called when the drawing was painted or dropped.
+   * @returns {Promise<{messages: import("../../shared/messages.js").SessionMessage[], show: () => void}>} The messages up to it, and a
+   *     function that paints it with the next frame of the display.
+   * @throws {Error} The message is not a drawing that this page can read.
    */
   async prepare(data, painted) {
-    // Without knowing which layers are shown the first picture would flash all of them.
+    // If the shown layers were unknown, the first picture would flash all layers.
     await this.#known;
     this.#came += 1;
     const number = this.#came;
@@ -198,7 +194,7 @@ export class FlatView {
     this.#fit(width, height);
     /** @param {number} key */
     const picture = (key) => bitmaps.get(key);
-    // Another function each time: a component that reads signals is rendered again only for other properties.
+    // A new function each time: a component that reads signals is rendered again only if its properties change.
     const isShown = (/** @type {string} */ layer) => this.#layers.isShown(layer);
     const surface = { context, width, height, scale, density: devicePixelRatio * enlargement(this.#place), picture };
     paint(surface, drawing, isShown, this.#overlay?.coat.value);
@@ -210,7 +206,7 @@ export class FlatView {
     this.#onPainted();
   }
 
-  /** On hover the browser shows the name; a finger has no hover, so the line below the picture says it, too. */
+  /** The browser shows the name on hover; for touch, the line below the picture shows it, too. */
   #nameWhatIsPointedAt() {
     const canvas = this.#canvas;
     const named = (/** @type {PointerEvent} */ { offsetX, offsetY }) => {
@@ -229,7 +225,7 @@ export class FlatView {
   #say(drawing) {
     const words = wordsOf(drawing, this.#overlay);
     setText(this.#caption, words);
-    // Once it stands: a screen reader need not speak every picture of a run that plays.
+    // Only when paused: a screen reader need not speak every picture of a playing run.
     this.#unsettle();
     this.#unsettle = later(() => this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes: ${words}`), QUIET_MS, this.#signal);
     this.#canvas.dataset.frame = String(drawing.frame);

@@ -1,22 +1,20 @@
 /**
  * Painting a drawing from the front: every primitive where `pftrack/rendering.py` puts it.
  *
- * A drawing counts its px from the centre of the top left pixel, a canvas from that pixel's corner. So at k pixels of the
- * canvas to the px, a position x lands on k (x + 1/2). Clouds are discs, or stamps of whole pixels where there are thousands.
- * Meshes are painted from their furthest triangle to the nearest, shaded by how far it faces the viewer, each in the mean
- * colour of its corners; what lies behind a triangle of the same mesh is not seen through it.
- */
+ * A drawing counts its px from the centre of the top left pixel, a canvas from that pixel's corner. So at k pixels of the canvas per px, a
+ position x is at k (x + 1/2). Clouds are discs, or stamps of whole pixels if there are thousands. Meshes are painted from their furthest
+ triangle to the nearest, shaded by their angle to the viewer, each in the mean colour of its corners; a triangle hides parts of the same
+ mesh behind it. */
 
 import { css } from "../../shared/theme.js";
 import { coated } from "./drawing.js";
 
 /** @import { Arrows, Axes, Colour, Drawing, Ellipse, Ellipsoids, Links, Mesh, Picture, Points, Polyline, Primitive, Text } from "./drawing.js" */
 
-/** Beyond so many pixels of the canvas nothing is told apart, and browsers grow slow. */
+/** Largest coordinate, pixels of the canvas; beyond it browsers become slow. */
 const FAR_PX = 30_000;
 
-/**
- * Where a coordinate lands on the canvas; what is not a number stays so.
+/** A coordinate on the canvas; NaN stays NaN.
  *
  * @param {number} value px of the drawing, from the centre of the first pixel
  * @param {number} scale Pixels of the canvas per px of the drawing.
@@ -25,8 +23,7 @@ export function placed(value, scale) {
   return Math.min(Math.max(scale * (value + 0.5), -FAR_PX), FAR_PX);
 }
 
-/**
- * Where and how it is painted.
+/** The canvas and the scale of painting.
  *
  * @typedef {object} Surface
  * @property {CanvasRenderingContext2D} context
@@ -39,14 +36,14 @@ export function placed(value, scale) {
 
 const PAPER = "#fff";
 const CORNERS = 72;
-/** From here on the pixels of the picture are meant to be seen as such. */
+/** Scale from which the pixels of the picture are shown as squares. */
 const ENLARGED_FROM = 3;
-/** As high as the letters of the film. */
+/** Height of letters, as in films. */
 const TEXT_PX = 11.7;
 const FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
-/** As in the film, width from which on there is room for names that are written out, where letters are 12 px high. */
+/** Width from which there is room for full names with letters of 12 px, as in films. */
 const TITLES_FROM_PX = 520;
-/** How much of a line is before its position. */
+/** Share of a line before its position. */
 const BEFORE = { start: 0, middle: 0.5, end: 1 };
 const BRIGHT_FROM = 3 * 160;
 
@@ -56,7 +53,7 @@ const BRIGHT_FROM = 3 * 160;
  * @param {Surface} surface
  * @param {Pick<Drawing, "primitives">} drawing
  * @param {(layer: string) => boolean} isShown
- * @param {import("./drawing.js").Coat|null} [coat] Where it is one of several that lie over each other.
+ * @param {import("./drawing.js").Coat|null} [coat] Its colour and role among several views that lie over each other.
  */
 export function paint(surface, drawing, isShown, coat = null) {
   const { context, width, height } = surface;
@@ -73,9 +70,7 @@ export function paint(surface, drawing, isShown, coat = null) {
   }
 }
 
-/**
- * How each kind is painted, which is given that kind only. A camera does not see itself, and what a newer server may draw
- * besides is unknown.
+/** Painters by kind of primitive; each gets only its own kind. A frustum is not painted, nor are kinds of a newer server.
  *
  * @type {{[kind: string]: {paint(surface: Surface, item: Primitive): void}["paint"]|undefined}}
  */
@@ -109,7 +104,7 @@ function paintPicture({ context, width, height, picture }, item) {
 }
 
 /**
- * Stroke open lines, positions one after the other; those that are not finite are left out.
+ * Stroke open lines, positions one after the other; positions that are not finite are gaps.
  *
  * @param {Surface} surface
  * @param {{colour: Colour, width: number}} look
@@ -135,14 +130,13 @@ function strokes({ context, scale, density }, { colour, width }, lines) {
 
 /**
  * @param {Float32Array} segments
- * @returns {Float32Array[]} Each by itself.
+ * @returns {Float32Array[]} One array per segment.
  */
 function separate(segments) {
   return Array.from({ length: segments.length / 6 }, (_, at) => segments.subarray(6 * at, 6 * at + 6));
 }
 
-/**
- * An ellipse has as many corners as in the film, so that dashes are the same; a dashed one lacks every other side.
+/** The outline of an ellipse, with the same corners as in films, so that dashes match; a dashed one lacks every other side.
  *
  * @param {Ellipse} ellipse
  * @returns {number[][]}
@@ -153,8 +147,7 @@ function outline({ centre: [x, y], half_axes: [ax, ay, bx, by], dashed }) {
   return Array.from({ length: CORNERS / 2 }, (_, dash) => [...corners[2 * dash], ...corners[2 * dash + 1]]);
 }
 
-/**
- * The corners of what is painted for an ellipse, the first of them at the end again.
+/** The corners of the polygon of an ellipse; the first is repeated at the end.
  *
  * @param {readonly number[]} centre
  * @param {readonly number[]} one A half axis.
@@ -170,14 +163,13 @@ function around([x, y], [ax, ay], [bx, by]) {
 
 /**
  * @param {Axes} axes
- * @returns {number[][]} From the origin to the end of each.
+ * @returns {number[][]} A line from the origin to the end of each axis.
  */
 export function rays({ origin, rotation, length }) {
   return [0, 1, 2].map((axis) => [...origin, ...[0, 3, 6].map((row, at) => origin[at] + length * rotation[row + axis])]);
 }
 
-/**
- * Write with a rim in the opposite brightness, so that it can be read on any picture.
+/** Write text with a rim of the opposite brightness, readable on any picture.
  *
  * @param {Surface} surface
  * @param {Text} item
@@ -215,8 +207,7 @@ function paintPoints(surface, item) {
   else discs(surface, item, radius);
 }
 
-/**
- * Points of one colour that follow each other are one path.
+/** Consecutive points of one colour are one path.
  *
  * @param {Surface} surface
  * @param {Points} item
@@ -278,7 +269,7 @@ function stamp({ context, width, height, scale }, { positions, colours }, radius
  * @param {Float32Array} places
  * @param {number} scale
  * @param {number} reach
- * @param {number} extent Of the canvas.
+ * @param {number} extent Extent of the canvas.
  */
 function covered(places, scale, reach, extent) {
   const pixels = places.filter(Number.isFinite).map((place) => Math.floor(placed(place, scale)));
@@ -286,7 +277,7 @@ function covered(places, scale, reach, extent) {
 }
 
 const OUTLINE_PX = 1;
-/** Length of an arrow's head: in widths of its line, but at most this share of the arrow. */
+/** Length of an arrow's head in line widths, and its largest share of the arrow. */
 const HEAD_WIDTHS = 6;
 const HEAD_SHARE = 0.35;
 const HALF_ANGLE = (24 * Math.PI) / 180;
@@ -357,9 +348,9 @@ function root(first, both, second) {
   return [across, slope, Math.sqrt(Math.max(second - slope * slope, 0))];
 }
 
-/** What a triangle seen from its edge keeps of its colour. */
+/** Share of its brightness that a triangle seen from its edge keeps. */
 const AMBIENT = 0.4;
-/** Triangles overlap by so many pixels of the canvas, so that nothing shines through between them. */
+/** Overlap of triangles, pixels of the canvas, so that nothing shines through between them. */
 const OVERLAP_PX = 0.5;
 
 /**
@@ -404,7 +395,7 @@ function paintMesh({ context, width, height, scale }, mesh) {
  * Numbers from 0 to a count, the furthest from the viewer first.
  *
  * @param {number} count
- * @param {(number: number) => number} height Towards the viewer.
+ * @param {(number: number) => number} height Height towards the viewer.
  */
 export function farToNear(count, height) {
   const heights = Float64Array.from({ length: count }, (_, number) => height(number));

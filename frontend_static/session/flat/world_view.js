@@ -1,8 +1,5 @@
-/**
- * A world beside the picture, which one turns, enlarges or folds; its canvas is the stop of the tab key for its sides, too. And how
- * its primitives become those of a square picture, as `pftrack/vision/rendering.py` has them: there is no perspective, so each
- * primitive stays one of its kind.
- */
+/** A world next to the picture, which people can turn, enlarge or fold; its canvas is the only tab stop, also for its sides. Its primitives
+ are projected to a square picture as in `pftrack/vision/rendering.py`: without perspective, so each primitive keeps its kind. */
 
 import { IconButton, step } from "../../shared/dom.js";
 import { enlargement, onTheme, watchCanvasSize } from "../../shared/theme.js";
@@ -14,32 +11,30 @@ import { farToNear, paint, rays } from "./paint.js";
 
 /** @typedef {[number, number, number]} Vector */
 
-/**
- * A map from a world to a picture: scale times turn times the way from the middle, and then to the middle of the picture.
+/** A map from a world to a picture: scale times rotation times the offset from the middle, plus the middle of the picture.
  *
  * @typedef {object} Projection
- * @property {Vector[]} turn Directions that are seen to the right, downwards and towards the viewer.
- * @property {Vector} middle Of the world, in its unit.
+ * @property {Vector[]} turn World directions that point right, down and towards the viewer.
+ * @property {Vector} middle Middle of the world, in its unit.
  * @property {number} scale px of the picture per unit.
- * @property {number} centre Where the middle is in the picture, px from the left and from the top.
+ * @property {number} centre Position of the middle in the picture, px from the left and from the top.
  */
 
 /** Factor of free space around a world. */
 const MARGIN = 1.04;
-/** How far from the corner of its picture a ruler lies, as a share of the side. */
+/** Distance of a ruler from the picture's corner, as a share of the side. */
 const RULER_MARGIN = 0.04;
 const TEXT_ABOVE_PX = 5;
 /** @type {Colour} */
 const RULER_COLOUR = [128, 128, 128];
 const RADIANS = Math.PI / 180;
 
-/**
- * How a world fills a square picture.
+/** The projection with which a world fills a square picture.
  *
  * @param {ShownWorld} world
- * @param {number} azimuth Degrees to the right of the front from where it is seen.
+ * @param {number} azimuth Degrees to the right of the front.
  * @param {number} elevation Degrees above the middle.
- * @param {number} side Of the picture, px.
+ * @param {number} side Side of the picture, px.
  * @returns {Projection}
  */
 function projection(world, azimuth, elevation, side) {
@@ -61,7 +56,7 @@ function projection(world, azimuth, elevation, side) {
  *
  * @param {ShownWorld} world
  * @param {number} scale px of the picture per unit.
- * @param {number} side Of the picture, px.
+ * @param {number} side Side of the picture, px.
  * @returns {Primitive[]}
  */
 function ruler(world, scale, side) {
@@ -76,8 +71,7 @@ function ruler(world, scale, side) {
   ];
 }
 
-/**
- * Map a primitive of a world; clouds are put in order, the furthest first, so that the nearest lies on top.
+/** Project a primitive of a world; points of clouds are sorted, the furthest first, so that the nearest is on top.
  *
  * @param {Projection} view
  * @param {Primitive} item
@@ -118,8 +112,7 @@ function places({ turn, middle: [mx, my, mz], scale, centre }, positions) {
   return mapped;
 }
 
-/**
- * Covariances, nine numbers each, as they are seen, px^2.
+/** Projected covariances, nine numbers each, px^2.
  *
  * @param {Projection} view
  * @param {Float32Array} covariances
@@ -134,8 +127,7 @@ function turnedSpreads({ turn, scale }, covariances) {
   });
 }
 
-/**
- * Numbers of positions, the furthest first.
+/** Indices of positions, the furthest first.
  *
  * @param {Float32Array} positions
  */
@@ -149,7 +141,7 @@ function byDepth(positions) {
  * @template {Float32Array|Uint8Array} T
  * @param {T} values
  * @param {readonly number[]} order
- * @param {number} width Of a row.
+ * @param {number} width Length of a row.
  * @returns {T}
  */
 function picked(values, order, width) {
@@ -176,10 +168,10 @@ const DEGREES_PER_PX = 0.6;
 const DEGREES_PER_KEY = 10;
 const HINT = "Drag to turn; arrow keys, too, and Enter for the next side";
 
-/** @typedef {{azimuth: number, elevation: number}} Direction From which a world is seen, degrees. */
+/** @typedef {{azimuth: number, elevation: number}} Direction Viewing direction of a world, degrees. */
 
 /**
- * @param {number} azimuth Beyond half a turn it comes from the other side.
+ * @param {number} azimuth Beyond half a turn it continues from the other side.
  * @param {number} elevation Not beyond the top.
  * @returns {Direction}
  */
@@ -221,8 +213,7 @@ export function WorldView({ drawn, isShown }) {
   </details>`;
 }
 
-/**
- * A canvas that fills its place, and is painted whenever its world is rendered: together with the picture.
+/** A canvas that fills its place and is painted whenever its world is rendered, together with the picture.
  *
  * @param {WorldDrawing} drawn
  * @param {(layer: string) => boolean} isShown
@@ -250,15 +241,14 @@ function usePainting(drawn, isShown, { azimuth, elevation }) {
       paintNow.current();
     };
     watchCanvasSize(around, ({ width, height }) => fit(Math.min(width, height)), end.signal);
-    // Paper has another size, and no observer reports it.
+    // For printing the size changes, and no observer reports that.
     onTheme(() => fit(Math.round(around.clientWidth * devicePixelRatio)), end.signal);
     return () => end.abort();
   }, []);
   return /** @type {const} */ ([place, canvas]);
 }
 
-/**
- * Turning by pointer and keys: what is dragged follows the pointer, so the viewer goes the other way.
+/** Turning by pointer and keys: the world follows the pointer, so the viewer moves the other way.
  *
  * @param {import("../../vendor/preact.js").Signal<Direction>} seen
  * @param {Direction} next The side that Enter shows.
@@ -281,7 +271,7 @@ function useTurning(seen, next) {
       held.current = event;
     },
     onKeyDown: (/** @type {KeyboardEvent} */ event) => {
-      // Without the focus here they move through the run.
+      // Without the focus here, the arrow keys move through the run.
       const way = step(event);
       if (way !== null) turn(DEGREES_PER_KEY * way[0], -DEGREES_PER_KEY * way[1]);
       else if (step(event, { Enter: [0, 0] })) seen.value = next;

@@ -1,7 +1,6 @@
 /**
- * The kinds of plots that an experiment can declare: each says what is drawn of a run over its frames, as the traces of a
- * figure, and how far the axis upwards reaches.
- */
+ * The kinds of plots that an experiment can declare: each draws a run over its frames as the traces of a figure, and sets the range of the
+ y axis. */
 
 import { written } from "../../shared/figure/axes.js";
 import { lineOver, linksOver } from "../../shared/figure/kinds.js";
@@ -17,35 +16,34 @@ import { column, enclose, extent, reach, remembered, shades } from "./plots.js";
 /** @import { Role } from "../readings.js" */
 /** @import { Curve, History, Row, Store } from "../store.js" */
 
-/**
- * What a plot shows now.
+/** The present content of a plot.
  *
  * @typedef {object} Shown
  * @property {Trace[]} traces From the back to the front.
  * @property {Pick<Axis, "low"|"high"|"ticks">} y
- * @property {Panel["handles"]} [handles] For a parameter that is chosen in it, 1 the first.
- * @property {string} [words] What it shows that its lines do not say.
+ * @property {Panel["handles"]} [handles] Handles of a parameter that is chosen in the plot, 1 the first.
+ * @property {string} [words] Description of content that its lines do not name.
  */
 
 /**
  * @typedef {object} Kind
- * @property {(store: Store, isRoomy: boolean) => Shown} show `isRoomy` where there is room for names that are written out.
- * @property {string[]} [needs] Names of series; one of them has to be measured. It needs none if they are not given.
- * @property {number} [rows] How many rows it has, one above the other.
- * @property {(view: View, frame: number, y: number) => void} [choose] Take what a person points at.
+ * @property {(store: Store, isRoomy: boolean) => Shown} show `isRoomy` if there is room for full names.
+ * @property {string[]} [needs] Names of series, of which one must be measured; none by default.
+ * @property {number} [rows] Number of its rows, one above the other.
+ * @property {(view: View, frame: number, y: number) => void} [choose] Take the point that a person chose.
  */
 
-/** @typedef {(plot: Plot, session: SessionPublic) => Kind} Make The plot has the unit in which it is drawn. */
+/** @typedef {(plot: Plot, session: SessionPublic) => Kind} Make The plot's unit is the unit of drawing. */
 
-/** What is hardly probable at all is still seen: as a line, and as a node. */
+/** Least opacity of an improbable line, and of a node, so that they stay visible. */
 const [FAINTEST, FAINTEST_NODE] = [0.06, 0.12];
-/** Within its row a line leaves this free above and below. */
+/** Free space above and below a line within its row. */
 const FREE = 0.12;
-/** Room above all, so that the line of 100 % is seen. */
+/** Room at the top, so that a line at 100 % is visible. */
 const HIGHEST = 105;
 const [NODE_PX, RING_PX] = [8, 14];
 const isLost = () => shades("lost", 0.16, isGone, { word: "lost" });
-/** Of the active branch, said where the band is drawn. */
+/** Remarks on the active branch's band, shown where the band is drawn. */
 const DOUBTS = /** @type {Record<string, string>} */ ({ overconfident: "too narrow", underconfident: "too wide" });
 
 /** @type {Make} */
@@ -61,8 +59,7 @@ function error(plot) {
   };
 }
 
-/**
- * What runs with other seeds do, where that is known: where most of them are, and the one in the middle.
+/** Runs with other seeds, where known: a band that contains most of them, and their median.
  *
  * @param {Bands|null} ensemble
  * @param {string} ink
@@ -85,8 +82,7 @@ function sigma(plot) {
   };
 }
 
-/**
- * The thresholds of sigma as lines over the frames in which they are in force, and the largest of them.
+/** The thresholds of sigma as lines over the frames in which they apply, and the largest of them.
  *
  * @param {SessionPublic} session
  */
@@ -100,8 +96,7 @@ function thresholdsOf({ frames, thresholds, unit }) {
   return { traces, most: Math.max(0, ...levels.flat().map(({ value }) => value ?? 0)) };
 }
 
-/**
- * How many particles carry the weight, of how many there are.
+/** The effective number of particles, and the number of all.
  *
  * @type {Make}
  */
@@ -113,8 +108,7 @@ function sampleSize(plot, session) {
   };
 }
 
-/**
- * How far off the measurements were, beside what they should not be above.
+/** The innovations, with their limits.
  *
  * @type {Make}
  */
@@ -129,8 +123,7 @@ function innovation(plot, session) {
   };
 }
 
-/**
- * One number a frame, which may lie far from 0.
+/** One number per frame, which may be far from 0.
  *
  * @type {Make}
  */
@@ -143,8 +136,7 @@ function oneNumber(plot) {
   };
 }
 
-/**
- * Where a number lies, within two standard deviations, with 0 in the middle; and the truth.
+/** An estimated number with its band of two standard deviations, with 0 in the middle; and the truth.
  *
  * @type {Make}
  */
@@ -158,7 +150,7 @@ function withinBand(plot) {
       const { history, known } = store;
       const doubts = Object.keys(known.doubts).map((doubt) => DOUBTS[doubt]);
       const area = { ...band(`${id} band 0`, inkOf(store), column(history, low), column(history, high)), title: doubts.join(", ") };
-      // The band may be as wide as it likes; the axis follows what is estimated and what is true.
+      // The band may be wide; the axis follows the estimate and the truth.
       const end = reach(Math.max(smallestSpan(unit), most(store, [read, truth])));
       const y = { low: -end, high: end, ticks: [-end, 0, end].map((at) => ({ at, text: written(at) })) };
       const words = Object.values(known.doubts).join(" ");
@@ -167,8 +159,7 @@ function withinBand(plot) {
   };
 }
 
-/**
- * What lies between the ends of intervals, and the truth.
+/** Intervals, and the truth.
  *
  * @type {Make}
  */
@@ -190,8 +181,7 @@ function interval(plot) {
   };
 }
 
-/**
- * A row a component of a vector, each from 0 at its bottom to 1 at its top; of the active branch alone.
+/** A row per component of a vector, each from 0 at its bottom to 1 at its top; only for the active branch.
  *
  * @type {Make}
  */
@@ -200,7 +190,7 @@ function features(plot, session) {
   const names = declaredIn(session, series[0])?.components ?? [];
   const reads = names.map((_, place) => reader(series[0], place));
   const seen = (/** @type {Row} */ row, /** @type {number} */ place) => valueOf(row, visible, place);
-  // Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
+  // Without truth the tracker's own report is shown instead; it is not the same, so it has another colour.
   const missed = (/** @type {Row} */ row, /** @type {number} */ place) => Number.isNaN(seen(row, place)) && valueOf(row, recognised, place) === 0;
   const options = (/** @type {string} */ word) => ({ word, rows: names.length });
   const [hidden, lost] = [
