@@ -1,9 +1,9 @@
-"""States of a run that are kept: at keyframes, for seeking, and as checkpoints, so that nothing is computed again.
+"""Kept states of a run: keyframes for seeking, and checkpoints that save computing a run again.
 
-A checkpoint is a file, a convenience and not a record: it holds the states of one version of the program on one
-machine, and a program that cannot read it computes the run again. So it is written without waiting for the disk, and a
-file that was cut short is found out by its checksum. States are the trackers' own classes, hence pickled; a file is
-read with nothing but these classes and NumPy's arrays at hand, so that it can build values and call nothing.
+A checkpoint is a file for convenience, not a record: it holds the states of one version of the program on one machine,
+and a program that cannot read it computes the run again. So it is written without waiting for the disk, and a checksum
+reveals a truncated file. States are the trackers' own classes and therefore pickled; the reader admits only these
+classes and NumPy's arrays, so a file can build values but call nothing.
 """
 
 import dataclasses
@@ -30,26 +30,25 @@ ARRAYS = {
     ("numpy._core.multiarray", "scalar"),
     ("numpy._core.numeric", "_frombuffer"),
 }
-"""What NumPy's arrays and numbers are unpickled with."""
+"""Functions that unpickle NumPy's arrays and numbers."""
 
 
 BUDGET_BYTES = 32 * 1024 * 1024
 
 STATE_BYTES = 1024
-"""About what a state takes beside its arrays."""
+"""Approximate memory of a state without its arrays."""
 
 _PLAIN = str, int, float, type(None)
 
 
 def bytes_of(value: object, known: set[int]) -> int:
-    """Return how much memory the arrays within a value take, bytes, without what is known; afterwards it is known, too.
+    """Return the memory of all new arrays within a value, bytes, and add them to the known ones.
 
     A view counts as the whole array that it keeps alive.
 
     Args:
-        value: A state: arrays, and dataclasses, other objects, tuples, lists and mappings of these; it may lead back to
-            itself.
-        known: Ids of what is counted already, since states share what does not change from frame to frame.
+        value: A state: arrays, and dataclasses, other objects, tuples, lists and mappings of these, possibly circular.
+        known: Ids of objects that were counted already, since states share what stays the same from frame to frame.
     """
     total, waiting = 0, [value]
     while waiting:
@@ -69,9 +68,9 @@ def bytes_of(value: object, known: set[int]) -> int:
 
 
 class Keyframes:
-    """States at regular intervals, as many as the memory budget allows; the interval doubles when it is used up.
+    """States at regular intervals within a memory budget; the interval doubles when the budget is used up.
 
-    The newest state is kept beside them, so that coming back from the past repeats no step at all.
+    The newest state is kept as well, so that returning from the past repeats no step.
     """
 
     def __init__(self, interval: int = 8, budget_bytes: int = BUDGET_BYTES) -> None:
@@ -83,7 +82,7 @@ class Keyframes:
         self._bytes, self._known = 0, set[int]()
 
     def offer(self, frame: int, state: TrackState) -> None:
-        """Keep the state if its frame is due, as frame 0 always is, or until a newer one comes; once for each frame."""
+        """Keep the state of a new frame: for good if its frame is due (frame 0 always is), else until the next one."""
         if frame >= max(self._newest, default=0):
             self._newest = {frame: state}
         if frame % self._interval or frame in self._states:
@@ -101,7 +100,7 @@ class Keyframes:
         self._bytes += STATE_BYTES + bytes_of(state, self._known)
 
     def latest(self, frame: int) -> tuple[int, TrackState]:
-        """Return the newest state that is kept at or before a frame, and its number."""
+        """Return the newest kept frame number at or before a frame, and its state."""
         index = max(kept for kept in self.states if kept <= frame)
         return index, self.states[index]
 
@@ -115,18 +114,18 @@ class Keyframes:
 
     @property
     def states(self) -> dict[int, TrackState]:
-        """All states that are kept, by ascending frame."""
+        """All kept states in ascending order of frames."""
         return self._states | self._newest
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Checkpoint:
-    """What a run has computed.
+    """The computed part of a run.
 
     Attributes:
-        recipe: What made it, as JSON, with the changes up to the furthest frame.
-        diagnostics: Of all frames.
-        states: Of some frames, frame 0 and the furthest among them.
+        recipe: Recipe as JSON, with the changes up to the last frame.
+        diagnostics: Rows of all frames.
+        states: States of some frames, including frame 0 and the last one.
     """
 
     recipe: str
@@ -135,14 +134,14 @@ class Checkpoint:
 
 
 def write(checkpoint: Checkpoint, path: Path) -> None:
-    """Write a checkpoint to a file; what was there before is there until the new one is complete.
+    """Write a checkpoint to a file, which replaces an earlier one only when it is complete.
 
     Raises:
         OSError: The file cannot be written.
         ValueError: A state cannot be written to any file.
     """
     try:
-        # In one piece: states share what does not change from frame to frame, and share it again when they are read.
+        # In one piece: states share what stays the same from frame to frame, also after they are read.
         body = pickle.dumps((checkpoint.recipe, checkpoint.diagnostics, dict(checkpoint.states)), protocol=5)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise ValueError(f"the tracker's states cannot be written to a file: {error}") from None
@@ -158,11 +157,11 @@ def write(checkpoint: Checkpoint, path: Path) -> None:
 
 
 def read(path: Path, package: str) -> Checkpoint | None:
-    """Read a checkpoint; None if there is none, or none that this version can use.
+    """Read a checkpoint; return None if there is none that this version can use.
 
     Args:
         path: The file.
-        package: Where, besides `pftrack`, the classes of states may come from: that of the run's experiment.
+        package: Package of the run's experiment; only its classes and those of `pftrack` are admitted.
     """
     try:
         data = path.read_bytes()
@@ -174,23 +173,23 @@ def read(path: Path, package: str) -> Checkpoint | None:
         return None
     try:
         return Checkpoint(*_Values(io.BytesIO(body), {"pftrack", package}).load())
-    # What another version of a package has written may fail in any way; then there is no checkpoint.
+    # A file of another version of a package may fail in any way; then there is no checkpoint.
     except Exception:  # noqa: BLE001
         return None
 
 
 class _Values(pickle.Unpickler):
-    """Reads values only: dataclasses, named tuples and enumerations of some packages, and NumPy's arrays."""
+    """Reads only values: dataclasses, named tuples and enumerations of some packages, and NumPy's arrays."""
 
     def __init__(self, file: io.BytesIO, packages: set[str]) -> None:
         super().__init__(file)
         self._packages = packages
 
     def find_class(self, module_name: str, global_name: str, /) -> Any:  # noqa: ANN401 - pickle's own
-        """Return a class that a value may have.
+        """Return an admitted class.
 
         Raises:
-            pickle.UnpicklingError: It may not.
+            pickle.UnpicklingError: The class is not admitted.
         """
         if (module_name, global_name) in ARRAYS:
             return super().find_class(module_name, global_name)
@@ -198,4 +197,4 @@ class _Values(pickle.Unpickler):
             found = super().find_class(module_name, global_name)
             if isinstance(found, type) and (dataclasses.is_dataclass(found) or issubclass(found, tuple | enum.Enum)):
                 return found
-        raise pickle.UnpicklingError(f"{module_name}.{global_name} is no value")
+        raise pickle.UnpicklingError(f"{module_name}.{global_name} is not a class of values")

@@ -1,8 +1,8 @@
-"""Comparisons: two to four runs beside each other on the frames that they have in common.
+"""Comparisons: two to four runs side by side on their common frames.
 
 The runs may have different trackers, parameters, seeds and timelines, and belong to different experiments, as long as
-their errors have one unit. Runs on the same recording belong together picture by picture, wherever in it each of them
-began. All others, on scenes that are simulated or on different recordings, belong together by the frames' numbers.
+their errors have the same unit. Runs on the same recording are aligned by its pictures, wherever each run began. All
+other runs, in simulated scenes or on different recordings, are aligned by frame numbers.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -30,11 +30,11 @@ MOST_RUNS = 4
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """The frames that runs have in common, counted from 0 on.
+    """The common frames of runs, counted from 0.
 
     Attributes:
-        frames: How many they are.
-        firsts: The number that each run has for the first of them; one of these numbers is 0.
+        frames: Number of common frames.
+        firsts: Number of the first common frame in each run; at least one of them is 0.
     """
 
     frames: int
@@ -42,13 +42,13 @@ class Alignment:
 
 
 def align(runs: Sequence[Run]) -> Alignment:
-    """Return the frames that runs have in common.
+    """Return the common frames of runs.
 
     Args:
-        runs: Two to four, computed or not: what counts is how long they are.
+        runs: Two to four runs; their lengths count, computed or not.
 
     Raises:
-        RefusedError: There are too few or too many, their units differ, or they have no frame in common.
+        RefusedError: There are too few or too many runs, their units differ, or they have no common frame.
     """
     if not 2 <= len(runs) <= MOST_RUNS:
         raise RefusedError(f"expected two to four runs to compare, got {len(runs)}")
@@ -80,7 +80,7 @@ def _in_words(unit: str) -> str:
 
 
 def _starts(runs: Sequence[Run]) -> list[int]:
-    """Return the number of each run's frame 0 among all that can be common to them."""
+    """Return the number of each run's frame 0 on a common scale."""
     footage = [run.setup.footage for run in runs]
     known = [one for one in footage if one is not None]
     contents = {one.sha256 for one in known}
@@ -90,21 +90,21 @@ def _starts(runs: Sequence[Run]) -> list[int]:
 
 
 # The frames of a run are not independent trials: an error that is large in one frame is large in the next. So the
-# interval of their mean difference is that of a few long stretches
-# (`pftrack.core.numerics.statistics.dependent_mean_interval`). It speaks of these two runs, of their one seed; what
-# other seeds would give is a question for a sweep.
+# interval of the mean difference is computed from a few long stretches
+# (`pftrack.core.numerics.statistics.dependent_mean_interval`). It holds for these two runs with their one seed; a sweep
+# shows the effect of other seeds.
 
 CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """Where two runs part.
+    """The frame at which two runs diverge.
 
     Attributes:
-        first: Place of one run in the comparison.
-        second: Place of the other.
-        frame: The first frame in which their estimates differ, if only in the last bit; None if they never do.
+        first: Index of one run in the comparison.
+        second: Index of the other.
+        frame: First frame in which their estimates differ by at least one bit; None if they never do.
     """
 
     first: int
@@ -114,18 +114,18 @@ class Divergence:
 
 @dataclass(frozen=True, slots=True)
 class Paired:
-    """How much one run's frames differ from another's in a quantity.
+    """Mean difference of a quantity between the frames of two runs.
 
     Attributes:
-        first: Place of one run in the comparison.
-        second: Place of the other.
-        name: Of the quantity: "error", or that of a measure which is a share of frames.
-        title: What it is called.
-        unit: Of the difference; empty for a pure number or a difference of shares.
+        first: Index of one run in the comparison.
+        second: Index of the other.
+        name: Name of the quantity: "error", or a measure that is a share of frames.
+        title: Title of the quantity.
+        unit: Unit of the difference; empty for a pure number or a difference of shares.
         better: Whether a "higher" or a "lower" value is better.
-        frames: In how many frames both runs have it.
-        mean: Of the second run's value minus the first's, over those frames; NaN where there are none.
-        low: Lower end of its 95 % interval; NaN where that is not applicable.
+        frames: Number of frames in which both runs have a value.
+        mean: Mean over those frames of the second run's value minus the first's; NaN without such frames.
+        low: Lower end of its 95 % interval; NaN if there is no interval.
         high: Upper end.
     """
 
@@ -142,11 +142,11 @@ class Paired:
 
 
 def find_divergence(one: Sequence[Sequence[float]], other: Sequence[Sequence[float]]) -> int | None:
-    """Return the first frame in which estimates differ to the bit; None if they agree as far as both are known.
+    """Return the first frame in which estimates differ by at least one bit; None if all common ones are equal.
 
     Args:
-        one: Estimates of a run by frame, (d,) each.
-        other: Those of the other run, from the same frame on.
+        one: Estimates of one run, (d,) for each frame.
+        other: Estimates of the other run, from the same frame on.
     """
     return next((frame for frame, pair in enumerate(zip(one, other, strict=False)) if not _same(*pair)), None)
 
@@ -156,11 +156,11 @@ def _same(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def paired_difference(one: Floats, other: Floats) -> tuple[int, float, float, float]:
-    """Return how many frames two runs have a value in, the mean of the other's minus the one's, and its interval.
+    """Return the number of frames with both values, the mean of `other` minus `one`, and its interval.
 
     Args:
-        one: (L,) values of the frames of a run; what is not finite is left out.
-        other: (L,) those of the other run.
+        one: (L,) values of one run; non-finite values are left out.
+        other: (L,) values of the other run.
     """
     known = np.isfinite(one) & np.isfinite(other)
     gains = other[known] - one[known]
@@ -168,21 +168,21 @@ def paired_difference(one: Floats, other: Floats) -> tuple[int, float, float, fl
     return len(gains), mean, *dependent_mean_interval(gains, CONFIDENCE)
 
 
-# A parameter may change in mid-run, so that what a run has of it is a course of values. It is listed among the
-# differences where these courses differ within the frames that are compared, and only there.
+# A parameter may change during a run, so each run has a course of values of it. A parameter is listed as a difference
+# if and only if these courses differ within the compared frames.
 
 Steps: TypeAlias = tuple[tuple[int, Value], ...]
-"""Values by the frame from which on they are in force, as the frames that are compared are counted."""
+"""Pairs of a frame, counted among the compared ones, and the value in force from it on."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Something in which runs differ.
+    """A setting in which runs differ.
 
     Attributes:
-        name: The parameter's; "experiment", "recording", "start", "mark", "tracker", "seed" or "move" for others.
-        title: What it is called.
-        values: What each run has of it, in words with the unit; None for a run that knows no such thing.
+        name: Name of the parameter, or "experiment", "recording", "start", "mark", "tracker", "seed" or "move".
+        title: Title of the setting.
+        values: Value of each run as text with its unit; None for a run without this setting.
     """
 
     name: str
@@ -191,14 +191,14 @@ class Setting:
 
 
 def settings(runs: Sequence[Run], alignment: Alignment) -> tuple[Setting, ...]:
-    """Return what differs between runs: what they are made on, then tracker and seed, then parameters as declared.
+    """Return the settings in which runs differ: the source, then tracker and seed, then parameters as declared.
 
-    A parameter is listed where a run has it at another value than suits what it is made on by itself; what follows from
-    another experiment or another mark alone is not, and neither is what is only drawn.
+    A parameter is listed if its value in a run is not the default for that run's source. Differences that follow from
+    another experiment or mark alone are left out, and so are drawing parameters.
 
     Args:
         runs: The runs.
-        alignment: Which frames are compared; what changes after them does not count.
+        alignment: The compared frames; later changes do not count.
     """
     spans = [(first, alignment.frames) for first in alignment.firsts]
     rows = (
@@ -260,7 +260,7 @@ def _declarations(run: Run) -> Mapping[str, Declaration]:
 
 
 def _usual(run: Run, name: str) -> Steps | None:
-    """Return the course of a parameter that nobody has set: what suits the scene or the recording."""
+    """Return the default course of a parameter for the scene or the recording."""
     value = getattr(run.setup.parameters, name, None)
     return None if value is None else ((0, value),)
 
@@ -270,7 +270,7 @@ def _values(run: Run, name: str, span: tuple[int, int]) -> Steps:
 
 
 def _course(steps: Iterable[tuple[int, Value]], span: tuple[int, int]) -> Steps:
-    """Return the steps within a span (first frame, how many), counted from there, without those that change nothing."""
+    """Return the steps within a span (first frame, length), counted from its start, without repetitions of a value."""
     first, count = span
     kept: list[tuple[int, Value]] = []
     for frame, value in steps:
@@ -283,7 +283,7 @@ def _course(steps: Iterable[tuple[int, Value]], span: tuple[int, int]) -> Steps:
 
 
 def _course_in_words(declaration: Declaration, steps: Steps) -> str:
-    """Return the values of a parameter over time: "800, 200 from frame 57 on"."""
+    """Return the values of a parameter over time as text: "800, 200 from frame 57 on"."""
     return _over_time(steps, lambda value: _format_value(declaration, value))
 
 
@@ -302,23 +302,22 @@ def _format_value(declaration: Declaration, value: Value) -> str:
 
 
 TOLD_SETTINGS = 2
-"""A run is called by so many of its settings at most."""
+"""Most settings in the name of a run."""
 
 TOLD_BARE = {"experiment", "recording", "tracker"}
-"""Settings whose values say by themselves what they are."""
+"""Settings whose values need no title."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one of the runs in the frames that are compared.
+    """The result of one run in the compared frames.
 
     Attributes:
-        mean_error: Over the frames whose truth is known, in the comparison's unit; NaN where there are none, or an
+        mean_error: Mean error over the frames with known truth, in the comparison's unit; NaN if there are none, or an
             estimate is not finite.
-        success_share: Share of these frames that the measure counts which decides on success; NaN where it is not
-            known.
-        lost_frames: In how many frames the target is lost (`pftrack.runs.loss`); None where nobody says.
-        first_lost_frame: The first of them; None where it never is.
+        success_share: Value in these frames of the measure that decides on success; NaN where it is unknown.
+        lost_frames: Number of lost frames (`pftrack.runs.loss`); None where nobody judges.
+        first_lost_frame: First lost frame; None if there is none.
     """
 
     mean_error: Known
@@ -327,21 +326,21 @@ class Outcome:
     first_lost_frame: int | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values; what is not a number becomes None."""
+        """Return the outcome as JSON values, with None for NaN."""
         return as_json(self)
 
 
 @dataclass(frozen=True, slots=True)
 class ComparisonOutline:
-    """What is known of a comparison before anything is computed.
+    """A comparison before anything is computed.
 
     Attributes:
-        unit: Of the errors of all runs.
-        frames: How many the runs have in common.
-        firsts: The number that each run has for the first of them.
-        names: What to call each run.
-        colours: A colour for each, "#rrggbb".
-        settings: What differs, and that alone.
+        unit: Unit of the errors of all runs.
+        frames: Number of common frames.
+        firsts: Number of the first common frame in each run.
+        names: Name of each run.
+        colours: Colour of each run, "#rrggbb".
+        settings: Settings in which the runs differ.
     """
 
     unit: str
@@ -354,15 +353,15 @@ class ComparisonOutline:
 
 @dataclass(frozen=True, slots=True)
 class ComparisonResult:
-    """What is known of a comparison once its runs have been computed.
+    """A comparison of computed runs.
 
     Attributes:
-        frames: How many were compared.
-        outcomes: What came of each run.
-        partings: Where each pair of runs parts.
-        first_difference: The first frame in which any two runs part.
-        before_loss: The frame from which to watch the first loss of any run.
-        paired: How much each other run differs from the first.
+        frames: Number of compared frames.
+        outcomes: Result of each run.
+        partings: Divergence of each pair of runs.
+        first_difference: First frame in which any two runs diverge.
+        before_loss: Frame from which to watch the first loss of any run.
+        paired: Differences of each other run from the first.
     """
 
     frames: int
@@ -375,13 +374,13 @@ class ComparisonResult:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two to four runs beside each other.
+    """Two to four runs side by side.
 
-    Its frames are those that all runs have in common, counted from 0 on, as far as all of them have been computed.
+    Its frames are the common frames that all runs have computed, counted from 0.
 
     Attributes:
-        runs: The runs; the others are measured against the first.
-        alignment: Which of their frames belong together.
+        runs: The runs; the first is the reference for the others.
+        alignment: Correspondence of their frames.
     """
 
     runs: tuple[Run, ...]
@@ -389,21 +388,21 @@ class Comparison:
 
     @classmethod
     def of(cls, *runs: Run) -> Self:
-        """Return the comparison of runs, which need not have been computed; see `finish`.
+        """Return the comparison of runs, computed or not; see `finish`.
 
         Raises:
-            RefusedError: They are too few or too many, their units differ, or they have no frame in common.
+            RefusedError: There are too few or too many runs, their units differ, or they have no common frame.
         """
         return cls(runs, align(runs))
 
     def finish(self) -> Self:
-        """Compute what is missing of the frames that the runs have in common, and return this very comparison."""
+        """Compute all common frames, and return this comparison."""
         for _ in self.computing():
             pass
         return self
 
     def computing(self) -> Iterator[tuple[int, int]]:
-        """Do the same run by run, and yield how many frames are done and how many there are to do."""
+        """Compute all common frames run by run, and yield the number of frames done and the total."""
         lasts = [first + self.alignment.frames - 1 for first in self.alignment.firsts]
         done = 0
         for run, last in zip(self.runs, lasts, strict=True):
@@ -418,17 +417,17 @@ class Comparison:
 
     @property
     def frames(self) -> int:
-        """How many frames can be compared so far."""
+        """Number of frames that can be compared so far."""
         return min(map(len, self._compute_rows()))
 
     @property
     def settings(self) -> tuple[Setting, ...]:
-        """What differs between the runs, and that alone."""
+        """Settings in which the runs differ."""
         return settings(self.runs, self.alignment)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What to call each run: what is special about it, as few of its settings as tell it from the others."""
+        """Name of each run: the fewest settings that distinguish it from the others."""
         told = [setting for setting in self.settings if None not in setting.values][:TOLD_SETTINGS]
         names = [""] * len(self.runs)
         for count in range(1, len(told) + 1):
@@ -439,45 +438,45 @@ class Comparison:
 
     @property
     def colours(self) -> tuple[str, ...]:
-        """A colour for each run, "#rrggbb", that can be told from the others without red and green."""
+        """Colour of each run, "#rrggbb"; colour-blind people can distinguish them."""
         return tuple(map(hexadecimal, BRANCHES[: len(self.runs)]))
 
     @property
     def rows(self) -> tuple[list[Diagnostics], ...]:
-        """The diagnostics of each run in the frames that can be compared."""
+        """Diagnostics of each run in the compared frames."""
         return tuple(rows[: self.frames] for rows in self._compute_rows())
 
     @property
     def losses(self) -> tuple[Loss, ...]:
-        """In which of the frames that can be compared each run has lost its target."""
+        """Losses of each run in the compared frames."""
         return tuple(map(Loss.of, self.rows))
 
     @property
     def partings(self) -> tuple[Divergence, ...]:
-        """Where each pair of runs parts."""
+        """Divergence of each pair of runs."""
         estimates = [[row.estimate for row in rows] for rows in self.rows]
         pairs = combinations(range(len(self.runs)), 2)
         return tuple(Divergence(one, other, find_divergence(estimates[one], estimates[other])) for one, other in pairs)
 
     @property
     def first_difference(self) -> int | None:
-        """The first frame in which any two runs have other estimates; None where there is none."""
+        """First frame in which the estimates of any two runs differ; None if there is none."""
         return min((it.frame for it in self.partings if it.frame is not None), default=None)
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
-        """What came of each run."""
+        """Result of each run."""
         return tuple(map(_outcome, self.runs, self.rows, self.losses))
 
     @property
     def success_title(self) -> str:
-        """Title of the measure that decides on success, where it is the same one for all runs."""
+        """Title of the measure that decides on success, or a general one if the runs use several."""
         titles = {_decisive(run).title for run in self.runs}
         return titles.pop() if len(titles) == 1 else "Share of successful frames"
 
     @property
     def before_loss(self) -> int | None:
-        """The frame from which to watch the first loss of any run; None where none loses its target."""
+        """Frame from which to watch the first loss of any run; None without a loss."""
         found = [
             loss.approach([bool(row.hidden) for row in rows], loss.first_lost_frame)
             for rows, loss in zip(self.rows, self.losses, strict=True)
@@ -487,35 +486,35 @@ class Comparison:
 
     @property
     def paired(self) -> tuple[Paired, ...]:
-        """How much each other run differs from the first: in its error, and in the measure that decides on success.
+        """Difference of each other run from the first, in the error and in the measure that decides on success.
 
-        The measure is left out where two runs are judged by different ones, or nothing is known of it.
+        The measure is left out if two runs use different ones, or if it is unknown.
         """
         return tuple(each for other in range(1, len(self.runs)) for each in self._pair(other))
 
     @property
     def outline(self) -> ComparisonOutline:
-        """What is known before anything is computed."""
+        """The comparison before anything is computed."""
         alignment = self.alignment
         return ComparisonOutline(self.unit, alignment.frames, alignment.firsts, self.names, self.colours, self.settings)
 
     @property
     def result(self) -> ComparisonResult:
-        """What is known of the frames that all runs have computed."""
+        """The comparison over the frames that all runs have computed."""
         return ComparisonResult(
             self.frames, self.outcomes, self.partings, self.first_difference, self.before_loss, self.paired
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all that is known of it as JSON values."""
+        """Return outline and result as JSON values."""
         return {**as_json(self.outline), **as_json(self.result)}
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: what differs, what came of each run, and what one gains."""
+        """Return the HTML that a notebook shows: settings, results and differences."""
         return cast("str", load(PRESENTERS, "comparison_html")(self))
 
     def _compute_rows(self) -> Iterator[list[Diagnostics]]:
-        """Yield what each run has computed of the frames that they have in common."""
+        """Yield for each run the computed rows of the common frames."""
         for run, first in zip(self.runs, self.alignment.firsts, strict=True):
             yield run.diagnostics[first : first + self.alignment.frames]
 
@@ -559,6 +558,6 @@ def _decisive(run: Run) -> Measure:
 
 
 def _decisive_values(run: Run, rows: Sequence[Diagnostics]) -> Floats:
-    """Return what that measure says of each frame, 1 or 0, NaN where it is not known."""
+    """Return the value of that measure in each frame, 1 or 0, or NaN if unknown."""
     course = evaluated_run(run.experiment, rows)
     return _decisive(run).values(course)

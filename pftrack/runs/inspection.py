@@ -1,8 +1,8 @@
-"""Looking into a run: what a likelihood says at a place of the frame that is shown, and what became of a particle.
+"""Inspecting a run: the likelihood at a place of the current frame, and ancestors and descendants of a particle.
 
-A run keeps states now and then only (`pftrack.runs.recursion`). To follow particles back, the steps of the last frames
-are taken again once, and what is asked of their particles is kept while one looks: of a state with very many particles
-that is a small part. The run stands where it is.
+A run keeps states only at keyframes (`pftrack.runs.checkpoint`). To follow particles back, the inspection repeats the
+steps of the last frames once, and keeps the few numbers that it needs of their particles. The position of the run
+stays.
 """
 
 import math
@@ -22,12 +22,12 @@ from pftrack.core.model.tracker import Step, Tracker
 from pftrack.core.refusal import ParameterError
 from pftrack.runs.run import Run
 
-# Each cloud knows the places of its particles' parents in the cloud before. A frame without particles, or with those of
-# other filters, or one whose parents are not known, ends all lines.
+# Each cloud holds the indices of its particles' parents in the cloud before. A frame without particles, with particles
+# of other filters, or with unknown parents ends all lines.
 
 
 def find_ancestor(particle: int, clouds: Sequence[likelihood.Cloud | None]) -> int | None:
-    """Return what a particle of the last of some clouds was in the first; None if its line began in between."""
+    """Return the ancestor in the first cloud of a particle in the last; None if its line began in between."""
     for before, cloud in zip(clouds[-2::-1], clouds[:0:-1], strict=True):
         parents = _parents(before, cloud)
         if parents is None or not 0 <= particle < len(parents):
@@ -37,7 +37,7 @@ def find_ancestor(particle: int, clouds: Sequence[likelihood.Cloud | None]) -> i
 
 
 def find_heir(particle: int, clouds: Sequence[likelihood.Cloud | None]) -> int | None:
-    """Return what has become of a particle of the first of some clouds in the last; None if its line has ended."""
+    """Return the heir in the last cloud of a particle in the first; None if its line has ended."""
     for before, cloud in pairwise(clouds):
         parents = _parents(before, cloud)
         if cloud is None or parents is None:
@@ -50,16 +50,16 @@ def find_heir(particle: int, clouds: Sequence[likelihood.Cloud | None]) -> int |
 
 
 def known_parents(clouds: Sequence[likelihood.Cloud | None]) -> list[Ints]:
-    """Return the parents of the particles of clouds that end with the last one, as far back as all are known.
+    """Return the parents of the particles in the last clouds, as far back as all are known.
 
-    Those of the first cloud are left out: their parents are not among the clouds.
+    The first cloud is left out, because its parents are not among the clouds.
     """
     pairs = zip(clouds[-2::-1], clouds[:0:-1], strict=True)
     return _until_unknown(pairs)[::-1]
 
 
 def parents_onward(clouds: Sequence[likelihood.Cloud | None]) -> list[Ints]:
-    """Return the parents of the particles of clouds after the first one, as far on as all are known."""
+    """Return the parents of the particles in the clouds after the first, as far on as all are known."""
     return _until_unknown(pairwise(clouds))
 
 
@@ -74,36 +74,36 @@ def _until_unknown(pairs: Iterable[tuple[likelihood.Cloud | None, likelihood.Clo
 
 
 def _parents(before: likelihood.Cloud | None, cloud: likelihood.Cloud | None) -> Ints | None:
-    """Return the parents of particles among those of the frame before; None if these are of other filters."""
+    """Return the parents of particles in the frame before; None if its particles are of other filters."""
     if cloud is None or cloud.ancestors is None or before is None or cloud.filters != before.filters:
         return None
     return None if cloud.ancestors.max(initial=0) >= len(before) else cloud.ancestors
 
 
 GENERATIONS = 30
-"""So many frames back particles are followed, and as many on."""
+"""Number of frames through which particles are followed, backwards and forwards."""
 KEPT_BYTES = 32 * 1024 * 1024
-"""That the clouds of earlier frames may take which are kept while one looks."""
+"""Memory for the kept clouds of earlier frames."""
 
 
 @with_config(ConfigDict(arbitrary_types_allowed=True))
 @dataclass(frozen=True, slots=True)
 class ParticleFinding:
-    """What there is to say of one particle.
+    """Numbers of one particle.
 
     Attributes:
-        particle: Its place in the cloud.
-        filter: The filter that has drawn it, where there are several; all numbers are of that one. Else empty.
-        number: Its place among the particles of that filter.
-        count: How many these are.
-        weight: Of them all, 0..1.
-        rank: The heaviest is 1.
-        sampler: What has drawn it; empty where nothing is to choose from.
-        ancestors: Its parent in the frame before, the parent of that, and so on, as far as they are known.
-        begins: The frame in which the oldest of them, or it itself, was drawn without a parent; None where that is not
-            so far back.
-        path: (A + 1, 2) where it is, and where its ancestors were, px; empty where states have no place.
-        descendants: How many it has in each of the frames after, as far as they were computed.
+        particle: Index in the cloud.
+        filter: Filter of the particle, to which the next numbers refer; empty if there is only one.
+        number: Index among the particles of that filter.
+        count: Number of particles of that filter.
+        weight: Normalised weight within that filter, 0..1.
+        rank: Rank by weight; the heaviest is 1.
+        sampler: Proposal that drew it; empty if there is only one.
+        ancestors: Indices of its parent in the frame before, of the parent of that, and so on, as far as known.
+        begins: Frame in which the oldest ancestor, or the particle itself, was drawn without a parent; None if that is
+            further back.
+        path: (A + 1, 2) places of the particle and its ancestors, px; empty if states have no place.
+        descendants: Number of descendants in each later frame, as far as computed.
     """
 
     particle: int
@@ -124,10 +124,10 @@ class Course:
     """A number with a limit over the last frames, such as the normalised innovation squared.
 
     Attributes:
-        title: What it is.
-        limit: What it should not be above.
+        title: Title of the number.
+        limit: Upper limit.
         first: The first frame.
-        values: Of the frames from there on; NaN where there is none.
+        values: Values from the first frame on; NaN where missing.
     """
 
     title: str
@@ -138,15 +138,15 @@ class Course:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What is found at one state of the frame that is shown.
+    """The likelihood of one state in the current frame.
 
     Attributes:
-        place: (2,) where it is in the picture, px; None if it has no place.
-        title: What the likelihood compares.
-        log_likelihood: What it says, with the values that are in force; None for a tracker that cannot be asked.
-        parts: What that is made of.
-        state: The coordinates of the state, and their values.
-        particle: What there is to say of the particle, if it is one.
+        place: (2,) place in the picture, px; None if the state has none.
+        title: Title of the likelihood.
+        log_likelihood: Its value with the parameters in force; None for a tracker without this function.
+        parts: Parts of the likelihood.
+        state: Coordinates of the state with their values.
+        particle: Numbers of the particle, if the state is one.
     """
 
     place: Floats | None
@@ -158,10 +158,10 @@ class Finding:
 
 
 class Inspection:
-    """A run that is looked into, at the frame at which it stands."""
+    """The inspection of a run at its current frame."""
 
     def __init__(self, run: Run) -> None:
-        """Begin to look."""
+        """Begin with the current frame of a run."""
         self.run = run
         self._steps: dict[int, Step] = {}
         self._clouds: dict[int, likelihood.Cloud | None] = {}
@@ -173,7 +173,7 @@ class Inspection:
 
     @property
     def parameters(self) -> Any:  # noqa: ANN401 - the experiment's own model
-        """The values in force: those that the next frame has, so that one sees what a change would make of this one."""
+        """Parameters of the next frame, which show the effect of a change on the current one."""
         return self.run.parameters_at(self.run.position + 1)
 
     @property
@@ -183,7 +183,7 @@ class Inspection:
 
     @property
     def before(self) -> Any:  # noqa: ANN401 - the state of any family
-        """The state of the frame before, after what was moved in it; of frame 0 that of frame 0 itself."""
+        """State of the frame before with its moves; in frame 0 that of frame 0 itself."""
         index, current = max(self.run.position - 1, 0), self.run.current
         self._steps = {at: step for at, step in self._steps.items() if at == index} | {self.run.position: current}
         if index not in self._steps:
@@ -192,10 +192,10 @@ class Inspection:
         return self.run.experiment.trackers[step.tracker].moved(step.state, moves)
 
     def at_place(self, place: Floats) -> Finding:
-        """Return what the likelihood says of the state that is like the estimate in all but the place (2,), px.
+        """Return the likelihood of the estimate moved to another place (2,), px.
 
         Raises:
-            ParameterError: The tracker cannot be asked at places.
+            ParameterError: The tracker has no likelihood of places.
         """
         model = self.tracker.model
         if model is None or not model.has_place:
@@ -205,7 +205,7 @@ class Inspection:
         return self._ask(model, known, state, place)
 
     def at_estimate(self) -> Finding:
-        """Return what the likelihood says of the estimate."""
+        """Return the likelihood of the estimate."""
         model = self.tracker.model
         if model is None or not model.title:
             return Finding(None, "", None, (), ())
@@ -214,15 +214,15 @@ class Inspection:
         return self._ask(model, known, state, self._place(model, known, state))
 
     def at_particle(self, particle: int) -> Finding:
-        """Return what there is to say of a particle of the frame.
+        """Return likelihood and numbers of a particle of the frame.
 
         Raises:
-            ParameterError: There is no such particle.
+            ParameterError: The particle does not exist.
         """
         cloud, model = self.cloud, self.tracker.model
         if cloud is None or model is None or not 0 <= particle < len(cloud):
             count = 0 if cloud is None else len(cloud)
-            raise ParameterError("particle", particle, f"a particle of the frame, of which there are {count}")
+            raise ParameterError("particle", particle, f"below {count}, the number of particles in this frame")
         own, state = self._particle(cloud, particle, model), cloud.states[particle]
         if not model.title or cloud.components:
             place = None if cloud.places is None else cloud.places[particle]
@@ -234,12 +234,12 @@ class Inspection:
         return self._ask(model, known, state, self._place(model, known, state), own)
 
     def update_parts(self) -> tuple[likelihood.Part, ...]:
-        """Return what the tracker's step of the frame was made of, with the values that it was taken with."""
+        """Return the parts of the tracker's step in this frame, with the values used."""
         step, model = self.run.current, self.tracker.model
         return () if model is None else model.update_parts(self.before, step.state, step.frame, step.parameters)
 
     def courses(self) -> tuple[Course, ...]:
-        """Return what the tracker tells of every frame and has a limit, over the last frames."""
+        """Return the tracker's series that have a limit, over the last frames."""
         known = {one.role: one for one in self.tracker.series}
         if "nis" not in known or "nis_limit" not in known:
             return ()
@@ -250,9 +250,9 @@ class Inspection:
         return () if math.isnan(limit) else (Course(known["nis"].title, limit, first, tuple(values)),)
 
     def nearest(self, place: Floats) -> int | None:
-        """Return the particle that is nearest to a place (2,), px; of those as near, the heaviest.
+        """Return the particle nearest to a place (2,), px, or the heaviest of equally near ones.
 
-        Of particles that have no place it is the heaviest of all; None where there are no particles.
+        Without places it is the heaviest of all; without particles it is None.
         """
         cloud, model = self.cloud, self.tracker.model
         if cloud is None or model is None:
@@ -267,7 +267,7 @@ class Inspection:
         return int(near[cloud.log_weights[near].argmax()]) if len(near) else None
 
     def map(self, size: tuple[int, int]) -> likelihood.LikelihoodMap | None:
-        """Return the likelihood all over a picture of a width and height, px; None of a tracker that has none."""
+        """Return the likelihood over a picture of this width and height, px; None for a tracker without one."""
         model = self.tracker.model
         if model is None or not model.has_place:
             return None
@@ -275,10 +275,10 @@ class Inspection:
         return model.map(self.before, step.state, step.frame, self.parameters, size)
 
     def genealogy(self, particle: int | None = None) -> likelihood.Genealogy | None:
-        """Return the ancestors of the frame's particles as far back as they are known; None without.
+        """Return the known ancestors of the frame's particles; None without particles.
 
         Args:
-            particle: One of them, if only its own filter's are wanted, where there are several.
+            particle: One particle, to choose its filter where there are several.
         """
         cloud = self.cloud
         if cloud is None or cloud.ancestors is None:
@@ -287,10 +287,10 @@ class Inspection:
         return likelihood.trace(self.run.position, known_parents(self._past(GENERATIONS)), len(cloud), among)
 
     def follow(self, particle: int, frame: int) -> int | None:
-        """Return what a particle of another frame is in the frame that is shown: its ancestor, or its heaviest child.
+        """Return the ancestor or heir in the current frame of a particle of another frame.
 
-        Further frames on, the heaviest child of that one, and so on. None if it has no children, or if the frames are
-        too far apart.
+        An heir is the heaviest child of the heaviest child, and so on. The result is None without children, or if the
+        frames are too far apart.
         """
         position = self.run.position
         if abs(position - frame) >= GENERATIONS:
@@ -351,7 +351,7 @@ class Inspection:
         return model.place(state[None], known)[0] if model.has_place else None
 
     def _past(self, count: int) -> list[likelihood.Cloud | None]:
-        """Return the clouds of the last frames up to the one that is shown, at most so many."""
+        """Return the clouds of at most `count` frames up to the current one."""
         current = _kept(self.run, self.run.current)
         size = 0 if current is None else _bytes(current)
         kept = min(count, max(2, KEPT_BYTES // max(size, 1)))
@@ -376,11 +376,11 @@ def _cloud(run: Run, step: Step) -> likelihood.Cloud | None:
 
 
 def _kept(run: Run, step: Step) -> likelihood.Cloud | None:
-    """Return of a step's cloud what paths and genealogies need, without the rest of the state."""
+    """Return the part of a step's cloud that paths and genealogies need, without the rest of the state."""
     cloud = _cloud(run, step)
     if cloud is None:
         return None
-    # Particles of coordinates of their own are found by their places.
+    # Particles with coordinates of their own are found by their places.
     states = cloud.states[:, :0] if cloud.components else cloud.states
     return replace(cloud, states=states.copy(), log_likelihoods=None)
 

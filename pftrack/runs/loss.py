@@ -1,16 +1,15 @@
-"""Loss: in which frames a run has lost its target, who says so, and where one looks to see why.
+"""Loss: frames in which a run has lost its target, the judge, and the frame from which to watch the loss.
 
-Everything that names a loss takes it from here: summaries, comparisons, sweeps, *Why?*, *What if*, pages and exports.
-The rule for one frame is `pftrack.core.model.measures.judge_loss`: the truth judges where it is known, which is that of
-a scene, of a table or of a person's marks; elsewhere the tracker's own account judges; where there is none, nobody
-does. The probability that the target is lost never judges, since it is not calibrated on recordings, and in scenes the
-truth is known.
+Summaries, comparisons, sweeps, *Why?*, *What if*, pages and exports all take losses from this module. The rule for one
+frame is `pftrack.core.model.measures.judge_loss`: the truth judges where it is known, from a scene, a table or a
+person's marks; elsewhere the tracker's own report judges; without a report nobody does. The probability that the target
+is lost never judges: it is not calibrated on recordings, and in scenes the truth is known.
 
 Three facts have one name each:
 
-- *first lost frame*: the first frame in which the target is lost, for however short a time;
-- *lasting loss*: the first loss of five frames or more, or to the end, which is the one to explain;
-- *held at the end*: the target is lost in none of the last ten frames that are judged.
+- *first lost frame*: the first frame in which the target is lost, however briefly;
+- *lasting loss*: the first loss that lasts five frames or more, or to the end; this is the loss to explain;
+- *held at the end*: the target is lost in none of the last ten judged frames.
 """
 
 import math
@@ -28,29 +27,29 @@ from pftrack.core.model.tracker import Diagnostics, TrackState
 from pftrack.experiments.experiment import Experiment
 
 LASTING_FRAMES = 5
-"""A loss lasts if it has so many frames, or goes to the end."""
+"""Frames after which a loss counts as lasting; one that reaches the end lasts, too."""
 
 GOOD_FRAMES = 3
-"""Fewer frames in which the target is held show no track that anybody could watch being lost."""
+"""Frames in which the target must be held before a loss, so that there is a track to lose."""
 
 APPROACH_FRAMES = 10
-"""Frames before a loss at which one begins to watch: there another choice can still save the target."""
+"""Frames before a loss from which to watch: there another choice can still save the target."""
 
 MEMORY_FRAMES = 40
-"""A target that was out of sight this many frames before it was lost was lost because of that."""
+"""Frames before a loss within which hiding the target counts as its cause."""
 
 BY_WORD: tuple[Witness, ...] = ("truth", "tracker")
-"""Witnesses, whose word counts more first."""
+"""Witnesses in order of precedence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Truths:
-    """What is true of L frames.
+    """The truth of L frames.
 
     Attributes:
         positions: (L, d) true positions, NaN where unknown.
-        sizes: (L,) of the target.
-        extents: (L, 2) of the box around it, NaN where unknown.
+        sizes: (L,) sizes of the target.
+        extents: (L, 2) width and height of the box around it, NaN where unknown.
     """
 
     positions: Floats
@@ -58,17 +57,17 @@ class Truths:
     extents: Floats
 
     def at(self, places: slice | NDArray[np.intp]) -> "Truths":
-        """Return those of some of the frames; one may be several times among them."""
+        """Return the truth of some of the frames; a frame may occur several times."""
         return Truths(self.positions[places], self.sizes[places], self.extents[places])
 
 
 @dataclass(frozen=True, eq=False)
 class Loss:
-    """What is said of L frames of a run.
+    """The verdict on L frames of a run.
 
     Attributes:
-        lost: (L,) whether the target is lost; False in a frame that nobody judges.
-        witnesses: Who judges each frame.
+        lost: (L,) whether the target is lost; False in a frame without a judge.
+        witnesses: Judge of each frame.
     """
 
     lost: Bools
@@ -76,20 +75,20 @@ class Loss:
 
     @classmethod
     def of(cls, rows: Sequence[Diagnostics]) -> "Loss":
-        """Return what is said of the frames of some rows, such as all of a run."""
+        """Return the verdict on the frames of some rows, for example all rows of a run."""
         verdicts = [judge_loss(row.lost, row.searching) for row in rows]
         lost = np.array([one.lost is True for one in verdicts], dtype=np.bool_)
         return cls(lost, tuple(one.witness for one in verdicts))
 
     @property
     def witness(self) -> Witness:
-        """Who says most: the truth where it is known of any frame, else the tracker, or nobody."""
+        """The best judge of any frame: the truth, else the tracker, else nobody."""
         said = set(self.witnesses)
         return next((one for one in BY_WORD if one in said), "")
 
     @property
     def lost_frames(self) -> int | None:
-        """In how many frames the target is lost; None where nobody judges any."""
+        """Number of lost frames; None if nobody judges any frame."""
         return int(np.count_nonzero(self.lost)) if self.witness else None
 
     @property
@@ -99,18 +98,18 @@ class Loss:
 
     @property
     def held_at_end(self) -> bool | None:
-        """Whether the target is lost in none of the last ten frames that are judged; None where nobody judges any."""
+        """Whether the target is lost in none of the last ten judged frames; None if nobody judges any."""
         judged = [lost for lost, witness in zip(self.lost.tolist(), self.witnesses, strict=True) if witness]
         return not any(judged[-END_FRAMES:]) if judged else None
 
     @property
     def spans(self) -> list[tuple[int, int]]:
-        """The first and the last frame of each loss, in order."""
+        """First and last frame of each loss, in order."""
         return spans(self.lost)
 
     @property
     def lasting(self) -> int | None:
-        """The frame in which the first lasting loss begins, failing that the first lost frame; None without a loss."""
+        """First frame of the first lasting loss, else the first lost frame; None without a loss."""
         lasting = (at for at, last in self.spans if last - at + 1 >= LASTING_FRAMES or last + 1 == len(self.lost))
         return next(lasting, self.first_lost_frame)
 
@@ -121,16 +120,16 @@ class Loss:
     def approach(self, hidden: Sequence[bool], frame: int) -> int | None:
         """Return the frame from which to watch how the target was lost: a good one shortly before.
 
-        In a good frame the target is held and in sight, and was so in the two frames before it. The last one that is
-        ten frames or more before the loss is meant, or before the target went out of sight if that led to it; for want
-        of such a one the first good frame. A loss that a mark tells began after the last mark that held.
+        In a good frame and in the two frames before it the target is held and in sight. The result is the last good
+        frame that is at least ten frames before the loss, or before the target went out of sight if that led to the
+        loss; without such a frame it is the first good one. A loss shown by a mark began after the last mark that held.
 
         Args:
             hidden: For each frame, whether the target is out of sight.
-            frame: The last loss that began at or before this frame is meant; failing that, the first one after it.
+            frame: Selects the last loss that began at or before this frame, else the first one after it.
 
         Returns:
-            The frame, the one just before where none is good; None if the target was never lost.
+            The frame, or the one just before the loss if none is good; None if the target was never lost.
         """
         begun = list(self._separate())
         if not begun:
@@ -147,7 +146,7 @@ class Loss:
         return found
 
     def _separate(self) -> Iterator[int]:
-        """Yield the frames in which losses begin, those left out that follow another one after a few frames."""
+        """Yield the first frames of losses, except losses that follow another after a few frames."""
         before = -GOOD_FRAMES - 1
         for first, last in self.spans:
             if first - before > GOOD_FRAMES:
@@ -163,7 +162,7 @@ def judge_state(
 ) -> tuple[float | None, bool | None]:
     """Return the error of a frame and whether its target is lost by the truth.
 
-    None where the truth is unknown, or there is no notion of lost.
+    Either is None where the truth is unknown or the experiment does not define a loss.
     """
     if target is None:
         return None, None
@@ -185,13 +184,13 @@ def judge_estimates(
     truths: Truths,
     parameters: Any,  # noqa: ANN401 - the experiment's own model
 ) -> tuple[Floats, Floats]:
-    """Return what `judge_state` says of each of many estimates, where no more than places decides.
+    """Return the verdicts of `judge_state` on many estimates whose positions alone decide.
 
     Args:
-        experiment: One without `missed`, unless true boxes decide.
-        estimates: (L, d).
-        truths: Of the L frames.
-        parameters: In force in all of them.
+        experiment: An experiment without `missed`, unless true boxes decide.
+        estimates: (L, d) estimates.
+        truths: Truth of the L frames.
+        parameters: Parameters in force in all of them.
 
     Returns:
         Errors (L,), and 1 where the target is lost, else 0 (L,); NaN where the truth is unknown.
@@ -209,17 +208,17 @@ def judge_estimates(
 
 
 def is_judged_by_box(parameters: Any) -> bool:  # noqa: ANN401 - the experiment's own model
-    """Return whether a true box, where one is known, decides by parameters whether the target is lost."""
+    """Return whether, by these parameters, a known true box decides whether the target is lost."""
     # Each frame asks: an instance of a pydantic model takes four times as long as its class to say no.
     return hasattr(type(parameters), "judged_by_box") and bool(parameters.judged_by_box)
 
 
 def approach(loss: int, bad: Sequence[bool] = ()) -> int:
-    """Return the frame from which to watch what happens in another one; see `Loss.approach`.
+    """Return the frame from which to watch another frame; see `Loss.approach`.
 
     Args:
         loss: The other frame.
-        bad: For each frame before it, whether the target is lost or out of sight; it is in none if not given.
+        bad: For each frame before it, whether the target is lost or out of sight (default: in none).
     """
     good = [at for at in range(GOOD_FRAMES - 1, loss) if not any(bad[at + 1 - GOOD_FRAMES : at + 1])]
     early = [at for at in good if at <= loss - APPROACH_FRAMES]
@@ -227,15 +226,15 @@ def approach(loss: int, bad: Sequence[bool] = ()) -> int:
 
 
 def loss_start(frame: int, before: int | None, *, lost: bool | None) -> int | None:
-    """Return the frame in which the loss began that goes on in a frame.
+    """Return the first frame of the loss that includes a frame.
 
     Args:
         frame: The frame.
-        before: The same of the frame before it.
+        before: First frame of the loss that includes the frame before.
         lost: Whether the target is lost.
 
     Returns:
-        The frame; None if the target is not lost here.
+        The first frame of the loss; None if the target is not lost in this frame.
     """
     if not lost:
         return None
@@ -243,7 +242,7 @@ def loss_start(frame: int, before: int | None, *, lost: bool | None) -> int | No
 
 
 def loss_words(frames: int, lost_frames: int, first_lost_frame: int | None) -> str:
-    """Say in which of a run's frames the target is lost, a clause for lists and tables."""
+    """Return a clause for lists and tables on the frames in which the target is lost."""
     if first_lost_frame is None:
         return f"Never lost in {frames} frames"
     return f"Lost in {lost_frames} of {frames} frames, first in frame {first_lost_frame}"

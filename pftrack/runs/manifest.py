@@ -1,8 +1,8 @@
-"""The manifest of an export: what its numbers are, and all that is needed to compute them again.
+"""The manifest of an export: the meaning of its numbers, and everything needed to reproduce them.
 
-It names the version of pftrack, the recipe, the hashes by which recipe, recording and estimates can be known again, how
-far the run was computed, title and unit of every column, and what to cite. It holds no time: the same run has the same
-manifest. A format that can carry it does; beside the others it is a file of its own.
+It holds the version of pftrack, the recipe, hashes of recipe, recording and estimates, the computed frames, title and
+unit of every column, and citations. It holds no time, so equal runs have equal manifests. Formats that can include it
+do so; other exports have it in a separate file.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ FORMAT = "pftrack-manifest"
 
 
 def manifest_of(run: Run) -> dict[str, Any]:
-    """Return the manifest of a run, as far as it was computed, as JSON values."""
+    """Return the manifest of the computed part of a run as JSON values."""
     recipe = run.recipe.with_footage(path=None)
     footage, loss = recipe.footage, Loss.of(run.diagnostics)
     return {
@@ -46,18 +46,18 @@ def manifest_of(run: Run) -> dict[str, Any]:
 
 
 def embed(run: Run) -> str:
-    """Return the manifest of a run as JSON in one line of ASCII, as other formats carry it."""
+    """Return the manifest of a run as one line of ASCII JSON, for other formats to include."""
     return json.dumps(manifest_of(run))
 
 
 def title_of(run: Run) -> str:
-    """Return what a run is, in one line."""
+    """Return a title of a run in one line."""
     tracker = run.experiment.trackers[run.tracker].title
     return f"{run.experiment.title}, {tracker}, seed {run.seed}"
 
 
 def extent_of(run: Run) -> str:
-    """Say how far a run was computed, in words."""
+    """Return as text which frames of a run were computed."""
     last = run.computed
     if last + 1 == run.frames:
         return f"all {run.frames} frames"
@@ -65,7 +65,7 @@ def extent_of(run: Run) -> str:
 
 
 def citation_of(run: Run) -> str:
-    """Return what to cite of a run as plain text: the program with its version, the run, and the documents."""
+    """Return the citation of a run as plain text: program with version, run, and documents."""
     lines = [
         f"Computed with pftrack {__version__}: {title_of(run)}; {extent_of(run)}.",
         f"SHA-256 of the estimates: {run.estimates_sha256}.",
@@ -76,7 +76,7 @@ def citation_of(run: Run) -> str:
 
 
 def bibtex_of(run: Run) -> str:
-    """Return the same as entries of BibTeX."""
+    """Return the citation of a run as BibTeX entries."""
     own = (
         "@software{pftrack,\n  author = {{the pftrack authors}},\n  title = {pftrack},\n"
         f"  version = {{{__version__}}},\n  note = {{{title_of(run)}; {extent_of(run)}}},\n}}\n"

@@ -1,11 +1,11 @@
-"""Many runs at once: runs that share what they see, carried out for what comes of them rather than to be watched.
+"""Many runs at once: runs on shared frames, computed for their results and not for viewing.
 
-Sweeps, *What if*, other seeds, fits and studies use them. The numbers are those of a live run (`Run`), to the bit: any
-of them can be opened and stepped through. They are faster for three reasons: runs that see the same pictures read them
-once, a tracker that can takes many frames or many seeds at a time, and only what is asked for is kept.
+Sweeps, *What if*, other seeds, fits and studies use them. Their numbers equal those of a live run (`Run`) bit for bit,
+so that any of them can be opened and stepped through. They are faster for three reasons: runs on the same pictures read
+them once, some trackers compute many frames or seeds at a time, and only requested results are kept.
 
-- `outcomes` carries out all runs of one condition and returns what came of each;
-- `side_by_side` steps whole runs together, for records of any frame;
+- `outcomes` computes all runs of one condition and returns their results;
+- `side_by_side` steps complete runs together, for records of any frame;
 - a `Trial` is one run without its past, from frame 0 or from a state of another run.
 """
 
@@ -36,29 +36,29 @@ from pftrack.runs.run import Run
 from pftrack.runs.scoring import Verdict, allowed_loss, estimates_hash, evaluated_run, extent_series, judge, reductions
 
 BLOCK_BYTES = 64 * 2**20
-"""Pictures held at a time; sixty of Bando's scene are a quarter of it."""
+"""Memory for pictures, bytes; sixty pictures of Bando's scene take a quarter of it."""
 
 SHORTEST_BLOCK, LONGEST_BLOCK = 4, 64
-"""Frames held at a time where somebody waits for the first results."""
+"""Fewest and most frames in a block; blocks start short so that first results come early."""
 
 MOST_SIDE_BY_SIDE = 16
-"""Runs whose whole past is kept at a time."""
+"""Most runs whose complete past is kept at the same time."""
 
 Losses: TypeAlias = tuple[Floats, Floats]
-"""Errors and verdicts (N, L) of N runs in L frames, as `Trial` has those of one."""
+"""Errors and verdicts (N, L) of N runs in L frames; `Trial` holds those of one run."""
 
 
 class FrameBlock:
-    """Consecutive frames of a source, read once for all runs that see them.
+    """Consecutive frames of a source, read once for all runs on them.
 
     Attributes:
-        frames: The frames, by ascending index.
-        width: How many numbers a position has.
-        pictures_rgb: The pictures (L, height, width, 3); None of a signal.
+        frames: The frames in ascending order.
+        width: Number of coordinates of a position.
+        pictures_rgb: The pictures (L, height, width, 3); None for a signal.
     """
 
     def __init__(self, frames: Iterable[Frame], count: int, width: int) -> None:
-        """Read `count` frames and keep their pictures once; a single picture stays the very array that it is."""
+        """Read `count` frames and store their pictures in one array; a single picture is not copied."""
         self.width = width
         self.pictures_rgb: NDArray[np.uint8] | None = None
         kept = []
@@ -86,12 +86,12 @@ class FrameBlock:
 
     @property
     def nbytes(self) -> int:
-        """How much memory the pictures take, bytes."""
+        """Memory that the pictures take, bytes."""
         return sum(map(_picture_bytes, self.frames))
 
     @cached_property
     def truths(self) -> Truths:
-        """What is true of the frames."""
+        """The truth of the frames."""
         length = len(self.frames)
         found = Truths(np.full((length, self.width), np.nan), np.zeros(length), np.full((length, 2), np.nan))
         for place, frame in enumerate(self.frames):
@@ -104,7 +104,7 @@ class FrameBlock:
 def read_blocks(
     source: Source[Any], history: History[Any], first: int, last: int, *, shortest: int = SHORTEST_BLOCK
 ) -> Iterator[FrameBlock]:
-    """Read the frames first..last of a source, a few at first, and then as many at a time as may be held."""
+    """Yield the frames first..last of a source in blocks, short ones first, then as long as memory allows."""
     start, length, width = first, shortest, len(source.start.position)
     while start <= last:
         frame = source.frame(start, history)
@@ -118,9 +118,9 @@ def read_blocks(
 
 
 class KeptFrames:
-    """A source whose frames are made once: as many as may be held are kept, and no parameter changes them any more.
+    """A source that makes each frame once and keeps as many as memory allows; parameters do not change them later.
 
-    Runs with other values of a tracker's parameters so see the very same frames, and a recording is decoded once.
+    So runs with different tracker parameters see the same frames, and a recording is decoded once.
     """
 
     noisy = False
@@ -131,10 +131,10 @@ class KeptFrames:
         """Begin with no frame.
 
         Args:
-            source: Whose frames they are.
-            history: The parameters that the source looks at.
-            frames: How many there are; as many as the source has if not given.
-            most_bytes: Pictures that are kept beside the last one that was asked for.
+            source: Source of the frames.
+            history: Parameters of the source.
+            frames: Number of frames (default: all frames of the source).
+            most_bytes: Memory for pictures besides the newest one.
         """
         self.size, self.frame_rate_hz, self.start = source.size, source.frame_rate_hz, source.start
         self.frame_count = source.frame_count if frames is None else frames
@@ -144,7 +144,7 @@ class KeptFrames:
         self._left = most_bytes
 
     def frame(self, index: int, history: History[Any]) -> Frame:
-        """Return a frame; the parameters of who asks change nothing."""
+        """Return a frame; the given parameters have no effect."""
         del history
         if self._last is not None and self._last.index == index:
             return self._last
@@ -162,13 +162,13 @@ def _picture_bytes(frame: Frame) -> int:
 
 
 class Trial:
-    """One of many runs: where it is, and of the frames behind it the estimates, errors and losses alone.
+    """One of many runs: its current state, and only estimates, errors and losses of earlier frames.
 
     Attributes:
-        seed: Of the tracker's random numbers.
-        state: Of the last frame; None before frame 0.
-        steps: How many steps were taken.
-        seconds: Processor time that they took: what waits for others costs no more.
+        seed: Random seed of the tracker.
+        state: State of the last frame; None before frame 0.
+        steps: Number of steps taken.
+        seconds: Processor time of these steps, s; waiting for other work does not count.
     """
 
     def __init__(
@@ -183,10 +183,10 @@ class Trial:
 
         Args:
             experiment: The wiring.
-            source: What is seen; where it begins counts, its frames are given.
-            timeline: Parameters and trackers in force; its seeds do not count.
-            seed: Of the random numbers from here on.
-            state: Of the frame before the first to come; None to begin with frame 0.
+            source: The source; only its start is used, since the frames are given.
+            timeline: Parameters and trackers in force; its seeds are not used.
+            seed: Random seed from here on.
+            state: State of the frame before the first new one; None to begin with frame 0.
         """
         self._experiment, self._source, self._timeline = experiment, source, timeline
         self.seed = seed
@@ -210,16 +210,16 @@ class Trial:
 
     @property
     def lost(self) -> Floats:
-        """(L,) 1 where the target is lost, as `pftrack.core.model.measures` has it; NaN where nobody says."""
+        """(L,) 1 where the target is lost by `pftrack.core.model.measures`; NaN where nobody judges."""
         return self._join(2)
 
     @property
     def truly_lost(self) -> Floats:
-        """(L,) the same by the truth alone; NaN where that is not known."""
+        """(L,) 1 where the target is lost by the truth; NaN where the truth is unknown."""
         return self._join(3)
 
     def course(self, truths: Truths) -> EvaluatedRun:
-        """Return the run beside its truth, of one that has taken all its frames by `fold`."""
+        """Return the run with its truth; all frames must have come by `fold`."""
         scale, lost = self._experiment.judge.scale, self.truly_lost == 1.0
         return EvaluatedRun(
             scale * self.estimates,
@@ -232,12 +232,12 @@ class Trial:
 
     @property
     def loss(self) -> Loss:
-        """Where the target is lost by the truth, of a run that has taken all its frames by `fold`."""
+        """Losses by the truth; all frames must have come by `fold`."""
         truly = self.truly_lost
         return Loss(truly == 1.0, tuple("" if unknown else "truth" for unknown in np.isnan(truly)))
 
     def reductions(self) -> Mapping[str, float | int | None]:
-        """Return what is kept of the tracker's series, of a run that has taken all its frames by `fold`."""
+        """Return the reductions of the tracker's series; all frames must have come by `fold`."""
         kept: dict[str, float | int | None] = {}
         for series in self._tracker(0).series:
             if series.reductions:
@@ -245,7 +245,7 @@ class Trial:
         return kept
 
     def _believed_sizes(self, truths: Truths) -> Floats:
-        """Return the sizes that the tracker believes in, (L, 2) px; NaN for one that does not say."""
+        """Return the sizes that the tracker estimates, (L, 2) px; NaN for a tracker without a size."""
         name = extent_series(self._tracker(0).series)
         later = self._columns.get(name, []) if name else []
         return np.concatenate([self._extent, *later]) if later else np.tile(self._extent, (len(truths.sizes), 1))
@@ -255,7 +255,7 @@ class Trial:
         changed = {segment.start for segment in self._timeline.segments}
         edges = sorted({block.first, block.end} | {start for start in changed if block.first < start < block.end})
         for start, end in pairwise(edges):
-            # Nobody knows which tracker, with which number of particles, left the state before these frames.
+            # It is unknown which tracker, with which number of particles, left the state before these frames.
             alone = start in changed or not self._settled
             if alone:
                 self._step(block, start)
@@ -272,23 +272,23 @@ class Trial:
             self._extent = np.array([extent], np.float64)
 
     def fold(self, block: FrameBlock) -> bool:
-        """Track through a block of one tracker and its parameters all at once; return False if that cannot be done."""
+        """Track through a block with one tracker and set of parameters at once; return whether it was possible."""
         begun = [self._begun] if block.first == 0 and self._begun is not None else []
         return self._fold(block, block.first + len(begun), block.end, begun)
 
     def folds(self, index: int) -> bool:
-        """Whether the tracker of a frame may take many at a time."""
+        """Whether the tracker of a frame may process many frames at a time."""
         return self._tracker(index).fold is not None
 
     def _fold(self, block: FrameBlock, start: int, end: int, begun: Sequence[Floats] = ()) -> bool:
-        """Take the frames start..end-1 at once, where that can be done, after those begun; return whether it was."""
+        """Process the frames start..end-1 at once, after those begun; return whether it was possible."""
         tracker, parameters, experiment = self._tracker(start), self._timeline.parameters_at(start), self._experiment
         if tracker.fold is None or experiment.judge.missed is not None or block.pictures_rgb is None:
             return False
         truths = block.truths.at(slice(start - len(begun) - block.first, end - block.first))
         known = np.isfinite(truths.positions).all()
         if not known and tracker.searching is not None and tracker.searching(self.state) is not None:
-            return False  # its own account, which counts where no truth is known, takes the states of all frames
+            return False  # without a truth the tracker's own report judges, and it needs the states of all frames
         estimates = list(begun)
         if start < end:
             clock = thread_time()
@@ -351,18 +351,17 @@ def side_by_side(
     frames: int | None = None,
     watch: Callable[[Run], bool | None] = lambda _: None,
 ) -> Iterator[Run]:
-    """Carry out whole runs of the same parameters, and yield each when it has ended.
+    """Compute complete runs with the same parameters, and yield each at its end.
 
-    Those that see the same frames, as all do where the source has no noise, take each frame together.
+    Runs on the same frames (all runs if the source has no noise) process each frame together.
 
     Args:
         experiment: The wiring.
         setup: The source.
-        cases: Name of the tracker and seed of each run; those with the same seed follow each other.
-        changes: Of the parameters, by ascending frame.
-        frames: Length of a run, as `Run` has it; where the source is shorter, a run ends with it.
-        watch: Called with a run at each of its frames, to note what only its state tells; a run ends where it returns
-            True.
+        cases: Name of the tracker and seed of each run; runs with the same seed are neighbours.
+        changes: Parameter changes in ascending order of frames.
+        frames: Length of a run, as for `Run`; a run ends with a shorter source.
+        watch: Called with a run at each of its frames, to read its state; the run ends when it returns True.
 
     Raises:
         ParameterError: A value is unknown, out of bounds or at odds with another.
@@ -394,14 +393,13 @@ def _give(source: Source[Any]) -> Callable[[int, Any], Source[Any]]:
 
 @dataclass(frozen=True, slots=True)
 class Outcome(Verdict):
-    """What came of one run: its verdict, and more.
+    """The result of one run: its verdict and more.
 
     Attributes:
-        step_ms: Mean time of a step, ms; the one figure that differs from run to run.
-        estimates_sha256: Hash of all estimates, as of a live run.
-        measures: Those that the experiment declares and the run has a truth for, and those asked for, by name.
-        reductions: What is kept of the series of tracker and experiment, by the reductions' names; None where no
-            frame has a value.
+        step_ms: Mean time of a step, ms; the only figure that is not reproducible.
+        estimates_sha256: Hash of all estimates, as for a live run.
+        measures: By name, the experiment's measures for which the truth is known, and the requested ones.
+        reductions: By name, reductions of the series of tracker and experiment; None if no frame has a value.
     """
 
     step_ms: float
@@ -421,22 +419,22 @@ def outcomes(
     measures: Sequence[Measure] = (),
     loss_probability: bool = False,
 ) -> list[list[Outcome]]:
-    """Carry out all runs of one condition.
+    """Compute all runs of one condition.
 
     Args:
         experiment: The wiring.
         setup: The source.
-        values: Of the parameters that differ from the setup's.
+        values: Values of the parameters that differ from the setup's.
         trackers: Names of the trackers.
-        seeds: One a trial; every tracker meets the same.
-        frames: Length of a run; a recording that is shorter ends earlier.
-        measures: Beside those that the experiment declares. They look at estimates, truths, errors, losses and sizes;
-            what else a course may have, not every run here has.
-        loss_probability: Whether how probable it is that the target is lost is among the measures. It takes the rows of
-            all frames, so that a tracker that has it takes them one by one.
+        seeds: One seed per trial, the same for every tracker.
+        frames: Length of a run; a run on a shorter recording ends with it.
+        measures: Measures besides the experiment's own. They may use estimates, truths, errors, losses and sizes; runs
+            here do not always have more.
+        loss_probability: Whether to measure the probability that the target is lost. It needs the rows of all frames,
+            so a tracker that has it computes frames one by one.
 
     Returns:
-        The outcomes by seed, and for each seed by tracker.
+        The outcomes for each seed, and within a seed for each tracker.
 
     Raises:
         ParameterError: A value is unknown, out of bounds or at odds with another.
@@ -474,10 +472,10 @@ def outcomes(
 
 
 def _folds(experiment: Experiment, setup: Setup, tracker: str) -> bool:
-    """Return whether runs of a tracker may take many frames at once, and their outcomes be known by that."""
-    # What an experiment keeps of its own series takes the states of all frames, and a fold has the last one only.
-    # What a target is missed by takes states and targets, and a fold has estimates and places.
-    # What a tracker says of itself, where there is no truth, takes the rows of all frames.
+    """Return whether runs of a tracker may process many frames at once and still have all results."""
+    # Reductions of the experiment's own series need the states of all frames, and a fold has only the last one.
+    # `missed` needs states and targets, and a fold has estimates and places.
+    # Without a truth the tracker's own report judges, and that needs the rows of all frames.
     by_truth = experiment.measures_on(setup.footage) == experiment.run_measures and experiment.judge.missed is None
     kept = any(series.reductions for series in experiment.measured.series)
     return by_truth and not kept and experiment.trackers[tracker].fold is not None
@@ -492,14 +490,14 @@ def _fold(
     frames: int,
     measures: Sequence[Measure],
 ) -> dict[tuple[str, int], Outcome]:
-    """Return what came of the runs that can take many frames at once with these parameters; all see the same."""
+    """Return the results of runs that can process many frames at once; all see the same frames."""
     names = tuple(experiment.trackers)
     timelines = {name: Timeline.begin(parameters, name, names) for name in {tracker for tracker, _ in cases}}
     going = {(name, seed): Trial(experiment, source, timelines[name], seed) for name, seed in cases}
     truths: list[Truths] = []
     last = min(frames, source.frame_count or frames) - 1
     for block in read_blocks(source, History(((0, parameters),)), 0, last, shortest=frames):
-        if block.first == 0:  # all at first: turn by turn, starts and folds slow each other down by 5 %
+        if block.first == 0:  # starts come first: alternating with folds costs 5 %
             for trial in going.values():
                 trial.begin(block.frames[0])
         going = {case: trial for case, trial in going.items() if trial.fold(block)}
@@ -532,7 +530,7 @@ def _judge(
     step_ms: float,
     kept: Mapping[str, float | int | None],
 ) -> Outcome:
-    """Return what came of a finished run."""
+    """Return the result of a finished run."""
     verdict = judge(course, loss, experiment.measure_named(setup.success), allowed_loss(parameters))
     told = {it.name: getattr(verdict, it.name) for it in fields(Verdict)}
     return Outcome(

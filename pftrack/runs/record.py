@@ -1,9 +1,9 @@
-"""Records: a run as one small file that computes to the same numbers again.
+"""Records: a run as one small file that reproduces the same numbers.
 
-A `.pft` file is a zip archive of `run.json` (the run's recipe, how far it was computed, the hash of all estimates) and
-`diagnostics.npz` (every frame's numbers, for a look without computing). With `states=True` the particles of every frame
-come along in `states.npz`. It is written beside its place and renamed, so that a crash leaves the old file or the new
-one, never half of one.
+A `.pft` file is a zip archive of `run.json` (recipe, number of computed frames, hash of all estimates) and
+`diagnostics.npz` (the numbers of every frame, readable without computing). With `states=True` it also has the particles
+of every frame in `states.npz`. The file is written under another name and renamed, so that a crash leaves the old file
+or the new one, never half of one.
 """
 
 import io
@@ -36,20 +36,20 @@ LARGEST_RECORD_BYTES = 16 * 1024 * 1024
 LARGEST_DIAGNOSTICS_BYTES = 256 * 1024 * 1024
 
 DAMAGED = (OSError, EOFError, zipfile.BadZipFile, zlib.error, KeyError, ValueError, NotImplementedError, RuntimeError)
-"""What reading an archive may raise that is none, was cut short or changed."""
+"""Errors of reading a file that is not an archive, or is truncated or changed."""
 
 
 class Record(BaseModel):
-    """What `run.json` holds.
+    """The content of `run.json`.
 
     Attributes:
-        format: Tells it from other files.
-        version: Of the format.
-        pftrack: Version that wrote it.
-        recipe: What makes the run again.
-        computed: How many frames were computed.
+        format: Name of the format.
+        version: Version of the format.
+        pftrack: Version of pftrack that wrote the file.
+        recipe: Recipe that reproduces the run.
+        computed: Number of computed frames.
         estimates_sha256: Hash of their estimates.
-        computed_on: Processor, compiled target and versions of libraries; empty where it is not known.
+        computed_on: Processor, compiled target and versions of libraries; empty if unknown.
     """
 
     model_config = ConfigDict(extra="ignore")
@@ -65,11 +65,11 @@ class Record(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class Saved:
-    """A file's description of a run and the numbers that it came to.
+    """The description of a run in a file, and its estimates.
 
     Attributes:
-        record: What makes it again.
-        estimates: (L, d) of all frames; None where the file holds none.
+        record: Description of the run.
+        estimates: (L, d) estimates of all frames; None if the file has none.
     """
 
     record: Record
@@ -77,11 +77,11 @@ class Saved:
 
 
 def describe(run: "Run", *, path: str | None = None) -> Record:
-    """Return what has to be known of a run to compute it again.
+    """Return the description that reproduces a run.
 
     Args:
-        run: As far as it has been computed.
-        path: Where the recording is, seen from the file to be written, if it is to be found there.
+        run: The run.
+        path: Path of the recording relative to the new file, if it is to be stored.
     """
     return Record.model_construct(
         recipe=with_texts(run.recipe.with_footage(path=path)).model_copy(update={"defaults": _defaults(run)}),
@@ -92,7 +92,7 @@ def describe(run: "Run", *, path: str | None = None) -> Record:
 
 
 def _defaults(run: "Run") -> dict[str, Value]:
-    """Return the values of the parameters that the run's beginning does not set."""
+    """Return the parameters that the run does not set at frame 0."""
     chosen = {name for change in run.timeline.changes if change.frame == 0 for name in change.values}
     return {name: value for name, value in flat(run.setup.parameters).items() if name not in chosen}
 
@@ -101,23 +101,23 @@ def save(run: "Run", path: Path, *, states: bool = False, footage_path: str | No
     """Write a run to a file.
 
     Args:
-        run: As far as it has been computed.
-        path: Where to; an existing file is replaced.
-        states: Whether to keep the particles of every frame; the run is computed once more for that.
-        footage_path: Where the recording is, seen from the file, if it is to be found there.
+        run: The run; its computed part is written.
+        path: Path of the file; an existing file is replaced.
+        states: Whether to keep the particles of every frame, for which the run is computed once more.
+        footage_path: Path of the recording relative to the file, if it is to be stored.
 
     Raises:
-        OSError: The file cannot be written; what was there before is still there.
+        OSError: The file cannot be written; an existing file is left as it was.
     """
     part = part_of(path)
     try:
-        # A `ZipInfo` takes no time from the clock, which may be before 1980.
+        # `ZipInfo` has a fixed time; the clock may be before 1980, which zip refuses.
         with zipfile.ZipFile(part, "w") as archive:
             told = describe(run, path=footage_path).model_dump_json(indent=1)
             archive.writestr(zipfile.ZipInfo("run.json"), told, zipfile.ZIP_DEFLATED)
             archive.writestr(zipfile.ZipInfo("diagnostics.npz"), _pack(columns_of(run)), zipfile.ZIP_DEFLATED)
             if states:
-                # They are compressed within; a second time would gain nothing and take as long again.
+                # The content is compressed already; a second time would gain nothing.
                 archive.writestr(zipfile.ZipInfo("states.npz"), _pack(_states(run)))
         settle(part, path)
     finally:
@@ -125,10 +125,10 @@ def save(run: "Run", path: Path, *, states: bool = False, footage_path: str | No
 
 
 def read(path: Path) -> Record:
-    """Read what a file says of its run, without computing anything.
+    """Read the description of a run from a file, without computing anything.
 
     Raises:
-        RefusedError: It is not a saved run, or this version cannot read it.
+        RefusedError: The file is not a saved run, or this version cannot read it.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -155,7 +155,7 @@ def read(path: Path) -> Record:
 
 
 def read_saved(path: Path) -> Saved:
-    """Read what a file says of its run, and the estimates that it holds.
+    """Read the description of a run and its estimates from a file.
 
     Raises:
         RefusedError: See `read`.
@@ -163,23 +163,23 @@ def read_saved(path: Path) -> Saved:
     record = read(path)
     estimates = _columns_in(path, ("estimate",)).get("estimate")
     if estimates is None or estimates.ndim != 2 or estimates.dtype.kind != "f":
-        return Saved(record, None)  # it can be computed again all the same
+        return Saved(record, None)  # the recipe still reproduces the run
     return Saved(record, np.asarray(estimates, np.float64))
 
 
 def read_columns(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read the numbers that a file holds of every frame, by the names of their columns; none if they are damaged."""
+    """Read the columns of a file by name; none if they are damaged."""
     return _columns_in(path, None)
 
 
 def _columns_in(path: Path, names: Collection[str] | None) -> dict[str, np.ndarray[Any, Any]]:
-    """Return some columns of a file, or all; none if one of them is too large or cannot be read."""
+    """Return some or all columns of a file; none if one of them is too large or damaged."""
     try:
         with zipfile.ZipFile(path) as archive:
             if archive.getinfo("diagnostics.npz").file_size > LARGEST_DIAGNOSTICS_BYTES:
                 return {}
             data = io.BytesIO(archive.read("diagnostics.npz"))
-        with zipfile.ZipFile(data) as inside:  # which may be a thousand times as large
+        with zipfile.ZipFile(data) as inside:  # compressed, it may be a thousand times as large
             wanted = [
                 entry for entry in inside.infolist() if names is None or entry.filename.removesuffix(".npy") in names
             ]
@@ -201,7 +201,7 @@ def _states(run: "Run") -> dict[str, np.ndarray[Any, Any]]:
 
 
 def _pack(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bytes:
-    """Pack arrays as NumPy does, in half its time: particles are noise, on which a thorough search is lost."""
+    """Pack arrays as NumPy does in half the time: particles are noise, which hardly compresses."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, array in arrays.items():

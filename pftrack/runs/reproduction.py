@@ -1,10 +1,10 @@
-"""Whether a run has the numbers that were saved, and if not, from which frame on; and what computes it again.
+"""Comparing a run with its saved numbers, and writing the code that reproduces it.
 
-A run, or a comparison of runs, is computed again by a few lines of Python, or by a command:
+A few lines of Python or a command reproduce a run or a comparison of runs:
 
     pftrack run ball --preset works --frames 77 --set occlusion_width_px=55
 
-A run whose parameters change on the way, or that has a mark, has its recipe in the lines, as a person would write it.
+For a run with a mark or with later changes of parameters, the code holds its recipe as a person would write it.
 """
 
 import json
@@ -31,18 +31,18 @@ from pftrack.runs.record import Saved, read
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind
 
-UNKNOWN = "an earlier version, which did not write down on what"
+UNKNOWN = "an earlier version, which did not record the machine"
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Where a run comes to other numbers than its file holds.
+    """The difference between a run and its saved numbers.
 
     Attributes:
-        frame: The first frame that differs; None if the file holds no numbers to compare with.
-        largest: By how much any estimate differs from the saved one, in the experiment's unit; None as above, or where
-            all that differs is that one of the two is not finite.
-        computed_on: What the saved one was computed on.
+        frame: First frame that differs; None if the file has no numbers.
+        largest: Largest difference of an estimate, in the experiment's unit; None if the file has no numbers, or if
+            only non-finite values differ.
+        computed_on: Machine and libraries of the saved run.
     """
 
     frame: int | None
@@ -51,7 +51,7 @@ class Difference:
 
     @property
     def sentence(self) -> str:
-        """What to tell a person."""
+        """The difference as a sentence for people."""
         begin = "the numbers differ from the saved ones"
         if self.frame is not None:
             begin += f" from frame {self.frame} on"
@@ -70,11 +70,11 @@ class Difference:
 
 
 def difference(run: Run, saved: Saved) -> Difference | None:
-    """Return where a run differs from what was saved of it, None if it is the same to the bit.
+    """Return the difference between a run and its saved numbers; None if they are equal bit for bit.
 
     Args:
-        run: Computed as far as the saved one.
-        saved: As `pftrack.runs.record.read_saved` gives it.
+        run: The run, computed as far as the saved one.
+        saved: Result of `pftrack.runs.record.read_saved`.
     """
     if run.estimates_sha256 == saved.record.estimates_sha256:
         return None
@@ -83,11 +83,11 @@ def difference(run: Run, saved: Saved) -> Difference | None:
 
 
 def departure(estimates: Sequence[Sequence[float]], saved: Saved) -> Difference | None:
-    """Return where estimates differ from those that were saved, in the frames that both have; None if they do not.
+    """Return the difference between estimates and saved ones in their common frames; None if there is none.
 
     Args:
-        estimates: Of the first frames of a run.
-        saved: As above.
+        estimates: Estimates of the first frames of a run.
+        saved: Result of `pftrack.runs.record.read_saved`.
     """
     if saved.estimates is None:
         return None
@@ -104,7 +104,7 @@ def departure(estimates: Sequence[Sequence[float]], saved: Saved) -> Difference 
 
 
 def _apart(one: Floats, other: Floats) -> Floats:
-    """Return the largest difference of each frame, (L,); numbers that are missing in both are equal."""
+    """Return the largest difference in each frame, (L,); NaN equals NaN."""
     same = (one == other) | (np.isnan(one) & np.isnan(other))
     with np.errstate(invalid="ignore"):
         away: Floats = np.where(same, 0.0, np.abs(one - other)).max(axis=1)
@@ -116,11 +116,11 @@ WIDTH = 100
 
 @dataclass(frozen=True, slots=True)
 class SourceCode:
-    """The same computation in two forms.
+    """Code of a computation in two forms.
 
     Attributes:
-        python: Lines of Python.
-        command: Lines for a shell.
+        python: Python code.
+        command: Shell commands.
     """
 
     python: str
@@ -129,13 +129,13 @@ class SourceCode:
 
 @dataclass(frozen=True, slots=True)
 class _Told:
-    """A recipe in the words of a call.
+    """A recipe as arguments of a call.
 
     Attributes:
-        options: Tracker, preset, seed and frames, as far as they are not the usual ones.
+        options: Tracker, preset, seed and frames that differ from the defaults.
         values: Parameters of frame 0.
-        recipe: All of it, where no call can say it.
-        recording: Name of the recording, if it is on one.
+        recipe: The complete recipe, if arguments cannot express it.
+        recording: Name of the recording, if there is one.
     """
 
     options: dict[str, Any]
@@ -145,12 +145,12 @@ class _Told:
 
 
 def run_code(recipe: Recipe, experiment: Experiment, frames: int | None = None) -> SourceCode:
-    """Return what computes a run.
+    """Return the code that reproduces a run.
 
     Args:
-        recipe: What makes it.
-        experiment: The one that it names, with the filters that the recipe brings.
-        frames: How many frames it has been computed for; all if None.
+        recipe: Recipe of the run.
+        experiment: The experiment that the recipe names, with the filters that the recipe brings.
+        frames: Number of computed frames; None for all.
 
     Raises:
         ParameterError: The recipe names a tracker or a parameter that the experiment does not have.
@@ -163,7 +163,7 @@ def run_code(recipe: Recipe, experiment: Experiment, frames: int | None = None) 
 
 
 def comparison_code(runs: Sequence[tuple[Recipe, Experiment]], frames: int | None = None) -> SourceCode:
-    """Return what compares runs, each with its experiment; see `run_code`."""
+    """Return the code that compares runs, each with its experiment; see `run_code`."""
     told = [_tell(recipe, experiment, frames) for recipe, experiment in runs]
     names = [f"run_{number}" for number in range(1, len(runs) + 1)]
     made = [f"{name} = {_python(recipe, each)}" for name, (recipe, _), each in zip(names, runs, told, strict=True)]
@@ -220,9 +220,9 @@ def _python(recipe: Recipe, told: _Told) -> str:
 
 
 def _command(recipe: Recipe, told: _Told, file: str, *more: str) -> str:
-    """Return the command; a recipe that no options can say goes into a file first."""
+    """Return the command; a recipe that options cannot express goes into a file first."""
     if told.recipe is not None:
-        # A text in quotes, in which a line that says EOF is no end: JSON has no such line.
+        # A quoted here-document; JSON cannot contain the line EOF that ends it.
         text = json.dumps(told.recipe, indent=2, ensure_ascii=False)
         video = [] if told.recording is None else ["--video", shlex.quote(told.recording)]
         return f"cat > {file} <<'EOF'\n{text}\nEOF\n{' '.join(['pftrack run', file, *video, *more])}\n"

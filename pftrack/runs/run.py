@@ -4,9 +4,9 @@ A run is a seed and a timeline of parameter changes; everything else follows fro
 
     state_t = step(state_{t-1}, frame_t, parameters_t, random numbers of (seed, t))
 
-This recursion is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek` restores the
-nearest one and repeats the few steps from there, to the same numbers. A change of a parameter takes effect in the next
-frame; the past is the past, and a change to it makes a `branch`.
+This recursion is pure, so a run can resume at any frame: it keeps complete states at keyframes, and `seek` restores the
+nearest one and repeats the few steps from there, with the same numbers. A parameter change takes effect in the next
+frame. The past never changes; a change to it makes a `branch`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """A source folded through a tracker, one frame at a time, with its past at hand."""
+    """A source tracked frame by frame, with its past kept."""
 
     def __init__(
         self,
@@ -52,18 +52,18 @@ class Run:
         frames: int | None = None,
         timeline: Iterable[Change] = (),
     ) -> None:
-        """Set a run up and compute its frame 0.
+        """Set up a run and compute frame 0.
 
         Args:
             experiment: The wiring.
             setup: The source, as `experiment.simulate()` or `experiment.on_video(...)` gives it.
             tracker: Name of the tracker at frame 0.
-            seed: Of all randomness, 0..2**53-1; what earlier versions saved may have a larger one.
-            frames: Length; the recording's, or the experiment's own for a simulated scene, if not given.
-            timeline: Changes by ascending frame; those of frame 0 are the run's initial values.
+            seed: Random seed, 0..2**53-1; files of earlier versions may have a larger one.
+            frames: Length of the run (default: that of the recording, or the experiment's own for a simulated scene).
+            timeline: Changes in ascending order of frames; those of frame 0 are the initial values.
 
         Raises:
-            ParameterError: A value is unknown or out of bounds, the length or seed included.
+            ParameterError: A parameter is unknown, or a value, the length or the seed is out of bounds.
         """
         self.setup = setup
         self.seed = _check_seed(seed)
@@ -87,11 +87,11 @@ class Run:
 
         Args:
             recipe: The recipe.
-            experiment: The one that it names.
-            setup: The source that it speaks of.
+            experiment: The experiment that the recipe names.
+            setup: The source that the recipe names.
 
         Raises:
-            ParameterError: A value is unknown or out of bounds, the length included.
+            ParameterError: A parameter is unknown, or a value or the length is out of bounds.
         """
         return cls(
             experiment,
@@ -104,8 +104,8 @@ class Run:
 
     @property
     def recipe(self) -> Recipe:
-        """What makes this run again."""
-        # Not validated again: the seed of an earlier version may be beyond today's bound.
+        """The recipe that reproduces this run."""
+        # Not validated again: a file of an earlier version may have a seed beyond today's bound.
         return Recipe.model_construct(
             experiment=self.experiment.id,
             tracker=self.tracker,
@@ -140,7 +140,7 @@ class Run:
         return self.timeline.tracker_at(frame)
 
     def seed_at(self, frame: int) -> int:
-        """Return the seed of the tracker's random numbers in a frame: the run's, unless a change has set another."""
+        """Return the tracker's random seed in a frame: the run's own unless a change replaced it."""
         changed = self.timeline.seed_at(frame)
         return self.seed if changed is None else changed
 
@@ -166,7 +166,7 @@ class Run:
         return self.seek(self.frames - 1)
 
     def seek(self, frame: int) -> Step:
-        """Go to a frame, in the past or in the future; the numbers are the same whichever way one comes.
+        """Go to a past or future frame; its numbers do not depend on the way there.
 
         Raises:
             ParameterError: The run has no such frame.
@@ -176,7 +176,7 @@ class Run:
         return self.current
 
     def seeking(self, frame: int) -> Iterator[Step]:
-        """Go to a frame like `seek`, and yield each step on the way, for whoever has something else to do in between.
+        """Go to a frame as `seek` does, yielding each step so that the caller can do other work in between.
 
         Raises:
             ParameterError: The run has no such frame.
@@ -191,14 +191,14 @@ class Run:
             yield self.advance()
 
     def replay(self, first: int, last: int) -> Iterator[Step]:
-        """Yield steps that were computed before, again from what is kept of the past; the run stands where it is.
+        """Yield earlier steps, recomputed from the kept states; the position of the run stays.
 
         Args:
             first: The first frame, 0..last.
             last: The last, at most the furthest frame computed.
 
         Raises:
-            ParameterError: These have not been computed.
+            ParameterError: Some of these frames have not been computed.
         """
         if not 0 <= first <= last <= self.computed:
             raise ParameterError("frame", first, f"a whole number between 0 and {self.computed}, and the last after it")
@@ -212,15 +212,15 @@ class Run:
             step = self._compute(step.frame.index + 1, step.state)
 
     def change(self, values: Mapping[str, object]) -> Change:
-        """Change parameters from the next frame on; what is only drawn, in the past as well and in the last frame.
+        """Change parameters from the next frame on; a drawing parameter also changes past frames and the last one.
 
         Args:
-            values: By name; `tracker` names a tracker, which takes over from the present state, and `seed` is that of
-                its random numbers. `move` puts a particle of the present state, or all of them, elsewhere before the
+            values: New values by name. `tracker` names the tracker that takes over from the present state, `seed` sets
+                its random seed. `move` puts one particle of the present state, or all of them, elsewhere before the
                 next frame: {"particle": 7, "place": (312, 140)}, or the place alone for the estimate.
 
         Returns:
-            The change as it stands on the timeline.
+            The change as the timeline records it.
 
         Raises:
             ConflictError: The current frame is in the past or is the last, or a value cannot change in mid-run.
@@ -243,17 +243,17 @@ class Run:
 
     @property
     def moved(self) -> Any:  # noqa: ANN401 - the state of any family
-        """The present state, after what a person has moved in it before the next frame."""
+        """The present state with the moves of a person that take effect before the next frame."""
         moves = self.timeline.moves_at(self.position + 1)
         return self.experiment.trackers[self.current.tracker].moved(self.current.state, moves)
 
     def landing(self, frame: int, drawn: int | None, place_px: Sequence[float]) -> dict[str, Any]:
-        """Return the change by which something lies at a place of the drawing, or at the nearest within its bounds.
+        """Return the change that moves a particle or the estimate to a place in the drawing, or to the nearest valid.
 
         Args:
-            frame: In which it was grabbed.
-            drawn: Which of the particles that are drawn; None for the estimate.
-            place_px: (2,) of the drawing.
+            frame: Frame in which it was grabbed.
+            drawn: Index among the drawn particles; None for the estimate.
+            place_px: (2,) place in the drawing, px.
 
         Raises:
             ConflictError: The run is at another frame.
@@ -277,7 +277,7 @@ class Run:
         return {"move": Move(particle=particle, place=place.tolist())}
 
     def is_only_drawn(self, values: Mapping[str, object]) -> bool:
-        """Return whether a change of these values changes no number of any frame."""
+        """Return whether these values change only what is drawn, and no number of any frame."""
         drawn = {item.name for item in with_role(type(self.setup.parameters), "drawing")}
         return bool(values) and values.keys() <= drawn
 
@@ -288,16 +288,16 @@ class Run:
         *,
         on_step: Callable[[], None] = lambda: None,
     ) -> "Run":
-        """Return a new run that shares this one's past up to a frame and stands there.
+        """Return a new run at a frame, with this run's past up to that frame.
 
         Args:
             frame: The last frame shared, 0..computed.
-            values: Changes from the frame after on.
-            on_step: Called after each step that has to be repeated to get there.
+            values: Changes from the next frame on.
+            on_step: Called after each step that is repeated on the way there.
 
         Raises:
-            ParameterError: The frame has not been computed, is the last and there are changes, or a value is unknown or
-                out of bounds.
+            ParameterError: The frame has not been computed, it is the last and changes are given, or a parameter is
+                unknown or its value out of bounds.
         """
         if not 0 <= frame <= self.computed:
             raise ParameterError("frame", frame, f"a whole number between 0 and {self.computed}")
@@ -321,11 +321,11 @@ class Run:
         return twin
 
     def rewire(self, experiment: Experiment, setup: Setup) -> "Run":
-        """Return the same run with further trackers at hand; what was computed is not computed again.
+        """Return the same run with more trackers to choose from, without computing it again.
 
         Args:
-            experiment: This one's, with all trackers of it and others.
-            setup: This one's, with all parameters of it and others.
+            experiment: This run's experiment with more trackers.
+            setup: This run's setup with more parameters.
         """
         twin = Run(
             experiment,
@@ -341,14 +341,14 @@ class Run:
         return twin
 
     def checkpoint(self) -> Checkpoint:
-        """Return what was computed so far, for a run of the same recipe that shall not compute it again."""
+        """Return the frames computed so far, for a run of the same recipe that need not compute them again."""
         return Checkpoint(self._past(self.computed), tuple(self.diagnostics), self._keyframes.states)
 
     def recall(self, checkpoint: Checkpoint) -> bool:
-        """Take over what another run has computed; return whether it could be believed.
+        """Take over the frames that another run computed; return whether they are valid here.
 
-        It must be of this run's recipe, and a step repeated from its last but newest state must come to its numbers:
-        what another version of the program has computed may be different.
+        The recipe must be the same, and a step repeated from the last state but one must give the same numbers, because
+        another version of the program may compute others.
         """
         frames, last = sorted(checkpoint.states), len(checkpoint.diagnostics) - 1
         if len(frames) < 2 or (frames[0], frames[-1]) != (0, last):
@@ -364,40 +364,40 @@ class Run:
         return True
 
     def _past(self, frame: int) -> str:
-        """Return the recipe as far as the frames up to one know of it, as JSON."""
+        """Return as JSON the part of the recipe that affects the frames up to one."""
         timeline = self.timeline.changes_until(frame)
         return self.recipe.model_copy(update={"timeline": timeline}).model_dump_json()
 
     @property
     def estimates_sha256(self) -> str:
-        """Hash of all estimates up to the furthest frame computed: equal if and only if they are to the bit."""
+        """Hash of all estimates computed so far; equal if and only if they are the same bit for bit."""
         return estimates_hash(np.array([row.estimate for row in self.diagnostics]))
 
     @property
     def miscalibration(self) -> tuple[Direction, ...]:
-        """Ways in which the bands of some of the frames computed so far are declared to be off."""
+        """Ways in which the bands of frames computed so far are declared to be miscalibrated."""
         return self.experiment.miscalibration(*self.timeline.in_force_until(self.computed))
 
     def measures(self) -> Mapping[str, float | int]:
-        """Return the measures of the run so far that it has a truth for, by name."""
+        """Return by name the measures of the run so far for which the truth is known."""
         measures = self.experiment.measures_on(self.setup.footage)
         if measures == self.experiment.run_measures and all(row.truth is None for row in self.diagnostics):
             return {}
         return evaluate(measures, evaluated_run(self.experiment, self.diagnostics))
 
     def summary(self) -> Summary:
-        """Return what came of the run so far.
+        """Return the results of the run so far.
 
-        Success and measures count the frames whose truth is known; where there are none, success is None and no
-        measure is known.
+        Success and measures use the frames whose truth is known. Without any, success is None and there are no
+        measures.
         """
         return summarise(self.experiment, self.setup, self.timeline, self.seed, self.diagnostics)
 
     def save(self, path: str | PathLike[str], *, states: bool = False) -> None:
-        """Write the run to a file from which it can be computed again; `pftrack.load` reads it.
+        """Save the run to a file that reproduces it; `pftrack.load` reads it.
 
         Args:
-            path: Where to, .pft; an existing file is replaced.
+            path: Path of the new .pft file; an existing file is replaced.
             states: Whether to keep the particles of every frame.
 
         Raises:
@@ -406,7 +406,7 @@ class Run:
         save(self, Path(path), states=states)
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the frame at which it stands, a summary, and the error at a glance."""
+        """Return the HTML that a notebook shows: the current frame, a summary and the error plot."""
         return cast("str", load(PRESENTERS, "run_html")(self))
 
     def __repr__(self) -> str:
@@ -414,36 +414,36 @@ class Run:
         return f"<Run of {self.experiment.id}, {self.tracker}, seed {self.seed}: {done}, at frame {self.position}>"
 
     def table(self) -> "pa.Table":
-        """Return the numbers of all frames that were computed as an Arrow table, a row each.
+        """Return the numbers of all computed frames as an Arrow table, one row per frame.
 
-        Columns are those of the exported tables; each says title and unit in its field's metadata.
+        Columns are those of the exported tables; the metadata of each field hold its title and unit.
         """
         return table_of(self)
 
     def export(self, path: str | PathLike[str], *, plot: str | None = None) -> Exported:
-        """Write the run, as far as it has been computed, as a file of another kind, told by its suffix.
+        """Export the computed part of the run; the suffix of the path chooses the file type.
 
         Args:
-            path: Where to; an existing file is replaced.
-            plot: Id of the one plot that a picture shows; all if not given.
+            path: Path of the new file; an existing file is replaced.
+            plot: Id of the one plot to show in a picture (default: all).
 
         Returns:
-            The files that were written, and how much of the run they hold.
+            The files written, and the part of the run that they hold.
 
         Raises:
-            ConflictError: The kind of file, its folder or the plot does not exist; the sentence names those that do.
+            ConflictError: The file type, the folder or the plot does not exist; the message lists those that do.
             OSError: The file cannot be written; what was there before is still there.
         """
         return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))
 
     def explain(self, frame: int | None = None, *, seeds: int = 0) -> Any:  # noqa: ANN401 - what explains runs lies above
-        """Return why the target was lost, as far as the run is computed (`pftrack.analysis.explanation.Explanation`).
+        """Explain why the target was lost in the computed part of the run (`pftrack.analysis.explanation.Explanation`).
 
-        What would have saved the run is kept, and what notebooks and HTML exports show of it tells that as well.
+        The run keeps the changes that would have saved it, and notebooks and HTML exports show them.
 
         Args:
             frame: The frame to ask about; the first lasting loss if not given.
-            seeds: With how many each change is tried that might have saved the run; 0 tries none.
+            seeds: Number of seeds with which to try each change that might have saved the run; 0 tries none.
 
         Raises:
             ValueError: The frame has not been computed, or the number of seeds is negative.
@@ -455,7 +455,7 @@ class Run:
 
     @property
     def explained(self) -> Any:  # noqa: ANN401 - what explains runs lies above
-        """The last explanation with what would have saved the run; None if none was asked for since the last change."""
+        """The newest explanation with changes that would have saved the run; None if none since the last change."""
         return self._explained
 
     @explained.setter
@@ -463,7 +463,7 @@ class Run:
         self._explained = found
 
     def _compute(self, index: int, previous: TrackState | None) -> Step:
-        """Return a frame's step; its numbers and its state are kept when it is computed for the first time."""
+        """Return the step of a frame, and keep its numbers and state if it is new."""
         frame = self.source.frame(index, self.timeline.history)
         begun = perf_counter()
         state = self._follow(frame, previous)
@@ -474,7 +474,7 @@ class Run:
         return self._step(frame, state)
 
     def _follow(self, frame: Frame, previous: TrackState | None) -> TrackState:
-        """Return the state of a frame, given that of the frame before; None in frame 0."""
+        """Return the state of a frame, given the state of the frame before (None in frame 0)."""
         index, parameters = frame.index, self.parameters_at(frame.index)
         tracker = self.experiment.trackers[self.tracker_at(index)]
         if previous is not None and (moves := self.timeline.moves_at(index)):
@@ -525,7 +525,7 @@ class Run:
         )
 
     def _step(self, frame: Frame, state: TrackState) -> Step:
-        """Return a frame as it is shown: what was seen, what is believed, and the numbers of both."""
+        """Return a frame with the observation, the belief and the numbers of both."""
         name, row = self.tracker_at(frame.index), self.diagnostics[frame.index]
         return Step(frame, state, row, self.parameters_at(frame.index), name, self.experiment.trackers[name].title)
 
@@ -533,7 +533,7 @@ class Run:
         return self._step(self.source.frame(index, self.timeline.history), state)
 
     def _agrees(self, previous: TrackState, row: Diagnostics) -> bool:
-        """Return whether the step from a state, perhaps of another version, leads to the estimate of the next frame."""
+        """Return whether a step from a state, perhaps of another version, gives the estimate of the next frame."""
         try:
             state = self._follow(self.source.frame(row.frame, self.timeline.history), previous)
         except Exception:  # noqa: BLE001 - it was made for another version, and may fail in any way

@@ -1,6 +1,6 @@
-"""Measuring and judging: what is measured of a frame, the verdict on a whole run, and its summary.
+"""Measuring and judging: series of a frame, the verdict on a complete run, and its summary.
 
-A run is judged by the frames whose truth is known. Summaries are for a table, a file and a batch.
+Frames with known truth decide on a run. Tables, files and batches show summaries.
 """
 
 import hashlib
@@ -27,15 +27,15 @@ from pftrack.runs.loss import Loss
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came of a run.
+    """The verdict on a run.
 
     Attributes:
-        labelled_frames: Frames whose truth is known.
-        mean_error: Over those, in the experiment's unit; None where there are none, or an estimate is not finite.
-        success: Whether the measure that decides is high enough; None where it is not known.
-        success_measure: Name of that measure, a share; None where it is not known.
-        lost_frames: In how many frames the target was lost (`pftrack.runs.loss`); None where nobody says.
-        first_lost_frame: The first of them, or None.
+        labelled_frames: Number of frames with known truth.
+        mean_error: Mean error over them, in the experiment's unit; None if there are none or an estimate is not finite.
+        success: Whether the decisive measure is high enough; None if unknown.
+        success_measure: Name of that measure, a share; None if unknown.
+        lost_frames: Number of lost frames (`pftrack.runs.loss`); None where nobody judges.
+        first_lost_frame: First lost frame, or None.
     """
 
     labelled_frames: int
@@ -50,8 +50,8 @@ def judge(course: EvaluatedRun, loss: Loss, decisive: Measure, allowed_share: fl
     """Judge a run.
 
     Args:
-        course: The run beside its truth.
-        loss: In which of its frames the target is lost.
+        course: The run with its truth.
+        loss: Losses of the run.
         decisive: The measure that decides on success, a share.
         allowed_share: Share of the frames with known truth, 0..1, that may miss in a success.
     """
@@ -63,7 +63,7 @@ def judge(course: EvaluatedRun, loss: Loss, decisive: Measure, allowed_share: fl
 
 
 def evaluated_run(experiment: Experiment, rows: Sequence[Diagnostics]) -> EvaluatedRun:
-    """Return a run beside its truth, from the numbers of all its frames."""
+    """Return a run with its truth, from the numbers of all its frames."""
     unknown = (np.nan,) * len(rows[0].estimate)
     extent = extent_series(experiment.all_series())
     return EvaluatedRun(
@@ -79,22 +79,22 @@ def evaluated_run(experiment: Experiment, rows: Sequence[Diagnostics]) -> Evalua
 
 
 def extent_series(declared: Sequence[Series]) -> str | None:
-    """Return the name of the series of the box that a tracker believes in; None where there is none."""
+    """Return the name of the series with the tracker's box; None if there is none."""
     return next((series.name for series in declared if series.role == "extent"), None)
 
 
 def allowed_loss(parameters: Parameters) -> float:
-    """Return the share of frames, 0..1, that may miss in a success; none where no parameter has that role."""
+    """Return the share of frames, 0..1, that may miss in a success; 0 if no parameter has that role."""
     shares = with_role(type(parameters), "loss_share")
     return float(getattr(parameters, shares[0].name)) if shares else 0.0
 
 
 def reductions(declared: Sequence[Series], rows: Sequence[Diagnostics]) -> Mapping[str, float | int | None]:
-    """Return what is kept of series over a whole run, by the reductions' names.
+    """Return the reductions of series over a complete run, by name.
 
     Args:
         declared: The series.
-        rows: Of the frames after the first; one that lacks a series does not count for it.
+        rows: Rows of the frames after the first; a row without a series does not count for it.
     """
     kept: dict[str, float | int | None] = {}
     for series in declared:
@@ -105,12 +105,12 @@ def reductions(declared: Sequence[Series], rows: Sequence[Diagnostics]) -> Mappi
 
 
 def estimates_hash(estimates: Floats) -> str:
-    """Return the SHA-256 of estimates (L, d) as little-endian float64: equal if and only if they are to the bit."""
+    """Return the SHA-256 of estimates (L, d) as little-endian float64, equal only for estimates equal bit for bit."""
     return hashlib.sha256(np.ascontiguousarray(estimates, dtype="<f8").tobytes()).hexdigest()
 
 
-# Experiments of other packages measure, too, and a run is worth more than one of its series. What fails, or is not of
-# the shape that was declared, is missing from the frame, as where a method does not have it; the log says so, once.
+# Experiments of other packages have measures, too, and one faulty series must not stop a run. A value that fails or has
+# a shape other than declared is missing from the frame, as for a method without it; the log reports it once.
 
 
 def measurements(
@@ -121,15 +121,15 @@ def measurements(
     state: TrackState,
     beside: Callable[[], float] | None = None,
 ) -> dict[str, SeriesValue]:
-    """Return what was measured of a frame, by name.
+    """Return the series of a frame, by name.
 
     Args:
-        experiment: Whose `measure` comes after the tracker's.
+        experiment: The experiment, whose `measure` follows the tracker's.
         declared: All series of the experiment, by name.
-        tracker: What has computed the state.
-        frame: What was seen.
-        state: What is believed.
-        beside: How the target separates from its surroundings, where that is measured.
+        tracker: The tracker that computed the state.
+        frame: The observation.
+        state: The belief.
+        beside: Separation of the target from its surroundings, where it is measured.
     """
     kept = _usable(f"{experiment.id}, {tracker.id}", declared, lambda: tracker.measure(state), frame)
     if (measure := experiment.measured.measure) is not None:
@@ -143,7 +143,7 @@ def _usable(
     whose: str, declared: Mapping[str, Series], measure: Callable[[], Mapping[str, SeriesValue]], frame: Frame
 ) -> dict[str, SeriesValue]:
     what = f"the `measure` of {whose}"
-    where = f"in frame {frame.index}; this is left out, here and later, and the run goes on"
+    where = f"in frame {frame.index}; the run continues without it"
     try:
         reported = dict(measure())
     except Exception as error:  # noqa: BLE001 - it is another package's
@@ -162,27 +162,27 @@ def _usable(
 
 def _find_series(declared: Mapping[str, Series], name: str) -> Series:
     if name not in declared:
-        raise ValueError(f"nobody declares a series {name!r}")
+        raise ValueError(f"the series {name!r} is not declared")
     return declared[name]
 
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """What came of a run so far.
+    """The results of a run so far.
 
     Attributes:
-        experiment: Its name.
+        experiment: Name of the experiment.
         tracker: Name of the tracker at frame 0.
-        seed: Of all randomness.
-        frames: How many were computed.
-        parameters: Those of frame 0, by name.
-        changes: Of the parameters.
-        unit: Of the mean error.
-        verdict: By the frames whose truth is known.
-        measures: Those that the experiment declares and the run has a truth for, by name.
-        step_ms_median: Of a frame's time in the tracker, ms; None for a run of one frame.
-        miscalibration: Ways in which the bands of some of its frames are declared to be off.
-        estimates_sha256: Hash of all estimates: equal if and only if they are to the bit.
+        seed: Random seed.
+        frames: Number of computed frames.
+        parameters: Values of the parameters at frame 0, by name.
+        changes: Later changes of parameters.
+        unit: Unit of the mean error.
+        verdict: Verdict by the frames with known truth.
+        measures: By name, the experiment's measures for which the truth is known.
+        step_ms_median: Median time of a step of the tracker, ms; None for a run of one frame.
+        miscalibration: Ways in which bands of the run are declared to be miscalibrated.
+        estimates_sha256: Hash of all estimates; equal if and only if they are the same bit for bit.
     """
 
     experiment: str
@@ -200,11 +200,11 @@ class Summary:
 
     @property
     def hit_rate(self) -> float | None:
-        """Share of the frames with known truth in which the target is not lost; None where there are none."""
+        """Share of the frames with known truth in which the target is held; None if there are none."""
         return self.measures.get(HIT_RATE.name)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON values by name."""
+        """Return the summary as JSON values by name."""
         verdict = {it.name: getattr(self.verdict, it.name) for it in fields(Verdict)}
         return {
             "experiment": self.experiment,
@@ -226,14 +226,14 @@ class Summary:
 def summarise(
     experiment: Experiment, setup: Setup, timeline: Timeline, seed: int, rows: Sequence[Diagnostics]
 ) -> Summary:
-    """Return what came of a run.
+    """Return the results of a run.
 
     Args:
-        experiment: Its wiring.
-        setup: Its source.
-        timeline: Its changes.
-        seed: Of all randomness.
-        rows: The numbers of the frames that it has computed.
+        experiment: The experiment.
+        setup: The source.
+        timeline: The changes.
+        seed: Random seed.
+        rows: Rows of the computed frames.
     """
     course, last = evaluated_run(experiment, rows), len(rows) - 1
     decisive = experiment.measure_named(setup.success)

@@ -1,9 +1,9 @@
-"""A run as a table: one row a frame, one number a cell, and of every column what it is and in what unit.
+"""A run as a table: one row per frame, one number per cell, and title and unit for each column.
 
-CSV, Parquet, NPZ and JSON Lines hold this table, with the same names. They are those of
-`pftrack.runs.loss_probability`; what is more than one number a frame has a column for each, `NAME_PART`: the
-component's name where it is declared, "low" and "high" of an interval, else its place, counted from 0. A number that is
-not known is missing; 1 is true, 0 is false. What no frame of the run has is left out.
+CSV, Parquet, NPZ and JSON Lines hold this table, with the column names of `pftrack.runs.loss_probability`. A series of
+several numbers per frame has a column for each, `NAME_PART`, with the declared name of the component, "low" and "high"
+for an interval, or else the index from 0. Unknown numbers are missing; 1 is true, 0 is false. Columns without any value
+are left out.
 """
 
 import re
@@ -37,10 +37,10 @@ OWN = {
     "error": "distance of the estimate from the truth",
     "lost": "whether the target is lost, by the truth",
     "hidden": "whether the target is out of sight",
-    "searching": "whether the tracker looks for its target, by its own account",
+    "searching": "whether the tracker reports that it is searching for its target",
     "step_ms": "time that the tracker took",
 }
-"""Titles of what every frame has."""
+"""Titles of the columns of every run."""
 
 UNITS = {"time_s": "s", "extent": "px", "step_ms": "ms"}
 IN_UNIT_OF_RUN = ("estimate", "sigma", "truth", "error")
@@ -52,10 +52,10 @@ class Column:
     """A column of the table of a run of L frames.
 
     Attributes:
-        name: As files have it.
-        title: What it is, a few words.
-        unit: Of its numbers; empty for pure numbers.
-        values: (L,) numbers, NaN where one is not known; whole numbers for the frame alone.
+        name: Name in files.
+        title: Title in a few words.
+        unit: Unit of the numbers; empty for pure numbers.
+        values: (L,) numbers, NaN where unknown; only the frame is an integer.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class _Origin:
-    """What an array of columns is made of."""
+    """Titles and units of an array of columns."""
 
     title: str
     unit: str
@@ -74,7 +74,7 @@ class _Origin:
 
 
 def columns_in(run: "Run") -> tuple[Column, ...]:
-    """Return the columns of all frames that a run has computed."""
+    """Return the columns of all computed frames of a run."""
     origins = dict(_origins(run.experiment))
     return tuple(
         column
@@ -85,8 +85,8 @@ def columns_in(run: "Run") -> tuple[Column, ...]:
 
 
 def table_of(run: "Run") -> "pa.Table":
-    """Return the frames that a run has computed as an Arrow table; its fields tell title and unit in their metadata."""
-    import pyarrow as pa  # noqa: PLC0415 - a tenth of a second, for which only who wants a table has to wait
+    """Return the computed frames of a run as an Arrow table; the metadata of its fields hold title and unit."""
+    import pyarrow as pa  # noqa: PLC0415 - takes a tenth of a second, and few need it
 
     columns = columns_in(run)
     fields = [

@@ -142,7 +142,7 @@ def test_what_cannot_be_asked_is_refused(steps: tuple[Run, list]) -> None:
     """A particle that is not there and a tracker without a likelihood are refused by a sentence."""
     run, _ = steps
     run.seek(3)
-    with pytest.raises(ParameterError, match="of which there are 800"):
+    with pytest.raises(ParameterError, match="below 800"):
         Inspection(run).at_particle(800)
     sine = find("sine")
     signal = Inspection(Run(sine, sine.simulate(), tracker="kalman", frames=3))
