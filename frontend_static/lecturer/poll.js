@@ -118,7 +118,7 @@ export function Answered({ kept, isOpen = false, removed, again }) {
   const line = (/** @type {PollKept} */ poll) => {
     const { id, question, votes, followers, lecture_title: lecture, title, asked } = poll;
     const remove = async () => {
-      const text = `“${question}” and its ${count(votes, "answer")} are lost for good, unless you downloaded them.`;
+      const text = `“${question}” and its ${count(votes, "answer")} are deleted permanently, unless you downloaded them.`;
       const deleted = () => request("DELETE polls/{poll}", { poll: id }).then(removed);
       if (await confirmLoss({ title: "Delete this poll?", text, action: "Delete it" })) await attempt(deleted);
     };

@@ -67,7 +67,7 @@ function Row({ lecture: { id, title, count: items, minutes, updated, page } }) {
     if (lecture !== undefined) beginLecture(lecture);
   };
   const remove = async () => {
-    const text = `${title} is lost for good, unless you downloaded it. Its poll results stay.`;
+    const text = `${title} is deleted permanently, unless you downloaded it. Its poll results stay.`;
     const deleted = () => request("DELETE lectures/{lecture}", { lecture: id }).then(look);
     if (await confirmLoss({ title: "Delete this lecture?", text, action: "Delete it" })) await attempt(deleted);
   };

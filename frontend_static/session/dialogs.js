@@ -145,14 +145,14 @@ function Files({ view, close }) {
   const files = declarations.filter(({ kind }) => kind === "file");
   const takesTruth = upload !== null && columns.length > 0;
   const brought = html`<section>
-    <h3>Bring in</h3>
+    <h3>Import</h3>
     <ul class="menu-list">
       ${takesTruth && h(Truth, { view, upload, close })}
       ${files.map((declaration) => h(BringIn, { key: declaration.name, store: view.store, declaration, isUsed: parameters[declaration.name] !== "" }))}
     </ul>
   </section>`;
   return html`<div class="files">
-    <section><h3>Take away</h3>${h(Exports, { offered: exports, plots, begin })}</section>
+    <section><h3>Export</h3>${h(Exports, { offered: exports, plots, begin })}</section>
     ${(takesTruth || files.length > 0) && brought}
   </div>`;
 }

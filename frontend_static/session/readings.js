@@ -1,5 +1,4 @@
-/**
- * One frame in words: the lines that the experiment declares, and how the run goes. The box of numbers and the text for screen
+/** One frame in words: the lines that the experiment declares, and the verdict on the run. The box of numbers and the text for screen
  * readers share them.
  */
 
@@ -9,16 +8,15 @@ import { curve, isGone } from "./store.js";
 /** @import { Reading, Series, SessionPublic } from "../shared/messages.js" */
 /** @import { History, Row } from "./store.js" */
 
-// Series: what tracker and experiment measure of every frame. General code finds them by role or by the name that a plot
-// declares; a row has only those that its tracker reports.
+// Series: measurements of tracker and experiment in every frame. General code finds them by role or by the name in a plot; a row has only
+// the series that its tracker reports.
 
 /** @typedef {{series: readonly Series[]}} Declaring What declares series, such as a session. */
 /** @typedef {Series["role"]} Role */
 /** @typedef {{values: (number|null)[][], weights: (number|null)[], parents?: number[]}} Hypotheses Row i has weight i and parent i. */
 /** @typedef {number|null|(number|null)[]|Hypotheses} SeriesValue By its shape: a number, a vector or interval, hypotheses. */
 
-/**
- * The declaration of a series; undefined where nobody declares one of that name.
+/** The declaration of a series; undefined if none has this name.
  *
  * @param {Declaring} session
  * @param {string} name
@@ -37,8 +35,7 @@ export function ofRole(session, role) {
   return session.series.filter((series) => series.role === role);
 }
 
-/**
- * What a row has of a role: the value of the first series of it, or undefined.
+/** A row's value of a role: that of the role's first series, or undefined.
  *
  * @param {Declaring} session
  * @param {Role} role
@@ -49,8 +46,7 @@ export function measured(session, role, row) {
   return values.find((value) => value !== undefined);
 }
 
-/**
- * A vector or an interval of a frame; empty where the frame has none.
+/** A vector or an interval of a frame; empty if the frame has none.
  *
  * @param {Row|undefined} row
  * @param {string} name
@@ -60,8 +56,7 @@ function vectorOf(row, name) {
   return Array.isArray(value) ? value : [];
 }
 
-/**
- * The hypotheses of a frame; undefined where the frame has none.
+/** The hypotheses of a frame; undefined if the frame has none.
  *
  * @param {Row|undefined} row
  * @param {string} name
@@ -71,8 +66,7 @@ export function hypothesesOf(row, name) {
   return isHypotheses(value) ? value : undefined;
 }
 
-/**
- * A number of a series in a frame, or the one at a place of several; NaN where it is not known.
+/** A number of a series in a frame, or the one at an index of a vector; NaN if unknown.
  *
  * @param {Row|undefined} row
  * @param {string} name
@@ -82,8 +76,7 @@ export function valueOf(row, name, place = null) {
   return finite(place === null ? row?.series?.[name] : vectorOf(row, name)[place]) ?? NaN;
 }
 
-/**
- * The number that a row has of a role; null where there is none.
+/** A row's number of a role; null if there is none.
  *
  * @param {Declaring} session
  * @param {Role} role
@@ -93,8 +86,7 @@ export function numberOf(session, role, row) {
   return finite(measured(session, role, row));
 }
 
-/**
- * How many particles came from each sampler; null where the tracker does not choose between samplers.
+/** The number of particles from each sampler; null if the tracker does not choose between samplers.
  *
  * @param {Declaring} session
  * @param {Row|undefined} row
@@ -104,8 +96,7 @@ export function samplesOf(session, row) {
   return Array.isArray(counts) ? counts.map((count) => count ?? 0) : null;
 }
 
-/**
- * The components of what `samplesOf` counts, the colours as tokens of the style sheet.
+/** The components counted by `samplesOf`, with colours as tokens of the style sheet.
  *
  * @param {Declaring} session
  */
@@ -114,8 +105,7 @@ export function samplers(session) {
   return (series?.components ?? []).map((name, place) => ({ name, colour: series.colours[place] ?? "muted" }));
 }
 
-/**
- * What happened in a frame, in the order in which it is declared.
+/** The events of a frame, in order of declaration.
  *
  * @param {Declaring} session
  * @param {Row|undefined} row
@@ -124,8 +114,7 @@ export function eventsOf(session, row) {
   return ofRole(session, "event").filter(({ name }) => valueOf(row, name) > 0);
 }
 
-/**
- * The frames in which something has happened, in rising order; of a run the same event in frames that follow each other once.
+/** The frames with an event, in rising order; the same event in consecutive frames counts once.
  *
  * @param {{known: Declaring, history: History}} run
  */
@@ -141,8 +130,7 @@ export function eventFramesOf({ known, history }) {
   return frames;
 }
 
-/**
- * Of flags, the share that were set up to each frame; NaN before any is known.
+/** The share of set flags up to each frame; NaN before any is known.
  *
  * @param {History} history
  * @param {string} name
@@ -158,8 +146,7 @@ export function frequencies(history, name) {
   });
 }
 
-/**
- * Whether a value says anything: it is a known number, or has one.
+/** Whether a value is a known number, or contains one.
  *
  * @param {SeriesValue|undefined} value
  * @returns {boolean}
@@ -179,14 +166,13 @@ function isHypotheses(value) {
 
 /**
  * @param {unknown} value
- * @returns {number|null} Null for all that is not a finite number.
+ * @returns {number|null} Null if it is not a finite number.
  */
 export function finite(value) {
   return typeof value === "number" && Number.isFinite(value) ? value : null;
 }
 
-/**
- * Whether the method has something to say in a line.
+/** Whether the method reports a line's values.
  *
  * @param {Reading} reading
  * @param {Row} row
@@ -199,8 +185,7 @@ export function isMeasured({ kind, series }, row, session, history) {
   return series === "" || history.measures(series);
 }
 
-/**
- * The figures of a line.
+/** The figures of a line.
  *
  * @param {Reading} reading
  * @param {Row|undefined} row
@@ -221,7 +206,7 @@ const WORDS = {
     const [count, ess] = [numberOf(session, "particles", row), numberOf(session, "ess", row)];
     return [count, ess === null ? null : `ESS ${number(ess, 0)}`].filter((part) => part !== null).join(", ");
   },
-  // The one sampler that all particles came from, or how many came from which.
+  // The one sampler of all particles, or the number of particles from each.
   samplers(row, session) {
     const samples = samplesOf(session, row) ?? [];
     const used = samples.filter((count) => count > 0);
@@ -235,7 +220,7 @@ const WORDS = {
     const [low, high] = [0, 1].map((end) => quantity(valueOf(row, series, end), unit));
     return withUnit(low === number(null) ? low : `${low} to ${high}`, unit);
   },
-  // The first component of the most probable one, and how probable it is.
+  // The first component of the most probable hypothesis, and its probability.
   hypotheses(row, _, { series, unit }) {
     const { values = [], weights: known = [] } = hypothesesOf(row, series) ?? {};
     if (known.length === 0) return number(null);
@@ -265,8 +250,7 @@ function withUnit(text, unit) {
   return unit && text !== number(null) ? `${text} ${unit}` : text;
 }
 
-/**
- * One line that says how it goes, and who says so.
+/** The verdict on the run in one line, with its source.
  *
  * @param {History} history
  * @param {SessionPublic} session
@@ -290,8 +274,7 @@ export function state(history, session) {
   return searching === false ? ["followed (by the tracker)", "good"] : ["truth not known", "unknown"];
 }
 
-/**
- * Whether the tracker looked for its target a moment ago: for a second of the run, so that it can be read.
+/** Whether the tracker searched for its target within the last second of the run, so that the message can be read.
  *
  * @param {History} history
  * @param {SessionPublic} session

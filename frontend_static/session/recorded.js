@@ -1,7 +1,5 @@
 /**
- * The page of an exported run: the parts of a session's page, played from the file. The file answers what the parts ask of a
- * server.
- */
+ * The page of an exported run: the parts of a session's page, played from the file. The file answers the parts' requests to a server. */
 
 import { answers } from "../shared/api.js";
 import { build, CopyButton, elementOf } from "../shared/dom.js";
@@ -19,14 +17,14 @@ import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { Numbers, Status, transport } from "./transport.js";
 
-/** Its frames can be moved through, and nothing of it can be changed. */
+/** Commands of the recorded run: its frames can be shown, but nothing can be changed. */
 class RecordedStore extends Store {
   get isSteerable() {
     return this.isAwake;
   }
 }
 
-/** @param {string} id Of the element whose text it is. */
+/** @param {string} id Id of the element with the text. */
 const text = (id) => document.getElementById(id)?.textContent ?? "";
 
 async function unpack() {

@@ -1,7 +1,5 @@
-/**
- * Where the run itself is seen, flat or in three dimensions, and what lies over it when there is nothing to see: loading,
- * crashed, suspended, gone.
- */
+/** The picture of the run, flat or in three dimensions, and notices over it when there is nothing to show: loading, crashed, suspended,
+ gone. */
 
 import { request } from "../shared/api.js";
 import { attempt, build, fill, Notice, renderIn, Segments } from "../shared/dom.js";
@@ -18,14 +16,14 @@ import { SpatialScene } from "./spatial_scene.js";
 /** @import { Overlay } from "./flat/drawing.js" */
 /** @import { Mounted } from "./mount.js" */
 
-// Which view of a session a page shows: what its address says, else what a person chose before, else what the browser can
-// draw fast. A 3-D scene that the processor has to draw is slow, and without WebGL there is none.
+// The view that a page shows: that of its address, or else a person's last choice, or else what the browser can draw fast. A 3-D scene
+// drawn by the processor is slow, and without WebGL there is none.
 
 /** @typedef {"flat"|"scene"} ViewKind */
 
 const NAME = "view";
 const KEY = "pftrack-view";
-/** What browsers call WebGL without a graphics card. */
+/** Browsers' names of WebGL without a graphics card. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /** @returns {ViewKind} */
@@ -42,8 +40,7 @@ function isView(name) {
   return name === "flat" || name === "scene";
 }
 
-/**
- * Remember what a person has chosen, in the address, too, if that says something else.
+/** Store a person's choice, also in the address if it names another view.
  *
  * @param {ViewKind} kind
  */
@@ -55,8 +52,7 @@ function rememberView(kind) {
   history.replaceState(null, "", address);
 }
 
-/**
- * What the browser offers for 3-D scenes.
+/** The browser's capability for 3-D scenes.
  *
  * @returns {"none"|"slow"|"fast"}
  */
@@ -73,7 +69,7 @@ export function graphics() {
   }
 }
 
-/** The ways to see a run, as a person chooses between them. */
+/** The views of a run for the switch. */
 export const VIEWS = [
   { value: "flat", words: "Flat", hint: "The picture from the front" },
   { value: "scene", words: "3-D", hint: "The scene in three dimensions" },
@@ -82,7 +78,7 @@ export const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on 
 const SKELETON = html`<div class="skeleton-scene" role="img" aria-label="Loading the scene"><div class="shimmer"></div></div>`;
 
 export class Scene {
-  /** What holds it. */
+  /** Element of the scene. */
   root;
   #options;
   #signal;
@@ -100,12 +96,12 @@ export class Scene {
   #shows = live(false);
   #hasNoGraphics = live(false);
   #failure = live(/** @type {{title: string, message: string, action: Action|null}|null} */ (null));
-  /** Called when another view is shown. */
+  /** Called when the view changes. */
   onView = () => {};
 
   /**
    * @param {HTMLElement} root
-   * @param {AbortSignal} signal Aborted when the scene is taken from the page.
+   * @param {AbortSignal} signal Aborted when the scene is removed from the page.
    * @param {{view?: ViewKind, hasLegend?: boolean, layers?: readonly string[], overlay?: Overlay, isBare?: boolean}} [options] The view to
    *     show, without it the page's choice, which a switch changes; whether a flat view says what its colours mean; the layers that
    *     it shows from the beginning, beside those declared so; what says how it is painted where several lie over each other; and
@@ -121,7 +117,7 @@ export class Scene {
     signal.addEventListener("abort", () => this.#endView.abort());
   }
 
-  /** Resolves when there is a picture of the run to see, or will be none before the scene. */
+  /** Resolves when a picture of the run is visible, or when none will come before the scene. */
   get seen() {
     return until(() => this.#shows.value || this.#failure.value !== null, this.#signal);
   }
@@ -131,20 +127,19 @@ export class Scene {
     return this.#view instanceof SpatialScene ? this.#view.window : null;
   }
 
-  /** The flat view, if that is what is shown. */
+  /** The flat view, if it is shown. */
   get flat() {
     return this.#view instanceof FlatView ? this.#view : null;
   }
 
-  /** What the flat view's drawings show, if that is what is shown; components that read it follow it. */
+  /** The flat view's layers, if it is shown; components that read it follow it as a signal. */
   get layers() {
     return this.#layers.value;
   }
 
-  /**
-   * Resolves when a scene that says which frame it shows has come to a frame.
+  /** Resolves when the 3-D scene, which reports its frame, shows a frame.
    *
-   * @param {number} [frame] The one asked for last if not given.
+   * @param {number} [frame] By default the last requested one.
    */
   async comesTo(frame) {
     if (this.#view instanceof SpatialScene) await this.#view.comesTo(frame);
@@ -154,8 +149,8 @@ export class Scene {
    * Show a session.
    *
    * @param {string} id
-   * @param {Promise<SessionPublic>} session What else is known of it, as soon as it is.
-   * @param {boolean} isFresh Whether it stands still at its beginning.
+   * @param {Promise<SessionPublic>} session The session's data, once known.
+   * @param {boolean} isFresh Whether it is paused at its beginning.
    */
   open(id, session, isFresh) {
     this.#id = id;
@@ -163,8 +158,7 @@ export class Scene {
     this.#put(this.#options.view ?? chosenView(), isFresh);
   }
 
-  /**
-   * Follow what becomes of the session.
+  /** Follow the state of the session.
    *
    * @param {Mounted} mounted
    */
@@ -173,8 +167,7 @@ export class Scene {
     if (this.#view instanceof SpatialScene) this.#view.follow(mounted);
   }
 
-  /**
-   * Say that there is nothing to show, why, and the one way on, if there is one.
+  /** Show a notice with the reason why there is nothing to show, and the one action, if there is one.
    *
    * @param {string} title
    * @param {string} message
@@ -185,8 +178,7 @@ export class Scene {
     this.#failure.value = { title, message, action };
   }
 
-  /**
-   * Show the run in another way.
+  /** Show the run in another view.
    *
    * @param {ViewKind} kind
    */
@@ -231,7 +223,7 @@ export class Scene {
     this.#layers.value = null;
   }
 
-  /** @returns {Child} What lies over it. */
+  /** @returns {Child} The notice over the picture. */
   #cover() {
     if (this.#failure.value !== null) return html`<div class="cover">${h(Notice, { ...this.#failure.value, inline: false })}</div>`;
     const { store } = this.#mounted.value ?? {};
@@ -248,7 +240,7 @@ export class Scene {
     return isWaiting && html`<div class="cover late">${SKELETON}</div>`;
   }
 
-  /** @returns {Child} What chooses a view. */
+  /** @returns {Child} The switch of views. */
   #switch() {
     const shown = this.#kind.value;
     if (!this.#hasSwitch || shown === null || this.#failure.value !== null) return null;

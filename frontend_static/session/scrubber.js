@@ -1,7 +1,5 @@
-/**
- * The scrubber: the memory of the run, and the way back into it. Dragging shows the frame under the finger; letting go
- * stays there.
- */
+/** The scrubber: an overview of the run, and the way to any of its frames. Dragging shows the frame under the finger; releasing stays
+ there. */
 
 import { build, renderIn, tip } from "../shared/dom.js";
 import { plainAxis, scales } from "../shared/figure/axes.js";
@@ -24,16 +22,13 @@ import { curve, isGone } from "./store.js";
 /** @import { Role } from "./readings.js" */
 /** @import { Curve, Row, Store } from "./store.js" */
 
-// The memory of a run as a picture: the error, or sigma where no truth is known, events, how probable a loss is, and bands, in
-// rows over one axis of frames. What is in a row are traces, as in any figure (`shared/figure`).
+// The overview of a run: the error, or sigma if no truth is known, events, the probability of a loss, and bands, in rows over one axis of
+// frames. Rows consist of traces, as in any figure (`shared/figure`).
 
 /** @typedef {"flags"|"error"|"sigma"|"events"|"loss"|"bands"|"changes"} RowName */
 /** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px. */
 
-/**
- * What each row is called, how high it is, and how much is free below it, px: from one name to the next is a line of letters. The
- * curve takes the height that is left.
- */
+/** Name, height and space below each row, px: from one name to the next is a line of letters. The curve takes the remaining height. */
 const ROWS = /** @type {const} */ ({
   flags: ["", 12, 0],
   error: ["error", 0, 4],
@@ -43,7 +38,7 @@ const ROWS = /** @type {const} */ ({
   bands: ["hidden, lost", 10, 2],
   changes: ["changes", 16, 2],
 });
-/** How far lines at the edge of a row reach beyond it, px. */
+/** Overhang of lines at the edge of a row, px. */
 const EDGE = 1;
 /** Opacity of the least probable loss. */
 const FAINTEST = 0.4;
@@ -55,7 +50,7 @@ class Memory {
   #lost = shades("lost", 1, isGone);
   /** @type {Record<"error"|"sigma", Kind>|null} */
   #plots = null;
-  /** How wide a frame is, px. */
+  /** Width of a frame, px. */
   #px = 1;
   rows = newSignal(/** @type {Rows} */ ({}));
   /** @type {Record<string, string>|null} The colours as they are now; null to ask for them anew. */
@@ -66,10 +61,9 @@ class Memory {
     this.#store = store;
   }
 
-  /**
-   * Paint the rows that there is something for.
+  /** Paint the rows that have content.
    *
-   * @param {HTMLCanvasElement} canvas Its letters say how large things are.
+   * @param {HTMLCanvasElement} canvas The canvas; its font size sets the sizes.
    */
   paint(canvas) {
     const { session } = this.#store;
@@ -96,9 +90,8 @@ class Memory {
     }
   }
 
-  /**
-   * The rows that some frame has anything for: a recording without truth has no error. Until a frame is computed nothing is known
-   * of the curve, and it keeps its room.
+  /** The rows with content in some frame: a recording without truth has no error. Until a frame is computed nothing is known about the
+   * curve, and its room is kept.
    *
    * @param {number} height
    */
@@ -115,7 +108,7 @@ class Memory {
       error: hasError,
       sigma: !hasError && isDrawn(curve.sigma),
       events: isMeasured("event"),
-      // In the first frame no tracker can have lost its target yet: what is told from the next one on has its room.
+      // In the first frame no tracker can have lost its target, so rows that begin with the next frame get their room.
       loss: isMeasured("loss_probability") || (history.length <= 1 && ofRole(known, "loss_probability").length > 0),
       bands: history.length === 0 || gone !== "",
       changes: true,
@@ -125,8 +118,7 @@ class Memory {
     return placed(shown, height, { bands: gone, ...(hasLimits && { sigma: "sigma | limit" }) });
   }
 
-  /**
-   * What is in the rows, from the back to the front: as in the plots, or of the active branch alone.
+  /** The traces of the rows, from back to front: as in the plots, or only for the active branch.
    *
    * @param {SessionPublic} session
    * @returns {Partial<Record<RowName, () => Pick<Shown, "traces"|"y">>>}
@@ -152,7 +144,7 @@ class Memory {
       },
       bands: () => {
         const { losses } = store;
-        // A loss leaves something to be seen of what is behind it, and of the lane beside.
+        // A loss is translucent and leaves the neighbouring lane visible.
         const apart = losses.length === 1 ? 0.2 : 0.1;
         const traces = losses.map(({ history: own, colour: ink }, place) => {
           const lane = losses.length - place;
@@ -164,9 +156,8 @@ class Memory {
     };
   }
 
-  /**
-   * The probability of a loss in each frame, by height and by how opaque it is, so that it is not told by colour alone. Of a run
-   * longer than there are pixels, the largest of each pixel is drawn, so that no peak is lost.
+  /** The probability of a loss in each frame, by height and opacity, so not by colour alone. If a run has more frames than pixels, the
+   * largest value of each pixel is drawn, so that no peak is lost.
    *
    * @param {SessionPublic} session
    */
@@ -181,12 +172,11 @@ class Memory {
   }
 }
 
-/**
- * Place the rows that are shown. The curve takes the height that is left.
+/** Place the shown rows. The curve takes the remaining height.
  *
  * @param {readonly RowName[]} shown
- * @param {number} height Of all rows.
- * @param {Partial<Record<RowName, string>>} [names] What some are called.
+ * @param {number} height Height of all rows.
+ * @param {Partial<Record<RowName, string>>} [names] Names of some rows.
  * @returns {Rows}
  */
 export function placed(shown, height, names = {}) {
@@ -203,7 +193,7 @@ export function placed(shown, height, names = {}) {
   return rows;
 }
 
-// The scrubber on the page: the picture, marks over it, and what is done with a pointer.
+// The scrubber on the page: the picture, marks over it, and the handling of the pointer.
 
 const REPAINT_MS = 100;
 
@@ -248,8 +238,7 @@ function Scrubber({ view }) {
   `;
 }
 
-/**
- * What painting on a canvas takes: it follows the run, the room that there is, and the colours.
+/** Painting on the canvas: it follows the run, the available room, and the colours.
  *
  * @param {View} view
  * @param {Memory} memory
@@ -269,8 +258,7 @@ function usePainted({ store, signal }, memory) {
   return canvas;
 }
 
-/**
- * Dragging, and words for what is pointed at.
+/** Dragging, and the tooltip of the pointer.
  *
  * @param {View} view
  */
@@ -300,8 +288,7 @@ function usePointer(view) {
   };
 }
 
-/**
- * Bookmarks as flags, and changes as diamonds with what they were, where there is room.
+/** Bookmarks as flags, and changes as diamonds, labelled if there is room.
  *
  * @param {{session: SessionPublic, top: number}} props `top` of the row of changes, px of the scrubber.
  */
@@ -325,17 +312,16 @@ function Marks({ session, top }) {
 }
 
 /**
- * @param {number} frames Of all.
+ * @param {number} frames Number of all frames.
  * @param {{frames: number}|null} session
  */
 function share(frames, session) {
   return `${(100 * frames) / Math.max(1, (session?.frames ?? 1) - 1)}%`;
 }
 
-/**
- * Lengths grow with the letters, which are 11 px high where the page has its usual ones.
+/** Lengths grow with the letters, which are 11 px high at the page's usual size.
  *
- * @param {number} px Of the scrubber.
+ * @param {number} px Length in the scrubber.
  */
 function em(px) {
   return `${px / 11}em`;

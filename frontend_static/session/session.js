@@ -57,7 +57,7 @@ start.begun.then(async ({ session }) => {
   experiment.value = await request("GET experiments/{experiment}", { experiment: session.recipe.experiment });
 }).catch(() => {});
 
-/** What is wrong, in lines between the header and the session. */
+/** Problems, in lines between the header and the session. */
 function Bars() {
   const { session, connection } = store;
   const { problem, position } = session ?? {};
@@ -69,10 +69,8 @@ function Bars() {
   `;
 }
 
-/**
- * A preset is a fresh run; the one that was watched stays among the running sessions.
- *
- * A class that sees this page comes along.
+/** Open a preset as a new run; the present one stays among the running sessions.
+ * A class that sees this page is taken along.
  *
  * @param {Preset} preset
  */
@@ -87,7 +85,7 @@ function openPreset(preset) {
   location.assign(linkTo({ recipe, upload: session.upload, play: true }));
 }
 
-/** The editor is offered where the server was started with a filter of this experiment that pages may write. */
+/** The editor is available if the server was started with a writable filter of this experiment. */
 function offerEditor() {
   const element = part("editor");
   const isOffered = signal(false);
@@ -106,8 +104,7 @@ function offerEditor() {
   return { isOffered, toggle };
 }
 
-/**
- * Somebody who comes by the link of a class may not ask for files.
+/** A participant of a class may not read filter files.
  *
  * @param {SessionPublic} session
  */

@@ -1,7 +1,5 @@
-/**
- * The beginning of a session on a page: it finds or starts the session and has its picture shown, before the rest of what
- * belongs to it has been loaded. Hence few imports.
- */
+/** The beginning of a session on a page: it finds or starts the session and shows its picture before the rest of its code has been loaded.
+ Hence few imports. */
 
 import { forget, request } from "../shared/api.js";
 import { whenCompiled, whenPlaceFree } from "../shared/compiling.js";
@@ -12,7 +10,7 @@ import { Scene } from "./scene.js";
 /** @import { SessionPublic } from "../shared/messages.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
 
-// Where the parts of a session stand within an element, before anything is in them.
+// The places of a session's parts within an element, still empty.
 
 /** @typedef {"scene"|"panel"|"branches"|"inspection"|"why"|"plots"|"readout"|"transport"|"scrubber"} Part */
 /** @typedef {Partial<Record<Part|"status", HTMLElement>>} Places Beside a panel the line on how it goes stands above the plots. */
@@ -20,10 +18,9 @@ import { Scene } from "./scene.js";
 /** @type {readonly Part[]} */
 export const PARTS = ["scene", "panel", "branches", "inspection", "why", "plots", "readout", "transport", "scrubber"];
 
-/**
- * Make a place for each part. What is not asked for takes no room.
+/** Make a place for each requested part; other parts take no room.
  *
- * @param {HTMLElement} element Loses what it held.
+ * @param {HTMLElement} element The element, which is emptied.
  * @param {readonly Part[]} parts
  * @returns {Places}
  */
@@ -35,7 +32,7 @@ export function arrange(element, parts) {
     if (!parts.includes(name)) return null;
     return (places[name] = build(tag, { ...properties, data: { part: name } }));
   };
-  // A page may show several, each in a section of its own, which an element that is not on the page yet names itself.
+  // A page may show several sessions, each in its own section; an element not yet on the page names its section itself.
   const around = element.dataset.within ?? element.closest("section[aria-label]")?.getAttribute("aria-label");
   const named = (/** @type {string} */ label) => (around ? `${around}: ${label.toLowerCase()}` : label);
   const scene = place("scene", "section", { class: "scene", "aria-label": named("Scene") });
@@ -45,7 +42,7 @@ export function arrange(element, parts) {
     panel,
     places.status ?? null,
     place("branches", "nav", { class: "branches", "aria-label": named("Branches"), hidden: true }),
-    place("inspection", "section", { class: "inspection", "aria-label": named("Look into the frame") }),
+    place("inspection", "section", { class: "inspection", "aria-label": named("Inspect the frame") }),
     place("why", "section", { class: "why", "aria-label": named("Why the target was lost") }),
     place("plots", "div", { class: "plots" }),
     place("readout", "section", { class: "readout" }),
@@ -66,27 +63,25 @@ export function arrange(element, parts) {
 
 /**
  * @typedef {object} Beginning
- * @property {string} [session] Id of a session that there is.
- * @property {NewSession|Promise<NewSession>} [recipe] Otherwise what to start one with.
- * @property {boolean} [isOwn] Whether the session that is started ends with the element.
- * @property {readonly Part[]} [parts] What of it to show; everything if not given.
- * @property {import("./scene.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
- * @property {boolean} [isBare] Whether the 3-D scene's own panel stays away.
- * @property {import("./flat/drawing.js").Overlay} [overlay] Says how the flat view is painted where several lie over each other.
- * @property {readonly string[]} [layers] Names of layers that the flat view shows from the beginning, beside those declared so.
+ * @property {string} [session] Id of an existing session.
+ * @property {NewSession|Promise<NewSession>} [recipe] Otherwise the recipe of a new session.
+ * @property {boolean} [isOwn] Whether the started session ends with the element.
+ * @property {readonly Part[]} [parts] Parts to show; all by default.
+ * @property {import("./scene.js").ViewKind} [view] The view; by default the page's choice.
+ * @property {boolean} [isBare] Whether the 3-D scene's own panel is hidden.
+ * @property {import("./flat/drawing.js").Overlay} [overlay] How the flat view is painted among several that lie over each other.
+ * @property {readonly string[]} [layers] Names of layers that the flat view shows at first, in addition to the default ones.
  */
 
-/**
- * A session in an element. One that is the element's own ends with it, on the server as well, also when the page is left. Where
- * its answer is under way then, it is ended by its name, which is chosen here; one that has yet to begin is ended by the server,
- * which sees that nobody waits for it.
- */
+/** A session in an element. The element's own session ends with it, also on the server and when the page is left. If the answer to its
+ start is still under way then, it is ended by its name, which is chosen here; if it has yet to begin, the server ends it, since nobody
+ waits for it. */
 export class SessionStart {
   #end = new AbortController();
   #hasBegun = false;
 
   /**
-   * @param {HTMLElement} element What holds the session.
+   * @param {HTMLElement} element Element of the session.
    * @param {Beginning} beginning
    */
   constructor(element, { session, recipe, isOwn = false, parts = PARTS, view, layers, overlay, isBare }) {
@@ -101,19 +96,19 @@ export class SessionStart {
     this.begun.then(() => (this.#hasBegun = true), () => {});
     if (name === undefined) return;
     this.signal.addEventListener("abort", () => this.begun.then(() => forget("DELETE sessions/{session}", { session: name }), () => {}));
-    // Also when the page goes where it could be brought back from: it is begun anew then.
+    // Also when the page goes to the browser's cache: from there it starts again.
     globalThis.addEventListener("pagehide", () => {
       this.end();
       if (!this.#hasBegun) forget("DELETE sessions/{session}", { session: name });
     }, { signal: this.signal });
   }
 
-  /** Aborted when the session is taken from the page. */
+  /** Aborted when the session is removed from the page. */
   get signal() {
     return this.#end.signal;
   }
 
-  /** Take the session from the page. What it is on the server stays, unless it is the element's own. */
+  /** Remove the session from the page. On the server it stays, unless it is the element's own. */
   end() {
     this.#end.abort();
     this.element.replaceChildren();
@@ -121,7 +116,7 @@ export class SessionStart {
 
   /**
    * @param {NewSession|Promise<NewSession>} given
-   * @param {string} [name] What it shall be called; the server's choice if not given.
+   * @param {string} [name] Its name; by default the server chooses one.
    * @returns {Promise<Begun>}
    */
   async #start(given, name) {
@@ -136,11 +131,10 @@ export class SessionStart {
     return { session, recipe };
   }
 
-  /**
-   * Show what the session has to wait for: the compiler, once after an installation, or a place; nothing when it need not.
+  /** Show what the session waits for: the compiler, once after an installation, or a place; nothing if it need not wait.
    *
    * @param {string} sentence
-   * @param {Element} [more] How far it is, or where something can be done about it.
+   * @param {Element} [more] The progress, or a link to a remedy.
    */
   #wait(sentence, more) {
     this.element.querySelector(".compiling")?.remove();
@@ -159,7 +153,7 @@ export class SessionStart {
   }
 }
 
-/** @returns {string} A name that a session may have, and no other has. */
+/** @returns {string} A new, unique name of a session. */
 function newName() {
   const bytes = globalThis.crypto.getRandomValues(new Uint8Array(8));
   return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");

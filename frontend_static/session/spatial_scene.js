@@ -1,4 +1,4 @@
-/** The frame that holds the 3-D scene, and the library's own picture in its place while it is still loading. */
+/** The iframe of the 3-D scene, and the library's own picture in its place while it is loading. */
 
 import { addressOf } from "../shared/api.js";
 import { build, fill } from "../shared/dom.js";
@@ -8,13 +8,13 @@ import { after, follow, later } from "../shared/timing.js";
 
 /** How long the scene's script, which keeps the browser busy, waits for the still picture. */
 const STILL_FIRST_MS = 400;
-/** How often to look which frame the scene shows, and how long to wait for a frame that may never come. */
+/** How often to check the scene's frame, and how long to wait for a frame that may never come. */
 const LOOK_EVERY_MS = 8;
 const PATIENCE_MS = 5000;
-/** The same for the first picture of the scene. */
+/** These times for the first picture of the scene. */
 const READY_EVERY_MS = 40;
 const READY_PATIENCE_MS = 3000;
-/** How often the still picture is renewed while the run plays, and how long after it pauses. */
+/** How often the still picture is renewed while the run plays, and the delay after a pause. */
 const EVERY_MS = 200;
 const SETTLED_MS = 250;
 
@@ -24,22 +24,22 @@ export class SpatialScene {
   #signal;
   /** @type {HTMLIFrameElement|null} */
   #frame = null;
-  /** Aborted when the scene is there, or is loaded again; null while it is there.
+  /** Aborted when the scene is loaded, or loads again; null while it is loaded.
    *
    * @type {AbortController|null} */
   #loading = null;
-  /** The frames that are waited for, in their order, and the one asked for last.
+  /** The awaited frames in order, and the last requested one.
    *
    * @type {{frame: number, since: number, resolve: () => void}[]} */
   #waiting = [];
   #told = 0;
-  /** What the scene shows, and since when. */
+  /** The scene's frame, and the time since which it is shown. */
   #seen = { frame: /** @type {number|null|undefined} */ (null), since: 0 };
 
   element = build("div", { class: "spatial-scene" });
-  /** The library's own picture of the current frame: the run is seen at once, and lives. */
+  /** The library's own picture of the current frame, so that the run is visible at once. */
   #still = build("div", { class: "scene-still" });
-  /** When it was asked for last, and whether it has not come yet. */
+  /** Time of the last request for it, and whether its answer is pending. */
   #stillAt = 0;
   #isAsking = false;
   #onStill = () => {};
@@ -74,19 +74,18 @@ export class SpatialScene {
     return this.#frame?.contentWindow ?? null;
   }
 
-  /** Show the scene's own panel, or put it away. */
+  /** Show or hide the scene's own panel. */
   #unfold() {
     this.#opener.setAttribute("aria-pressed", String(this.#opener.getAttribute("aria-pressed") !== "true"));
     this.#showPanel();
   }
 
-  /** As the button says; a scene that is loaded again begins without. */
+  /** Apply the button's state; a scene that is loaded again begins without its panel. */
   #showPanel() {
     if (this.window) this.window.document.documentElement.dataset.panel = this.#opener.getAttribute("aria-pressed") === "true" ? "" : "none";
   }
 
-  /**
-   * Follow what becomes of the session.
+  /** Follow the state of the session.
    *
    * @param {import("./mount.js").Mounted} view
    */
@@ -95,7 +94,7 @@ export class SpatialScene {
     const hear = () => {
       const isOpen = store.session !== null && store.connection.value === "open";
       if (store.connection.value === "lost" || (isOpen && !store.isAwake)) isStale = true;
-      // A frame without focus does not look for its server again, and a revived worker has a new one: load it again.
+      // An iframe without focus does not reconnect, and a restarted worker has a new scene: load it again.
       if (!isStale || !isOpen || !store.isAwake) return;
       isStale = false;
       this.#load();
@@ -104,7 +103,7 @@ export class SpatialScene {
     const renew = () => {
       this.#unsettle();
       if (this.#loading === null || !store.session) return;
-      // A run that stands is asked only once it does so for a while, because that would end a seek that is under way.
+      // A paused run is asked only after a while, because the request would end a seek.
       const wait = store.session.playing ? this.#stillAt + EVERY_MS - performance.now() : SETTLED_MS;
       this.#unsettle = later(() => store.isAwake && !this.#isAsking && this.#ask(), wait, this.#loading.signal);
     };
@@ -114,7 +113,7 @@ export class SpatialScene {
   /**
    * Resolve when the scene shows this frame or that of a later request; at once while no scene is loaded.
    *
-   * @param {number} [frame] The one asked for last if not given.
+   * @param {number} [frame] By default the last requested one.
    * @returns {Promise<void>}
    */
   comesTo(frame = this.#told) {
@@ -126,24 +125,23 @@ export class SpatialScene {
     });
   }
 
-  /** All that need not wait any more go on at once: one after the other, the page would say what is past. */
+  /** Release all finished waits at once: one after the other, the page would show old values. */
   #look() {
     const shown = this.window?.pftrackScene?.frame();
     if (shown !== this.#seen.frame) this.#seen = { frame: shown, since: performance.now() };
     const late = performance.now() - PATIENCE_MS;
-    // A slow scene is waited for; a scene that has stopped is not.
+    // Wait for a slow scene, but not for a stopped one.
     const last = this.#waiting.findLastIndex(({ frame, since }) => frame === shown || Math.max(since, this.#seen.since) < late);
     this.#release(last + 1);
     if (this.#waiting.length > 0) later(() => this.#look(), LOOK_EVERY_MS, this.#signal);
   }
 
-  /** @param {number} count How many need not wait any more. */
+  /** @param {number} count Number of finished waits. */
   #release(count) {
     for (const { resolve } of this.#waiting.splice(0, count)) resolve();
   }
 
-  /**
-   * The frame has handed on a key: for the page it is pressed on the frame, so whatever listens to keys takes it.
+  /** Dispatch a key passed on by the scene as if it were pressed on the iframe, so that all key handlers receive it.
    *
    * @param {MessageEvent} event
    */
@@ -154,7 +152,7 @@ export class SpatialScene {
     this.#frame?.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey: shiftKey === true, bubbles: true, cancelable: true }));
   }
 
-  /** The graphics of the frame are not there for paper. */
+  /** The iframe's graphics are not available for printing. */
   async #print() {
     const paper = this.#picture("scene-paper");
     this.element.querySelector(".scene-paper")?.remove();
@@ -168,7 +166,7 @@ export class SpatialScene {
     return build("img", { class: className, src, alt: "The current frame with what the tracker believes", fetchpriority: "high" });
   }
 
-  /** Renew the still picture. The old one stays until the new one can be painted: nothing flashes. */
+  /** Renew the still picture. The old one stays until the new one can be painted, so nothing flashes. */
   async #ask() {
     this.#isAsking = true;
     this.#stillAt = performance.now();
@@ -178,7 +176,7 @@ export class SpatialScene {
       fill(this.#still, image);
       this.#onStill();
     } catch {
-      // The next one, or the scene.
+      // The next picture, or the scene, will replace it.
     } finally {
       this.#isAsking = false;
     }
@@ -215,13 +213,13 @@ function theme() {
  * Resolves when the scene in a frame has been drawn, with its camera in place and nothing fading.
  *
  * @param {HTMLIFrameElement} frame
- * @param {AbortSignal} signal Ends the looking, without an answer.
+ * @param {AbortSignal} signal Ends the waiting without an answer.
  */
 async function viewerReady(frame, signal) {
   let late = Infinity;
   while (performance.now() < late) {
     const found = frame.contentWindow?.pftrackScene?.drawn() ?? null;
-    // The camera is put in place by a message of its own; it is not when somebody has already turned it.
+    // A separate message sets the camera; not if a person has already turned it.
     if (found === "in place") return;
     if (found !== null) late = Math.min(late, performance.now() + READY_PATIENCE_MS);
     await after(READY_EVERY_MS, signal);

@@ -1,4 +1,4 @@
-/** What a person can do to a session: move through its run, by buttons, keys and the scrubber, and all else. */
+/** Commands to a session: moving through its run by buttons, keys and the scrubber, and all others. */
 
 import { request, sendCommand } from "../shared/api.js";
 import { attempt, toast } from "../shared/dom.js";
@@ -10,15 +10,14 @@ import { signal as newSignal } from "../vendor/preact.js";
 /** @import { Command, CommandAnswer } from "../shared/messages.js" */
 /** @import { Store } from "./store.js" */
 
-// Reading a timeline of parameter changes: what a change did, in words.
+// A timeline of parameter changes in words.
 
 /**
  * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
  * @typedef {{frame: number, lines: string[]}} Mark
  */
 
-/**
- * Changes as diamonds: one for each frame after the start in which something changes beside what is drawn.
+/** Changes as diamonds: one for each frame after the start in which more than the drawing changes.
  *
  * @param {SessionPublic} session
  * @returns {Mark[]}
@@ -33,8 +32,7 @@ export function marks(session) {
     });
 }
 
-/**
- * What a change did: of a file only that, since its text says nothing to a person.
+/** A change in words; of a file only its title, since its text is not readable.
  *
  * @param {SessionPublic} session
  * @param {string} name
@@ -59,8 +57,7 @@ function declared(session, name) {
   return session.declarations.find((each) => each.name === name);
 }
 
-/**
- * What tells a session from others: its name, its tracker, its seed.
+/** The identification of a session: its name, its tracker, its seed.
  *
  * @param {SessionPublic} session
  */
@@ -88,8 +85,7 @@ export function headingOf({ title, name }) {
   return name === "" || name === title ? title : `${title} · ${name}`;
 }
 
-/**
- * A tracker's name as people know it.
+/** A tracker's title.
  *
  * @param {{trackers: {id: string, title: string}[]}} session
  * @param {string|undefined} id
@@ -98,12 +94,11 @@ export function trackerTitle(session, id) {
   return session.trackers.find((tracker) => tracker.id === id)?.title ?? id ?? "–";
 }
 
-/**
- * Ask a session for something; a refusal is shown.
+/** Send a command to a session; show a refusal.
  *
  * @param {Pick<Store, "known">} store
  * @param {Command} command
- * @returns {Promise<CommandAnswer|undefined>} Undefined where it was refused.
+ * @returns {Promise<CommandAnswer|undefined>} Undefined if it was refused.
  */
 export function steer({ known: { id } }, command) {
   return attempt(() => sendCommand(id, command));
@@ -122,7 +117,7 @@ export async function bookmark(store, note = "") {
   });
 }
 
-/** The position mostly comes before the answer to the request for it, sometimes a little after it. */
+/** Wait for the position, which arrives mostly before the answer to a seek, sometimes a little after it. */
 const GOAL_MS = 1000;
 const SLOW = 0.25;
 
@@ -130,7 +125,7 @@ export class Steering {
   #store;
   #signal;
   #seeking;
-  /** The frame that was asked for and is not shown yet. */
+  /** The requested frame that is not shown yet. */
   goal = newSignal(/** @type {number|null} */ (null));
   #forget = () => {};
 
@@ -158,12 +153,12 @@ export class Steering {
     return session !== null && session.position >= session.frames - 1;
   }
 
-  /** The frame that is shown, or was asked for; keys that come before it is shown count from there. */
+  /** The shown or requested frame; keys pressed before it is shown count from it. */
   get frame() {
     return this.goal.value ?? this.#store.session?.goal ?? this.#store.session?.position ?? 0;
   }
 
-  /** @param {Command} command Asked for if there is a session that listens. */
+  /** @param {Command} command Sent if the session is live. */
   async send(command) {
     return this.#store.isSteerable && !this.#signal.aborted ? steer(this.#store, command) : undefined;
   }
@@ -181,8 +176,7 @@ export class Steering {
     if (this.isPlaying) await this.toggle();
   }
 
-  /**
-   * One frame on or back.
+  /** One frame forward or back.
    *
    * @param {number} direction
    */
@@ -190,8 +184,7 @@ export class Steering {
     if (direction > 0 ? !this.isAtEnd : (this.#store.session?.position ?? 0) > 0) await this.send({ kind: direction > 0 ? "step" : "back" });
   }
 
-  /**
-   * Go to a frame and stay there. While one seek is under way only the newest request is kept.
+  /** Seek to a frame and stay there. During a seek only the newest request is kept.
    *
    * @param {number} frame
    */
@@ -200,7 +193,7 @@ export class Steering {
     const { position, frames, goal: onTheWay } = this.#store.known;
     const goal = Math.min(Math.max(0, Math.round(frame)), frames - 1);
     this.#forget();
-    // One that is on its way elsewhere passes through the frame where it stands.
+    // A seek under way may pass through this frame.
     const isThere = goal === position && (this.goal.peek() ?? onTheWay ?? position) === position;
     this.goal.value = isThere ? null : goal;
     await this.pause();
@@ -215,7 +208,7 @@ export class Steering {
     await this.seek(this.frame + frames);
   }
 
-  /** The newest frame that has been computed; computing all the rest could take long. */
+  /** Go to the newest computed frame; computing all the rest could take long. */
   async newest() {
     if (this.#store.isSteerable) await this.seek(this.#store.known.computed);
   }
@@ -225,8 +218,7 @@ export class Steering {
     await (beforeLoss === null ? this.send({ kind: "before_loss" }) : this.seek(beforeLoss));
   }
 
-  /**
-   * Go to the nearest frame in which something has happened, of those that were computed.
+  /** Go to the nearest computed frame with an event.
    *
    * @param {number} direction 1 for a later one, -1 for an earlier one.
    */
@@ -243,7 +235,7 @@ export class Steering {
     await this.send({ kind: "speed", speed: value });
   }
 
-  /** Play slowly enough for eyes that do not know yet where to look. */
+  /** Play slowly for a first-time viewer. */
   async slowDown() {
     const slow = this.#store.session?.speeds.findLast((speed) => speed > 0 && speed <= SLOW);
     if (slow !== undefined) await this.setSpeed(slow);
@@ -259,16 +251,16 @@ export class Steering {
   }
 }
 
-// What the panel proposes: the newest value of each parameter, one request at a time. Until the last of them has been answered
-// and the session's own word has come, what is proposed is not torn out of the hand.
+// The panel's proposals: the newest value of each parameter, one request at a time. A control keeps its proposal until the last request is
+// answered and the session's own value has arrived.
 
-/** The session's word comes by the stream, mostly before the answer to the request, sometimes a little after it. */
+/** The session's value arrives by the stream, mostly before the answer to the request, sometimes a little after it. */
 const REST_MS = 300;
 
 /** @typedef {Record<string, Value>} Values By the names of the parameters. */
 
 /**
- * Change values of a session; a seed among them starts the run again.
+ * Change values of a session; a new seed restarts the run.
  *
  * @param {Pick<Store, "known">} store
  * @param {Values} values
@@ -287,7 +279,7 @@ export class Proposals {
   #stopRest = () => {};
 
   /**
-   * @param {(values: Values) => Promise<boolean>} send Tells whether the values were accepted.
+   * @param {(values: Values) => Promise<boolean>} send Returns whether the values were accepted.
    * @param {AbortSignal} end
    */
   constructor(send, end) {
@@ -296,7 +288,7 @@ export class Proposals {
     this.#end = end;
   }
 
-  /** What is proposed and not yet answered; components that read it follow it. */
+  /** Proposed values without an answer yet; components that read it follow it as a signal. */
   get held() {
     return this.#held.value;
   }
@@ -311,7 +303,7 @@ export class Proposals {
     this.#requests.ask({ [name]: value });
   }
 
-  /** @param {boolean} isAccepted What is refused is let go at once. */
+  /** @param {boolean} isAccepted Refused values are dropped at once. */
   #rest(isAccepted) {
     const settle = () => (this.#held.value = {});
     if (isAccepted) this.#stopRest = later(settle, REST_MS, this.#end);

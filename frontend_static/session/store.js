@@ -1,10 +1,7 @@
-/**
- * What the page knows of its session, and the one place where the stream's messages change it.
- *
- * The server decides everything; this is its latest word. Answers of REST are not taken over: they may be older than what
- * the stream has already brought. Each field is a signal: a component that reads `store.session.position` is drawn again when
- * the position changes. Parts that are not components follow what they draw (`follow`).
- */
+/** The page's state of its session, and the one place where the stream's messages change it.
+ * The server decides everything; this is its latest state. Answers of REST are not applied: they may be older than the stream's messages.
+ * Each field is a signal: a component that reads `store.session.position` is drawn again when the position changes. Parts that are not
+ components use `follow`. */
 
 import { request } from "../shared/api.js";
 import { batch, computed, signal } from "../vendor/preact.js";
@@ -12,10 +9,9 @@ import { eventFramesOf, finite, isKnown } from "./readings.js";
 
 /** @import { SeriesValue } from "./readings.js" */
 
-// What is known of each frame of one branch: the diagnostics in columns, row i belonging to frame i.
+// The data of each frame of one branch: diagnostics in columns; row i belongs to frame i.
 
-/**
- * What the server tells of a frame, as `Diagnostics` of the library has it; null where a thing is not known.
+/** The server's data of a frame, in the form of the library's `Diagnostics`; null for unknown values.
  *
  * @typedef {object} Row
  * @property {number} frame
@@ -26,8 +22,8 @@ import { eventFramesOf, finite, isKnown } from "./readings.js";
  * @property {boolean|null} lost
  * @property {boolean|null} hidden
  * @property {boolean|null} searching
- * @property {"truth"|"tracker"|""} lost_by Who says whether the target is lost; empty where nobody does.
- * @property {number|null} lost_since Frame in which the loss began that goes on here.
+ * @property {"truth"|"tracker"|""} lost_by Source of the verdict on loss; empty if there is none.
+ * @property {number|null} lost_since Frame in which the present loss began.
  * @property {number|null} step_ms
  * @property {Record<string, SeriesValue>} series
  */
@@ -41,12 +37,12 @@ export class History {
   /** Counts every change, so that components that read rows follow them. */
   #changes = signal(0);
 
-  /** Counts every change that is not an appended row; a plot that saw the same count only has to add the tail. */
+  /** Counts every change that is not an appended row; a plot that has seen this count only has to add the tail. */
   get edition() {
     return this.#edition.value;
   }
 
-  /** The diagnostics of all frames, with holes where they are not known. */
+  /** The diagnostics of all frames, with holes where unknown. */
   get rows() {
     return this.#changes.value > 0 ? this.#rows : [];
   }
@@ -55,8 +51,7 @@ export class History {
     return this.rows.length;
   }
 
-  /**
-   * The diagnostics of a frame, or undefined where it has not been computed.
+  /** The diagnostics of a frame, or undefined if it has not been computed.
    *
    * @param {number} frame
    * @returns {Row|undefined}
@@ -65,8 +60,7 @@ export class History {
     return this.rows[frame];
   }
 
-  /**
-   * Forget everything and take over what the server sends, column by column.
+  /** Replace everything by the server's columns.
    *
    * @param {Record<string, unknown[]>} columns
    */
@@ -75,8 +69,7 @@ export class History {
     this.merge(columns);
   }
 
-  /**
-   * Begin like another history, up to and including a frame.
+  /** Begin as a copy of another history, up to and including a frame.
    *
    * @param {History} parent
    * @param {number} frame
@@ -86,8 +79,7 @@ export class History {
     this.#tell(true);
   }
 
-  /**
-   * Fill in what the server sends; rows that came by the stream in the meantime stay.
+  /** Fill in the server's columns; rows that arrived by the stream meanwhile stay.
    *
    * @param {Record<string, unknown[]>} columns
    */
@@ -100,8 +92,7 @@ export class History {
     this.#tell(true);
   }
 
-  /**
-   * Add a row, or see an old one again (a replay gives the same numbers).
+  /** Add a row, or receive an old one again (a replay gives the same numbers).
    *
    * @param {Row} row
    * @returns {boolean} False when rows in between are missing, so that the whole history has to be fetched.
@@ -114,7 +105,7 @@ export class History {
     return whole;
   }
 
-  /** @param {boolean} isOther Whether more has changed than that a row was added. */
+  /** @param {boolean} isOther Whether more has changed than an added row. */
   #tell(isOther) {
     this.#changes.value = this.#changes.peek() + 1;
     if (isOther) this.#edition.value = this.#edition.peek() + 1;
@@ -191,7 +182,7 @@ export class HistoryWindow extends History {
  */
 export const curve = {
   error: (row) => finite(row?.error),
-  /** A filter switches as soon as any component spreads too far, so the largest one is the one to look at. */
+  /** A filter switches as soon as any component spreads too far, so the largest one is shown. */
   sigma: (row) => finite(Math.max(...(row?.sigma ?? []).filter((value) => value !== null))),
 };
 
@@ -213,10 +204,9 @@ export function isGone(row) {
 export class Store {
   #session = signal(/** @type {SessionPublic|null} */ (null));
   connection = signal(/** @type {"connecting"|"open"|"lost"|"gone"} */ ("connecting"));
-  /** What runs of the same settings with other seeds do, where that was asked for. */
+  /** Bands of runs with other seeds, if requested. */
   ensemble = signal(/** @type {Bands|null} */ (null));
-  /**
-   * By branch.
+  /** Histories by branch.
    *
    * @type {Map<string, History>}
    */
@@ -224,7 +214,7 @@ export class Store {
   /** @type {Set<string>} */
   #fetching = new Set();
 
-  /** @param {{readOnly?: boolean}} [options] Whether it can be watched here and not be steered. */
+  /** @param {{readOnly?: boolean}} [options] Whether it can only be watched here. */
   constructor({ readOnly = false } = {}) {
     this.isReadOnly = readOnly;
   }
@@ -234,7 +224,7 @@ export class Store {
     return null;
   }
 
-  /** The frames in which something has happened, in rising order. */
+  /** The frames with events, in rising order. */
   get eventFrames() {
     return eventFramesOf(this);
   }
@@ -251,7 +241,7 @@ export class Store {
     else batch(() => alive(known, values));
   }
 
-  /** The session, where there must be one. */
+  /** The session; an error if it is not loaded. */
   get known() {
     if (this.session === null) throw new Error("The session has not been loaded yet");
     return this.session;
@@ -273,7 +263,7 @@ export class Store {
     return known;
   }
 
-  /** How many frames of each branch are known; what reads it follows their histories. */
+  /** Number of known frames of each branch; readers follow the histories as signals. */
   get lengths() {
     return this.branches.map(({ id }) => this.historyOf(id).length);
   }
@@ -298,7 +288,7 @@ export class Store {
     return [...branches].sort((a, b) => Number(b.id === active) - Number(a.id === active));
   }
 
-  /** Whether its session runs. */
+  /** Whether its session is live. */
   get isAwake() {
     return this.session !== null && ["ready", "playing", "ended"].includes(this.session.state);
   }
@@ -308,8 +298,7 @@ export class Store {
     return this.connection.value === "open" && this.isAwake && !this.isReadOnly;
   }
 
-  /**
-   * Take over a message of the stream.
+  /** Apply a message of the stream.
    *
    * @param {SessionMessage} message
    */
@@ -328,8 +317,7 @@ export class Store {
     for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
   }
 
-  /**
-   * Take over fields that have changed, and the frames that were computed.
+  /** Apply changed fields and new frames.
    *
    * @param {SessionPublic} session
    * @param {import("../shared/messages.js").Changes} message
@@ -353,15 +341,14 @@ export class Store {
       const { columns } = await request("GET sessions/{session}/diagnostics", { session: this.known.id, branch });
       this.historyOf(branch).merge(columns);
     } catch {
-      // The next hello brings it.
+      // The next hello contains it.
     } finally {
       this.#fetching.delete(branch);
     }
   }
 }
 
-/**
- * Give a session values, each behind a signal.
+/** Set a session's values, each behind a signal.
  *
  * @param {SessionPublic} session
  * @param {Partial<SessionPublic>} values

@@ -1,10 +1,8 @@
 /**
- * The guided tour of a session: from play to a loss to its reason. Each step ends when the run has come so far, however
- * long that takes, and a page that is opened again goes on with the step that the run is at.
- *
- * A note points at one thing of the page. It lies over everything and stands, for the keyboard, right before what it
- * points at, so that the next stop of the tab key is the thing to press.
- */
+ * The guided tour of a session: from play to a loss to its reason. Each step ends when the run has reached its point, without a time limit;
+ * a reopened page continues with the step of the run.
+ * A note points at one element of the page. It lies over everything and is, for the keyboard, right before that element, so that the next
+ tab stop is the element to press. */
 
 import { request } from "../shared/api.js";
 import { dialogIsOpen } from "../shared/dialog.js";
@@ -21,17 +19,16 @@ import { h, html, render } from "../vendor/preact.js";
 
 const TITLE = "callout-title";
 const WORDS = "callout-words";
-/** So long a step waits for what it points at to come into sight: what is said of a loss may take a while. */
+/** How long a step waits for its element to become visible: the explanation of a loss may take a while. */
 const PATIENCE_MS = 30_000;
 const SOON_MS = 50;
 
-/** The loss is let go on for so many frames, so that it is seen. */
+/** Frames for which a loss continues, so that it is visible. */
 const SEEN_FRAMES = 10;
 
-/**
- * A note beside what it points at (`.pointed-at` of the style sheet is its anchor).
+/** A note next to its element (`.pointed-at` of the style sheet is its anchor).
  *
- * @param {AbortSignal} signal Ends it.
+ * @param {AbortSignal} signal Ends the tour.
  */
 function callout(signal) {
   const element = build("div", { class: "callout", role: "dialog", popover: "manual", tabindex: -1, "aria-labelledby": TITLE, "aria-describedby": WORDS });
@@ -40,14 +37,13 @@ function callout(signal) {
     target.classList.remove("pointed-at");
     element.remove();
   });
-  /**
-   * Stand beside something as soon as it can be seen.
+  /** Show the note next to an element once that is visible.
    *
-   * @param {string} selector What it points at; the scrubber, which is always there, where that does not come.
+   * @param {string} selector The element; if it does not appear, the scrubber, which is always there.
    * @param {string} title
    * @param {Child} words
    * @param {Child} actions
-   * @param {boolean} [takesFocus] Whether it is read out at once, with the keyboard going on from it.
+   * @param {boolean} [takesFocus] Whether it is read out at once and gets the focus.
    */
   return async (selector, title, words, actions, takesFocus = true) => {
     target.classList.remove("pointed-at");
@@ -88,7 +84,7 @@ export async function guide(view, name) {
 /**
  * @param {Mounted} view
  * @param {Tour} tour
- * @param {AbortSignal} signal Ends it.
+ * @param {AbortSignal} signal Ends the tour.
  * @param {(how: "done"|"left") => void} leave
  */
 async function lead({ store, steering }, tour, signal, leave) {
@@ -109,7 +105,7 @@ async function lead({ store, steering }, tour, signal, leave) {
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
   if (!isLost()) {
-    const words = `Watch the ${target}, and the points. These words say how the tracker does; the run stops when something has happened.`;
+    const words = `Watch the ${target}, and the points. This line rates the tracker; the run stops at the next event.`;
     await show(".verdict", "It runs", html`<p>${words}</p>`, [step(2), way], false);
   }
   await come(() => isLost() || steering.isAtEnd);
@@ -121,14 +117,14 @@ async function lead({ store, steering }, tour, signal, leave) {
   }
 
   const words = html`
-    <p>The tracker has lost the ${target} in frame ${since}. This card says why, and what would have saved it.</p>
+    <p>The tracker has lost the ${target} in frame ${since}. This card gives the cause, and changes that would have saved it.</p>
     <p>Press <strong>Go to frame</strong> in it, to go back to where the tracker still holds the ${target}.</p>
   `;
   await show(".lost-card", "Lost", words, [step(2), way]);
   await come(() => store.known.position < since);
 
   const plot = `.plots [data-panel="${CSS.escape(tour.plot)}"]`;
-  // It may be among those that are folded.
+  // The plot may be folded.
   if (document.querySelector(plot) === null) /** @type {HTMLElement|null} */ (document.querySelector(".side-folds button"))?.click();
   const onward = html`<p>
     <button type="button" onClick=${() => steering.seek(tour.frame)}>Go to frame ${tour.frame}</button> or step forward with <kbd>→</kbd>, and watch it
@@ -137,8 +133,7 @@ async function lead({ store, steering }, tour, signal, leave) {
   await show(plot, "Why", html`<p>${tour.reason}</p>${onward}`, [step(3), finish]);
 }
 
-/**
- * Something of the page as soon as it can be seen, or the scrubber, which is always there.
+/** An element of the page once it is visible, or the scrubber, which is always there.
  *
  * @param {string} selector
  * @param {AbortSignal} signal

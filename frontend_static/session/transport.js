@@ -1,4 +1,4 @@
-/** The row of controls above the scrubber: where the run is, how fast it goes, and where in it something has happened. */
+/** The row of controls above the scrubber: position, speed, and events of the run. */
 
 import { request } from "../shared/api.js";
 import { attempt, Icon, IconButton, Popover, renderIn, Select } from "../shared/dom.js";
@@ -14,12 +14,11 @@ import { bookmark, steer } from "./steering.js";
 /** @import { Child } from "../vendor/preact.js" */
 /** @import { Mounted, View } from "./mount.js" */
 
-// How the run goes, in a line, the numbers behind the picture, as the experiment declares them, and its branches.
+// The verdict on the run in a line, the experiment's numbers for the picture, and the branches.
 
-/**
- * How it goes in the frame that is shown, and by how much it errs.
+/** The verdict on the shown frame, and its error.
  *
- * @param {{view: Pick<View, "store">, ask?: Child}} props `ask` stands beside it.
+ * @param {{view: Pick<View, "store">, ask?: Child}} props `ask` is next to it.
  */
 export function Status({ view: { store }, ask = null }) {
   const { session, history } = store;
@@ -44,7 +43,7 @@ export function Numbers({ view: { store } }) {
   if (session === null) return null;
   const row = history.at(session.position);
   const experiment = session.recipe.experiment;
-  // A line that this tracker never reports is left out; one that is unknown in this frame only stays in its place.
+  // A line that this tracker never reports is left out; one that is unknown only in this frame keeps its place.
   const shown = session.readings.filter((reading) => row === undefined || isMeasured(reading, row, session, history));
   return html`
     <dl>
@@ -57,14 +56,13 @@ export function Numbers({ view: { store } }) {
   `;
 }
 
-/**
- * What the run so far gives beside its truth: the measure that decides on success, and unfolded all others.
+/** The run so far compared with its truth: the success measure, and all others when unfolded.
  *
  * @param {{session: SessionPublic}} props
  */
 function Measures({ session }) {
   const { measured: found, computed, frames, measures, success_measure: decides } = session;
-  // Without a truth there is nothing to measure.
+  // Without truth there is nothing to measure.
   const known = measures.filter(({ name }) => name in found);
   const decisive = known.find(({ name }) => name === decides) ?? known[0];
   if (decisive === undefined) return null;
@@ -84,11 +82,10 @@ function MeasureName({ title, description }) {
   return h(Explained, { text: title.charAt(0).toLowerCase() + title.slice(1), own: description });
 }
 
-/** Where this browser keeps what a person has unfolded beside the picture. */
+/** Storage key of the folds next to the picture. */
 const FOLDS = "pftrack-side";
 
-/**
- * What is folded beside a picture, as a person has left it: all plots but the first two, and the numbers.
+/** The folds next to a picture, in a person's last state: all plots but the first two, and the numbers.
  *
  * @param {{view: Pick<View, "store">, plots: HTMLElement|null}} props `plots` holds the plots.
  */
@@ -112,10 +109,9 @@ export function Folded({ view, plots }) {
 
 /** @typedef {{isAll?: boolean, hasNumbers?: boolean}} Unfolded Whether all plots are shown, and whether the numbers are. */
 
-/**
- * The branches, between which one switches.
+/** The branches to switch between.
  *
- * @param {{view: Mounted, place: HTMLElement}} props `place` is hidden while there is one branch alone.
+ * @param {{view: Mounted, place: HTMLElement}} props `place` is hidden while there is only one branch.
  */
 export function Branches({ view, place }) {
   const { branches = [] } = view.store.session ?? {};
@@ -126,23 +122,23 @@ export function Branches({ view, place }) {
 /** @param {{branch: BranchPublic, view: Mounted}} props */
 function Chip({ branch: { id, title, parent, frame, colour }, view: { store } }) {
   const active = id === store.known.branch;
-  const hint = parent ? `Branched from frame ${frame}` : "The run as it began";
+  const hint = parent ? `Branched from frame ${frame}` : "The original run";
   const content = html`<span class="swatch" style=${`background: ${colour}`}></span><span>${title}</span>`;
   if (store.isReadOnly) return html`<span class="chip" title=${hint} aria-current=${active ? "true" : null}>${content}</span>`;
   const activate = () => active || steer(store, { kind: "activate", branch: id });
   return html`<button type="button" class="chip" aria-pressed=${String(active)} title=${hint} onClick=${activate}>${content}</button>`;
 }
 
-/** Less is not worth telling. */
+/** Least delay to show. */
 const LATE_S = 0.5;
-const NEXT_EVENT = "Go to the next event, such as an identity switch (E; with shift, to the one before)";
+const NEXT_EVENT = "Go to the next event, such as an identity switch (E; with shift, to the previous one)";
 const BEFORE_LOSS = "Go to before the target was lost (L)";
 const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
-/** From which probability on a run may stop. */
+/** Probabilities at which a run may stop. */
 const LIMITS = [0.5, 0.8, 0.95];
-/** What each kind of run can tell: its label, and why it stops. */
-const SCENE = ["Stop when probably lost", "Stop playing in the frame in which the tracker has probably lost its target, by its own numbers"];
-const RECORDING = ["Stop when lost", "Stop playing where a mark or the tracker itself says that the target is lost. P(lost) is not calibrated on recordings."];
+/** Label and explanation of the switch for each kind of run. */
+const SCENE = ["Stop when probably lost", "Pause when the tracker has probably lost its target, by its own estimate"];
+const RECORDING = ["Stop when lost", "Pause when a mark or the tracker itself reports a loss. P(lost) is not calibrated on recordings."];
 
 /**
  * Put the transport into a place.
@@ -184,7 +180,7 @@ function Transport({ view, extras }) {
     </div>
     ${h(Speed, { view })}
     <output class="counter" aria-label="Frame">${session && counted(session)}</output>
-    <span class="hint" role="status" data-role="late" title="Frames take longer to compute than they are shown">${session && lateness(session)}</span>
+    <span class="hint" role="status" data-role="late" title="Frames take longer to compute than to play">${session && lateness(session)}</span>
     <span class="hint" role="status" data-role="stopped">${session?.stopped}</span>
     <span class="spring"></span>
     ${extras}
@@ -193,8 +189,7 @@ function Transport({ view, extras }) {
   `;
 }
 
-/**
- * The speeds that are offered, and one that a client has set otherwise.
+/** The offered speeds, and one that another client has set.
  *
  * @param {{view: View}} props
  */
@@ -206,8 +201,7 @@ function Speed({ view: { steering, store } }) {
   return h(Select, { label: "Speed", title: "Speed ([ and ])", disabled: !store.isSteerable, options, value: String(speed), choose });
 }
 
-/**
- * How far a run that plays is behind its time, where it is computed more slowly than it shall play.
+/** The delay of a playing run that is computed more slowly than it should play.
  *
  * @param {SessionPublic} session
  */
@@ -215,8 +209,7 @@ function lateness({ playing, behind_s: seconds }) {
   return playing && seconds >= LATE_S ? `${seconds.toFixed(1)} s late` : "";
 }
 
-/**
- * Where the run stands; of a recording also where that is in the clip, as the form of the upload counts.
+/** The run's position; for a recording also that in the clip, as the upload form counts.
  *
  * @param {SessionPublic} session
  */
@@ -226,8 +219,8 @@ function counted({ position, frames, recipe: { footage } }) {
 }
 
 /**
- * The switch that stops a run where its target is probably lost, with its limit. The server decides, and says why it has
- * stopped. Nothing in a scene whose trackers have no such probability.
+ * The switch that stops a run where its target is probably lost, with its limit. The server decides, and reports why it has stopped. Hidden
+ * in a scene whose trackers have no such probability.
  *
  * @param {{view: View}} props
  */
@@ -241,7 +234,7 @@ export function StopAtLoss({ view: { store, steering } }) {
   const toggle = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => stop(currentTarget.checked ? LIMITS[0] : null);
   const limits = at === null || LIMITS.includes(at) ? LIMITS : [...LIMITS, at];
   const options = limits.map((each) => ({ value: String(each), words: percent(each) }));
-  const label = "Probability of being lost from which on it stops";
+  const label = "Probability of a loss at which to pause";
   return html`<div class="control stop-at-loss">
     <label title=${why}><input type="checkbox" checked=${at !== null} onChange=${toggle} /><span>${words}</span></label>
     ${at !== null && !isRecording && h(Select, { label, title: why, options, value: String(at), choose: (limit) => stop(Number(limit)) })}
@@ -267,7 +260,7 @@ export function Bookmarks({ view }) {
       <button type="submit" title="Bookmark this frame (B)">Add</button>
     </form>
     <ul class="menu-list">
-      ${marks.length === 0 && html`<li class="hint">None yet. B marks the frame that is shown.</li>`}
+      ${marks.length === 0 && html`<li class="hint">None yet. B bookmarks the shown frame.</li>`}
       ${marks.map((mark) => h(Marked, { key: mark.id, mark, view }))}
     </ul>
   `;

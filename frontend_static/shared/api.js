@@ -1,7 +1,5 @@
 /**
- * The server's REST interface. Every failure is an `ApiError` whose message can be shown as it stands; a page never has
- * to make up words for it.
- */
+ * The server's REST interface. Every failure is an `ApiError` whose message can be shown unchanged. */
 
 import { html } from "../vendor/preact.js";
 import { duration } from "./format.js";
@@ -10,16 +8,15 @@ import { after } from "./timing.js";
 /** @import * as Messages from "./messages.js" */
 /** @import { Job } from "./messages.js" */
 
-// Addresses. The server may lie below any path, and a class below its link: the `<base>` of each page says where, and
-// all addresses in pages and scripts are relative to that, as in `session/1f`. So a bare `#there` would lead to another page.
+// Addresses. The server may be below any path, and a class below its link: each page has the prefix in its `<base>`, and all addresses in
+// pages and scripts are relative to that, as in `session/1f`. So a bare `#there` would lead to another page.
 
-/** The start page, or that of the class for a participant. */
+/** The start page, or for a participant that of the class. */
 export const START = "./";
 
-/**
- * An address as it can be opened elsewhere.
+/** An absolute address that can be opened elsewhere.
  *
- * @param {string} address Relative to that of the server.
+ * @param {string} address Address relative to the server.
  */
 export function absolute(address) {
   return new URL(address, document.baseURI).href;
@@ -35,14 +32,12 @@ export function here(fragment) {
 }
 
 /** @typedef {keyof Messages.Requests} Route Method and path of a request, whose names in braces stand for what it is about. */
-/**
- * What a request says: what its path names, what its query does, its body, and what ends it before the answer has come.
+/** The arguments of a request: names in its path, its query, its body, and a signal that aborts it.
  *
  * @template {Route} R
  * @typedef {Messages.Requests[R]["asked"] & {signal?: AbortSignal}} Asked
  */
-/**
- * The same as an argument that may be missing.
+/** These arguments, optional if all are.
  *
  * @template {Route} R
  * @typedef {{} extends Asked<R> ? [asked?: Asked<R>] : [asked: Asked<R>]} Given
@@ -51,13 +46,13 @@ export function here(fragment) {
  * @template Answer
  * @typedef {object} Transfer
  * @property {Promise<Answer>} done
- * @property {() => Promise<number>} before How many the server works on before this one, once it has all of it.
+ * @property {() => Promise<number>} before Number of requests before this one in the server's queue, once it is complete.
  * @property {() => void} stop
  */
 
 const NOT_FOUND = 404;
 
-/** Where the interface is. */
+/** Prefix of the interface. */
 const ROOT = "api/v1/";
 
 export class ApiError extends Error {
@@ -84,8 +79,7 @@ export function messageOf(error) {
   return error instanceof Error ? error.message : String(error);
 }
 
-/**
- * The status by which the server refused, or undefined if it was something else that went wrong.
+/** The server's status of a refusal, or undefined for any other error.
  *
  * @param {unknown} error
  */
@@ -155,8 +149,7 @@ export async function request(route, ...given) {
   return read(response.status, text, response.headers.get("content-type"));
 }
 
-/**
- * Ask for something to be ended, in a way that outlives the page; nobody waits for the answer.
+/** Send a request that outlives the page, without waiting for the answer.
  *
  * @template {Route} R
  * @param {R} route
@@ -188,7 +181,7 @@ export function formOf(files) {
  * @param {R} route
  * @param {Asked<R>} asked
  * @param {Iterable<File>} files
- * @param {(sent: number, total: number) => void} onProgress In bytes, the form around the files included.
+ * @param {(sent: number, total: number) => void} onProgress In bytes, including the form around the files.
  * @returns {Transfer<Messages.Requests[R]["answer"]>}
  */
 export function send(route, asked, files, onProgress) {
@@ -236,12 +229,12 @@ function read(status, text, type) {
   throw new ApiError(status, answer?.error ?? { message: `The server answered with status ${status}` });
 }
 
-// Jobs: work on the server that takes a while, which is asked for how far it is until it has ended.
+// Jobs: long work on the server, polled for progress until it ends.
 
-/** The first answer is soon asked for, since much takes a moment only. */
+/** Delay of the first poll, short since many jobs take only a moment. */
 const ASK_FIRST_MS = 50;
 const ASK_EVERY_MS = 250;
-/** A rate is a rate only after a while. */
+/** Time after which a rate is meaningful. */
 const RATE_AFTER_S = 2;
 
 /**
@@ -263,9 +256,9 @@ export function cancelJob(job) {
  *
  * @template {Job} T
  * @param {T} begun
- * @param {(now: T|null) => void} tell Hears how far it is, also in the end; null where the server does not answer and is asked again.
- * @param {AbortSignal} signal Ends the asking; the job itself goes on until it is cancelled.
- * @param {() => Promise<T>} [again] Begins it anew where the server does not know it any more, as after a restart.
+ * @param {(now: T|null) => void} tell Called with the progress, also at the end; null while the server does not answer.
+ * @param {AbortSignal} signal Ends the polling; the job continues until it is cancelled.
+ * @param {() => Promise<T>} [again] Begins it again if the server no longer knows it, as after a restart.
  * @returns {Promise<T|null>}
  */
 export async function followJob(begun, tell, signal, again) {
@@ -287,8 +280,8 @@ export async function followJob(begun, tell, signal, again) {
  *
  * @param {number} frame
  * @param {number} goal
- * @param {number} seconds Since it began.
- * @param {number} frames Computed since then.
+ * @param {number} seconds Seconds since the start.
+ * @param {number} frames Frames computed since then.
  */
 export function progressWords(frame, goal, seconds, frames) {
   const place = `Computing frame ${frame.toLocaleString("en")} of ${goal.toLocaleString("en")}`;
@@ -296,13 +289,12 @@ export function progressWords(frame, goal, seconds, frames) {
   return `${place}, about ${duration((seconds * (goal - frame)) / frames)} left`;
 }
 
-/** @param {{share: number|null, label: string}} props How far something is; it only moves while the share is not known. */
+/** @param {{share: number|null, label: string}} props A progress bar; it is indeterminate while the share is unknown. */
 export function Meter({ share, label }) {
   return html`<progress key=${share === null ? "moving" : "known"} max="1" value=${share ?? undefined} aria-label=${label}></progress>`;
 }
 
-/**
- * An answer; null where there was none, since the server can be asked again.
+/** An answer; null if there was none, since the request can be repeated.
  *
  * @template {Job} T
  * @param {string} id

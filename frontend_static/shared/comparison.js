@@ -8,17 +8,16 @@ import { encode, parse } from "./share_link.js";
 
 /** @import { BranchPublic, ComparedRun, SessionPublic } from "./messages.js" */
 
-// Addresses of comparisons. `?runs=a,b` names runs that are here by references; what makes them travels in the fragment,
-// which no server logs, so that a link shows the same wherever it is opened.
+// Addresses of comparisons. `?runs=a,b` names runs on this server by references; recipes are in the fragment, which no server logs, so that
+// a link shows the same on any server.
 
 /** @typedef {"side"|"over"} Arrangement Side by side, or one over the other. */
 
-/**
- * What an address says.
+/** The content of an address.
  *
  * @typedef {object} Wanted
  * @property {ComparedRun[]} runs
- * @property {number} [position] The frame to begin at, of those that all runs have.
+ * @property {number} [position] The first frame to show, among the common ones.
  * @property {Arrangement} [arrangement]
  * @property {string} [title] The title that a person gave.
  */
@@ -29,7 +28,7 @@ const PAGE = "compare";
  * Read the address of a page.
  *
  * @param {{search: string, hash: string}} address
- * @returns {Wanted|null} Null where it names no runs.
+ * @returns {Wanted|null} Null if it names no runs.
  * @throws {Error} The link is damaged.
  */
 export function wantedOf({ search, hash }) {
@@ -40,8 +39,7 @@ export function wantedOf({ search, hash }) {
   return { runs: references.map((reference) => ({ reference })), position: Number(query.get("frame")) || 0 };
 }
 
-/**
- * The saved comparison that the address of a page names, if it does.
+/** The saved comparison named by a page's address, if any.
  *
  * @param {{search: string, hash: string}} address
  */
@@ -49,8 +47,7 @@ export function savedOf({ search, hash }) {
   return hash.length > 1 ? null : new URLSearchParams(search).get("saved");
 }
 
-/**
- * A link that holds all that makes the runs.
+/** A link with the recipes of all runs.
  *
  * @param {Wanted} wanted
  */
@@ -101,8 +98,7 @@ const SAVED = "Saved runs are compared in My work, trackers over many conditions
 
 /** @typedef {{reference: string, title: string, hint: string, colour?: string, isChosen: boolean}} Other What this run can be compared with. */
 
-/**
- * Ask with what to compare the run that is shown.
+/** Ask which runs to compare with the shown one.
  *
  * @param {SessionPublic} session
  */
@@ -124,7 +120,7 @@ function Choices({ session, others, close }) {
   const compare = () => location.assign(linkToReferences([`${session.id}:${session.branch}`, ...chosen.value], session.position));
   return html`<form method="dialog" onSubmit=${compare}>
     <p>It is shown with up to three others, on the same frames, in step. This session continues unchanged.</p>
-    ${others.length === 0 && html`<p class="note">There is nothing yet to compare it with: no branch, no other tracker or session of this kind.</p>`}
+    ${others.length === 0 && html`<p class="note">Nothing to compare with yet: no branch, no other tracker or session of this kind.</p>`}
     <div class="compare-choices">${h(Boxes, { options, chosen: chosen.value, choose, most: MOST_OTHERS })}</div>
     <p class="hint">${SAVED}</p>
     <footer>
@@ -147,18 +143,17 @@ function branchesOf({ id, branch: active, branches }) {
   return others.map((branch, place) => ({
     reference: `${id}:${branch.id}`,
     title: branch.title,
-    hint: branch.parent === null ? "the run as it began" : `branched from frame ${branch.frame}`,
+    hint: branch.parent === null ? "the original run" : `branched from frame ${branch.frame}`,
     colour: branch.colour,
     isChosen: place === 0,
   }));
 }
 
-/**
- * Other sessions of the same experiment, those on a recording as well where this one is; the newest first.
+/** Other sessions of the same experiment, on a recording if this one is; newest first.
  *
  * @param {SessionPublic} session
  * @param {SessionPublic[]} all The newest first.
- * @param {boolean} alone Whether there is nothing else to compare with, so that the newest is chosen.
+ * @param {boolean} alone Whether there is nothing else to compare with; the newest is then chosen.
  * @returns {Other[]}
  */
 export function sessionsBeside(session, all, alone) {
@@ -172,8 +167,7 @@ export function sessionsBeside(session, all, alone) {
   }));
 }
 
-/**
- * The same run by other methods from frame 0 on, with the same random numbers.
+/** The same run with other trackers from frame 0, with the same random numbers.
  *
  * @param {SessionPublic} session
  * @returns {Other[]}

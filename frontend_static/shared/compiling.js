@@ -1,4 +1,4 @@
-/** What a page may have to wait for: the compiler, once after an installation or an update, and a place for a session. */
+/** Waiting: for the compiler, once after an installation or an update, and for a place for a session. */
 
 import { h } from "../vendor/preact.js";
 import { messageOf, Meter, request, statusOf } from "./api.js";
@@ -13,11 +13,10 @@ const EVERY_MS = 1000;
 const PLACE_EVERY_MS = 3000;
 const UNAVAILABLE = 503;
 
-/**
- * Tell how far compiling is, again and again until it is done.
+/** Report the progress of compiling until it is done.
  *
  * @param {(compilation: CompilationPublic) => void} tell
- * @param {(compilation: CompilationPublic) => boolean} [isEnough] Whether so much of it will do.
+ * @param {(compilation: CompilationPublic) => boolean} [isEnough] Whether the progress is enough.
  * @param {AbortSignal} [signal] Ends it.
  */
 export async function followCompiling(tell, isEnough = () => false, signal) {
@@ -29,15 +28,14 @@ export async function followCompiling(tell, isEnough = () => false, signal) {
   }
 }
 
-/**
- * Do something that needs an experiment, as soon as that is compiled.
+/** Run an action that needs an experiment once that is compiled.
  *
  * @template Answer
  * @param {string} experiment
  * @param {() => Promise<Answer>} act
  * @param {Tell} tell
- * @param {AbortSignal} signal Ends the waiting; then nothing more is done.
- * @param {"ready"|"usable"} needed All of it, or how it is by default.
+ * @param {AbortSignal} signal Ends the waiting; nothing is done then.
+ * @param {"ready"|"usable"} needed The whole experiment, or its default settings.
  * @returns {Promise<Answer>}
  */
 export async function whenCompiled(experiment, act, tell, signal, needed = "ready") {
@@ -45,7 +43,7 @@ export async function whenCompiled(experiment, act, tell, signal, needed = "read
     return await act();
   } catch (error) {
     if (statusOf(error) !== UNAVAILABLE || signal.aborted) throw error;
-    // It may have been ready since; what the server refuses then, it refuses for another reason.
+    // It may have become ready; a refusal then has another reason.
     const say = (/** @type {CompilationPublic} */ now) => tell(inSentenceCase(now.sentence), elementOf(h(CompilationMeter, now)));
     await followCompiling(say, (now) => now[needed].includes(experiment), signal);
     if (signal.aborted) throw error;
@@ -54,13 +52,12 @@ export async function whenCompiled(experiment, act, tell, signal, needed = "read
   }
 }
 
-/**
- * Do something that needs a place for a session, as soon as the server has one.
+/** Run an action that needs a place for a session once the server has one.
  *
  * @template Answer
  * @param {() => Promise<Answer>} act
- * @param {(sentence: string) => void} tell What to say meanwhile; empty when the waiting is over.
- * @param {AbortSignal} signal Ends the waiting; then nothing more is done.
+ * @param {(sentence: string) => void} tell Shows the reason for waiting; empty when the waiting is over.
+ * @param {AbortSignal} signal Ends the waiting; nothing is done then.
  * @returns {Promise<Answer>}
  */
 export async function whenPlaceFree(act, tell, signal) {

@@ -5,14 +5,14 @@ import { build, IconButton } from "./dom.js";
 
 /** @import { Child } from "../vendor/preact.js" */
 
-/** The value of the button that does it. */
+/** The value of the confirming button. */
 const DONE = "done";
 
 /**
  * Open a dialog.
  *
  * @param {string} title
- * @param {(close: () => void) => Child} content What is in it, until it is closed.
+ * @param {(close: () => void) => Child} content Content of the dialog.
  * @param {""|"wide"|"large"} [size]
  * @returns {HTMLDialogElement}
  */
@@ -36,11 +36,10 @@ export function openDialog(title, content, size = "") {
   return element;
 }
 
-/**
- * Ask something.
+/** Ask a question.
  *
  * @param {string} title
- * @param {Child} content With buttons that close it.
+ * @param {Child} content Content with buttons that close it.
  * @returns {Promise<string>} The value of the button that was pressed; empty for none.
  */
 export function ask(title, content) {
@@ -52,24 +51,22 @@ export function ask(title, content) {
 
 /** @typedef {{title: string, text: string, action: string}} Question What would be lost, and the word for doing it. */
 
-/**
- * Ask before something is lost for good.
+/** Ask for confirmation before a permanent loss.
  *
  * @param {Question} question
- * @returns {Promise<boolean>} Whether it shall be done.
+ * @returns {Promise<boolean>} Whether the person confirmed.
  */
 export async function confirmLoss({ title, text, action }) {
   const buttons = html`<footer><button autofocus>Keep</button><button value=${DONE} class="danger">${action}</button></footer>`;
   return (await ask(title, html`<p>${text}</p>${buttons}`)) === DONE;
 }
 
-/**
- * Ask what something is to be called.
+/** Ask for a name.
  *
  * @param {string} title
- * @param {string} name As it is called now.
- * @param {string} [action] What the button says.
- * @returns {Promise<string|null>} Null if it is to stay.
+ * @param {string} name The present name.
+ * @param {string} [action] Label of the button.
+ * @returns {Promise<string|null>} Null if it stays the same.
  */
 export function askName(title, name, action = "Rename") {
   return new Promise((resolve) => {
@@ -86,8 +83,7 @@ export function askName(title, name, action = "Rename") {
   });
 }
 
-/**
- * Show which keys there are.
+/** Show the list of keys.
  *
  * @param {readonly (readonly [keys: string, what: string])[]} keys
  * @param {Child} [more]

@@ -1,7 +1,6 @@
 /**
- * Building page elements, and the elements that all pages share. Text goes in as text nodes only, so nothing a person typed or
- * named can become markup.
- */
+ * Building page elements, and the elements that all pages share. Text is inserted only as text nodes, so a person's text cannot become
+ markup. */
 
 import { h, html, render, useRef } from "../vendor/preact.js";
 import { messageOf } from "./api.js";
@@ -9,17 +8,16 @@ import { messageOf } from "./api.js";
 /** @import { VNode } from "../vendor/preact.js" */
 /** @import { Child, Properties } from "./elements.js" */
 
-// Controls to choose one of several things.
+// Controls for a choice.
 
-/**
- * What can be chosen: the value, the words for it, its group in a list, and whether it is disabled.
+/** An option: its value, its label, its group in a list, and whether it is disabled.
  *
  * @typedef {{value: string, words: string, hint?: string, group?: string, isOff?: boolean}} Option
  */
 
 /** @typedef {{label: string, options: readonly Option[], value: string, choose: (value: string) => void}} Props */
 
-/** @param {Props & {field?: string, [attribute: string]: unknown}} props `field` is what the server calls it. */
+/** @param {Props & {field?: string, [attribute: string]: unknown}} props `field` is the server's name of it. */
 export function Select({ label, options, value, choose, field, ...attributes }) {
   const groups = [...new Set(options.map(({ group = "" }) => group))].map((group) => {
     const members = options.filter((option) => (option.group ?? "") === group).map((option) => html`<option value=${option.value}>${option.words}</option>`);
@@ -90,7 +88,7 @@ export function FileButton({ name, label, words, title, accept, take, look = "" 
  */
 export function build(tag, { on = {}, data = {}, ...attributes } = {}, ...children) {
   const element = document.createElement(tag);
-  // Each listener takes the events of its own type, which are not told apart here.
+  // Each listener takes events of its own type, which this type does not distinguish.
   for (const [type, listener] of Object.entries(on)) element.addEventListener(type, /** @type {EventListener} */ (listener));
   Object.assign(element.dataset, data);
   for (const [name, value] of Object.entries(attributes)) {
@@ -112,8 +110,7 @@ export function part(name) {
   return found;
 }
 
-/**
- * The last part of the page's address, or the one so many before it.
+/** The last part of the page's address, or an earlier one.
  *
  * @param {number} [before]
  */
@@ -121,8 +118,7 @@ export function lastOfAddress(before = 0) {
   return decodeURIComponent(location.pathname.split("/").filter(Boolean).at(-1 - before) ?? "");
 }
 
-/**
- * Replace all that an element holds; strings become text.
+/** Replace the content of an element; strings become text.
  *
  * @template {Element} E
  * @param {E} element
@@ -179,8 +175,7 @@ export function renderIn(place, content, end) {
   end.addEventListener("abort", () => render(null, place));
 }
 
-/**
- * The element that a component makes, for a page that is not made of components.
+/** The element of a component, for a page that is not made of components.
  *
  * @template {Element} E
  * @param {VNode} component
@@ -254,7 +249,7 @@ export function Icon({ name }) {
 /**
  * A button with an icon alone.
  *
- * @param {{name: IconName, title: string, run: () => void, [attribute: string]: unknown}} props `title` says what it does.
+ * @param {{name: IconName, title: string, run: () => void, [attribute: string]: unknown}} props `title` names its action.
  */
 export function IconButton({ name, title, run, ...attributes }) {
   return html`<button type="button" class="quiet icon-only" title=${title} aria-label=${title} ...${attributes} onClick=${run}>${h(Icon, { name })}</button>`;
@@ -282,11 +277,11 @@ export function Neighbours({ kind, previous, next, title, go }) {
   return [previous && link(previous, "previous", "prev", "Previous"), next && link(next, "next", "next", "Next")];
 }
 
-// Short messages at the lower edge. News goes away by itself; what went wrong stays until it is read.
+// Short messages at the lower edge. News disappears by itself; errors stay until they are closed.
 
 const NEWS_MS = 5000;
 
-/** Where they lie one above the other: within a dialog, where one is open, since all else is dim and out of reach then. */
+/** The stack of messages: within an open dialog, since everything else is dimmed and unreachable then. */
 function stackOfPage() {
   const stack = document.querySelector(".toasts") ?? build("div", { class: "toasts", role: "status", "aria-live": "polite" });
   const place = document.querySelector("dialog[open]") ?? document.body;
@@ -317,8 +312,7 @@ export function toast(message, { kind = "news", action } = {}) {
   if (kind === "news") setTimeout(close, NEWS_MS);
 }
 
-/**
- * Run something that talks to the server; an error is shown once, here.
+/** Run a request to the server; show its error once, here.
  *
  * @template T
  * @param {() => Promise<T>} work
@@ -336,7 +330,7 @@ export async function attempt(work) {
 // A button that copies a text.
 
 /**
- * @param {{label: string, text: string, what: string}} props `what` the copied text is, for those who hear the names of several such buttons.
+ * @param {{label: string, text: string, what: string}} props `what` describes the copied text, for users of screen readers.
  */
 export function CopyButton({ label, text, what }) {
   const copy = async () => {
@@ -350,11 +344,12 @@ export function CopyButton({ label, text, what }) {
   return html`<button type="button" aria-label=${`${label}: ${what}`} onClick=${copy}>${label}</button>`;
 }
 
-// Shown in the place of something that cannot be shown: why, and the one way on, if there is one.
+// A notice in place of content that cannot be shown: the reason, and the one action, if there is one.
 
 /** @typedef {{label: string, href?: string, run?: () => void}} Action */
 
-/** @param {{title: string, message: string, action: Action|null, inline: boolean}} props `inline`: among other things instead of over a dimmed scene. */
+/** @param {{title: string, message: string, action: Action|null, inline: boolean}} props `inline`: among other content instead of over a
+ * dimmed scene. */
 export function Notice({ title, message, action, inline }) {
   return html`<div class=${inline ? "notice inline" : "notice"} role="alert" data-said=${`${title} ${message}`}>
     <h2>${title}</h2>
@@ -364,7 +359,7 @@ export function Notice({ title, message, action, inline }) {
   </div>`;
 }
 
-// Words beside what is pointed at.
+// The tooltip at the pointer.
 
 /** @typedef {{x: number, y: number, below: number}} Place In the window, px: the middle of an upper edge, and the lower edge. */
 
@@ -388,7 +383,7 @@ export class Tooltip {
   /**
    * @param {Child} content
    * @param {Place} place
-   * @param {Element} [within] Its parent; an open dialog covers what is outside.
+   * @param {Element} [within] Its parent; an open dialog covers everything else.
    */
   show(content, place, within = document.body) {
     this.#element ??= build("div", { class: "tooltip", ...this.#attributes });
@@ -411,7 +406,7 @@ export class Tooltip {
 /** The tooltip of the pointer, shared by the whole page. */
 export const tip = new Tooltip({ role: "status" });
 
-// A button with a small sheet beside it (`.menu` of the style sheet), which closes when somebody clicks elsewhere.
+// A button with a small sheet next to it (`.menu` of the style sheet), which closes on a click elsewhere.
 
 let made = 0;
 
@@ -420,7 +415,7 @@ let made = 0;
  * @property {IconName} [icon]
  * @property {string} label Its name.
  * @property {string} title
- * @property {import("../vendor/preact.js").Child} [words] Beside the icon.
+ * @property {import("../vendor/preact.js").Child} [words] Text next to the icon.
  * @property {import("../vendor/preact.js").Child} content
  */
 

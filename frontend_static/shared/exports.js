@@ -1,7 +1,5 @@
-/**
- * The files that a run can be exported as: buttons by kind, and below them the files that the server is writing. A finished
- * file is fetched, unless it was stopped.
- */
+/** The exports of a run: buttons by kind, and below them the files that the server is writing. A finished file is fetched, unless it was
+ stopped. */
 
 import { h, html, useEffect, useMemo, useSignal } from "../vendor/preact.js";
 import { absolute, cancelJob, followJob, messageOf, Meter } from "./api.js";
@@ -11,15 +9,14 @@ import { Loaded } from "./page.js";
 
 /** @import { ExportJob, FileKind, SourceCode } from "./messages.js" */
 
-// What computes something again: as a link, as Python or as a command, to be copied.
+// A link, Python code or a command that computes the same again, ready to copy.
 
-/**
- * Show, ready to be copied, what computes something again.
+/** Show a link and source code, ready to copy.
  *
  * @param {string} title
- * @param {string[]} words What is shown; nothing for a sentence that is left out.
+ * @param {string[]} words Sentences to show; empty ones are left out.
  * @param {() => Promise<SourceCode>} ask
- * @param {string} [link] Relative to the server's address.
+ * @param {string} [link] Link relative to the server's address.
  */
 export function openCode(title, words, ask, link) {
   const address = link === undefined ? "" : absolute(link);
@@ -27,7 +24,7 @@ export function openCode(title, words, ask, link) {
   openDialog(title, (close) => html`
     ${words.map((each) => each && html`<p>${each}</p>`)}
     ${address && html`<input type="text" readonly value=${address} aria-label="Link" data-role="share-link" autofocus onFocus=${select} />`}
-    <div class="source-code">${h(Loaded, { load: () => codeLines(ask), failed: "The code could not be written" })}</div>
+    <div class="source-code">${h(Loaded, { load: () => codeLines(ask), failed: "Couldn't write the code" })}</div>
     <footer><button type="button" onClick=${close}>Close</button>${address && h(CopyButton, { label: "Copy link", text: address, what: "the link" })}</footer>
   `, "wide");
 }
@@ -60,7 +57,7 @@ const GROUPS = [
   ["film", "Moving pictures"],
   ["plots", "Plots"],
   ["documents", "The run and its sources"],
-  ["model", "Of this frame"],
+  ["model", "This frame"],
 ];
 
 /** @param {{offered: readonly FileKind[], plots?: readonly Plot[], begin: Begin}} props */
@@ -90,7 +87,8 @@ export function Exports({ offered, plots = [], begin }) {
   return html`<div class="exports"><div>${groups}</div><ul class="export-jobs" aria-label="Being written">${jobs}</ul></div>`;
 }
 
-/** @param {{begun: ExportJob, end: () => void}} props How far a file is. It is fetched when it is there, even if its list is closed by then. */
+/** @param {{begun: ExportJob, end: () => void}} props The progress of a file. It is fetched when it is complete, even if its list is closed
+ * by then. */
 function Writing({ begun, end }) {
   const { id, name } = begun;
   const share = useSignal(/** @type {number|null} */ (null));
@@ -102,13 +100,12 @@ function Writing({ begun, end }) {
     end();
   };
   return html`<li data-writing=${id}>
-    <span class="grow">${name}</span>${h(Meter, { share: share.value, label: `How far ${name} is` })}
+    <span class="grow">${name}</span>${h(Meter, { share: share.value, label: `Progress of ${name}` })}
     <button type="button" class="quiet" onClick=${stop}>Stop</button>
   </li>`;
 }
 
-/**
- * Fetch a file when it is written.
+/** Fetch a file once it is written.
  *
  * @param {ExportJob} begun
  * @param {(share: number) => void} tell

@@ -1,4 +1,4 @@
-/** Numbers and words as a person reads them. Every figure has a unit. */
+/** Numbers and words for people. Every figure has a unit. */
 
 const MISSING = "–";
 
@@ -8,8 +8,7 @@ const DECIMALS = new Map([["", 3], ["frames", 0]]);
 /** Pure numbers above this are counts, those below mostly shares. */
 const COUNTED = 10;
 
-/**
- * A number with so many decimals; a dash where there is none.
+/** A number with some decimals; a dash if there is none.
  *
  * @param {unknown} value
  * @param {number} [decimals]
@@ -29,9 +28,7 @@ export function quantity(value, unit) {
   return number(value, counted ? 0 : DECIMALS.get(unit) ?? 1);
 }
 
-/**
- * The smallest span worth an axis: what is smaller than a pixel shall not look like a mountain, nor what is less than
- * one beside a count.
+/** The smallest span of an axis: values below a pixel, or below one for counts, shall not look large.
  *
  * @param {string} unit
  * @param {number} [most] The largest value.
@@ -42,8 +39,7 @@ export function smallestSpan(unit, most = 0) {
 
 /** @typedef {boolean|number|string} Value A parameter's value. */
 
-/**
- * A parameter's value, as short as it stays exact.
+/** A parameter's value in its shortest exact form.
  *
  * @param {Value} value
  * @param {{unit: string, kind?: string}|null} [declaration]
@@ -54,12 +50,11 @@ export function parameterValue(value, declaration) {
   return declaration?.unit ? `${text} ${declaration.unit}` : text;
 }
 
-/**
- * A measure of a whole run: a share in percent, frames of how many there are, anything else with its unit.
+/** A measure of a whole run: a share in percent, a number of frames with the total, anything else with its unit.
  *
  * @param {number|null} value
  * @param {{how: string, unit: string}} measure
- * @param {number} [frames] Of the run.
+ * @param {number} [frames] Frames of the run.
  */
 export function measureValue(value, { how, unit }, frames) {
   if (value === null) return MISSING;
@@ -98,10 +93,9 @@ export function percent(share) {
   return `${Math.round(100 * share)} %`;
 }
 
-/**
- * A moment, as "today, 14:03" or "3 Mar 2026, 14:03".
+/** A time, as "today, 14:03" or "3 Mar 2026, 14:03".
  *
- * @param {string} text As ISO 8601 has it.
+ * @param {string} text Time in ISO 8601.
  */
 export function moment(text) {
   const date = new Date(text);

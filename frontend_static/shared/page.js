@@ -1,4 +1,4 @@
-/** What all pages made of components share: the frame around the content, and what is asked of the server. */
+/** Shared parts of all pages: the frame around the content, and loading from the server. */
 
 import { h, html, render, useEffect, useRef, useSignal } from "../vendor/preact.js";
 import { here, messageOf, request, START, statusOf } from "./api.js";
@@ -12,7 +12,7 @@ import { Brand, isParticipant, remember, remembered } from "./visitor.js";
 /** @import { Action } from "./dom.js" */
 /** @import { ExperimentPublic } from "./messages.js" */
 
-// The links to all parts of the site in the header of every page, and the way past them by the keyboard.
+// The links to all parts of the site in the header of every page, and a link that skips them.
 
 // Escape ends a presentation on every page of the site.
 
@@ -31,12 +31,11 @@ export const PLACES = [
 const LIST = "site-places";
 const CONTENT = "content";
 
-/**
- * Fill the header of the page: links after the name of the site, where there is little room as a menu, and the page's tools. A
- * participant of a class has no other parts of the site.
+/** Fill the header of the page: links after the name of the site, as a menu on a narrow page, and the page's tools. A participant of a
+ * class has no links.
  *
  * @param {Place|null} current The part that the page belongs to.
- * @param {Child} [tools] Before the switch of the colours.
+ * @param {Child} [tools] Tools before the switch of colours.
  */
 export function navigation(current, tools = null) {
   const first = document.querySelector(".top .brand");
@@ -57,7 +56,7 @@ function Places({ current }) {
   </nav>`;
 }
 
-/** The first stop of the tab key leads to what the page is about. */
+/** The first tab stop leads to the content of the page. */
 export function skipLink() {
   const main = document.querySelector("main");
   if (main === null) return;
@@ -67,7 +66,7 @@ export function skipLink() {
 
   /** @param {MouseEvent} event */
   function skip(event) {
-    // The fragment of an address may hold a run or an upload, and has to stay.
+    // The address's fragment may hold a run or an upload, so it must not change.
     event.preventDefault();
     document.querySelector("main")?.focus();
   }
@@ -75,18 +74,17 @@ export function skipLink() {
 
 export const END_FORK = "End your copy and free its place";
 
-/** End what a follower tries alone, and go back to the class. */
+/** End a follower's own copy, and go back to the class. */
 export async function endFork() {
   if ((await attempt(() => request("DELETE follow/fork"))) !== undefined) location.assign(START);
 }
 
-// The guided tour as a link, and what this browser remembers of it.
+// The guided tour as a link, and its state in this browser.
 
 const NAME = "tour";
 const KEY = "pftrack-tour";
 
-/**
- * The address of the tour: a session of the first preset that has one; null where there is none.
+/** The address of the tour: a session of the first preset with a tour; null if there is none.
  *
  * @param {ExperimentPublic[]} experiments
  */
@@ -100,7 +98,7 @@ export function tourLink(experiments) {
   return null;
 }
 
-/** The preset whose tour the page's address asks for; null if it asks for none. */
+/** The preset whose tour the page's address names; null if there is none. */
 export function tourOfAddress() {
   return new URLSearchParams(location.search).get(NAME);
 }
@@ -112,12 +110,12 @@ export function leaveAddress() {
   history.replaceState(null, "", address);
 }
 
-/** Whether somebody has taken the tour here, or left it. */
+/** Whether the tour was taken or left in this browser. */
 export function isTourKnown() {
   return remembered(KEY) !== null;
 }
 
-/** @param {"done"|"left"} how It ended. */
+/** @param {"done"|"left"} how How it ended. */
 export function rememberTour(how) {
   remember(KEY, how);
 }
@@ -125,28 +123,26 @@ export function rememberTour(how) {
 const NOT_FOUND = 404;
 
 /**
- * Show a page: its navigation, its tools, and its content in the place that has its name.
+ * Show a page: its navigation, its tools, and its content in the place of that name.
  *
  * @param {string} name
  * @param {Place|null} place The part of the site that it belongs to.
  * @param {Component<{}>} Content
- * @param {Child} [tools] Before the switch of the colours.
+ * @param {Child} [tools] Tools before the switch of colours.
  */
 export function showPage(name, place, Content, tools = null) {
   navigation(place, tools);
   render(h(Content, {}), part(name));
 }
 
-/**
- * What has to be asked for, once it is there: until then `bones`, where that takes long, and what went wrong with a way to ask again.
+/** Content that is loaded: until then `bones`, if loading takes long; after an error, a notice with a button to try again.
  *
- * @param {{load: () => Promise<Child>, failed: string, bones?: Child, unknown?: {title: string, action: Action}}} props `failed` is a
- *     title for what went wrong; `unknown` what to say instead where the server knows no such thing.
- */
+ * @param {{load: () => Promise<Child>, failed: string, bones?: Child, unknown?: {title: string, action: Action}}} props `failed` is the
+ error's title; `unknown` is the notice for a missing item. */
 export function Loaded({ load, failed, bones = null, unknown }) {
   const shown = useSignal(/** @type {Child} */ (null));
   const begin = async () => {
-    // What failed before is gone with its button, so that nobody asks twice at a time.
+    // The old notice is removed with its button, so that nobody requests twice at a time.
     shown.value = html`<div class="made late">${bones}</div>`;
     try {
       shown.value = await load();
@@ -160,8 +156,7 @@ export function Loaded({ load, failed, bones = null, unknown }) {
   return shown.value;
 }
 
-/**
- * Why something cannot be shown, with a button to ask again.
+/** A notice with the reason of an error, and a button to try again.
  *
  * @param {{title: string, message: string, again: () => void}} props
  */
@@ -169,10 +164,9 @@ export function Failed({ title, message, again }) {
   return h(Notice, { title, message, action: { label: "Try again", run: again }, inline: true });
 }
 
-/**
- * An element that is made elsewhere, such as a figure on a canvas.
+/** An element made by other code, such as a figure on a canvas.
  *
- * @param {{make: (end: AbortSignal) => Node}} props `end` comes when it is taken away.
+ * @param {{make: (end: AbortSignal) => Node}} props `end` is aborted when it is removed.
  */
 export function Made({ make }) {
   const place = useRef(/** @type {HTMLElement|null} */ (null));
@@ -184,8 +178,7 @@ export function Made({ make }) {
   return html`<div class="made" ref=${place}></div>`;
 }
 
-/**
- * A button that cannot be pressed again until what it does is done.
+/** A button that is disabled until its action is done.
  *
  * @param {{label: string, run: () => Promise<unknown>, disabled?: boolean, [attribute: string]: unknown}} props
  */
@@ -199,7 +192,7 @@ export function Doing({ label, run, disabled = false, ...attributes }) {
   return html`<button type="button" ...${attributes} disabled=${disabled || isBusy.value} onClick=${press}>${label}</button>`;
 }
 
-/** @param {{address: string}} props A picture that keeps its place while it loads, and leaves a plain field if it cannot. */
+/** @param {{address: string}} props A picture that keeps its place while it loads, and leaves a plain field if it fails. */
 export function Thumbnail({ address }) {
   const fail = (/** @type {Event & {currentTarget: HTMLElement}} */ { currentTarget }) => currentTarget.classList.add("missing");
   return html`<img loading="lazy" src=${address} alt="" width="320" height="240" onError=${fail} />`;

@@ -1,16 +1,14 @@
-/**
- * Presentation: the page fills the screen in large type, to be read from the back of a lecture room. Sizes follow the font
- * size of the root; the style sheets hide other things under `data-presenting`. It belongs to the tab: the next page presents,
- * too, until it is ended. Pages without its button look as usual meanwhile.
- */
+/** Presentation: the page fills the screen in large type, readable from the back of a lecture room. Sizes follow the font size of the root;
+ * the style sheets hide other things under `data-presenting`. It belongs to the tab: the next page presents, too, until it is ended. Pages
+ without its button look as usual. */
 
 import { effect, h, signal, useLayoutEffect } from "../vendor/preact.js";
 import { dialogIsOpen } from "./dialog.js";
 import { IconButton } from "./dom.js";
 import { keptInTab } from "./visitor.js";
 
-// Printing: a page as a handout, by the rules of `print.css`. Pictures that only the server can draw for paper, as that of a
-// scene in three dimensions, are fetched before the browser prints; who prints by its menu has them from the last time.
+// Printing: a page as a handout, by the rules of `print.css`. Pictures that only the server can draw for printing, such as that of a 3-D
+// scene, are fetched before the browser prints; printing from its menu uses the last ones.
 
 /** @type {Set<() => Promise<unknown>>} What is done before the page is printed. */
 const preparing = new Set();
@@ -45,9 +43,9 @@ const PRESENTED_KEY = "f";
 const TYPED = "input:not([type=checkbox]):not([type=radio]):not([type=range]), textarea, select, [contenteditable]";
 const root = document.documentElement;
 const presenting = signal(false);
-/** Whether the tab presents, be it shown on this page or not. */
+/** Whether the tab presents, visible on this page or not. */
 const kept = /** @type {import("./visitor.js").KeptInTab<boolean>} */ (keptInTab("pftrack-presenting"));
-/** The browser leaves full screen by itself with the page; that ends nothing. */
+/** The browser leaves full screen with the page; that does not end the presentation. */
 let isLeft = false;
 
 effect(() => {
@@ -56,22 +54,21 @@ effect(() => {
 });
 addEventListener("pagehide", () => (isLeft = true));
 addEventListener("pageshow", () => (isLeft = false));
-// The browser ends full screen by itself when somebody presses Escape.
+// The browser itself ends full screen on Escape.
 document.addEventListener("fullscreenchange", () => document.fullscreenElement === null && !isLeft && turn(false));
 document.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || !isPlain(event) || document.querySelector(":popover-open") !== null) return;
   if (isPresenting() || kept.get()) present(false);
 });
 
-/** Whether the page is presented; a component or an effect that asks follows it. */
+/** Whether the page is presented; components and effects that read it follow it as a signal. */
 export function isPresenting() {
   return presenting.value;
 }
 
-/**
- * The button that begins and ends it, as the key F does; Escape ends it, too.
+/** The button that begins and ends the presentation, as the key F does; Escape ends it, too.
  *
- * @param {{hears?: boolean}} props Whether it listens to the key F itself; a session's page has a table of keys.
+ * @param {{hears?: boolean}} props Whether it handles the key F itself; a session's page has a table of keys.
  */
 export function PresentationButton({ hears = true }) {
   useLayoutEffect(() => {
@@ -85,8 +82,7 @@ export function PresentationButton({ hears = true }) {
   return h(IconButton, { name: isOn ? "shrink" : "enlarge", title, run: () => present(), "aria-pressed": String(isOn), "data-role": "present" });
 }
 
-/**
- * Begin or end it; full screen is asked for and done without.
+/** Begin or end the presentation; full screen is requested, but not necessary.
  *
  * @param {boolean} [wanted]
  */
@@ -98,16 +94,16 @@ export async function present(wanted = !isPresenting()) {
       if (!isPresenting()) await document.exitFullscreen(); // left before the browser was there
     } else if (!wanted && document.fullscreenElement !== null) await document.exitFullscreen();
   } catch {
-    // Not allowed here, as within a frame: large type in the window does as well.
+    // Not allowed here, as within an iframe: large type in the window is enough.
   }
 }
 
-/** Have the page that is opened next be presented. */
+/** Present the next opened page. */
 export function presentNext() {
   kept.set(true);
 }
 
-/** Present as the page before did. Browsers give a new page the whole screen only after a key or a click. */
+/** Continue the previous page's presentation. Browsers give a new page the whole screen only after a key or a click. */
 function goOn() {
   turn(true);
   const heard = new AbortController();

@@ -1,4 +1,4 @@
-/** What a session shall be like, as it travels in the fragment of a link, which no server logs. */
+/** The recipe of a session in the fragment of a link, which no server logs. */
 
 /** @import { Preset, SessionCreate, SweepCreate } from "./messages.js" */
 
@@ -13,8 +13,7 @@ export function linkTo(body) {
   return `session/new#${encode(body)}`;
 }
 
-/**
- * What makes the run of an experiment's preset.
+/** The recipe of an experiment's preset.
  *
  * @param {{id: string}} experiment
  * @param {Pick<Preset, "tracker"|"seed"|"parameters">} preset
@@ -23,8 +22,7 @@ export function presetRecipe({ id }, { tracker, seed, parameters }) {
   return { experiment: id, tracker, seed, timeline: [{ frame: 0, values: parameters }] };
 }
 
-/**
- * The form of a new sweep, filled in.
+/** A link to the filled-in form of a new sweep.
  *
  * @param {{experiment: string}|Partial<SweepCreate>} body
  */
@@ -39,18 +37,17 @@ export function newSweep(body) {
  * @param {Body} body
  */
 export function encode(body) {
-  // Letter by letter: a run whose parameters were changed thousands of times has more than a call takes arguments.
+  // Letter by letter: a run with thousands of changes has more letters than a call can take arguments.
   const raw = Array.from(new TextEncoder().encode(JSON.stringify(body)), (code) => String.fromCharCode(code));
   return btoa(raw.join("")).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
-/**
- * Read a fragment. Whether the rest of it is right is for the server to say.
+/** Read a fragment. The server checks the rest of it.
  *
  * @template Body
  * @param {string} fragment
  * @returns {Body}
- * @throws {Error} It holds no experiment.
+ * @throws {Error} The fragment holds no experiment.
  */
 export function decode(fragment) {
   const body = parse(fragment);
@@ -63,7 +60,7 @@ export function decode(fragment) {
  * The JSON of any fragment.
  *
  * @param {string} fragment
- * @throws {Error} It does not hold JSON.
+ * @throws {Error} The fragment does not hold JSON.
  */
 export function parse(fragment) {
   const raw = atob(fragment.replace(/^#/, "").replaceAll("-", "+").replaceAll("_", "/"));

@@ -1,17 +1,15 @@
-/**
- * A stream of messages, a session's, a sweep's or a class's: a websocket that comes back by itself, after a while that grows, or at
- * once when the browser is online or in sight again.
+/** A stream of messages of a session, a sweep or a class: a websocket that reconnects by itself, after growing delays, or at once when the
+ * browser is online or visible again.
  *
- * The first message after every connection has the whole state, so nothing has to be remembered here. A connection counts as
- * lost when it closes or when a ping stays unanswered (a laptop that slept, a dead tunnel).
- */
+ * The first message after every connection has the whole state, so nothing has to be remembered here. A connection counts as lost when it
+ closes or a ping stays unanswered (a laptop that slept, a dead tunnel). */
 
 import { absolute, addressOf, ApiError } from "./api.js";
 import { toast } from "./dom.js";
 
 /** @import { Given, Route } from "./api.js" */
 
-// Sockets of the server: where they are, and how long to wait before the next try.
+// Sockets of the server: their addresses, and the delay before the next attempt.
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 4000;
@@ -27,16 +25,16 @@ export function socketAddress(route, ...given) {
   return absolute(addressOf(route, ...given)).replace(/^http/, "ws");
 }
 
-/** Waiting before the next try: longer each time, and never of all pages at once. */
+/** Delay before the next attempt: longer each time, and random, so that pages do not reconnect at once. */
 export class Backoff {
   #wait = FIRST_WAIT_MS;
 
-  /** The last try was a success. */
+  /** Reset after a successful attempt. */
   reset() {
     this.#wait = FIRST_WAIT_MS;
   }
 
-  /** @returns {number} How long to wait now, ms. */
+  /** @returns {number} The present delay, ms. */
   next() {
     const wait = this.#wait * (0.75 + Math.random() / 2);
     this.#wait = Math.min(this.#wait * 2, LONGEST_WAIT_MS);
@@ -45,26 +43,25 @@ export class Backoff {
 }
 
 const PING_EVERY_MS = 5000;
-/** Statuses of a stream that does not exist any more. */
+/** Statuses of a stream that no longer exists. */
 const IS_GONE = [401, 403, 404, 410];
-/** The server refuses a socket with an HTTP status plus this. */
+/** Offset of HTTP statuses in close codes. */
 const CODES_FROM = 4000;
-/** The code of a connection that broke, or did not come about. */
+/** The close code of a broken or failed connection. */
 const BROKEN = 1006;
 const NOT_PASSED_ON =
   "The server answers, but its live updates do not arrive: a proxy must pass on websockets, with the headers Host, Upgrade and Connection.";
 
-/**
- * Who hears what comes over a stream.
+/** The callbacks of a stream.
  *
  * @template Message
  * @typedef {object} Listener
  * @property {(message: Message) => void} message
- * @property {(drawing: ArrayBuffer) => void} [drawing] Called with what comes in binary form.
- * @property {() => void} [opened] There is a new connection.
+ * @property {(drawing: ArrayBuffer) => void} [drawing] Called with binary messages.
+ * @property {() => void} [opened] Called on a new connection.
  * @property {() => void} lost
- * @property {(event: CloseEvent) => void} [closed] Called before that, where the server has ended it and said why.
- * @property {(error: ApiError) => void} gone The server answers, but the stream does not exist any more.
+ * @property {(event: CloseEvent) => void} [closed] Called before that, if the server closed it with a reason.
+ * @property {(error: ApiError) => void} gone Called when the server answers, but the stream no longer exists.
  */
 
 /** @template {{type: string}} Message */
@@ -77,7 +74,7 @@ export class Stream {
   #backoff = new Backoff();
   #timer = 0;
   #isGreeted = false;
-  /** Connections in a row that did not come about though the server answers. */
+  /** Consecutive failed connections although the server answers. */
   #refusals = 0;
   #pings = 0;
   #unanswered = 0;
@@ -85,9 +82,8 @@ export class Stream {
 
   /**
    * @param {Listener<Message>} on
-   * @param {{address: () => string, look: () => Promise<unknown>, signal?: AbortSignal}} what Where it is, asked for before
-   *     each connection, and how to find out whether there still is one; `signal` stops it.
-   */
+   * @param {{address: () => string, look: () => Promise<unknown>, signal?: AbortSignal}} what Its address, read before each connection, and
+   a check whether it still exists; `signal` stops it. */
   constructor(on, { address, look, signal }) {
     this.#on = on;
     this.#address = address;
@@ -99,7 +95,7 @@ export class Stream {
     this.#connect();
   }
 
-  /** End it; nothing is told after that. */
+  /** End the stream; no callback follows. */
   stop() {
     this.#end.abort();
     clearTimeout(this.#timer);
@@ -121,12 +117,12 @@ export class Stream {
     this.#soon(0);
   }
 
-  /** Hear no more of the connection that there is, and close it. */
+  /** Ignore the present connection from now on, and close it. */
   #leave() {
     const socket = this.#socket;
     this.#socket = null;
     clearInterval(this.#pings);
-    // A browser writes to its console where one is closed that has yet to open.
+    // A browser logs an error if a socket is closed before it opens.
     if (socket?.readyState === WebSocket.CONNECTING) socket.addEventListener("open", () => socket.close());
     else socket?.close();
   }
@@ -154,7 +150,7 @@ export class Stream {
       this.send({ version: 1, type: "ping", sent: Math.round(performance.now()) });
       return;
     }
-    // close() alone would wait for the other side's farewell, which is just what does not come.
+    // close() alone would wait for the other side's answer, which does not come.
     this.#closed(null);
   }
 
@@ -171,7 +167,7 @@ export class Stream {
     else this.#on.drawing?.(data);
   }
 
-  /** @param {CloseEvent|null} event Null where it was given up. */
+  /** @param {CloseEvent|null} event Null if the page gave it up. */
   async #closed(event) {
     this.#leave();
     const wasGreeted = this.#isGreeted;
@@ -181,7 +177,7 @@ export class Stream {
     this.#on.lost();
     const status = (event?.code ?? 0) - CODES_FROM;
     const told = IS_GONE.includes(status) ? new ApiError(status, { message: event?.reason ?? "" }) : null;
-    // A greeted page hears the same code from a server that only stops.
+    // After a greeting, a stopping server sends the same code.
     const error = wasGreeted ? null : (told ?? (await this.#look().then(() => null, (failure) => failure)));
     this.#refusals = !wasGreeted && error === null && event?.code === BROKEN ? this.#refusals + 1 : 0;
     if (this.#refusals === 2) toast(NOT_PASSED_ON, { kind: "error" });

@@ -1,7 +1,5 @@
-/**
- * What the words on a page mean: the one way in which pages explain them. What is explained has a dotted line under
- * it. Pointing at it, tapping it or reaching it by Tab shows its meaning; Escape hides that.
- */
+/** Explanations of words on all pages. An explained word has a dotted underline. Pointing at it, tapping it or reaching it by Tab shows its
+ meaning; Escape hides it. */
 
 import { h, html } from "../vendor/preact.js";
 import { request } from "./api.js";
@@ -9,9 +7,9 @@ import { build, CopyButton, Tooltip } from "./dom.js";
 
 /** @import { CitationPublic, Section, Term } from "./messages.js" */
 
-// What an experiment comes from, to be read and to be copied.
+// The references of an experiment, to read and to copy.
 
-/** Where all references are. */
+/** The page of all references. */
 export const REFERENCES = "references";
 
 /**
@@ -29,30 +27,29 @@ export function Citations({ title, citations }) {
   </div>`;
 }
 
-/** Where all words are. */
+/** The page of all words. */
 export const GLOSSARY = "glossary";
-/** Within these nothing is marked: they do what they say, or are marked already. */
+/** Elements in which no words are marked: controls, or elements already marked. */
 const APART = ".term, button, a, input, select, textarea, canvas, svg, output";
-/** A page of this kind has so many words that none is a stop of the tab key: F1 on a control explains it, and so does the glossary. */
+/** Pages with so many words that none is a tab stop: F1 on a control explains it, and so does the glossary. */
 const POINTED = "session";
-/** What is explained: words that do nothing else, and what does something beside. */
+/** Explained elements: mere words, and elements with an action of their own. */
 const MARKED = ".term, .explained";
 
-/** The words that are known where an experiment is shown. */
+/** The words known on a page of an experiment. */
 class Words {
   #known;
   #pattern;
 
   /** @param {Section[]} sections */
   constructor(sections) {
-    // What comes later, an experiment's own, goes before what all share.
+    // Later words, those of an experiment, override the shared ones.
     this.#known = new Map(sections.flatMap(({ terms }) => terms.flatMap((term) => [term.name, ...term.also].map((form) => [form.toLowerCase(), term]))));
     const forms = [...this.#known.keys()].sort((one, other) => other.length - one.length).map((form) => form.replace(/[.*+?^${}()|[\]\\]/gu, "\\$&"));
     this.#pattern = new RegExp(`(?<![\\p{L}\\p{N}-])(?:${forms.join("|") || "(?!)"})(?![\\p{L}\\p{N}-])`, "giu");
   }
 
-  /**
-   * The words in a text, with where they are.
+  /** The known words in a text, with their places.
    *
    * @param {string} text
    * @returns {{from: number, to: number, term: Term}[]}
@@ -89,9 +86,8 @@ function wordsOf(experiment) {
  */
 const said = new WeakMap();
 
-/**
- * Mark the words in an element that the glossary has; or the whole element, where it has an explanation of its own. A
- * caller that changes the text marks it again; what is marked already stays.
+/** Mark the glossary's words in an element; or the whole element, if it has its own explanation. A caller that changes the text marks it
+ * again; existing marks stay.
  *
  * @param {HTMLElement} element
  * @param {{own?: string, experiment?: string}} [options] The explanation of the whole; the experiment whose words it has.
@@ -106,14 +102,13 @@ export function explain(element, { own = "", experiment = "" } = {}) {
     return;
   }
   const text = element.textContent;
-  // Without the glossary the words stand as they are.
+  // Without the glossary the words are not marked.
   wordsOf(experiment).then((known) => {
     if (element.textContent === text) markWords(element, known, experiment);
   }, () => {});
 }
 
-/**
- * Explain something that does something when it is pressed, such as a box to check: it still does.
+/** Explain an element with an action, such as a checkbox, which keeps its action.
  *
  * @param {HTMLElement} element
  * @param {string} own
@@ -124,8 +119,7 @@ export function explainControl(element, own, experiment = "") {
   said.set(element, { own, experiment });
 }
 
-/**
- * A text with its words marked, or the whole of it where it has an explanation of its own.
+/** A text with its words marked, or marked as a whole if it has its own explanation.
  *
  * @param {{text: string, own?: string, experiment?: string}} props
  */
@@ -138,7 +132,7 @@ export function Explained({ text, own, experiment }) {
   return html`<span key=${text} ref=${mark}></span>`;
 }
 
-/** @param {...(Node|string)} content In a line of text it has to break as text does, which a button's does not. */
+/** @param {...(Node|string)} content Content that breaks like text within a line, unlike a button. */
 function markedTerm(...content) {
   return build("span", { class: "term", role: "button", tabindex: document.body.classList.contains(POINTED) ? -1 : 0 }, content);
 }
@@ -193,7 +187,7 @@ function placeOf(marked) {
   return { x: left + width / 2, y: top, below: bottom };
 }
 
-/** What is scrolled takes its explanation along; a word that a line has no room for is scrolled to when it gets the focus. */
+/** The explanation moves with scrolling; a hidden word is scrolled into view when it gets the focus. */
 function follow() {
   if (shown !== null) tooltip.move(placeOf(shown));
 }
@@ -225,7 +219,7 @@ if (typeof document !== "undefined") {
   document.addEventListener("pointerdown", (event) => markedOf(event) ?? hide());
   document.addEventListener("click", (event) => {
     const marked = markedOf(event);
-    // A tap on it does not reach the label or summary around it; a mouse has shown the meaning already.
+    // A tap does not reach the label or summary around it; a mouse shows the meaning on hover.
     if (marked === null || !marked.classList.contains("term") || event.pointerType === "mouse") return;
     event.preventDefault();
     event.stopPropagation();

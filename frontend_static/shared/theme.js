@@ -14,7 +14,7 @@ const NEXT = { auto: "light", light: "dark", dark: "auto" };
 const LOOK = { auto: "auto", light: "sun", dark: "moon" };
 const WORDS = { auto: "as the system", light: "light", dark: "dark" };
 
-/** Told to the document when a person has chosen other colours. */
+/** Event on the document when a person has chosen other colours. */
 const CHANGED = "pftrack-theme";
 
 const system = () => matchMedia("(prefers-color-scheme: dark)");
@@ -26,26 +26,26 @@ function chosen() {
   return theme === "light" || theme === "dark" ? theme : "auto";
 }
 
-/** Whether the page is dark now; paper is not. */
+/** Whether the page is dark now; a printed page is not. */
 export function isDark() {
   if (paper().matches) return false;
   return chosen() === "auto" ? system().matches : chosen() === "dark";
 }
 
 /**
- * Call `listener` whenever the colours changed. Printing changes them as well, and the sizes: the browser tells it once the
- * page is laid out for paper, and observes no sizes and shows no frames until it is printed, so that a canvas has to be
- * painted within `listener` to be right there.
+ * Call `listener` whenever the colours changed. Printing changes them as well, and the sizes: the browser reports it once the page is laid
+ * out for printing, and observes no sizes and shows no frames until it is printed, so that a canvas has to be painted within `listener` to
+ * be right there.
  *
  * @param {() => void} listener
- * @param {AbortSignal} [end] Until then.
+ * @param {AbortSignal} [end] Ends the calls.
  */
 export function onTheme(listener, end) {
   for (const query of [system(), paper()]) query.addEventListener("change", listener, { signal: end });
   document.addEventListener(CHANGED, listener, { signal: end });
 }
 
-/** Counts the changes, for components. */
+/** Number of changes, for components. */
 const changes = signal(0);
 
 /** Which colours are chosen, in words. */
@@ -54,7 +54,7 @@ export function themeWords() {
   return WORDS[chosen()];
 }
 
-/** Go round light, dark and the system's choice. */
+/** Switch between light, dark and the system's choice. */
 export function changeTheme() {
   const next = NEXT[chosen()];
   if (next === "auto") delete document.documentElement.dataset.theme;
@@ -64,14 +64,13 @@ export function changeTheme() {
   document.dispatchEvent(new Event(CHANGED));
 }
 
-/** The button that does so. */
+/** The button that switches. */
 export function ThemeButton() {
   const title = `Colours ${themeWords()}`;
   return h(IconButton, { name: LOOK[chosen()], title, run: changeTheme, "aria-label": `${title}; change`, "data-role": "theme" });
 }
 
-/**
- * The values of colour tokens as they are now, for canvases, which cannot read style sheets.
+/** The present values of colour tokens, for canvases, which cannot read style sheets.
  *
  * @param {...string} names
  */
@@ -89,7 +88,7 @@ export function tokens(...names) {
 }
 
 // Colours of maps. Viridis for amounts, a diverging map with a neutral middle for differences, and four colours for the
-// outcome of a test. All of them can be read without telling red from green.
+// outcome of a test. All of them are readable for people with red-green colour blindness.
 
 /** @typedef {import("./palette.js").Colour} Colour */
 
@@ -115,8 +114,7 @@ export function verdict(outcome) {
   return VERDICTS[outcome][isDark() ? "dark" : "light"];
 }
 
-/**
- * Black or white, whichever is read more easily on a colour.
+/** Black or white, whichever is more readable on a colour.
  *
  * @param {Readonly<Colour>} colour
  */
@@ -154,15 +152,14 @@ function ramp(stops, share) {
   return /** @type {Colour} */ (low.map((value, channel) => Math.round(value + weight * (high[channel] - value))));
 }
 
-// How much room an element gives to a canvas within it, and how large things on it are.
+// The room that an element gives to a canvas, and the scale of its content.
 
 /** @typedef {{width: number, height: number}} CanvasSize pixels of the display */
 
-/** What small things on canvases are drawn for, px: the letters of an element of the class `small-print`. */
+/** Font size for which small content on canvases is drawn, px: that of the class `small-print`. */
 const SMALL_PX = 11;
 
-/**
- * How much larger what is drawn in an element of the class `small-print` has to be than where a page has its usual letters.
+/** The scale of content in an element of the class `small-print`, relative to the page's usual font size.
  *
  * @param {Element} element
  */
@@ -170,8 +167,7 @@ export function enlargement(element) {
   return parseFloat(getComputedStyle(element).fontSize) / SMALL_PX || 1;
 }
 
-/**
- * Call `changed` with the room that an element has, at once and after each change.
+/** Call `changed` with an element's room, at once and after each change.
  *
  * @param {HTMLElement} element
  * @param {(room: CanvasSize) => void} changed

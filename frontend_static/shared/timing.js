@@ -1,17 +1,13 @@
-/**
- * Doing less: several ways of not doing the same thing too often. Each wait ends with its signal, so that a part of a page
- * leaves no timer behind when it goes.
- */
+/** Rate limits and waits. Each wait ends with its signal, so that a removed part of a page leaves no timer behind. */
 
 import { effect, untracked } from "../vendor/preact.js";
 import { statusOf } from "./api.js";
 import { Backoff } from "./stream.js";
 
-/**
- * Run `work` at most once a frame of the display, however often it is asked for.
+/** Run `work` at most once per frame of the display, however often it is requested.
  *
  * @param {() => void} work
- * @param {AbortSignal} [signal] Nothing is run after it.
+ * @param {AbortSignal} [signal] Nothing runs after it.
  * @returns {() => void}
  */
 export function coalesce(work, signal) {
@@ -31,7 +27,7 @@ export function coalesce(work, signal) {
  *
  * @param {() => void} work
  * @param {number} milliseconds
- * @param {AbortSignal} [signal] Nothing is run after it.
+ * @param {AbortSignal} [signal] Nothing runs after it.
  * @returns {() => void}
  */
 export function throttle(work, milliseconds, signal) {
@@ -84,16 +80,16 @@ export function after(milliseconds, signal) {
   });
 }
 
-// One request at a time, and then only the newest wish: a slider that is dragged never queues. A listener that wants to know
-// whether the server is gone has the newest wish tried again until the server answers.
+// One request at a time, and then only the newest wish: a dragged slider never queues. With a `lost` callback, the newest wish is tried
+// again until the server answers.
 
 /**
  * @template Wish, Answer
  * @typedef {object} Listener
  * @property {(answer: Answer, wish: Wish, isNewest: boolean) => unknown} [answer] The next request begins when it has settled.
  * @property {(error: unknown, wish: Wish) => void} [refused] Without it `ask` rejects.
- * @property {(isLost: boolean) => void} [lost] Whether the server is gone.
- * @property {(waiting: Wish, newer: Wish) => Wish} [join] What is left of two wishes; the newer one if not given.
+ * @property {(isLost: boolean) => void} [lost] Called when the server is gone or back.
+ * @property {(waiting: Wish, newer: Wish) => Wish} [join] Merges two wishes; by default the newer one.
  */
 
 /** @template Wish, Answer */
@@ -112,7 +108,7 @@ export class NewestRequest {
   /**
    * @param {(wish: Wish) => Promise<Answer>} send
    * @param {Listener<Wish, Answer>} on
-   * @param {AbortSignal} signal Nothing is sent or told after it.
+   * @param {AbortSignal} signal Nothing is sent or reported after it.
    * @param {(milliseconds: number, signal: AbortSignal) => Promise<unknown>} [pause]
    */
   constructor(send, on, signal, pause = after) {
@@ -141,7 +137,7 @@ export class NewestRequest {
       }
     } finally {
       this.#working = null;
-      // What was refused keeps nothing back.
+      // A refused wish does not block later ones.
       if (this.#waiting !== null && !this.#signal.aborted) this.ask(this.#waiting.wish);
     }
   }
@@ -174,14 +170,14 @@ export class NewestRequest {
   }
 }
 
-// The edge of the signals: what is done, beside components, when a value changes, and waiting for one.
+// Signals outside components: effects of a change, and waiting for a value.
 
 /**
  * Run `act` now and whenever a signal changes that `look` reads.
  *
  * @param {() => unknown} look
  * @param {() => void} act May read and change signals: those do not count.
- * @param {AbortSignal} end Nothing is run after it.
+ * @param {AbortSignal} end Nothing runs after it.
  */
 export function follow(look, act, end) {
   if (end.aborted) return;
@@ -201,7 +197,7 @@ export function follow(look, act, end) {
  */
 export function until(holds, end) {
   return new Promise((resolve) => {
-    // Once it holds, nothing is read any more, and nothing followed.
+    // Once it holds, no signals are read or followed.
     let isSo = false;
     follow(() => (isSo ||= Boolean(holds())), () => isSo && resolve(), end);
   });

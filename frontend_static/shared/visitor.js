@@ -1,12 +1,11 @@
-/** Who opened this page, a follower or a lecturer by the link of a class, and what this browser remembers of a person. */
+/** The visitor: a follower or a lecturer by the link of a class; and the browser's storage for a person. */
 
 import { html } from "../vendor/preact.js";
 import { START } from "./api.js";
 
-// What this browser keeps for a person, and a tab beyond one page. Where the browser keeps nothing, it lasts as long as the page.
+// Storage of this browser for a person, and of a tab. If the browser stores nothing, values last as long as the page.
 
-/**
- * What the browser's storage gives; null where there is none, or it is full.
+/** The result of the browser's storage; null if it is disabled or full.
  *
  * @template Value
  * @param {() => Value} use
@@ -27,14 +26,13 @@ export function remembered(name) {
 /**
  * @param {string} name
  * @param {string} value
- * @returns {boolean} Whether the browser keeps it.
+ * @returns {boolean} Whether the browser stored it.
  */
 export function remember(name, value) {
   return stored(() => localStorage.setItem(name, value)) !== null;
 }
 
-/**
- * What this tab keeps.
+/** A value stored for this tab.
  *
  * @template Value
  * @typedef {{get: () => Value|null, set: (value: Value|null) => void}} KeptInTab Null to forget it.
@@ -54,16 +52,16 @@ export function keptInTab(key) {
 
 const { role = "", class: classLink = null } = globalThis.document?.documentElement.dataset ?? {};
 
-/** Whether the page is open to a participant of a class, who may see nothing else of the server. */
+/** Whether the visitor is a participant of a class, who may not see the rest of the server. */
 export const isParticipant = role !== "";
 
-/** Whether that is one who follows, and tries something alone. */
+/** Whether the participant is a follower with an own copy. */
 export const isFollower = role === "follower";
 
 /** The class of the link, if the page was opened by one. */
 export const classOfLink = classLink;
 
-/** The first thing in the header: the way to the start page, for followers the way back to the class. */
+/** The first element of the header: a link to the start page, or for followers back to the class. */
 export function Brand() {
   if (isFollower) return html`<a class="button" href=${START} data-role="back">Back to the class</a>`;
   return isParticipant ? html`<span class="brand">pftrack</span>` : html`<a class="brand" href=${START}>pftrack</a>`;

@@ -1,7 +1,5 @@
-/**
- * Small multiples: a heat map a tracker over shared axes and colours, one tracker against another, and what the colours mean;
- * over a single axis of numbers curves as well.
- */
+/** Small multiples: a heat map per tracker over shared axes and colours, a comparison of two trackers, and the legend; over a single axis
+ of numbers also curves. */
 
 import { trackerTitle } from "../session/steering.js";
 import { elementOf, tip } from "../shared/dom.js";
@@ -20,7 +18,7 @@ const PANEL = "map";
 const BETTER = { none: "not significant", untested: "the test is not applicable" };
 /** Colours of trackers in curves, one after the other; more trackers have dashed lines. */
 const INKS = /** @type {const} */ (["estimate", "prediction", "second", "observation", "lost"]);
-/** Counts the changes of the colours. */
+/** Number of changes of the colours. */
 const themes = signal(0);
 
 /** @param {{now: Seen}} props */
@@ -51,8 +49,8 @@ export function Maps({ now }) {
  * @typedef {object} HeatMapProps
  * @property {string|null} tracker Null for a comparison.
  * @property {string} title
- * @property {string} words About all cells together.
- * @property {string} shown What is shown, in words.
+ * @property {string} words Summary of all cells.
+ * @property {string} shown The shown quantity, in words.
  * @property {(index: number) => CellLook} look
  * @property {Seen} now
  */
@@ -73,7 +71,7 @@ function HeatMap({ tracker, title, words, shown, look, now: { cells } }) {
     const name = `${title}, ${shown}. ${KEYS}`;
     const panel = {
       id: PANEL, title: "", x, y, traces: [trace], handles: [], words: name, row: 0, share: /** @type {[number, number]} */ ([1, 1]),
-      // Read whenever it is drawn: the style sheet decides, which gives the room its height by it.
+      // Read at every drawing: the style sheet sets it together with the room's height.
       get unit_px() {
         return parseFloat(getComputedStyle(place).getPropertyValue("--widest"));
       },
@@ -90,8 +88,7 @@ function HeatMap({ tracker, title, words, shown, look, now: { cells } }) {
   </figure>`;
 }
 
-/**
- * What each tracker reaches along the only axis, with the intervals of success rates.
+/** Each tracker's values along the only axis, with the intervals of success rates.
  *
  * @param {{now: Seen}} props
  */
@@ -130,8 +127,7 @@ function axisOf(axis) {
   return { title, unit, names, low: -0.5, high: values.length - 0.5, log: false, hidden: axis === null };
 }
 
-/**
- * "h-SPF · Hard switching": what is cut off in a narrow place is the less important part.
+/** "h-SPF · Hard switching": a narrow place cuts off the less important part.
  *
  * @param {SweepPublic} sweep
  * @param {string} tracker
@@ -150,8 +146,7 @@ export function shortOf(sweep, tracker) {
   return shortTitle(trackerTitle(sweep, tracker));
 }
 
-/**
- * All cells of a tracker together.
+/** A summary of all cells of a tracker.
  *
  * @param {Seen} seen
  * @param {MapPublic} map
@@ -165,8 +160,7 @@ function pooled({ sweep, quantity: { measure, values } }, map) {
   return sweep.judged ? `${((100 * sum(map.successes)) / runs).toFixed(0)} % of ${count(runs, "run")} succeeded` : count(runs, "run");
 }
 
-/**
- * How many cells each of two trackers has for itself.
+/** The number of cells in which each of two trackers is better.
  *
  * @param {Seen} seen
  */
@@ -182,7 +176,7 @@ function verdicts({ view, comparison, problem }) {
  *
  * @param {Seen} now
  * @param {Cell} cell
- * @param {string|null} here The tracker that is pointed at.
+ * @param {string|null} here The tracker at the pointer.
  */
 function describe(now, { i, j }, here) {
   const { sweep, cells: { x, y, maps }, comparison } = now;

@@ -1,4 +1,4 @@
-/** The page of a new sweep: what is varied, by whom, how often; with the size and the time before anything starts. */
+/** The page of a new sweep: axes, trackers and repetitions, with its size and time before it starts. */
 
 import { request } from "../shared/api.js";
 import { Boxes, Segments, Select } from "../shared/dom.js";
@@ -12,7 +12,7 @@ import { change, choicesOf, declared, draft, isNumerical, rowOf, size, subject, 
 /** @import { RowDraft, Subject } from "./plan.js" */
 
 const PREVIEWED = 12;
-const FAILED = "The form could not be prepared";
+const FAILED = "Couldn't prepare the form";
 const BONES = html`<div class="plan-part"><div class="bone shimmer"></div><div class="bone short shimmer"></div></div>`;
 const FORMS = [
   { value: "range", words: "Range" },
@@ -50,13 +50,12 @@ function Parts() {
   return now && [h(AxesPart, {}), h(TrackersPart, { now }), h(RunsPart, { now }), h(FixedPart, {})];
 }
 
-/** @param {{place: string}} props Where an error is written that is about a field there. */
+/** @param {{place: string}} props The place of an error about a field there. */
 function Wrong({ place }) {
   return wrong.value.place === place && wrong.value.words && html`<p class="wrong" role="alert">${wrong.value.words}</p>`;
 }
 
-/**
- * What is typed into; the server says what is wrong with it.
+/** An input field; the server reports its errors.
  *
  * @param {{field: string, label: string, value: string, give: (value: string) => void, type?: string, step?: number|null}} props
  */
@@ -69,15 +68,15 @@ function Input({ field, label, value, give, type = "number", step }) {
 function AxesPart() {
   const { axes } = draft.value;
   return html`<section class="plan-part" data-field="axes">
-    <h2>What is varied</h2>
+    <h2>Axes</h2>
     <div class="axes">${axes.map((row, place) => h(Row, { rows: "axes", row, place, field: `axes.${place}` }))}</div>
     ${h(Wrong, { place: "axes" })}
     <div><button type="button" data-role="add-axis" onClick=${() => change({ axes: [...axes, rowOf(plan.unused(isNumerical))] })}>Add an axis</button></div>
-    <p class="hint">Axes multiply. A map shows two of them; further ones are pooled, and you can choose which.</p>
+    <p class="hint">The sweep runs all combinations. A map shows two axes of your choice; the others are pooled.</p>
   </section>`;
 }
 
-/** @param {{rows: "axes"|"fixed", row: RowDraft, place: number, field: string}} props A parameter, and what is done with it. */
+/** @param {{rows: "axes"|"fixed", row: RowDraft, place: number, field: string}} props A parameter, and its values. */
 function Row({ rows, row, place, field }) {
   const all = draft.value[rows];
   const { declaration } = row;
@@ -87,7 +86,7 @@ function Row({ rows, row, place, field }) {
   const become = (/** @type {RowDraft} */ other) => change({ [rows]: all.with(place, other) });
   const options = (subject.value?.declarations ?? []).map(({ name, label, group }) => ({ value: name, words: label, group }));
   const choose = (/** @type {string} */ name) => become(isAxis ? rowOf(declared(name)) : plan.fixedAt(declared(name)));
-  // Without a recording something has to be varied; on one, other seeds are something to see.
+  // Without a recording at least one axis is needed; on a recording, other seeds are enough.
   const isRemovable = !isAxis || all.length > 1 || subject.value?.upload;
   return html`<div class="axis" role="group" aria-label=${isAxis ? `Axis ${place + 1}` : declaration.title} data-field=${field}>
     <div class="axis-head">
@@ -147,7 +146,7 @@ function TrackersPart({ now: { experiment } }) {
     <h2>Trackers</h2>
     <div class="methods">${h(Boxes, { options, chosen: draft.value.trackers, choose: (trackers) => change({ trackers }) })}</div>
     ${h(Wrong, { place: "trackers" })}
-    <p class="hint">All trackers meet the same scenes and seeds.</p>
+    <p class="hint">All trackers get the same scenes and seeds.</p>
   </section>`;
 }
 
@@ -196,7 +195,7 @@ function FixedPart() {
   </section>`;
 }
 
-/** How large the plan is and how long it will take; and the start. */
+/** The size and the time of the plan, and the start button. */
 function Size() {
   const { estimate, isStale, isRefused } = size.value;
   const seconds = estimate?.seconds ?? null;

@@ -1,4 +1,4 @@
-/** The plan of a new sweep as it stands in the form, and what the server says of it: how large it is, or what is wrong. */
+/** The plan of a new sweep in the form, and the server's answer on it: its size, or its error. */
 
 import { ApiError, messageOf, request, statusOf } from "../shared/api.js";
 import { toast } from "../shared/dom.js";
@@ -10,14 +10,12 @@ import { batch, computed, effect, signal } from "../vendor/preact.js";
 /** @import { Declaration, EstimatePublic, ExperimentDetail, SweepAxis, SweepCreate, UploadPublic, ValuesPublic } from "../shared/messages.js" */
 /** @import { Plan } from "./store.js" */
 
-/**
- * What is done with a parameter: it is varied over a range or a list, or has one value in all runs.
+/** The values of a parameter: a range, a list, or one value in all runs.
  *
  * @typedef {{declaration: Declaration, form: "range"|"list"|"one", start: string, stop: string, step: string, list: string}} RowDraft
  */
 
-/**
- * The form, its numbers as they are typed.
+/** The form, with numbers as typed.
  *
  * @typedef {object} Draft
  * @property {string} title
@@ -28,7 +26,7 @@ import { batch, computed, effect, signal } from "../vendor/preact.js";
  * @property {string} seed
  * @property {boolean} loss_probability
  * @property {readonly RowDraft[]} fixed
- * @property {readonly string[]} own Parameters of a file, which are known only where the file is executed.
+ * @property {readonly string[]} own Parameters of a filter file, which are known only where it is executed.
  */
 
 /** @typedef {{experiment: ExperimentDetail, declarations: Declaration[], upload: UploadPublic|null}} Subject */
@@ -40,16 +38,16 @@ const [COUNT_AFTER_MS, MEASURE_AFTER_MS, ASK_AGAIN_MS] = [150, 700, 3000];
 const PLACE = /^(?:axes\.\d+|\w+)/;
 const FIELDS = ["title", "axes", "trackers", "trials", "frames", "seed", "loss_probability", "parameters"];
 
-/** What the form is filled in with: what the address says, or an experiment's example. A link may name the experiment alone. */
+/** The form's first content: that of the address, or an experiment's example. A link may name only the experiment. */
 export const given = signal(planOfAddress());
-/** What is swept. */
+/** The experiment and recording of the sweep. */
 export const subject = signal(/** @type {Subject|null} */ (null));
 export const draft = signal(
   /** @type {Draft} */ ({ title: "", axes: [], trackers: [], trials: "", frames: "", seed: "", loss_probability: false, fixed: [], own: [] }),
 );
 const answered = signal(/** @type {Answer|null} */ (null));
 
-/** The plan as the server takes it: an empty field is null, and the server says what is missing. */
+/** The plan in the server's form: an empty field is null, and the server reports what is missing. */
 const plan = computed(/** @returns {Plan|null} */ () => {
   if (subject.value === null) return null;
   const { experiment, upload } = subject.value;
@@ -67,14 +65,14 @@ const plan = computed(/** @returns {Plan|null} */ () => {
   };
 });
 
-/** The newest estimate, whether it is of another plan than this, and whether this one cannot be started. */
+/** The newest estimate, whether it is outdated, and whether the present plan cannot be started. */
 export const size = computed(() => {
   const { plan: of, estimate = null, error = null } = answered.value ?? {};
   const isRefused = statusOf(error) === 422 || (estimate !== null && estimate.problem !== null);
   return { estimate, isStale: error !== null || of !== plan.value, isRefused };
 });
 
-/** What is wrong, its field, and the place in the form that shows it; "" is beside the size. */
+/** The error, its field, and the place in the form that shows it; "" is next to the size. */
 export const wrong = computed(() => {
   const { error = null, estimate = null } = answered.value ?? {};
   if (error === null) return { field: "", place: "", words: estimate?.problem ?? "" };
@@ -105,8 +103,7 @@ function planOfAddress() {
   }
 }
 
-/**
- * Begin anew with the example of another experiment.
+/** Start again with the example of another experiment.
  *
  * @param {string} experiment
  */
@@ -122,19 +119,19 @@ export function choose(experiment) {
 /**
  * Fill the form in.
  *
- * @param {string} id Of the experiment.
+ * @param {string} id Id of the experiment.
  */
 export async function fill(id) {
   const asked = given.value;
   const upload = asked.upload ? await request("GET uploads/{upload}", { upload: asked.upload }) : null;
   const experiment = await request("GET experiments/{experiment}", { experiment: id, recording: upload?.kind });
-  // Files, and what is only drawn, are nothing to vary or to fix.
+  // Files and drawing options cannot be varied or fixed.
   const declarations = experiment.declarations.filter(({ kind, role }) => kind !== "file" && role !== "drawing");
   const axes = (asked.axes ?? []).filter(({ name }) => declarations.some((declaration) => declaration.name === name));
-  // On a recording the example's scene does not exist: the first question is what other seeds give.
+  // On a recording the example's scene does not exist: the first sweep is over other seeds.
   const isGiven = upload || axes.length > 0;
   const begun = isGiven ? { trials: OTHER_SEEDS, ...asked, axes } : exampleWith(await request("GET experiments/{experiment}/sweep", { experiment: id }), asked);
-  // Of two experiments that were chosen quickly the answers may come in the other order.
+  // The answers for two quickly chosen experiments may arrive in the other order.
   if (given.value !== asked) return;
   batch(() => {
     subject.value = { experiment, declarations, upload };
@@ -142,8 +139,7 @@ export async function fill(id) {
   });
 }
 
-/**
- * The example with the tracker and the values of a run; over one axis then, so that its first result is a curve.
+/** The example with the tracker and the values of a run, over one axis, so that its first result is a curve.
  *
  * @param {SweepCreate} example
  * @param {Partial<SweepCreate>} run
@@ -156,7 +152,7 @@ function exampleWith(example, { trackers, parameters }) {
 
 /**
  * @param {Partial<SweepCreate> & {axes: SweepAxis[]}} begun
- * @param {number} longest Frames of a run, where it does not say.
+ * @param {number} longest Default frames of a run.
  * @returns {Draft}
  */
 function draftOf({ title, axes, trackers = [], trials, frames, seed, loss_probability = false, parameters = {} }, longest) {
@@ -185,8 +181,7 @@ export function choicesOf({ kind, choices }) {
   return kind === "boolean" ? ["false", "true"] : choices;
 }
 
-/**
- * An axis as it is given, or over the useful range of its parameter.
+/** A given axis, or one over the useful range of its parameter.
  *
  * @param {Declaration} declaration
  * @param {Omit<SweepAxis, "name">} [given]
@@ -228,7 +223,7 @@ export function fixedAt(declaration, value = declaration.default) {
 export function axisOf({ declaration, form, start, stop, step, list }) {
   const { name, kind } = declaration;
   if (form === "range") return { name, start: numberOf(start), stop: numberOf(stop), step: numberOf(step) };
-  // A choice may be of several words.
+  // A choice may have several words.
   const parts = list.split(choicesOf(declaration).length > 0 ? ", " : /[,;\s]+/).filter(Boolean);
   return { name, values: parts.map((part) => valueOf(kind, part)) };
 }
@@ -258,8 +253,7 @@ export function unused(isKind) {
   return declarations.find((declaration) => isKind(declaration) && !used.has(declaration)) ?? declarations[0];
 }
 
-/**
- * What a field says; a word in the place of a number is sent as it stands, so that the server names it.
+/** The value of a field; text in place of a number is sent unchanged, so that the server names it.
  *
  * @param {Declaration["kind"]} kind
  * @param {string} text
@@ -277,7 +271,7 @@ function numberOf(text) {
   return /** @type {number|null} */ (valueOf("number", text));
 }
 
-// Soon after each change ask how large the plan is, and a little later how long it takes.
+// Request the size of the plan soon after each change, and its time a little later.
 effect(() => {
   const now = plan.value;
   const end = new AbortController();
@@ -291,7 +285,7 @@ effect(() => {
 /**
  * @param {Plan} now
  * @param {boolean} measure
- * @param {AbortSignal} outdated Ends the interest in the answer.
+ * @param {AbortSignal} outdated Aborted when the answer is outdated.
  */
 async function look(now, measure, outdated) {
   try {
@@ -319,7 +313,7 @@ export async function begin() {
   if (now === null) return;
   try {
     location.assign((await request("POST sweeps", { body: /** @type {SweepCreate} */ (now) })).page);
-    // Keep the button busy until the page goes, or comes back from the browser's cache.
+    // Keep the button busy until the page is left, or returns from the browser's cache.
     await new Promise((resolve) => { addEventListener("pageshow", resolve, { once: true }); });
   } catch (error) {
     refuse(now, error);

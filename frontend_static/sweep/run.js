@@ -1,4 +1,4 @@
-/** Opens a run of a sweep as a session, and goes there. A page of its own, so that a plain link can open it in a tab. */
+/** Opens a run of a sweep as a session. It is a page of its own, so that a plain link can open it in a tab. */
 
 import { request } from "../shared/api.js";
 import { lastOfAddress } from "../shared/dom.js";
@@ -20,6 +20,6 @@ async function open() {
 }
 
 showPage("wait", null, () => [
-  h(Loaded, { load: open, failed: "This run could not be opened", bones }),
+  h(Loaded, { load: open, failed: "Couldn't open this run", bones }),
   html`<a href=${`sweep/${encodeURIComponent(sweep)}`}>Back to the sweep</a>`,
 ]);

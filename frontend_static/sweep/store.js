@@ -1,7 +1,5 @@
-/**
- * What the page knows of its sweep, and what a person has chosen to see of it, which the address names, so that a link shows
- * the same. The server decides; its newest message counts.
- */
+/** The page's state of its sweep, and the person's chosen view, which is in the address, so that a link shows the same. The server's newest
+ message decides. */
 
 import { messageOf, request } from "../shared/api.js";
 import { lastOfAddress } from "../shared/dom.js";
@@ -15,16 +13,14 @@ import { batch, computed, signal } from "../vendor/preact.js";
 /** @import * as Messages from "../shared/messages.js" */
 /** @import { Cells, CellsPublic, ComparisonPublic, MapPublic, MeasurePublic, SweepMessage, SweepPublic } from "../shared/messages.js" */
 
-// What the server knows of sweeps.
+// The server's interface for sweeps.
 
-/**
- * A plan as it is typed in: an empty field is null, and the server says what is missing.
+/** A typed plan: an empty field is null, and the server reports what is missing.
  *
  * @typedef {{[Name in keyof Messages.SweepCreate]: Messages.SweepCreate[Name]|null}} Plan
  */
 
-/**
- * The page that opens a run as a session; with another method where one is named.
+/** The page that opens a run as a session, optionally with another method.
  *
  * @param {string} id
  * @param {number} run
@@ -37,23 +33,22 @@ export function runPage(id, run, tracker) {
 /**
  * "h-SPF" of "Hard switching (h-SPF)".
  *
- * @param {string} title Of a tracker.
+ * @param {string} title Title of a tracker.
  */
 export function shortTitle(title) {
   return /\(([^)]+)\)$/.exec(title)?.[1] ?? title;
 }
 
-// What can be shown of a sweep, and what a cell looks like then.
+// The quantities of a sweep, and the look of cells.
 
 /** @typedef {(number|null)[]} Column A number for each cell. */
 
-/**
- * What the maps can show of each tracker, and what two trackers can be compared by.
+/** A quantity that maps can show, or by which two trackers can be compared.
  *
  * @typedef {object} Quantity
- * @property {string} name As the server names it.
+ * @property {string} name The server's name of it.
  * @property {string} words
- * @property {string} title What the colours mean.
+ * @property {string} title Meaning of the colours.
  * @property {string} unit
  * @property {boolean} isShare Whether it is a share of the runs or of their frames, 0..1.
  * @property {boolean} isBetterHigh
@@ -80,8 +75,7 @@ const ERROR = { ...SUCCESS, name: "error", words: "error", title: "Mean error", 
 const WHOLE = { most: 1, words: "" };
 const USUAL_SHARE = 0.95;
 
-/**
- * Without truth there is neither success nor error.
+/** The quantities of a sweep; without truth there is neither success nor error.
  *
  * @param {Pick<SweepPublic, "judged"|"has_truth"|"measures"|"unit">} sweep
  * @returns {Quantity[]}
@@ -127,15 +121,14 @@ export function methodLook({ sweep, cells, quantity, end: { most } }, map) {
   };
 }
 
-/**
- * The look of one tracker against another.
+/** The look of a comparison of two trackers.
  *
  * @param {Seen} seen
  * @returns {(index: number) => CellLook}
  */
 export function comparisonLook({ sweep, cells, view, quantity, comparison, maps, differenceEnd: { most } }) {
   return (index) => {
-    // What has not been answered yet is empty, and not without a value.
+    // Cells without an answer yet are empty; that is not the same as without a value.
     if (comparison === null) return { isHatched: false, filled: 0, colour: null };
     const each = maps.map((map) => presence(sweep, cells.planned, map, index));
     const there = { isHatched: each.some(({ isHatched }) => isHatched), filled: Math.min(...each.map(({ filled }) => filled)) };
@@ -149,8 +142,7 @@ export function comparisonLook({ sweep, cells, view, quantity, comparison, maps,
   };
 }
 
-/**
- * How much of a cell is there.
+/** The computed share of a cell.
  *
  * @param {Pick<SweepPublic, "state">} sweep
  * @param {number} planned
@@ -161,7 +153,7 @@ function presence({ state }, planned, map, index) {
   const runs = map.runs[index];
   const isRefused = runs > 0 && map.problems[index] === runs;
   const isOver = state !== "running";
-  // What was stopped shows its values whole: nothing is going to fill the rest.
+  // A stopped sweep shows cells whole: nothing will fill the rest.
   const filled = runs >= planned || (isOver && runs > 0) ? 1 : runs / planned;
   return { isHatched: isRefused || (runs === 0 && isOver), filled: isRefused ? 0 : filled };
 }
@@ -213,14 +205,13 @@ function roundUp(value) {
   return power * ([1, 1.5, 2, 3, 4, 5, 7.5, 10].find((step) => step * power >= value * 0.999) ?? value / power);
 }
 
-/**
- * What is shown, as words of an address.
+/** The view, as words of an address.
  *
  * @typedef {object} View
  * @property {string} show "values" of single trackers, or the "difference" or "significance" of two.
- * @property {string} of Name of the quantity that is shown, or that two trackers are compared by.
- * @property {string} x Name of the axis across.
- * @property {string} y Name of the axis up.
+ * @property {string} of Name of the shown quantity, or of the quantity of a comparison.
+ * @property {string} x Name of the x axis.
+ * @property {string} y Name of the y axis.
  * @property {string} first
  * @property {string} second
  * @property {string} level
@@ -230,34 +221,33 @@ function roundUp(value) {
 
 /** @typedef {{i: number, j: number, tracker: string|null, nth: number}} Chosen A cell, the tracker of its map, and how many were chosen with it. */
 
-/**
- * The sweep as it is shown.
+/** The shown sweep.
  *
  * @typedef {object} Seen
  * @property {SweepPublic} sweep
  * @property {CellsPublic} cells
  * @property {View} view
  * @property {Quantity} quantity
- * @property {boolean} compares Whether the maps show one tracker against another.
- * @property {readonly MapPublic[]} maps Of the trackers that are shown, in order.
- * @property {End} end The end of the quantity's scale that is not 0, the same in all maps.
- * @property {End} differenceEnd The end of the differences' scale, the same to both sides.
+ * @property {boolean} compares Whether the maps compare two trackers.
+ * @property {readonly MapPublic[]} maps Maps of the shown trackers, in order.
+ * @property {End} end The nonzero end of the quantity's scale, the same in all maps.
+ * @property {End} differenceEnd The end of the symmetric scale of differences.
  * @property {ComparisonPublic|null} comparison
  * @property {string} problem Why there is no comparison.
  */
 
 const COMPARE_EVERY_MS = 1000;
-/** The server closes the stream so where the sweep has no such axes. */
+/** The server's close code if the sweep has no such axes. */
 const REFUSED = 4422;
 export const NO_AXIS = "none";
-/** Where an address does not say otherwise; what is empty is the first that the sweep has. */
+/** Defaults of an address; an empty one is the sweep's first. */
 const USUAL = { show: "values", of: "", x: "", y: "", first: "", second: "", level: "0.01", correction: "none", test: "chi-square" };
 
-/** The sweep as it is now. */
+/** The present sweep. */
 export const newest = signal(/** @type {SweepPublic|null} */ (null));
 const cells = signal(/** @type {CellsPublic|null} */ (null));
 const wish = signal(/** @type {View} */ (USUAL));
-/** Or why there is none. */
+/** The reason why there is none. */
 const comparison = signal(/** @type {ComparisonPublic|string|null} */ (null));
 /** The cell whose runs are listed. */
 export const chosen = signal(/** @type {Chosen|null} */ (null));
@@ -274,8 +264,7 @@ export const seen = computed(() => {
   return { ...now, end, differenceEnd: endOf(now.quantity, differences), comparison: found, problem };
 });
 
-/**
- * The view that a wish gives: what the sweep does not have is replaced by what it has.
+/** The view for a wish; names that the sweep does not have are replaced.
  *
  * @param {View} wanted
  * @param {SweepPublic} known
@@ -309,7 +298,7 @@ export function queryOf(view) {
   return new URLSearchParams(Object.entries(view).filter(([name, value]) => value !== usual.get(name)));
 }
 
-/** Show what the address says, and follow the sweep from now on. */
+/** Show the address's view, and follow the sweep from now on. */
 export function begin() {
   const id = lastOfAddress();
   wish.value = wishOf(new URLSearchParams(location.search));
@@ -330,7 +319,7 @@ export function begin() {
 /** @type {Stream<SweepMessage>|null} */
 let stream = null;
 
-/** The axes of the maps; the server chooses where none are named. */
+/** The axes of the maps; the server chooses if none are named. */
 function axes() {
   const { x, y } = wish.value;
   return { ...(x && { x }), ...(y && { y }) };
@@ -347,8 +336,7 @@ function receive(message) {
   if (message.type !== "progress") compare();
 }
 
-/**
- * The cells with those that have changed. Columns are long and few of their cells change, so they are not copied.
+/** Apply changed cells. Columns are long and few of their cells change, so they are not copied.
  *
  * @param {CellsPublic} before
  * @param {Cells} message
@@ -367,8 +355,7 @@ function merged(before, { at, maps, done }) {
   return { ...before, done };
 }
 
-/**
- * Change what is shown.
+/** Change the view.
  *
  * @param {Partial<View>} changes
  */
@@ -389,7 +376,7 @@ export function look(changes) {
  * List the runs of a cell.
  *
  * @param {{i: number, j: number}} cell
- * @param {string|null} tracker List its runs alone.
+ * @param {string|null} tracker List only its runs.
  */
 export function choose({ i, j }, tracker) {
   chosen.value = { i, j, tracker, nth: (chosen.value?.nth ?? 0) + 1 };

@@ -1,4 +1,4 @@
-/** The page of a sweep: how far it is, what its maps show, and the runs of the chosen cell, failures first. */
+/** The page of a sweep: its progress, its maps, and the runs of the chosen cell, failures first. */
 
 import { trackerTitle } from "../session/steering.js";
 import { addressOf, request, START } from "../shared/api.js";
@@ -24,7 +24,7 @@ const ROWS = 50;
 const BONES = [html`<div class="bone shimmer"></div>`, html`<div class="bone short shimmer"></div>`];
 const MOST_BESIDE = 3;
 const ALL = "";
-const INVITATION = "Choose a cell of a map, and its runs are listed here, failures first. A run opens in a new tab, shortly before it lost the target.";
+const INVITATION = "Choose a cell of a map to list its runs here, failures first. A run opens in a new tab, shortly before it lost the target.";
 const FORMATS = [
   ["parquet", "All runs, Parquet"],
   ["csv", "All runs, CSV"],
@@ -36,11 +36,11 @@ const DOWNLOAD = { icon: /** @type {const} */ ("save"), label: "Download", words
 const SINGLE = [
   { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
   { value: "error", words: "Error", hint: "Mean error of the successful runs" },
-  { value: "measure", words: "Measure", hint: "Mean over all runs of a measure as benchmarks define it" },
+  { value: "measure", words: "Measure", hint: "Mean of a benchmark measure over all runs" },
 ];
 const COMPARED = [
   { value: "difference", words: "Difference", hint: "One tracker's rate, error or measure minus another's" },
-  { value: "significance", words: "Significance", hint: "Where a test tells two trackers apart" },
+  { value: "significance", words: "Significance", hint: "Cells in which a test finds a difference between two trackers" },
 ];
 const TESTS = [
   { value: "chi-square", words: "chi-square" },
@@ -48,18 +48,18 @@ const TESTS = [
 ];
 const LEVELS = ["0.05", "0.01", "0.001"].map((value) => ({ value, words: `${100 * Number(value)} %` }));
 
-/** All of the page. */
+/** The whole page. */
 function Page() {
   const [now, cell] = [seen.value, chosen.value];
   if (gone.value !== null) {
     const action = { label: "Back to the experiments", href: START };
-    return html`<div class="sweep-wait">${h(Notice, { title: "This sweep cannot be shown", message: gone.value, action, inline: false })}</div>`;
+    return html`<div class="sweep-wait">${h(Notice, { title: "Couldn't show this sweep", message: gone.value, action, inline: false })}</div>`;
   }
   return html`
     <div class="bar-lost" data-part="disconnected" role="status" hidden=${!isLost.value}>Reconnecting</div>
     <section class="sweep-main">
       <div class="sweep-bar" role="group" aria-label="Progress">${now && h(Bar, { sweep: now.sweep })}</div>
-      <div class="sweep-choices" role="group" aria-label="What the maps show">${now && h(Choices, { now })}</div>
+      <div class="sweep-choices" role="group" aria-label="Content of the maps">${now && h(Choices, { now })}</div>
       ${now ? h(Maps, { now }) : html`<div class="maps late">${[0, 1, 2].map(() => html`<div class="map-bone shimmer"></div>`)}</div>`}
       ${now && h(Facts, { now })}
     </section>
@@ -69,8 +69,7 @@ function Page() {
   `;
 }
 
-/**
- * How far the sweep is, and what can be done with it.
+/** The progress of the sweep, and its buttons.
  *
  * @param {{sweep: SweepPublic}} props
  */
@@ -114,13 +113,12 @@ function progress({ state, runs, done, rate, seconds, seconds_left }) {
 
 /** @param {SweepPublic} sweep */
 async function remove({ id, title, done }) {
-  const text = `${title} and its ${count(done, "run")} are lost for good, unless you downloaded them.`;
+  const text = `${title} and its ${count(done, "run")} are deleted permanently, unless you downloaded them.`;
   const deleted = () => request("DELETE sweeps/{sweep}", { sweep: id }).then(() => location.assign(START));
   if (await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" })) await attempt(deleted);
 }
 
-/**
- * The quantity, the axes, and the two trackers that are compared.
+/** The quantity, the axes, and the two compared trackers.
  *
  * @param {{now: Seen}} props
  */
@@ -172,8 +170,7 @@ function Pair({ now: { sweep, view } }) {
   `;
 }
 
-/**
- * Choosing the value of the other one swaps the two.
+/** Choosing the other tracker's value swaps the two.
  *
  * @param {View} view
  * @param {keyof View} one
@@ -195,7 +192,7 @@ function Significance({ view }) {
   `;
 }
 
-/** @param {{now: Seen}} props What holds for all runs. */
+/** @param {{now: Seen}} props The settings of all runs. */
 function Facts({ now: { sweep, view } }) {
   const { trials, frames, seed, experiment } = sweep;
   const fixed = sweep.fixed.map(({ title, values: [value], ...declaration }) => `${title.toLowerCase()} ${parameterValue(value, declaration)}`);
@@ -221,7 +218,7 @@ function Runs({ now, cell: { i, j, tracker: first } }) {
       <h2>${placeOf(x, i)}${y && [html`<br />`, placeOf(y, j)]}</h2>
       ${trackers.length > 2 && h(Select, { label: "Tracker", options: trackers, value: tracker.value, choose: (id) => (tracker.value = id) })}
     </header>
-    ${h(Loaded, { key: tracker.value, load, failed: "These runs cannot be listed", bones: BONES })}
+    ${h(Loaded, { key: tracker.value, load, failed: "Couldn't load these runs", bones: BONES })}
   `;
 }
 

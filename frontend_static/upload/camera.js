@@ -1,8 +1,6 @@
-/**
- * Recording a clip with the camera of this computer: it is turned on by a button, shows what it sees, counts down, records,
- * and goes off. What was recorded is played, and kept or taken again. Leaving at any moment turns the camera off. Nothing
- * here sends anything; the clip is a file like any other, which the upload takes.
- */
+/** Recording a clip with this computer's camera: a button turns it on, its picture is shown, a countdown runs, and after recording it turns
+ off. The clip is played, and used or recorded again. Leaving at any time turns the camera off. This module sends nothing; the clip is an
+ ordinary file, which the upload takes. */
 
 import { messageOf } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
@@ -17,15 +15,15 @@ const SHORTEST_S = 10;
 const LONGEST_S = 30;
 const COUNT_FROM = 3;
 const SECOND_MS = 1000;
-/** What is asked of a camera: as many pixels as trackers need, so that half a minute is a few megabytes. */
+/** Requested video: enough pixels for trackers, and a few megabytes for half a minute. */
 const WANTED = { width: { ideal: 640 }, height: { ideal: 480 }, frameRate: { ideal: 30 } };
 const BITS_PER_SECOND = 4_000_000;
-/** What browsers record, the one that is decoded fastest first; Safari has the last alone. */
+/** Recording formats, the fastest to decode first; Safari has only the last. */
 const FORMATS = ["video/webm;codecs=vp8", "video/webm", "video/mp4"];
 const TELL_EVERY_MS = 100;
-/** Why a browser does not give a camera, by the name of its error. */
+/** Why a browser refuses the camera, by the name of its error. */
 const REFUSALS = new Map([
-  ["NotAllowedError", "The browser does not let this page use the camera. Allow it beside the address of this page, then try again."],
+  ["NotAllowedError", "The browser does not let this page use the camera. Allow it next to the address of this page, then try again."],
   ["NotFoundError", "No camera was found. Connect one, then try again."],
   ["NotReadableError", "The camera does not start; another program may use it. Close that program, then try again."],
 ]);
@@ -33,10 +31,10 @@ const REFUSALS = new Map([
 /** @typedef {[words: string, run: () => void]} Button */
 /** @typedef {{keep: (clip: File) => void, refuse: (message: string) => void}} Ends What may become of a recording. */
 
-/** How long a clip becomes. */
+/** Lengths of a clip. */
 const seconds = signal(SHORTEST_S);
 
-/** @param {(clip: File) => void} take What is done with the clip. */
+/** @param {(clip: File) => void} take Called with the clip. */
 export function recordClip(take) {
   const dialog = openDialog("Use the camera", (close) => html`<div class="camera">${h(CameraDialog, { take, close })}</div>`, "wide");
   addEventListener("pagehide", () => dialog.close(), { once: true });
@@ -45,7 +43,7 @@ export function recordClip(take) {
 /** @param {{take: (clip: File) => void, close: () => void}} props */
 function CameraDialog({ take, close }) {
   const prevented = obstacle();
-  /** The camera, what it has recorded, or why it does not record. */
+  /** The camera, the recorded clip, or why it does not record. */
   const shown = useSignal(/** @type {"begin"|"on"|File|{refused: string}} */ (prevented ? { refused: prevented } : "begin"));
   const now = shown.value;
   const turnOn = () => (shown.value = "on");
@@ -53,8 +51,8 @@ function CameraDialog({ take, close }) {
   const cancel = ["Cancel", close];
   if (now === "begin") {
     const body = html`<p class="hint">
-      The clip stays in this browser until you press <strong>Use this clip</strong>. Then this server keeps it with the uploads, which everybody who
-      may use the server can see, until somebody deletes it under My work.
+      The clip stays in this browser until you press <strong>Use this clip</strong>. Then this server stores it with the uploads, which everybody who
+      may use the server can see, until it is deleted under My work.
     </p>`;
     const words = `Record ${SHORTEST_S} to ${LONGEST_S} s, without sound, and track something in it.`;
     return h(Step, { key: "begin", words, buttons: [cancel, ["Turn on the camera", turnOn]], body });
@@ -74,8 +72,7 @@ function CameraDialog({ take, close }) {
   return h(Step, { key: "refused", words: now.refused, isWrong: true, buttons });
 }
 
-/**
- * What is going on, and what can be done; of several buttons the last one leads on.
+/** One step: its text and its buttons, of which the last one continues.
  *
  * @param {{words: string, buttons: Button[], body?: Child, isWrong?: boolean}} props
  */
@@ -93,14 +90,15 @@ function Step({ words, buttons, body, isWrong = false }) {
   `;
 }
 
-/** @param {{close: () => void} & Ends} props The camera while it is on: the browser asks for leave, and its light is on until this goes. */
+/** @param {{close: () => void} & Ends} props The camera while it is on: the browser asks for permission, and the light is on until this
+ * component is removed. */
 function Live({ close, keep, refuse }) {
   const stage = useSignal(/** @type {"preview"|"counting"|"recording"} */ ("preview"));
-  /** Which camera; without one the browser chooses, on a phone the one that looks away. */
+  /** The chosen camera; without one the browser chooses, on a phone the rear camera. */
   const id = useSignal("");
   const stream = useSignal(/** @type {MediaStream|null} */ (null));
   const cameras = useSignal(/** @type {MediaDeviceInfo[]} */ ([]));
-  // Its end is not put off until after the next picture of the page, as that of other effects is.
+  // Its cleanup runs at once, not after the next frame of the page, as that of other effects.
   useLayoutEffect(() => {
     const end = new AbortController();
     const which = id.value === "" ? { facingMode: { ideal: "environment" } } : { deviceId: { exact: id.value } };
@@ -131,7 +129,7 @@ function Live({ close, keep, refuse }) {
   };
   return html`
     <div class="camera-stage">
-      <video srcObject=${now} autoplay muted playsinline aria-label="What the camera sees"></video>
+      <video srcObject=${now} autoplay muted playsinline aria-label="Picture of the camera"></video>
       ${stage.value === "counting" && h(Countdown, { end: to("recording") })}
     </div>
     ${stage.value === "preview" && h(Step, { key: "preview", ...preview })}
@@ -140,7 +138,8 @@ function Live({ close, keep, refuse }) {
   `;
 }
 
-/** @param {{cameras: MediaDeviceInfo[], own: string|undefined, choose: (id: string) => void}} props Which camera records, and for how long. */
+/** @param {{cameras: MediaDeviceInfo[], own: string|undefined, choose: (id: string) => void}} props The camera, and the length of the clip.
+ * */
 function Choices({ cameras, own, choose }) {
   const last = (/** @type {Event & {currentTarget: HTMLInputElement}} */ { currentTarget }) => (seconds.value = currentTarget.valueAsNumber);
   const options = cameras.map(({ deviceId, label }, index) => ({ value: deviceId, words: label || `Camera ${index + 1}` }));
@@ -184,7 +183,7 @@ function Recording({ stream, keep, refuse }) {
   return h(Step, { words: "Recording", buttons: [["Stop", stop]], body });
 }
 
-/** @param {{clip: File, buttons: Button[]}} props Plays what was recorded. */
+/** @param {{clip: File, buttons: Button[]}} props Plays the recorded clip. */
 function Review({ clip, buttons }) {
   const address = useMemo(() => URL.createObjectURL(clip), [clip]);
   useEffect(() => () => URL.revokeObjectURL(address), [address]);
@@ -194,7 +193,7 @@ function Review({ clip, buttons }) {
   `;
 }
 
-/** What keeps this page from using any camera, in a sentence; an empty one if nothing does. */
+/** Why this page cannot use a camera, a sentence; empty if it can. */
 function obstacle() {
   if (!isSecureContext) {
     return (
@@ -215,8 +214,7 @@ function refusalOf(error) {
   return REFUSALS.get(name) ?? `The camera does not start (${error instanceof Error ? error.message || error.name : error}).`;
 }
 
-/**
- * A recorder that has begun; what it records is a clip when it ends, unless nobody waits for it any more.
+/** A started recorder; its recording becomes a clip when it ends, unless nobody waits for it any more.
  *
  * @param {MediaStream} stream
  * @param {AbortSignal} left

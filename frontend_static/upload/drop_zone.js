@@ -1,4 +1,4 @@
-/** The drop zone: takes videos, pictures, tables of tracks, results of trackers and saved runs, and shows how far it is. */
+/** The drop zone: takes videos, pictures, tables of tracks, results of trackers and saved runs, and shows the progress. */
 
 import { cancelJob, followJob, here, jobOf, messageOf, Meter, progressWords, request, send, statusOf } from "../shared/api.js";
 import { attempt, Icon, toast } from "../shared/dom.js";
@@ -21,17 +21,17 @@ const OFFERED =
   "a recording or a saved run (.pft)";
 const TABLE = /\.(csv|tsv|txt)$/i;
 const PLACE_MS = 1000;
-/** Of a table, from which its columns are seen. */
+/** Bytes of a table from which its columns are read. */
 const HEAD_BYTES = 16_384;
-/** The status of a transfer that a person has stopped. */
+/** The status of a transfer stopped by a person. */
 const STOPPED = -1;
-/** The address names a run that is being computed, so that a reload still shows it. */
+/** The run being computed, named in the address, so that a reload still shows it. */
 const IMPORT = /^#import\/(\w+)$/;
 
-/** What is in the zone; null while it invites. */
+/** Content of the zone; null while it waits for files. */
 const shown = signal(/** @type {Work|Refusal|Question|null} */ (null));
 
-/** Where files are dropped, anywhere in the page, or chosen. */
+/** The zone where files are chosen, or dropped anywhere in the page. */
 export function DropZone() {
   const isOver = useSignal(false);
   useEffect(() => {
@@ -42,7 +42,7 @@ export function DropZone() {
       event.preventDefault();
       isOver.value = true;
     });
-    // Within the page it only goes from one element to another.
+    // Within the page the drag only moves from one element to another.
     on("dragleave", ({ relatedTarget }) => (isOver.value = relatedTarget !== null));
     on("drop", (event) => {
       event.preventDefault();
@@ -86,7 +86,7 @@ function Invitation() {
   `;
 }
 
-/** @param {Question} props Asks what the columns are, below the first lines of the table. */
+/** @param {Question} props The form for a table's columns, below its first lines. */
 function Columns({ file, table, refusal }) {
   const form = useRef(/** @type {HTMLFormElement|null} */ (null));
   useEffect(() => form.current?.querySelector("select")?.focus(), []);
@@ -135,7 +135,7 @@ async function take(files) {
 
 /**
  * @param {File[]} files
- * @param {Record<string, number>} [columns] Of a table: which of them is what.
+ * @param {Record<string, number>} [columns] Column numbers of a table by meaning.
  */
 function sendUpload(files, columns) {
   return transmit("POST uploads", { columns: columns && JSON.stringify(columns) }, files, "Checking every frame", ({ id }) => {
@@ -143,14 +143,13 @@ function sendUpload(files, columns) {
   });
 }
 
-/**
- * Send files, show how far that is, and hand on what the server answers.
+/** Send files, show the progress, and pass on the server's answer.
  *
  * @template {"POST uploads"|"POST runs/import"} R
  * @param {R} route
  * @param {Asked<R>} asked
  * @param {File[]} files
- * @param {string} reading What the server does when it has them.
+ * @param {string} reading Text for the server's work after the transfer.
  * @param {(answer: Requests[R]["answer"]) => void} received
  */
 async function transmit(route, asked, files, reading, received) {
@@ -182,8 +181,7 @@ async function transmit(route, asked, files, reading, received) {
   }
 }
 
-/**
- * Tell the place of a transfer in the server's queue, again and again until it ends.
+/** Report the place of a transfer in the server's queue until it ends.
  *
  * @param {Transfer<unknown>} transfer
  * @param {(before: number) => void} tell
@@ -192,14 +190,13 @@ async function transmit(route, asked, files, reading, received) {
 async function tellPlace(transfer, tell, ended) {
   for (;;) {
     await after(PLACE_MS, ended);
-    // The transfer itself will say what is wrong.
+    // The transfer itself will report the error.
     const before = await transfer.before().catch(() => null);
     if (before !== null && !ended.aborted) tell(before);
   }
 }
 
-/**
- * What to ask about a table that was not understood; null if it is not one.
+/** The question about a table with unknown columns; null if it is not a table.
  *
  * @param {File[]} files
  * @param {string} refusal
@@ -212,8 +209,7 @@ async function questionOf(files, refusal) {
   return table && { file, table, refusal };
 }
 
-/**
- * Show how far a run is that is computed before it is kept, and open it when it is there.
+/** Show the progress of a run that is computed before it is stored, and announce it when it is done.
  *
  * @param {ImportJob} begun
  */
@@ -255,24 +251,23 @@ async function follow(begun) {
   }
 }
 
-/** Show a run again that was being computed when the page was left. */
+/** Show a run again if it was being computed when the page was left. */
 async function resume() {
   const id = IMPORT.exec(location.hash)?.[1];
   if (id === undefined) return;
   leaveAddress();
-  // It may have been given up meanwhile, or the server has started again.
+  // It may have been dropped meanwhile, or the server was restarted.
   const job = /** @type {ImportJob|null} */ (await jobOf(id).catch(() => null));
-  // One that is done is among the saved runs by now.
+  // A finished run is among the saved runs.
   if (job !== null && job.state !== "done" && shown.value === null) await follow(job);
 }
 
-/** Name no run in the address any more; an upload may be there by now. */
+/** Remove the run from the address; an upload may be there by now. */
 function leaveAddress() {
   if (IMPORT.test(location.hash)) history.replaceState(null, "", location.pathname);
 }
 
-/**
- * Tell a recording of beliefs from a saved run: both are archives, whose first entry is named after 30 bytes.
+/** Distinguish a recording of beliefs from a saved run: both are archives; the name of the first entry is after 30 bytes.
  *
  * @param {File} file
  */

@@ -1,4 +1,4 @@
-/** After an upload: which frame to begin with, what to follow and how, and whether it can be followed. */
+/** The form after an upload: first frame, target, tracker, and the target's suitability. */
 
 import { messageOf, Meter, request } from "../shared/api.js";
 import { Select } from "../shared/dom.js";
@@ -18,9 +18,9 @@ import { Target } from "./target.js";
 
 /** @type {Record<string, string>} The content of frames that are not pictures, by the kind of recording. */
 const WITHOUT_PICTURES = { tracks: " of tracks", beliefs: " of recorded beliefs" };
-/** The kind of recording that another program has tracked already. */
+/** The kind of recording with another program's results. */
 const DONE = "beliefs";
-/** So long a mark must stand still before it is looked at: while a box is dragged, it changes with every movement. */
+/** Delay before a mark is judged: while a box is dragged, it changes with every movement. */
 const STILL_MS = 250;
 const SLOW_MS = 400;
 const RAMP = `background: linear-gradient(90deg, ${VIRIDIS.map((colour) => `rgb(${colour.join(" ")})`).join(", ")})`;
@@ -44,10 +44,10 @@ export function TargetForm({ upload, experiments, leave }) {
   </section>`;
 }
 
-/** @param {{upload: UploadPublic, able: ExperimentPublic[], cancel: Child}} props `able`: what takes this kind of recording. */
+/** @param {{upload: UploadPublic, able: ExperimentPublic[], cancel: Child}} props `able`: experiments that take this kind of recording. */
 function Form({ upload, able, cancel }) {
   const chosen = useSignal(/** @type {Target|null} */ (null));
-  /** Ends when a person has said anything, so that nothing is chosen for them any more. */
+  /** Aborted once a person has changed anything, so that nothing is chosen automatically any more. */
   const proposing = useMemo(() => new AbortController(), []);
   useEffect(() => {
     const first = new Target(upload, able.find(({ finds }) => finds === null) ?? able[0]);
@@ -88,10 +88,9 @@ function Form({ upload, able, cancel }) {
   </form>`;
 }
 
-/**
- * Look for what experiments find by themselves, while the form can be used already, and propose one that finds it.
+/** Search with the experiments' own finders, while the form is already usable, and propose an experiment that finds its target.
  *
- * @param {Target} first What is proposed until then.
+ * @param {Target} first The proposal until then.
  * @param {ExperimentPublic[]} able
  * @param {AbortSignal} ended
  */
@@ -128,7 +127,7 @@ function Stage({ target }) {
   </div>`;
 }
 
-/** @param {{target: Target, finding: FindingState}} props How far the search for the target is, and what can be done. */
+/** @param {{target: Target, finding: FindingState}} props The progress of the search for the target, and its buttons. */
 function Finding({ target, finding }) {
   const { experiment, found, hint, way, mark, left } = target;
   const { state, notes } = finding;
@@ -152,7 +151,7 @@ function Finding({ target, finding }) {
     <p class="hint" role="status">${words}${!isHinting && experiment.advice}</p>
     <div class="finding-tools">
       ${state === "refused" && tool(`${byHand}…`, markBy, true)}
-      ${state === "refused" && finding.hasLater && tool("Look in later frames", () => target.find())}
+      ${state === "refused" && finding.hasLater && tool("Search later frames", () => target.find())}
       ${isHinting && mark.value && tool(`Place ${it}`, () => target.place(), true)}
       ${tool("Find again", () => target.find({ alone: true }))}
       ${state === "found" && hint && tool(`${byHand} instead…`, markBy)}
@@ -169,12 +168,12 @@ function Looking({ target, finding: { notes: [words], share } }) {
   </div>`;
 }
 
-/** @param {{target: Target}} props Looks at a target once it stands still. */
+/** @param {{target: Target}} props The judgement of a target, once its mark rests. */
 function Suitability({ target }) {
   const { upload, footage } = target;
-  /** What was found, or why nothing was. */
+  /** The judgement, or why there is none. */
   const known = useSignal(/** @type {SuitabilityPublic|string|null} */ (null));
-  /** Whether the answer about what is marked now takes long. */
+  /** Whether the answer for the present mark takes long. */
   const isLate = useSignal(false);
   const end = useRef(new AbortController());
   const { mark, start } = footage.value ?? {};
@@ -201,7 +200,7 @@ function Suitability({ target }) {
     <progress aria-label=${CHECKING}></progress>
     <button type="button" onClick=${() => settle(null)}>Stop</button>
   `;
-  // The last picture stays until there is another one, so that nothing jumps.
+  // The last picture stays until there is a new one, so that nothing jumps.
   return html`<section class=${late ? "suits stale" : "suits"} aria-label="Can it be tracked?">
     ${found?.picture && html`
       <img class="suits-picture" alt=${`Likelihood over the picture. ${found.remark}`} src=${found.picture} width=${upload.width} height=${upload.height} />
@@ -213,7 +212,8 @@ function Suitability({ target }) {
   </section>`;
 }
 
-/** @param {{known: SuitabilityPublic|string|null, take: (mark: Mark) => void}} props `take` is called when a person takes a mark that suits better. */
+/** @param {{known: SuitabilityPublic|string|null, take: (mark: Mark) => void}} props `take` is called when a person takes the proposed
+ * better mark. */
 function SuitabilityWords({ known, take }) {
   if (known === null) return html`<p class="hint">Mark the target to see whether it can be tracked.</p>`;
   if (typeof known === "string") return html`<p class="wrong" role="alert">${known}</p>`;
@@ -225,7 +225,7 @@ function SuitabilityWords({ known, take }) {
   `;
 }
 
-/** @param {{target: Target}} props Which tracker follows it. */
+/** @param {{target: Target}} props The choice of the tracker. */
 function Tracker({ target: { tracker, experiment: { trackers } } }) {
   const options = trackers.map(({ id, title }) => ({ value: id, words: title }));
   return html`
@@ -235,12 +235,12 @@ function Tracker({ target: { tracker, experiment: { trackers } } }) {
   `;
 }
 
-/** @param {{target: Target}} props A table of the truth of the upload, which the server keeps until it is removed. */
+/** @param {{target: Target}} props The upload's truth table, which the server stores until it is removed. */
 function Truth({ target }) {
   const field = useRef(/** @type {HTMLElement|null} */ (null));
   const { kept, refused, isBusy } = target.truth.value;
   useEffect(() => void target.findTruth(), []);
-  // The field is at the end of a form that scrolls: show the whole refusal.
+  // The field is at the end of a scrolling form: scroll to the whole refusal.
   useEffect(() => void (refused && field.current?.scrollIntoView({ block: "nearest" })), [refused]);
   const give = (/** @type {InputEvent} */ { currentTarget: input }) => {
     target.giveTruth([...(input.files ?? [])]);
@@ -257,7 +257,7 @@ function Truth({ target }) {
   </div>`;
 }
 
-/** @param {{target: Target, cancel: Child}} props Begins, once there is all that a session needs. */
+/** @param {{target: Target, cancel: Child}} props The start button, enabled once the form is complete. */
 function Go({ target: { upload, footage, truth, wrong, isStarting }, cancel }) {
   const { isBusy, refused } = truth.value;
   const isReady = footage.value !== null && !isBusy && !isStarting.value;

@@ -1,8 +1,5 @@
-/**
- * The target in a recording: marked by a person, in one of the ways that an experiment takes, or found by itself. What is
- * found is shown to be corrected. Where nothing is found, a person marks the target, or shows by a mark of another kind
- * where it is.
- */
+/** The target in a recording: marked by a person, with one of the kinds of mark that an experiment takes, or found automatically. A found
+ mark can be corrected. If nothing is found, a person marks the target, or hints at its place by a mark of another kind. */
 
 import { addressOf, formOf, messageOf, request } from "../shared/api.js";
 import { attempt } from "../shared/dom.js";
@@ -14,13 +11,12 @@ import { computed, signal } from "../vendor/preact.js";
 /** @import { Description, Mark } from "../shared/marks/mark_json.js" */
 /** @import { ExperimentPublic, SightingPublic, TruthPublic, UploadPublic } from "../shared/messages.js" */
 
-/**
- * How far the search for a target is, and what to say of it.
+/** The state of the search for a target.
  *
  * @typedef {object} Finding
- * @property {"looking"|"found"|"refused"|"marking"} state A person is marking it where it was not found.
+ * @property {"looking"|"found"|"refused"|"marking"} state `marking` while a person marks it because it was not found.
  * @property {string[]} notes
- * @property {number|null} share Of the frames that were looked into; null while that is not known.
+ * @property {number|null} share Searched share of the frames; null while unknown.
  * @property {boolean} isGuessed Whether the model has placed parts of the mark.
  * @property {boolean} hasLater Whether it may be in later frames.
  */
@@ -31,18 +27,18 @@ const PICTURE_EVERY_MS = 80;
 const NO_TRUTH = { kept: null, refused: "", isBusy: false };
 
 export class Target {
-  /** Address of the picture that is shown of it. */
+  /** Address of the shown picture. */
   picture = signal("");
-  /** How the target is marked; null where there is nothing to mark. */
+  /** The editor of the mark; null if there is nothing to mark. */
   way = signal(/** @type {{description: Description, editor: MarkEditor}|null} */ (null));
-  /** What the editor shows. */
+  /** The mark in the editor. */
   mark = computed(() => this.way.value?.editor.mark ?? null);
-  /** How many of its handles are still to be dragged. */
+  /** Number of handles still to be dragged. */
   left = computed(() => this.way.value?.editor.left ?? 0);
   finding = signal(/** @type {Finding|null} */ (null));
   truth = signal(NO_TRUTH);
   isStarting = signal(false);
-  /** Why no session has begun. */
+  /** Why no session could be started. */
   wrong = signal("");
   /** The footage of a session; null while the target is not marked. */
   footage = computed(() => {
@@ -52,7 +48,7 @@ export class Target {
     if (mark !== null) return { mark, start };
     return kind === undefined || unmarked.includes(this.upload.kind) ? { start } : null;
   });
-  /** Ends what was asked for before: only the newest question is answered. */
+  /** Aborts the previous request: only the newest one counts. */
   #asked = new AbortController();
   #showSoon = throttle(() => this.#show(), PICTURE_EVERY_MS);
 
@@ -60,7 +56,7 @@ export class Target {
    * @param {UploadPublic} upload
    * @param {ExperimentPublic} experiment
    * @param {number} [frame]
-   * @param {string} [proposal] Why this experiment was chosen for a person, a sentence or more.
+   * @param {string} [proposal] Why this experiment is proposed, a sentence or more.
    */
   constructor(upload, experiment, frame = 0, proposal = "") {
     this.upload = upload;
@@ -77,8 +73,7 @@ export class Target {
     else this.find();
   }
 
-  /**
-   * Return the target as another experiment follows it, from the same frame on; itself for the same experiment.
+  /** Return the target for another experiment, from the same frame on; itself for the same experiment.
    *
    * @param {ExperimentPublic} experiment
    * @param {string} [proposal]
@@ -89,13 +84,12 @@ export class Target {
     return new Target(this.upload, experiment, this.frame.value, proposal);
   }
 
-  /** Look for nothing any more. */
+  /** Stop searching. */
   leave() {
     this.#asked.abort();
   }
 
-  /**
-   * Show another frame. A mark stays; what was found in the old one counts no more.
+  /** Show another frame. A mark stays; findings in the old frame are dropped.
    *
    * @param {number} frame
    */
@@ -105,8 +99,7 @@ export class Target {
     if (this.experiment.finds !== null) this.#forget();
   }
 
-  /**
-   * Have a person mark the target in one of the experiment's ways, or the place where to look for it.
+  /** Let a person mark the target, or hint at the place to search.
    *
    * @param {string|undefined} kind
    */
@@ -116,23 +109,22 @@ export class Target {
     if (this.experiment.finds !== null) this.#tell("marking", []);
   }
 
-  /**
-   * Show a mark to be corrected.
+  /** Show a mark for correction.
    *
    * @param {Mark} mark
-   * @param {string[]} [placed] Its handles that were guessed.
+   * @param {string[]} [placed] Its guessed handles.
    */
   take(mark, placed) {
     this.#edit(String(mark.kind))?.set(mark, placed);
   }
 
-  /** Look for the target from the frame that is shown on, or in that alone. */
+  /** Search for the target from the shown frame on, or only in it. */
   find({ alone = false } = {}) {
     this.#forget();
     return this.#look(alone ? { last: this.frame.value } : {});
   }
 
-  /** Look for the target where a person has shown that it is. */
+  /** Search for the target at a person's hint. */
   place() {
     return this.#look({ hint: JSON.stringify(this.mark.value) });
   }
@@ -143,7 +135,7 @@ export class Target {
     this.#tell("refused", ["The search was stopped."]);
   }
 
-  /** Find out whether there is truth already; otherwise it can be given again. */
+  /** Check whether there is truth already; on an error it can be uploaded again. */
   async findTruth() {
     const kept = await request("GET uploads/{upload}/truth", this.ids).catch(() => null);
     if (kept !== null && this.truth.value === NO_TRUTH) this.truth.value = { ...NO_TRUTH, kept };
@@ -179,8 +171,7 @@ export class Target {
     }
   }
 
-  /**
-   * Search the frames from the shown one on, or up to `last` alone; `hint` is a mark that shows where.
+  /** Search the frames from the shown one on, at most up to `last`; `hint` is a mark of the place.
    *
    * @param {{last?: number, hint?: string}} where
    */
@@ -191,7 +182,7 @@ export class Target {
     try {
       const sighting = await this.#search(where, ended);
       const isNowhere = sighting?.mark === null && where.last === undefined && where.hint === undefined;
-      // Say why the frame that was asked for has no target, or show what may be one.
+      // Report why the requested frame has no target, or show a possible one.
       const known = isNowhere ? await this.#search({ last: frame }, ended) : sighting;
       if (known?.mark) this.#found({ ...known, mark: known.mark });
       else if (known) this.#tell("refused", isNowhere ? [...known.remarks, "None was found in later frames either."] : known.remarks, { hasLater: !isNowhere });
@@ -200,8 +191,7 @@ export class Target {
     }
   }
 
-  /**
-   * Ask until there is an answer; null if nobody waits for it any more.
+  /** Repeat the request until there is an answer; null if nobody waits for it any more.
    *
    * @param {{last?: number, hint?: string}} where
    * @param {AbortSignal} ended
@@ -239,7 +229,7 @@ export class Target {
     this.finding.value = { state, notes, share, isGuessed, hasLater: hasLater && this.frame.value < this.upload.frames - 1 };
   }
 
-  /** Show no mark, and look for none. */
+  /** Show no mark, and stop searching. */
   #forget() {
     this.leave();
     this.#edit(this.experiment.finds ?? this.way.value?.description.kind)?.set(null);

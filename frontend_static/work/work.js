@@ -1,4 +1,4 @@
-/** My work: running sessions, saved runs, comparisons, sweeps and uploads, found by words; the address says what is looked for. */
+/** My work: running sessions, saved runs, comparisons, sweeps and uploads, found by words; the address holds the search. */
 
 import { trackerTitle } from "../session/steering.js";
 import { addressOf, messageOf, request, START } from "../shared/api.js";
@@ -15,27 +15,26 @@ import { h, html, signal, useEffect, useRef, useSignal } from "../vendor/preact.
 /** @import { ExportsPublic, RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic, WorkPublic } from "../shared/messages.js" */
 /** @import { Child } from "../vendor/preact.js" */
 
-// One line of a list for each thing that a person has: its name, its outcome, and its actions.
+// One line of a list for each item: its name, its outcome, and its actions.
 
 /** @typedef {"sessions"|"runs"|"comparisons"|"sweeps"|"uploads"} Kind */
 
-/**
- * A thing as its line shows it.
+/** An item for its line.
  *
  * @typedef {object} Item
  * @property {string} id
  * @property {string} name
- * @property {string} [title] Its name, if not given.
- * @property {string} [page] Its address, where it has one.
- * @property {string} [open] What the link to its page says.
- * @property {string} [picture] Its address, where it has one.
- * @property {string[]} facts The empty ones are left out.
- * @property {Child} [ways] What else leads to it.
+ * @property {string} [title] Title; by default the name.
+ * @property {string} [page] Address of its page, if it has one.
+ * @property {string} [open] Label of the link to its page.
+ * @property {string} [picture] Address of its picture, if it has one.
+ * @property {string[]} facts Facts; empty ones are left out.
+ * @property {Child} [ways] Further buttons.
  * @property {(name: string) => Promise<unknown>} [rename]
  * @property {() => Promise<unknown>} remove
  */
 
-/** Those that are not called by their own names. @type {Partial<Record<SessionPublic["state"], string>>} */
+/** States with another name on the page. @type {Partial<Record<SessionPublic["state"], string>>} */
 const SESSION_STATES = {
   ready: "paused",
   ended: "at the end",
@@ -86,14 +85,14 @@ function runItem(run) {
   };
 }
 
-/** @param {{run: RunPublic}} props The file of a run itself, and all that it can be written as. */
+/** @param {{run: RunPublic}} props The file of a run, and its exports. */
 function Files({ run: { id: run, title } }) {
   const found = useSignal(/** @type {ExportsPublic|null} */ (null));
   const look = () => attempt(async () => (found.value ??= await request("GET runs/{run}/exports", { run })));
   const begin = (/** @type {string} */ name, /** @type {string|undefined} */ plot) => request("POST runs/{run}/exports/{export}", { run, export: name, plot });
   const own = html`<a class="button quiet grow" href=${addressOf("GET runs/{run}/download", { run })} download="">The saved run, to open it again (.pft)</a>`;
   const content = html`<section>
-    <h2>Take away</h2>
+    <h2>Export</h2>
     <ul class="menu-list"><li>${own}</li></ul>
     ${found.value && h(Exports, { offered: found.value.exports, plots: found.value.plots, begin })}
   </section>`;
@@ -148,7 +147,7 @@ function uploadItem({ id, name, kind, frames, width, height, size_bytes: size, c
   };
 }
 
-/** @param {{kind: Kind, item: Item, isChosen: boolean, toggle: () => void, again: () => Promise<void>}} props `again` lists everything anew. */
+/** @param {{kind: Kind, item: Item, isChosen: boolean, toggle: () => void, again: () => Promise<void>}} props `again` reloads the list. */
 function Row({ kind, item, isChosen, toggle, again }) {
   const { id, name, title = name, page, open = "Open", picture, facts, ways, rename } = item;
   const renaming = rename && (async () => {
@@ -172,8 +171,7 @@ function Row({ kind, item, isChosen, toggle, again }) {
   </li>`;
 }
 
-/**
- * End or delete some things, once a person has confirmed it.
+/** End or delete some items, once a person has confirmed it.
  *
  * @param {Kind} kind
  * @param {readonly Item[]} items
@@ -193,8 +191,7 @@ async function remove(kind, items, again) {
   await again();
 }
 
-/**
- * Whether an imported run has the same numbers here as where it was saved.
+/** Whether an imported run has the same numbers here as when it was saved.
  *
  * @param {RunPublic["summary"]} summary
  */
@@ -209,21 +206,20 @@ function reproduced(summary) {
 
 const TYPING_MS = 250;
 const MOST_COMPARED = 4;
-/** So many of each kind where all are listed, and so many more at a time where one kind is. */
+/** Items of each kind if all kinds are listed, and further items at a time if only one kind is. */
 const FEW = 6;
 const MANY = 50;
 const PLACEHOLDER = "Title, experiment, tracker, date or outcome";
-/** Dates are looked for as they are shown. */
+/** The time zone of shown and searched dates. */
 const ZONE = Intl.DateTimeFormat().resolvedOptions().timeZone;
 
-/**
- * What to say of a kind: what is lost when its things end, and what to do where there is nothing.
+/** The texts of a kind: the loss when its items end, and the hint for an empty list.
  *
  * @typedef {object} About
  * @property {string} title
  * @property {string} loss
  * @property {string} empty
- * @property {[words: string, href: string]} [way] To choose an experiment, if not given.
+ * @property {[words: string, href: string]} [way] Link of the hint; by default to choose an experiment.
  * @property {(work: WorkPublic) => Item[]} items
  */
 
@@ -237,20 +233,20 @@ const ABOUT = {
   },
   runs: {
     title: "Saved runs",
-    loss: "What you have not downloaded is lost for good.",
+    loss: "Files that you have not downloaded are deleted permanently.",
     empty: "No runs are saved yet. Save one on a session's page, and it is listed here.",
     items: ({ runs }) => runs.map(runItem),
   },
   comparisons: {
     title: "Comparisons",
     loss: "The runs themselves stay where they are.",
-    empty: "No comparison is saved yet. Compare runs, and save what you see on that page.",
+    empty: "No saved comparison yet. Compare runs, and save the comparison on that page.",
     items: ({ comparisons }) => comparisons.map(comparisonItem),
   },
   sweeps: {
     title: "Sweeps",
-    loss: "Runs and maps that you have not downloaded are lost for good.",
-    empty: "A sweep runs an experiment over many conditions and draws a map of where each tracker succeeds. None has been started yet.",
+    loss: "Runs and maps that you have not downloaded are deleted permanently.",
+    empty: "No sweeps yet. A sweep runs an experiment over many conditions and maps where each tracker succeeds.",
     way: ["New sweep", "sweep/new"],
     items: (work) => work.sweeps.map(sweepItem),
   },
@@ -274,10 +270,10 @@ function verbOf(kind) {
   return kind === "sessions" ? "End" : "Delete";
 }
 
-/** The newest answer; or a sentence on why there is none; or nothing yet. */
+/** The newest answer, or a sentence on why there is none, or nothing yet. */
 const answered = signal(/** @type {WorkPublic|string|null} */ (null));
 const wish = signal(parseQuery(new URLSearchParams(location.search)));
-/** What is chosen, in that order, to be compared, ended or deleted at once; also what another search found. */
+/** The chosen items in order, to compare, end or delete together; they may be from several searches. */
 const chosen = signal(/** @type {readonly {kind: Kind, item: Item}[]} */ ([]));
 const looking = new NewestRequest((/** @type {Query} */ { words: q, ...asked }) => request("GET work", { q, ...asked, zone: ZONE }), {
   answer: (found, _, isNewest) => isNewest && (answered.value = found),
@@ -300,7 +296,7 @@ function parseQuery(address) {
 
 /**
  * @param {Query} wish
- * @returns {string} A page's address that says the same.
+ * @returns {string} A page's address with the same search.
  */
 function ownAddress({ words, show }) {
   const address = new URLSearchParams();
@@ -315,12 +311,12 @@ function search(change) {
   const { show = before.show } = change;
   const isOtherKind = show !== before.show;
   wish.value = { ...before, ...(isOtherKind && { limit: show === null ? FEW : MANY }), ...change };
-  // Another kind of work is a history step; a typed letter is not.
+  // Another kind of work is a step in the browser's history; a typed letter is not.
   if (isOtherKind) history.pushState(null, "", ownAddress(wish.value));
   lookSoon();
 }
 
-/** All of the page. */
+/** The whole page. */
 function Work() {
   const field = useRef(/** @type {HTMLInputElement|null} */ (null));
   useEffect(() => void load().then(() => document.querySelector(":target")?.scrollIntoView({ block: "center" })), []);
@@ -353,9 +349,9 @@ function Chip({ kind, title, amount }) {
   </button>`;
 }
 
-/** @param {{why: string|null}} props Why there is nothing to show. */
+/** @param {{why: string|null}} props The reason why there is nothing to show. */
 function Without({ why }) {
-  if (why !== null) return h(Failed, { title: "Your work could not be listed", message: why, again: load });
+  if (why !== null) return h(Failed, { title: "Couldn't load your work", message: why, again: load });
   return [0, 1, 2].map(() => html`<section class="late" aria-hidden="true"><div class="bone short shimmer"></div><div class="bone shimmer"></div></section>`);
 }
 
@@ -402,8 +398,7 @@ function Section({ kind, work }) {
   </section>`;
 }
 
-/**
- * What can be done with all that is chosen of a kind.
+/** The buttons for the chosen items of a kind.
  *
  * @param {{kind: Kind}} props
  */
@@ -420,12 +415,12 @@ function WithChosen({ kind }) {
   `;
 }
 
-/** @param {readonly Item[]} items What is chosen besides these. */
+/** @param {readonly Item[]} items Items to choose in addition. */
 function without(items) {
   return chosen.value.filter(({ item: { id } }) => items.every((item) => item.id !== id));
 }
 
-/** @param {readonly Item[]} items These are gone, or have another name. */
+/** @param {readonly Item[]} items Items that were deleted or renamed. */
 function removed(items) {
   chosen.value = without(items);
   return load();
@@ -443,6 +438,6 @@ addEventListener("popstate", () => {
   wish.value = parseQuery(new URLSearchParams(location.search));
   load();
 });
-// A page that comes back from the browser's cache shows what was; ask again.
+// A page from the browser's cache shows an old list; load it again.
 addEventListener("pageshow", (event) => event.persisted && load());
 showPage("work", "work", Work);

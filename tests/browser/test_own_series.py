@@ -92,7 +92,7 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     shown.until(lambda: shown.session["parameters"]["shown"] == 2, "the second possibility is shown")
     ring = lambda: shown.trace("tree shown") or {"x": []}  # noqa: E731
     shown.until(lambda: (ring()["x"], ring().get("y")) == ([20], [2]), "it has a ring")
-    tree = shown.page.get_by_role("slider", name="hypothesis that is shown")
+    tree = shown.page.get_by_role("slider", name="shown hypothesis")
     shown.until(lambda: tree.input_value() == "2", "it is told to who cannot see it")
     tree.press("ArrowUp")
     shown.until(lambda: shown.session["parameters"]["shown"] == 1, "the arrow chooses the one above")

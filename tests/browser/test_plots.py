@@ -213,7 +213,7 @@ def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watc
     shown.until(lambda: shown.verdict == said, "the page says that it is lost")
     shown.until(lambda: "unrecognised" in shown.plot("alpha").inner_text(), "the shading is the tracker's account")
     assert not shown.plot("alpha").locator("header").evaluate(CUT_OFF)
-    shown.until(lambda: "the truth is not known" in shown.plot("error").inner_text(), "so is the error")
+    shown.until(lambda: "no truth known" in shown.plot("error").inner_text(), "so is the error")
     width = on_screen(shown, shown.page.locator(".scrubber"))["width"] - 114
     marked = sum(searching) / len(searching)
     shown.until(lambda: abs(shown.page.evaluate(LOST_PX) / width - marked) < 0.03, "the scrubber marks those frames")

@@ -327,7 +327,7 @@ def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
     """A sweep that is not there is said not to be there, with the way back."""
     complaints.expected = ("404",)
     page.goto("sweep/0123456789abcdef")
-    page.get_by_role("heading", name="This sweep cannot be shown").wait_for()
+    page.get_by_role("heading", name="Couldn't show this sweep").wait_for()
     page.click("text=Back to the experiments")
     page.wait_for_url("**/", wait_until="commit")
 

@@ -208,14 +208,13 @@ function features(plot, session) {
         return lineOver({ name: `${id} ${name}`, y, values, ink: inkOf(store), width: 1.5, said: titles[place] ?? name });
       });
       const ticks = names.map((name, place) => ({ at: place + 0.5, text: (isRoomy && titles[place]) || name }));
-      // The first at the top.
+      // The first is at the top.
       return { traces: [hidden(history), lost(history), ...rows], y: { low: names.length, high: 0, ticks } };
     },
   };
 }
 
-/**
- * How often flags were set up to each frame, in percent, beside how often they should be.
+/** The share of set flags up to each frame, in percent, with its expected value.
  *
  * @type {Make}
  */
@@ -238,8 +237,7 @@ function frequency(plot) {
   };
 }
 
-/**
- * The particles of each sampler in bands, one on the other; of the active branch alone.
+/** The particles of each sampler in stacked bands; only for the active branch.
  *
  * @type {Make}
  */
@@ -247,7 +245,7 @@ function shareOfSamplers({ id }, session) {
   return {
     needs: namesOf(session, "share"),
     show({ history }) {
-      // Each frame is as wide as it is.
+      // Each band covers the whole width of its frame.
       const x = Array.from({ length: 2 * history.length }, (_, end) => Math.ceil(end / 2) - 0.5);
       let low = x.map(() => 0);
       const traces = samplers(session).map(({ colour, name }, place) => {
@@ -260,9 +258,8 @@ function shareOfSamplers({ id }, session) {
   };
 }
 
-/**
- * One component of K hypotheses, each a line from frame to frame that is the more opaque the more probable it is; of the
- * active branch alone. A hypothesis that begins in a frame begins in the middle before it.
+/** One component of K hypotheses, each a line from frame to frame whose opacity grows with its probability; only for the active branch. A
+ * hypothesis that begins in a frame begins in the middle before it.
  *
  * @type {Make}
  */
@@ -287,10 +284,8 @@ function hypotheses(plot) {
   };
 }
 
-/**
- * Hypotheses with their parents: a row for each place among those of a frame, the more opaque the more probable, and the
- * way back from the most probable one of the newest frame; of the active branch alone. One that is pointed at is shown in its
- * frame.
+/** Hypotheses with their parents: a row for each index within a frame, with opacity by probability, and the path back from the most
+ * probable one of the newest frame; only for the active branch. Choosing one shows it in its frame.
  *
  * @type {Make}
  */
@@ -313,7 +308,7 @@ function tree(plot) {
         { kind: "nodes", title: "", name: `${id} shown`, ink: "ink", ring: true, size_px: RING_PX, ...here },
       ];
       const back = lineOver({ title: "way back", name: `${id} way`, ...way, ink: "muted", width: 7, opacity: 0.45 });
-      // The first at the top.
+      // The first is at the top.
       const y = { low: all + 0.6, high: 0.4, ticks: Array.from({ length: all }, (_, place) => ({ at: place + 1, text: String(place + 1) })) };
       const words = at === 0 ? "" : `${at} of ${weights.length} is shown, with ${number(100 * weights[at - 1], 0)} %.`;
       const handles = shown && at > 0 ? [{ parameter: shown, at, along: /** @type {const} */ ("y") }] : [];
@@ -329,11 +324,10 @@ function tree(plot) {
   };
 }
 
-/**
- * The nodes of a tree, its edges from the parent of each hypothesis to itself, and the way back.
+/** The nodes of a tree, its edges from each hypothesis's parent, and the path back.
  *
  * @param {History} history
- * @param {string} name Of the series.
+ * @param {string} name Name of the series.
  */
 export function treeOf(history, name) {
   const all = everyHypothesis(history, name).map((each) => ({ ...each, opacity: FAINTEST_NODE + (1 - FAINTEST_NODE) * each.weight }));
@@ -349,7 +343,7 @@ export function treeOf(history, name) {
  * The most probable hypothesis of the newest frame, and before it its parents, as far back as they go.
  *
  * @param {History} history
- * @param {string} name Of the series.
+ * @param {string} name Name of the series.
  */
 function wayBack(history, name) {
   /** @type {{x: number[], y: number[]}} */
@@ -370,7 +364,7 @@ function wayBack(history, name) {
  * All hypotheses of all frames.
  *
  * @param {History} history
- * @param {string} name Of the series.
+ * @param {string} name Name of the series.
  */
 function everyHypothesis(history, name) {
   return Array.from({ length: history.length }, (_, frame) => {
@@ -379,8 +373,7 @@ function everyHypothesis(history, name) {
   }).flat();
 }
 
-/**
- * The hypotheses of a frame, with NaN for what is not known of one; none where the frame has none.
+/** The hypotheses of a frame, with NaN for unknown values; empty if the frame has none.
  *
  * @param {Row|undefined} row
  * @param {string} name
@@ -390,8 +383,7 @@ function knownOf(row, name) {
   return { values: values.map((each) => each.map((number_) => number_ ?? NaN)), weights: weights.map((weight) => weight ?? 0), parents };
 }
 
-/**
- * The branches, the active one last, so that its line lies above, and is wider.
+/** The branches; the active one is last, so that its line is on top, and wider.
  *
  * @param {Store} store
  */
@@ -412,13 +404,12 @@ function inkOf({ known }) {
   return known.branches.find(({ id }) => id === known.branch)?.colour ?? "ink";
 }
 
-/**
- * A line a branch.
+/** A line per branch.
  *
  * @param {Plot} plot
  * @param {Store} store
  * @param {Curve} read
- * @param {string} [name] What follows the branch in the name of each.
+ * @param {string} [name] Suffix of each line's name.
  */
 function lines({ id, title, unit }, store, read, name = "") {
   return branchesOf(store).map(({ id: branch, ink, width, history }) =>
@@ -426,8 +417,7 @@ function lines({ id, title, unit }, store, read, name = "") {
   );
 }
 
-/**
- * What is true, dashed.
+/** The truth, dashed.
  *
  * @param {Plot} plot
  * @param {Store} store
@@ -442,7 +432,7 @@ function trueLine({ id, unit }, { history }, truth) {
  * @param {string} ink
  * @param {readonly number[]} low
  * @param {readonly number[]} high
- * @param {readonly number[]} [x] The frames, if not all.
+ * @param {readonly number[]} [x] The frames; all by default.
  * @returns {Band}
  */
 function band(name, ink, low, high, x = [...low.keys()]) {
@@ -452,11 +442,10 @@ function band(name, ink, low, high, x = [...low.keys()]) {
 /** @type {Map<string, Curve>} */
 const readers = new Map();
 
-/**
- * What reads a series: the same function each time, so that its column is kept.
+/** The reader of a series: the same function each time, so that its column is cached.
  *
  * @param {string} name
- * @param {number|null} [place] Of several numbers.
+ * @param {number|null} [place] Index in a vector.
  * @returns {Curve}
  */
 export function reader(name, place = null) {
@@ -465,8 +454,7 @@ export function reader(name, place = null) {
   return found;
 }
 
-/**
- * What reads the number of a role.
+/** The reader of a role's number.
  *
  * @param {SessionPublic} session
  * @param {Role} role
@@ -476,8 +464,7 @@ function readerOf(session, role) {
   return (row) => numberOf(session, role, row);
 }
 
-/**
- * The smallest and the largest of what any branch has; the wrong way round where there is nothing.
+/** The smallest and largest value over all branches; inverted if there are none.
  *
  * @param {Store} store
  * @param {Curve[]} reads
@@ -486,8 +473,7 @@ export function range(store, reads) {
   return extent(branchesOf(store).flatMap(({ history }) => reads.map((read) => column(history, read))));
 }
 
-/**
- * The largest, the sign apart; 0 where there is nothing.
+/** The largest absolute value; 0 if there is none.
  *
  * @param {Store} store
  * @param {Curve[]} reads
@@ -496,12 +482,11 @@ function most(store, reads) {
   return Math.max(0, ...range(store, reads).filter(Number.isFinite).map(Math.abs));
 }
 
-/**
- * From 0 to beyond all that any branch has.
+/** A range from 0 to beyond the values of all branches.
  *
  * @param {Store} store
  * @param {Curve[]} reads
- * @param {...number} least What it reaches to at least.
+ * @param {...number} least Values that the range must include.
  */
 function fromZero(store, reads, ...least) {
   return { low: 0, high: reach(Math.max(...least, most(store, reads))) };
@@ -521,5 +506,5 @@ export const KINDS = {
   ...{ band: withinBand, interval, features, frequency, hypotheses, tree },
 };
 
-/** Those that draw a line for each branch, and so for each of several runs. */
+/** Kinds that draw a line for each branch, and so for each of several runs. */
 export const OVERLAID = /** @type {readonly string[]} */ (["error", "sigma", "sample size", "innovation", "value", "band", "frequency"]);

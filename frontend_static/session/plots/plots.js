@@ -1,8 +1,5 @@
-/**
- * The live plots: what the experiment declares, panels of one figure over one axis of frames. Where their place says
- * `data-shown="first"`, and in a presentation, two are seen: the error and the first other one. The axis can be looked at more
- * closely (`Zoom`).
- */
+/** The live plots: the experiment's plots as panels of one figure over one axis of frames. If their place has `data-shown="first"`, and in
+ a presentation, two are shown: the error and the first other one. The axis can be zoomed (`Zoom`). */
 
 import { build } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
@@ -22,15 +19,14 @@ import { KINDS } from "./kinds.js";
 /** @import { Curve, History, Row, Store } from "../store.js" */
 /** @import { Kind } from "./kinds.js" */
 
-// The numbers of a history in columns, what else is found in it, and the limits of axes that follow from them.
+// The numbers of a history in columns, values derived from it, and the limits of axes.
 
 const STEPS = [1, 1.5, 2, 3, 4, 5, 7.5, 10];
 
 /** @type {WeakMap<History, Map<Curve, {edition: number, values: number[]}>>} */
 const columns = new WeakMap();
 
-/**
- * A number of all frames, NaN where it is not known. Of a history that has only grown the new frames alone are read.
+/** A number for all frames, NaN where unknown. If the history has only grown, only new frames are read.
  *
  * @param {History} history
  * @param {Curve} read The same function each time.
@@ -48,8 +44,7 @@ export function column(history, read) {
   return found.values;
 }
 
-/**
- * What `make` finds in a history, found anew only when that has changed.
+/** The result of `make` for a history, cached until the history changes.
  *
  * @template T
  * @param {(history: History) => T} make
@@ -67,13 +62,12 @@ export function remembered(make) {
   };
 }
 
-/**
- * Shades of the intervals in which something held, with a word for them in the key where there are any.
+/** Shades of the intervals in which a test holds, with a word in the key if there are any.
  *
  * @param {string} ink
  * @param {number} opacity
- * @param {(row: Row, place: number) => boolean} test Of a frame and, where there are rows, one of them.
- * @param {{word?: string, rows?: number}} [options] How many rows are shaded apart.
+ * @param {(row: Row, place: number) => boolean} test Test of a frame, and of a row if there are rows.
+ * @param {{word?: string, rows?: number}} [options] Number of separately shaded rows.
  * @returns {(history: History) => Spans}
  */
 export function shades(ink, opacity, test, { word = "", rows = 1 } = {}) {
@@ -89,8 +83,7 @@ export function shades(ink, opacity, test, { word = "", rows = 1 } = {}) {
   };
 }
 
-/**
- * The smallest and the largest of all; the wrong way round where there is nothing.
+/** The smallest and largest of all values; inverted if there are none.
  *
  * @param {readonly (readonly number[])[]} all
  * @returns {[number, number]}
@@ -106,8 +99,7 @@ export function extent(all) {
   return [low, high];
 }
 
-/**
- * From 0 to beyond a value, rounded, so that it changes seldom and nothing jumps.
+/** A rounded range from 0 to beyond a value, which changes seldom so that nothing jumps.
  *
  * @param {number} most
  */
@@ -117,11 +109,10 @@ export function reach(most) {
   return power * (STEPS.find((step) => step * power >= value) ?? value / power);
 }
 
-/**
- * Around values that may lie far from 0, rounded.
+/** A rounded range around values that may be far from 0.
  *
  * @param {[number, number]} extent The smallest and the largest value.
- * @param {number} smallest How far they are apart at least.
+ * @param {number} smallest Least extent of the range.
  * @returns {{low: number, high: number}}
  */
 export function enclose([low, high], smallest) {
@@ -132,15 +123,15 @@ export function enclose([low, high], smallest) {
   return { low: start, high: Math.max(Math.ceil(high / step) * step, start + smallest) };
 }
 
-// Which frames the plots of a session show: all, or those that somebody looks at more closely. The wheel with Ctrl, or two
-// fingers on a touchpad, zoom at the pointer; dragging moves what is zoomed; a double click shows all again. The keys +, - and
-// 0 of the session do the same at the frame that is shown (`keys.js`).
+// The frames that the plots of a session show: all, or a zoomed range. The wheel with Ctrl, or two
+// fingers on a touchpad, zoom at the pointer; dragging moves the zoomed range; a double click shows all again. The keys +, - and
+// 0 of the session do the same at the shown frame (`keys.js`).
 
 /** @typedef {[low: number, high: number]} Frames */
 
-/** So much nearer for so many px of the wheel. */
+/** Zoom per px of the wheel. */
 const RATE = 1 / 300;
-/** So few frames are never widened further. */
+/** Least number of shown frames. */
 const FEWEST = 4;
 const MOVED_PX = 4;
 
@@ -152,8 +143,8 @@ class Zoom {
   #isMoved = false;
 
   /**
-   * @param {HTMLElement} place Has the plots in it.
-   * @param {(event: MouseEvent) => {x: number, perPx: number}|null} at Which frame lies under the pointer, and how many in a px.
+   * @param {HTMLElement} place Element of the plots.
+   * @param {(event: MouseEvent) => {x: number, perPx: number}|null} at Returns the frame under the pointer, and frames per px.
    */
   constructor(place, at) {
     this.#at = at;
@@ -163,8 +154,7 @@ class Zoom {
     place.addEventListener("click", (event) => this.#click(event), { capture: true });
   }
 
-  /**
-   * The frames that are seen; what reads it follows it.
+  /** The shown frames; readers follow it as a signal.
    *
    * @param {number} last Number of the last frame.
    * @returns {Frames}
@@ -192,7 +182,7 @@ class Zoom {
 
   /** @param {MouseEvent} event */
   #click(event) {
-    // What was dragged was not chosen.
+    // A drag is not a choice.
     if (this.#isMoved) event.stopImmediatePropagation();
     this.#isMoved = false;
   }
@@ -227,8 +217,7 @@ export function scaled([low, high], at, factor) {
   return [at - (at - low) * real, at + (high - at) * real];
 }
 
-/**
- * The nearest window within the frames that there are; null if it has all.
+/** The nearest window within the existing frames; null if it has all.
  *
  * @param {Frames} window
  * @param {number} last
@@ -246,17 +235,16 @@ export function clamped([low, high], last) {
 const REDRAW_MS = 100;
 /** In a narrower session the plots are a row of sparklines. */
 const WIDE_PX = 1000;
-/** From this width on the plots have room for names that are written out. */
+/** Width from which the plots have room for full names. */
 const ROOMY_PX = 350;
-/** What is drawn of a session, beside its histories. */
+/** Fields of a session that affect the plots, in addition to its histories. */
 const DRAWN = /** @type {const} */ (["branch", "doubts", "parameters", "position", "playing", "thresholds", "tracker"]);
-/** Of the numbers at the axes, in the size of the page's letters. */
+/** Size of the numbers at the axes, in that of the page's letters. */
 const LETTERS = 11 / 16;
-/** Heights, px: of a plot, and of one with rows what it has for these and for each. */
+/** Heights, px: of a plot, and of one with rows, its base and the height per row. */
 const [PLOT_PX, BESIDE_PX, ROW_PX] = [66, 52, 15];
 
-/**
- * Put the plots into a place, once it is known what there is to plot.
+/** Put the plots into a place once the session is known.
  *
  * @param {HTMLElement} root
  * @param {View} view
@@ -271,11 +259,11 @@ export async function plots(root, view) {
   });
   const place = build("div", { class: "plots-figure", role: "group", "aria-label": "Plots" });
   root.append(build("h2", { class: "visually-hidden" }, "Plots"), place);
-  // The keyboard scrolls what is a tab stop.
+  // The keyboard scrolls only tab stops.
   root.tabIndex = 0;
   const on = {
     turn: (/** @type {string} */ parameter, /** @type {number} */ value) => steer(store, { kind: "change", values: { [parameter]: value } }),
-    declared: () => ({ title: "hypothesis that is shown", unit: "", minimum: 1, maximum: null, step: 1 }),
+    declared: () => ({ title: "shown hypothesis", unit: "", minimum: 1, maximum: null, step: 1 }),
   };
   const figure = new FigureView(place, on, end, { isCompact: true, letters: LETTERS, inks: samplers(session).map(({ colour }) => colour) });
   const zoom = new Zoom(place, (event) => figure.valuesAt(event));
@@ -305,11 +293,10 @@ export async function plots(root, view) {
   return { zoom: (/** @type {number|null} */ factor) => zoom.by(store.known.position, factor) };
 }
 
-/**
- * The unit of what is drawn.
+/** The unit of a plot.
  *
  * @param {Plot} plot
- * @param {string} own That of the experiment's errors.
+ * @param {string} own Unit of the experiment's errors.
  */
 function unitOf({ kind, unit }, own) {
   if (kind === "frequency") return "%";
@@ -327,8 +314,7 @@ function explainTitles(place, { plots: all, recipe: { experiment } }) {
   }
 }
 
-/**
- * A plot as it is now, with a line at the frame that is shown.
+/** The present plot, with a line at the shown frame.
  *
  * @param {Drawn} drawn
  * @param {Store} store
@@ -340,24 +326,23 @@ function panelOf({ plot, rows = 1, show }, store, { frames: [low, high], isSpark
   const { playing, position } = store.known;
   const { traces, y, handles = [], words = "" } = show(store, isRoomy);
   const cursor = lineOver({ name: "position", ink: "muted", width: 1, x: [position, position], y: [y.low, y.high] });
-  // Of samplers the key says it.
+  // For samplers the key has this text.
   const title = plot.kind === "samplers" ? "" : `${plot.title} ${plot.unit}`.trim();
   return {
     id: plot.id,
-    title: isTruthMissing(plot, store) ? `${title}: the truth is not known` : title,
+    title: isTruthMissing(plot, store) ? `${title}: no truth known` : title,
     words: playing ? plot.description : `${plot.description} ${inFrame(traces, position)} ${words}`,
     x: plainAxis({ low, high, hidden: isSparkline }),
     y: plainAxis({ ...y, hidden: isSparkline }),
     traces: [...traces, cursor],
     handles: store.isReadOnly ? [] : handles,
     row: isSparkline ? 0 : row,
-    // As high as its rows need, or twice as wide as what is beside it.
+    // As high as its rows need, or twice as wide as its neighbour.
     share: [rows > 1 && !isSparkline ? (BESIDE_PX + ROW_PX * rows) / PLOT_PX : 1, rows > 1 && isSparkline ? 2 : 1],
   };
 }
 
-/**
- * What is seen before somebody asks for more: the error, where the truth is known, and what the experiment declares first.
+/** The plots that are unfolded at first: the error, if the truth is known, and the experiment's first plots.
  *
  * @param {Drawn[]} all
  * @param {Store} store
@@ -368,8 +353,7 @@ function firstOf(all, store) {
   return all.filter((each) => first.includes(each));
 }
 
-/**
- * Whether any branch has something to draw: what a method does not have is not drawn.
+/** Whether any branch has data for a plot: plots without data are hidden.
  *
  * @param {Drawn} drawn
  * @param {Store} store
@@ -379,8 +363,7 @@ function isMeasured({ needs, plot }, store) {
   return store.branches.some(({ id }) => needs.some((name) => store.historyOf(id).measures(name)));
 }
 
-/**
- * Whether there is nothing to draw because nobody knows the truth.
+/** Whether there is nothing to draw because the truth is unknown.
  *
  * @param {Plot} plot
  * @param {Store} store
@@ -389,8 +372,7 @@ function isTruthMissing({ needs_truth: needsTruth }, { history }) {
   return needsTruth && history.length > 0 && !history.some((row) => curve.error(row) !== null);
 }
 
-/**
- * What the lines say in a frame; of several branches the active one's.
+/** The values of the lines in a frame; with several branches, those of the active one.
  *
  * @param {Trace[]} traces
  * @param {number} frame

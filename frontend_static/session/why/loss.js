@@ -1,7 +1,5 @@
-/**
- * Why a session lost its target, and what would have saved it. The page asks both by itself when it sees a loss; the card over
- * the picture and the tab in the place of the plots show the answers.
- */
+/** Why a session lost its target, and what-if. The page requests both automatically after a loss; the card over the picture and the tab in
+ place of the plots show the answers. */
 
 import { cancelJob, followJob, messageOf, request } from "../../shared/api.js";
 import { follow, later } from "../../shared/timing.js";
@@ -15,8 +13,8 @@ import { isGone } from "../store.js";
 /** @import { Mounted } from "../mount.js" */
 /** @import { Store } from "../store.js" */
 
-// An exploration: work of the server beside a session. The page polls it for its findings, and ends it when it no longer needs
-// them. Findings stay until there are newer ones; they are stale while the session's run is another one.
+// An exploration: background work of the server for a session. The page polls its findings, and ends it when they are no longer needed.
+// Findings stay until there are newer ones; they are stale if the session's run has changed.
 
 /** @typedef {{result: Report|Bands, branch: string, run: string}} Found What was found, and about which run. */
 
@@ -29,17 +27,17 @@ export class Exploration {
   error = signal("");
   #store;
   #wanted = new AbortController();
-  /** What was asked last, about which run; empty where that has failed or was stopped. */
+  /** The last request and its run; empty if it failed or was stopped. */
   #asked = "";
 
   /**
-   * @param {Store} store Of the session.
+   * @param {Store} store Store of the session.
    * @param {AbortSignal} end Ends the exploration.
    */
   constructor(store, end) {
     this.#store = store;
     end.addEventListener("abort", () => this.stop());
-    // A page that is left reads no answers.
+    // A page that was left ignores answers.
     globalThis.addEventListener("pagehide", () => this.stop(), { signal: end });
   }
 
@@ -51,8 +49,7 @@ export class Exploration {
     return this.found.value !== null && this.found.value.run !== settingsOf(this.#store.session);
   }
 
-  /**
-   * Begin a new job, and end the one under way; nothing happens where the same is known or under way.
+  /** Begin a new job, and end the running one; do nothing if the same is known or running.
    *
    * @param {ExplorationCreate} body
    */
@@ -77,7 +74,7 @@ export class Exploration {
     }
   }
 
-  /** End the job under way; its findings stay. */
+  /** End the running job; its findings stay. */
   stop() {
     this.#wanted.abort();
     this.#asked = "";
@@ -101,7 +98,7 @@ export class Exploration {
     batch(() => {
       this.job.value = now;
       if (now.result !== null) this.found.value = { result: now.result, branch: now.branch, run };
-      if (now.state === "failed") this.#fail(now.error ?? "This could not be found out.");
+      if (now.state === "failed") this.#fail(now.error ?? "The exploration failed.");
     });
     // Changes to another branch can still be tried; changes to a run that was replaced cannot.
     if (now.branch === this.#store.known.branch && run !== settingsOf(this.#store.session)) this.stop();
@@ -119,22 +116,22 @@ export function settingsOf(session) {
   return JSON.stringify([branch, recipe.seed, recipe.tracker, restarts, timeline]);
 }
 
-/** How long a loss may go on, and a dragged slider settle, before anything is asked. */
+/** Delays before a request: for a loss to last, and for a dragged slider to settle. */
 const SETTLE_MS = 300;
 
 export class Loss {
   view;
   exploration;
-  /** Why the target was lost, for the loss that was asked about last, and from where to watch it. */
+  /** The explanation of the last requested loss, and the frame from which to watch it. */
   explanation = signal(/** @type {Explanation|null} */ (null));
-  /** Why the server could not say why. */
+  /** Why the server could not explain the loss. */
   refusal = signal("");
-  /** Whether a person put the card away or opened it; null until then: it is open while the run has a loss and no tab is open. */
+  /** Whether a person closed or opened the card; null until then: it is open while the run has a loss and no tab is open. */
   isAway = signal(/** @type {boolean|null} */ (null));
   /** @type {Record<string, Value>} Of the explored run. */
   parameters = {};
   #asked = new AbortController();
-  /** The run with a loss that a person chose to ask about; the page then asks about no other one by itself. */
+  /** The run whose loss a person chose; the page then requests no other loss by itself. */
   #chosen = "";
 
   /** @param {Mounted} view */
@@ -142,7 +139,7 @@ export class Loss {
     this.view = view;
     const { store, signal: end } = view;
     this.exploration = new Exploration(store, end);
-    // As a loss begins or ends, another one may be the first that lasts.
+    // When a loss begins or ends, the first lasting one may change.
     const losses = computed(() => {
       const { history } = store;
       return this.isLost.value ? `${store.known.branch} ${history.spans(isGone).length} ${isGone(history.at(history.length - 1))}` : "";
@@ -152,18 +149,18 @@ export class Loss {
       return later(() => this.#chosen !== settingsOf(store.session) && this.ask(), SETTLE_MS, end);
     });
     const leave = () => {
-      // Why belongs to one branch.
+      // The explanation belongs to one branch.
       if (view.card.value === "why") view.card.value = null;
     };
     follow(() => store.session?.branch, leave, end);
-    // An answer that comes after the end begins nothing.
+    // An answer after the end starts nothing.
     for (const ending of [stop, () => this.#asked.abort()]) end.addEventListener("abort", ending);
   }
 
-  /** Whether the active branch has lost its target anywhere. */
+  /** Whether the active branch has any loss. */
   isLost = computed(() => this.view.store.isAwake && this.view.store.knowsLoss);
 
-  /** What would have saved the run, as far as that is known. */
+  /** The what-if findings so far. */
   report = computed(() => {
     const result = this.exploration.found.value?.result ?? null;
     return result !== null && "findings" in result ? result : null;
@@ -175,13 +172,13 @@ export class Loss {
     return card === "inspect" ? null : card;
   }
 
-  /** Whether changes can be tried: not by participants of a class, and not on a replay, which no change alters. */
+  /** Whether changes can be tried: not by participants of a class, and not on a replay, which they do not affect. */
   get offersChanges() {
     const { session } = this.view.store;
     return !isParticipant && session !== null && !session.trackers.some(({ id, replays }) => id === session.tracker && replays);
   }
 
-  /** Show why, for the loss that the shown frame is in, else for the first that lasts. */
+  /** Explain the loss of the shown frame, or else the first lasting one. */
   open() {
     const { card, store } = this.view;
     if (!store.isSteerable) return; // a key may be pressed before there is a session
@@ -190,7 +187,7 @@ export class Loss {
     this.ask(isGone(store.history.at(position)) ? position : undefined);
   }
 
-  /** @param {number} [frame] The first lasting loss if not given. */
+  /** @param {number} [frame] By default the first lasting loss. */
   async ask(frame) {
     if (!this.view.store.isSteerable) return;
     const { store } = this.view;
@@ -210,21 +207,20 @@ export class Loss {
     }
   }
 
-  /** Whether to offer another try: the last one failed, was stopped, or is about a run that has changed since. */
+  /** Whether to offer another attempt: the last one failed, was stopped, or is about a changed run. */
   get isCut() {
     const { error, isStale, isWorking } = this.exploration;
     return this.isLost.value && !isWorking && (error.value !== "" || isStale);
   }
 
-  /** Whether a change can be opened as a branch: the run that it belongs to still exists. */
+  /** Whether a change can be opened as a branch: its run still exists. */
   get canTry() {
     const { branch: active, branches } = this.view.store.known;
     const { found: { value: found }, isStale } = this.exploration;
     return found !== null && (!isStale || (found.branch !== active && branches.some(({ id }) => id === found.branch)));
   }
 
-  /**
-   * Open a change as a branch beside the lost run, and go to the frame where it was judged.
+  /** Open a change as a branch of the lost run, and go to the frame where it was judged.
    *
    * @param {ToldFinding} finding
    */

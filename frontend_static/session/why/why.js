@@ -1,4 +1,4 @@
-/** Why the target was lost and what would have saved it, in the place of the plots. */
+/** Why the target was lost, and what-if, in place of the plots. */
 
 import { IconButton, Segments } from "../../shared/dom.js";
 import { plainAxis } from "../../shared/figure/axes.js";
@@ -13,14 +13,14 @@ import { repeated } from "../steering.js";
 /** @import { Loss } from "./loss.js" */
 
 // The card over the foot of the picture of a run that lost its target: the cause in a sentence, the best change of the tracker and
-// of the scene, and buttons that lead on. Put away, it stays small.
+// of the scene, and buttons for more. Closed, it stays small.
 
 /** @param {{loss: Loss}} props */
 export function LostCard({ loss }) {
   const { explanation, isAway, isLost, view } = loss;
   const { before = null, diagnosis: told } = explanation.value ?? {};
   if (!told?.lost) return null;
-  // An open tab shows the same.
+  // An open tab shows the same content.
   const isOpen = !(isAway.value ?? (!isLost.value || loss.tab !== null));
   const turn = (/** @type {Event & {currentTarget: HTMLDetailsElement}} */ { currentTarget: { open } }) => {
     if (open !== isOpen) isAway.value = !open;
@@ -28,7 +28,7 @@ export function LostCard({ loss }) {
   return html`<section class="lost-card" aria-label="The loss" data-stale=${String(!isLost.value)}>
     <p class="visually-hidden" role="status">${isLost.value && told.sentence}</p>
     <details open=${isOpen} onToggle=${turn}>
-      <summary title=${isOpen ? "Put away" : "Why, and what would have saved it"}>
+      <summary title=${isOpen ? "Close" : "Why, and what would have saved it"}>
         <span>${isOpen ? told.sentence : `Lost in frame ${told.frame}`}</span> ${!isLost.value && h(Stale, {})}
       </summary>
       ${loss.offersChanges && html`<ul>${h(Cure, { loss, ofScene: false })} ${h(Cure, { loss, ofScene: true })}</ul>`}
@@ -41,8 +41,7 @@ export function LostCard({ loss }) {
   </section>`;
 }
 
-/**
- * The best change of the tracker or of the scene, where one is better than no change.
+/** The best change of the tracker or of the scene, if one is better than no change.
  *
  * @param {{loss: Loss, ofScene: boolean}} props
  */
@@ -65,7 +64,7 @@ function Cure({ loss, ofScene }) {
  * Why no change is shown.
  *
  * @param {Loss} loss
- * @param {boolean} isOpen Whether there are too few seeds to tell.
+ * @param {boolean} isOpen Whether there are too few seeds to decide.
  */
 function without({ exploration }, isOpen) {
   if (exploration.error.value !== "") return exploration.error.value;
@@ -84,7 +83,7 @@ function Stale() {
   return html`<span class="stale" title="The run has changed since">stale</span>`;
 }
 
-// What would have saved the run: changes of the tracker and of the scene, best first, in lists that fill.
+// What-if: changes of the tracker and of the scene, best first, in growing lists.
 
 const TRIALS = 40;
 
@@ -93,7 +92,7 @@ function WhatIf({ loss }) {
   const { explanation, exploration, report } = loss;
   const [job, found, error] = [exploration.job.value, report.value, exploration.error.value];
   const frame = explanation.value?.diagnosis.frame;
-  // The findings may be about another loss than *Why?* was asked about last.
+  // The findings may be about another loss than the last *Why?*.
   const which = found?.loss === frame ? "" : found?.loss_sentence;
   const words = found === null ? error || "Going back to before the loss…" : `${which} ${found.sentence} ${error}`;
   const stop = () => {
@@ -131,7 +130,7 @@ function Changes({ loss, found }) {
     ${shown}
     <footer>
       ${changes.length > shown.length && html`<button type="button" aria-expanded=${String(isWhole.value)} onClick=${() => (isWhole.value = !isWhole.value)}>
-        ${isWhole.value ? "The best alone" : `All ${found.planned}`}
+        ${isWhole.value ? "Only the best" : `All ${found.planned}`}
       </button>`}
       ${best && html`<a class="button" href=${sweepOf(loss, best)} title=${hint}>Check in a sweep…</a>`}
     </footer>
@@ -166,8 +165,7 @@ function Line({ loss, finding }) {
   </li>`;
 }
 
-/**
- * A sweep over a change and none, with the settings that the run began with.
+/** A sweep over a change and no change, with the run's first settings.
  *
  * @param {Loss} loss
  * @param {ToldFinding} finding
@@ -189,7 +187,7 @@ export function Beside({ loss }) {
   useEffect(() => root.current?.scrollIntoView({ block: "nearest" }), [shown]);
   if (shown === null) return null;
   const close = () => {
-    // Keys keep steering the session.
+    // Keys continue to steer the session.
     /** @type {HTMLElement|null|undefined} */ (root.current?.closest(".session-view"))?.focus({ preventScroll: true });
     card.value = null;
   };
@@ -209,8 +207,7 @@ export function Beside({ loss }) {
   </div>`;
 }
 
-/**
- * The button that asks why on a clip without a known loss; the answer then says how to mark the truth.
+/** The button that asks why on a clip without a known loss; the answer explains how to mark the truth.
  *
  * @param {{loss: Loss}} props
  */
@@ -229,14 +226,14 @@ function Why({ loss }) {
   const words = told === null ? html`<div class="late"><div class="bone shimmer"></div></div>` : html`<p class="why-sentence">${told.sentence}</p>${signs}`;
   return html`
     <div class="why-words" role="status">${refusal.value === "" ? words : html`<p class="error">${refusal.value}</p>`}</div>
-    <button type="button" class="quiet" title="Ask about the frame that is shown" onClick=${ask}>This frame</button>
+    <button type="button" class="quiet" title="Explain the shown frame" onClick=${ask}>This frame</button>
   `;
 }
 
 /** @param {{sign: Sign, go: () => void}} props */
 function Signed({ sign: { title, since, words, evidence }, go }) {
   return html`<section class="sign">
-    <h3><span>${title}</span><button type="button" class="quiet" title="Go to where it began" onClick=${go}>Frame ${since}</button></h3>
+    <h3><span>${title}</span><button type="button" class="quiet" title="Go to its first frame" onClick=${go}>Frame ${since}</button></h3>
     <p>${words}</p>
     <div class="evidences" onClick=${go}>${evidence.map((column) => h(Course, { key: column.name, column, since }))}</div>
   </section>`;

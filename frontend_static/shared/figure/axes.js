@@ -1,6 +1,5 @@
-/**
- * The axes of a panel: where they enclose what is drawn, which of their numbers there is room for, and both on the page. The
- * grid is painted behind the traces; numbers and titles are elements around them.
+/** The axes of a panel: their box, the numbers for which there is room, and both on the page. The grid is painted behind the traces;
+ * numbers and titles are elements around them.
  */
 
 import { html, render } from "../../vendor/preact.js";
@@ -8,25 +7,24 @@ import { html, render } from "../../vendor/preact.js";
 /** @import { Sheet } from "./paint.js" */
 /** @import { Axis, Panel, Trace } from "./traces.js" */
 
-// From the values of an axis to px of a panel and back, where its numbers stand, and how values are said.
+// From values of an axis to px of a panel and back, the places of its numbers, and values in words.
 
 /** @typedef {{at: number, text: string}} Tick */
 
-/** What lies further out than so many px is not told apart, and browsers grow slow. */
+/** Largest coordinate, px; beyond it browsers become slow. */
 const FAR_PX = 30_000;
 const STEPS = [1, 2, 5, 10, 20, 50, 100];
 /** Multiples of a power of ten between which logarithmic axes of few decades are divided. */
 const WITHIN_DECADE = [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 5], [1, 3], [1]];
-/** From so many digits on before the decimal point, or zeros behind it, a number is written with a power of ten. */
+/** Digits before the decimal point, or zeros after it, from which a number is written with a power of ten. */
 const [MOST_DIGITS, MOST_ZEROS] = [6, 4];
-/** Ends of an axis are reached in spite of rounding. */
+/** Tolerance with which ends of an axis are reached in spite of rounding. */
 const SLACK = 1e-9;
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-/** So many steps are told apart on an axis. */
+/** Number of distinguishable steps on an axis. */
 const DIGITS = 3;
 const MOST_DECIMALS = 12;
-/**
- * How numbers are written, by their decimals: to make a format takes longer than to use it a hundred times.
+/** Cached number formats by decimals: making a format takes longer than using it a hundred times.
  *
  * @type {Map<string, Intl.NumberFormat>}
  */
@@ -77,8 +75,7 @@ export class Scale {
     return places;
   }
 
-  /**
-   * The same, but that what lies beyond the axis is a gap, too.
+  /** All values of a trace, with gaps also for values beyond the axis.
    *
    * @param {readonly (number|null)[]} values
    */
@@ -96,7 +93,7 @@ export class Scale {
   /** @param {number} value */
   #bent(value) {
     if (!this.#log) return value;
-    // Nothing is the lowest that there is: bars and curves come up from below.
+    // Zero is below every value: bars and curves rise from the bottom.
     return value > 0 ? Math.log10(value) : -Infinity;
   }
 }
@@ -114,7 +111,7 @@ export function ends({ low, high }) {
  * The ticks of an axis.
  *
  * @param {Axis} axis
- * @param {number} most How many there is room for.
+ * @param {number} most Most ticks that there is room for.
  * @returns {Tick[]}
  */
 export function ticksOf(axis, most) {
@@ -140,7 +137,7 @@ export function even(axis, most) {
   const grids = STEPS.map((each) => multiples(each * power, least, greatest));
   const found = grids.findIndex(({ values }) => values.length <= most);
   const [before, grid] = [grids[found - 1], grids[found]];
-  // One number alone says nothing: rather one too many.
+  // A single number is not enough; rather one too many.
   return grid.values.length < 2 && before?.values.length === most + 1 ? before : grid;
 }
 
@@ -173,11 +170,10 @@ function logarithmic({ low, high }, most) {
   return grids.find((values) => values.length <= most) ?? sparse;
 }
 
-/**
- * A number as it stands at an axis: "−0.5", "20,000", "3×10⁻⁶".
+/** A number at an axis: "−0.5", "20,000", "3×10⁻⁶".
  *
  * @param {number} value
- * @param {number} [decimals] As many as it needs if none are given.
+ * @param {number} [decimals] By default as many as it needs.
  */
 export function written(value, decimals) {
   const power = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value)) + SLACK);
@@ -187,7 +183,7 @@ export function written(value, decimals) {
 }
 
 /**
- * @param {number} least Decimals.
+ * @param {number} least Least number of decimals.
  * @param {number} most
  */
 function format(least, most) {
@@ -217,12 +213,11 @@ export function titled({ title, unit }) {
   return title && unit ? `${title}, ${unit}` : title || unit;
 }
 
-/**
- * "4.40 m": to a thousandth of the axis, or to three digits where it is logarithmic.
+/** "4.40 m": to a thousandth of the axis, or to three digits if it is logarithmic.
  *
  * @param {Axis} axis
  * @param {number} value
- * @param {number} [step] In which it is turned: no finer is it told.
+ * @param {number} [step] Step of its control: it is not shown more finely.
  */
 export function valueOn(axis, value, step) {
   if (axis.names.length) return axis.names[Math.min(Math.max(Math.round(value), 0), axis.names.length - 1)];
@@ -241,8 +236,7 @@ function decimalsOf(step) {
   return step.toFixed(MOST_DECIMALS).replace(/0+$/, "").split(".")[1].length;
 }
 
-/**
- * "position 4.40 m"; only the value where the axis has no title.
+/** "position 4.40 m"; only the value if the axis has no title.
  *
  * @param {Axis} axis
  * @param {number} value
@@ -251,8 +245,7 @@ export function named(axis, value) {
   return `${axis.title} ${valueOn(axis, value)}`.trim();
 }
 
-/**
- * A trace's title before what is said of it.
+/** A trace's title before its text.
  *
  * @param {Trace} trace
  * @param {...string} parts
@@ -261,11 +254,10 @@ export function saying({ title }, ...parts) {
   return [title, ...parts].filter(Boolean).join(" · ");
 }
 
-/**
- * All that a panel shows, in words for screen readers.
+/** The content of a panel in words, for screen readers.
  *
  * @param {Panel} panel
- * @param {string} [mark] What is marked in it.
+ * @param {string} [mark] Text of its mark.
  */
 export function describe(panel, mark = "") {
   const drawn = [...new Set(panel.traces.map(({ kind, title }) => (title ? `${title} (${kind})` : kind)))];
@@ -295,25 +287,24 @@ function sentence(text) {
 
 /** The smallest box that is worth painting, px. */
 const LEAST = 8;
-/** Height of a line of letters, in their size; what follows likewise. */
+/** Height of a line of letters, in their size; likewise below. */
 const LINE = 1.25;
 const GAP = 0.45;
-/** Above the box: the upper half of a number at its upper end. */
+/** Room above the box for the upper half of a number at its upper end. */
 export const TOP = LINE / 2;
 const TICK = 0.3;
-/** Between two numbers side by side. */
+/** Gap between two numbers side by side. */
 const BESIDE = 0.4;
-/** A title beside a lower figure would be a letter and dots. */
+/** Least height for a title at the side: in a lower figure it would be cut to a letter. */
 const LOWEST = 2.5;
 /** Room for one number. */
 const APART = { x: 5, y: 1.9 };
-/** More numbers than that help nobody. */
+/** Most numbers on an axis. */
 const MOST = { x: 11, y: 7 };
-/** Margins grow in such steps, so that another digit seldom moves the box. */
+/** Step of margins, so that another digit seldom moves the box. */
 const STEP = 0.5;
 
-/**
- * An axis with numbers and without words, as long as nothing else is said.
+/** An axis with numbers and without words, by default.
  *
  * @param {Partial<Axis> & {low: number, high: number}} axis
  * @returns {Axis}
@@ -322,24 +313,22 @@ export function plainAxis(axis) {
   return { title: "", unit: "", log: false, names: [], hidden: false, ...axis };
 }
 
-/**
- * What stands around a panel's box.
+/** The labels around a panel's box.
  *
  * @typedef {object} Furniture
  * @property {Tick[]} x
  * @property {Tick[]} y
- * @property {string} below Title of the axis to the right.
- * @property {string} beside Title of the axis upwards.
- * @property {number} lines How many lines of letters that takes.
+ * @property {string} below Title of the x axis.
+ * @property {string} beside Title of the y axis.
+ * @property {number} lines Number of its lines.
  */
 
-/**
- * The ticks and titles that there is room for.
+/** The ticks and titles for which there is room.
  *
  * @param {Panel} panel
  * @param {{width: number, height: number}} room px
  * @param {Pick<Style, "em"|"wide">} style
- * @param {boolean} sharesX Whether a panel below has the same axis and says its numbers.
+ * @param {boolean} sharesX Whether a panel below has the same axis with its numbers.
  * @returns {Furniture}
  */
 export function furniture(panel, { width, height }, { em, wide }, sharesX) {
@@ -347,7 +336,7 @@ export function furniture(panel, { width, height }, { em, wide }, sharesX) {
   const ticks = ticksOf(panel.x, count("x", width));
   const x = sharesX ? ticks.map(({ at }) => ({ at, text: "" })) : ticks;
   const left = (/** @type {string} */ below) => height - TOP * em - under({ x, below }, em);
-  // Where nothing would be left to paint on, a title gives way.
+  // If no room would be left to paint on, the title is dropped.
   const below = sharesX || left(titled(panel.x)) < LEAST ? "" : titled(panel.x);
   const high = left(below);
   const isBroken = titled(panel.y).split(" ").some((word) => wide(word) > high);
@@ -355,8 +344,7 @@ export function furniture(panel, { width, height }, { em, wide }, sharesX) {
   return { x, y: ticksOf(panel.y, count("y", high)), below, beside, lines: Number(beside !== "") + Number(wide(beside) > high) };
 }
 
-/**
- * Height of what stands below the box, px.
+/** Height of the labels below the box, px.
  *
  * @param {Pick<Furniture, "x"|"below">} around
  * @param {number} em
@@ -442,7 +430,7 @@ export function paintGrid({ pen, box, x, y, ink }, around, em) {
  * @param {Element} root
  * @param {Sheet} sheet
  * @param {Furniture} around
- * @param {number} aside How far left of the box its title begins, px.
+ * @param {number} aside Distance of the title's left edge from the box, px.
  * @param {Pick<Style, "em"|"wide">} style
  */
 export function writeAxes(root, { box, x, y }, around, aside, { em, wide }) {
@@ -471,11 +459,10 @@ export function inPx(lengths) {
   return Object.fromEntries(Object.entries(lengths).map(([name, length]) => [name, `${length}px`]));
 }
 
-/**
- * Labels that stand in no other's place. The ends stay, which say most.
+/** Labels that do not overlap. Those at the ends are kept first.
  *
  * @param {{text: string, at: number, size: number}[]} labels
- * @param {number} gap At least between two, px.
+ * @param {number} gap Least gap between two labels, px.
  */
 export function withRoom(labels, gap) {
   const shown = labels.filter(({ text }) => text !== "").sort((one, other) => one.at - other.at);

@@ -1,8 +1,5 @@
-/**
- * The figure that all pages draw with: panels in rows, of what the server computed for a lesson or what a run has come to.
- * Curves, points and pictures are painted on a canvas, which takes 20,000 points in a few milliseconds; text and whatever can
- * be turned are elements of the page, which can be read, focused and enlarged.
- */
+/** The figure of all pages: panels in rows, for a lesson's figure or a run's data. Curves, points and pictures are painted on a canvas,
+ which takes 20,000 points in a few milliseconds; text and controls are elements of the page, which can be read, focused and enlarged. */
 
 import { html, useLayoutEffect, useRef } from "../../vendor/preact.js";
 import { build, fill, tip } from "../dom.js";
@@ -17,25 +14,22 @@ import { PanelView } from "./panel.js";
 
 /** @typedef {{title: string, unit: string, minimum: number|null, maximum: number|null, step: number|null}} Declared */
 
-/**
- * Who hears of what a person does with the figure.
+/** Callbacks for a person's actions in the figure.
  *
  * @typedef {object} Listener
  * @property {(parameter: string, value: number) => void} [turn] A handle was moved.
- * @property {(value: number) => void} [place] What was asked for was placed there.
- * @property {(cell: Cell) => Child} [describe] What is said of a cell that is pointed at.
+ * @property {(value: number) => void} [place] The requested mark was placed there.
+ * @property {(cell: Cell) => Child} [describe] Returns the tooltip of a cell.
  * @property {(cell: Cell) => void} [choose] A cell was chosen.
- * @property {(parameter: string) => Declared|undefined} [declared] What is known of a handle's parameter; its axis says
- *     what this does not.
- */
+ * @property {(parameter: string) => Declared|undefined} [declared] Returns the declaration of a handle's parameter; missing parts come from
+ its axis. */
 
-/**
- * How a figure fits into its page.
+/** The look of a figure in its page.
  *
  * @typedef {object} Setting
- * @property {number} [letters] Size of the letters, in that of the page's.
- * @property {boolean} [isCompact] Whether it makes do with the room that there is, however little.
- * @property {string[]} [inks] Colours that its traces have beside those of the lessons, by token.
+ * @property {number} [letters] Size of the letters, relative to the page's.
+ * @property {boolean} [isCompact] Whether it fits into any room, however small.
+ * @property {string[]} [inks] Further colours of its traces, by token.
  */
 
 /** A figure below the first width, or with panels below the second, stacks them; in units of the size of the letters. */
@@ -48,7 +42,7 @@ export class FigureView {
   #look;
   #isCompact;
   #root = build("div", { class: "figure-view" });
-  /** As wide as the letters of the page are high, so that a change of theirs is seen. */
+  /** An element whose width is the page's font size, so that a change of it is observed. */
   #letter = build("span", { class: "figure-letter", "aria-hidden": "true" });
   /** @type {Map<string, PanelView>} */
   #views = new Map();
@@ -65,9 +59,9 @@ export class FigureView {
   #mark = null;
 
   /**
-   * @param {HTMLElement} place Gives the figure its size.
+   * @param {HTMLElement} place Element that sets the figure's size.
    * @param {Listener} on
-   * @param {AbortSignal} signal Takes it away.
+   * @param {AbortSignal} signal Its abort removes the figure.
    * @param {Setting} [setting]
    */
   constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false } = {}) {
@@ -87,11 +81,10 @@ export class FigureView {
     });
   }
 
-  /**
-   * Show a figure in place of the one before.
+  /** Show a figure in place of the previous one.
    *
    * @param {Figure} figure
-   * @param {{locked: boolean}} options Whether nothing can be turned.
+   * @param {{locked: boolean}} options Whether its handles are locked.
    */
   show(figure, { locked }) {
     if (this.#shared.signal.aborted) return;
@@ -103,8 +96,7 @@ export class FigureView {
     this.#draw();
   }
 
-  /**
-   * The panel at a place of the page, and the values there; null where there is none.
+  /** The panel at a place of the page, and the values there; null if there is none.
    *
    * @param {{clientX: number, clientY: number}} place
    */
@@ -112,8 +104,7 @@ export class FigureView {
     return [...this.#views.values()].map((view) => view.valuesAt(place)).find((found) => found !== null) ?? null;
   }
 
-  /**
-   * How much of a panel's room stands around its box, px; null where it has not been drawn.
+  /** The margins around a panel's box, px; null if it has not been drawn.
    *
    * @param {string} panel
    */
@@ -121,8 +112,7 @@ export class FigureView {
     return this.#views.get(panel)?.around ?? null;
   }
 
-  /**
-   * Ask for a place in a panel.
+  /** Ask a person to place a mark in a panel.
    *
    * @param {{panel: string, along: "x"|"y"}|null} ask Null ends it.
    */
@@ -131,8 +121,7 @@ export class FigureView {
     this.#draw();
   }
 
-  /**
-   * Show what was placed and what is exact, side by side.
+  /** Show the placed and the exact value together.
    *
    * @param {Mark|null} mark
    */
@@ -205,8 +194,7 @@ function rowsOf(panels) {
   return numbers.map((number) => panels.filter(({ row }) => row === number));
 }
 
-/**
- * Which panels stand above each other: they have the same margins, and an axis that they share is numbered once.
+/** The panels of each column: they have the same margins, and a shared axis is numbered once.
  *
  * @param {Figure} figure
  * @param {boolean} isNarrow
@@ -223,8 +211,7 @@ function columnsOf({ panels }, isNarrow) {
   );
 }
 
-/**
- * Colours and letters as they are now.
+/** The present colours and letters.
  *
  * @param {HTMLElement} element
  * @param {{inks: string[]}} look
@@ -239,8 +226,7 @@ function styleOf(element, { inks }) {
   return { ink: tokens(...FURNITURE, ...Object.keys(LOOKS), ...inks), em, wide };
 }
 
-/**
- * A hook for components: where the figure goes, and the figure once it is there.
+/** A hook for components: the figure's place, and the figure once it exists.
  *
  * @param {Listener} on
  * @param {Setting} [setting]
@@ -256,11 +242,10 @@ export function useFigure(on, setting) {
   return { room, figure };
 }
 
-/** Letters of a still figure, in the size of the page's. */
+/** Letters of a still figure, relative to the page's. */
 const SMALL = 11 / 16;
 
-/**
- * A small figure in which nothing can be turned: panels one above the other.
+/** A small figure without handles: panels one above the other.
  *
  * @param {{kind: string, words: string, panels: readonly Pick<Panel, "x"|"y"|"traces">[]}} props `kind` is a class of the style
  *     sheet, the words are for screen readers.

@@ -1,7 +1,6 @@
 /**
- * Lines across a panel at values: handles, which are moved by pointer, touch or keys; the one with which a person says where
- * they expect the answer; and the marks of what was predicted and what is exact.
- */
+ * Lines across a panel at values: handles, which are moved by pointer, touch or keys; the one with which a person places a prediction; and
+ the marks of the prediction and the exact value. */
 
 import { h, html, useRef, useSignal } from "../../vendor/preact.js";
 import { step } from "../dom.js";
@@ -14,12 +13,11 @@ import { ends, even, inPx, valueOn } from "./axes.js";
  * @typedef {object} Bounds What a grip may be moved to.
  * @property {number} low
  * @property {number} high
- * @property {number} step In decades where it is logarithmic.
+ * @property {number} step Step, in decades on a logarithmic axis.
  * @property {boolean} log
  */
 
-/**
- * Where a grip stands, and over what.
+/** The place of a handle, and its axis.
  *
  * @typedef {object} Stand
  * @property {Box} box
@@ -32,7 +30,7 @@ import { ends, even, inPx, valueOn } from "./axes.js";
  * @property {boolean} locked
  */
 
-/** Of an axis, where a parameter says no other. */
+/** Default step, as a share of the axis. */
 const STEPS = 400;
 /** Digits of a value on a logarithmic axis. */
 const DIGITS = 4;
@@ -50,7 +48,7 @@ export function Handle({ stand, parameter, words, tell }) {
   const { box, scale, axis, along, bounds: { low, high, step: size, log }, title, locked } = stand;
   const own = useSignal({ stand, at: stand.at });
   const isHeld = useRef(false);
-  // What is locked while held hears of no release.
+  // A handle locked while held gets no release event.
   if (locked) isHeld.current = false;
   const at = isHeld.current || own.value.stand === stand ? own.value.at : stand.at;
   const bent = (/** @type {number} */ value) => (log ? Math.log10(value) : value);
@@ -66,7 +64,7 @@ export function Handle({ stand, parameter, words, tell }) {
   const press = (/** @type {KeyboardEvent & {currentTarget: HTMLInputElement}} */ event) => {
     const [way, { value: before }] = [step(event), event.currentTarget];
     if (way === null) return;
-    // Up is up, also where the axis goes down.
+    // The up key moves up, even if the axis points down.
     const up = along === "y" && from < to ? way[1] : -way[1];
     event.currentTarget.stepUp(way[0] + up);
     if (event.currentTarget.value !== before) take(event);
@@ -84,10 +82,9 @@ export function Handle({ stand, parameter, words, tell }) {
   `;
 }
 
-/**
- * Asking for a place in a panel: a person puts a line where they expect the answer, by pointer, touch or keys.
+/** Placing a prediction in a panel: a person puts a line where they expect the answer, by pointer, touch or keys.
  *
- * @param {{stand: Stand, place: (value: number) => void}} props `stand` says where the line is at first.
+ * @param {{stand: Stand, place: (value: number) => void}} props `stand` is the line's first place.
  */
 export function PlaceQuestion({ stand, place }) {
   const placed = useSignal(/** @type {number|null} */ (null));
@@ -96,7 +93,7 @@ export function PlaceQuestion({ stand, place }) {
     placed.value = value;
     place(value);
   };
-  // The first position is a prediction, too, once somebody chooses it; the slider itself reports only changes.
+  // The first position is also a prediction once a person chooses it; the slider itself reports only changes.
   const choose = (/** @type {Event & {target: Element}} */ { target }) => isPlaced || target.dispatchEvent(new Event("input"));
   const press = (/** @type {KeyboardEvent & {target: Element}} */ event) => {
     if (event.key !== "Enter" && event.key !== " ") return;
@@ -109,8 +106,7 @@ export function PlaceQuestion({ stand, place }) {
   </div>`;
 }
 
-/**
- * Values that a handle may take: those of its parameter that are on the axis, or all of the axis.
+/** Allowed values of a handle: those of its parameter on the axis, or the whole axis.
  *
  * @param {Axis} axis
  * @param {{minimum: number|null, maximum: number|null, step: number|null}} [declared]
@@ -127,8 +123,7 @@ export function boundsOf(axis, declared) {
 
 /** @typedef {{panel: string, along: "x"|"y", at: number, exact: number}} Mark What was placed, and what is exact. */
 
-/**
- * What is said of a mark.
+/** The text of a mark.
  *
  * @param {Mark} mark
  * @param {Axis} axis
@@ -150,8 +145,7 @@ export function markLines({ along, at, exact }, axis, scale, box) {
   </div>`);
 }
 
-/**
- * What puts a line across a box.
+/** The style that puts a line across a box.
  *
  * @param {Box} box
  * @param {"x"|"y"} along
@@ -159,7 +153,7 @@ export function markLines({ along, at, exact }, axis, scale, box) {
  */
 function across({ left, top, width, height }, along, at) {
   const place = along === "x" ? { left: at, top, height, width: 0 } : { left, top: at, width, height: 0 };
-  // What is written beside it stays within the panel.
+  // Its label stays within the panel.
   const isFar = along === "x" ? at > left + width / 2 : at < top + height / 2;
   return { style: inPx(place), "data-along": along, "data-far": isFar || null };
 }

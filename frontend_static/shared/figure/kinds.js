@@ -1,4 +1,4 @@
-/** All kinds of trace: how each is painted, what is said of the place that is pointed at, and how it looks in a key. */
+/** All kinds of trace: their painting, the tooltip at a place, and their look in a key. */
 
 import { named, saying, valueOn, written } from "./axes.js";
 import { byOpacity, DASHED, fill, heatMap, LOOKS, pathBetween, pathThrough, points, REACH, stroke, within } from "./paint.js";
@@ -6,8 +6,7 @@ import { byOpacity, DASHED, fill, heatMap, LOOKS, pathBetween, pathThrough, poin
 /** @import { Hit, Sheet } from "./paint.js" */
 /** @import { Band, Bars, Curve, Histogram, Line, Nodes, Rule, Scatter, Segments, Spans, Stems, StripChart, Trace, Tree } from "./traces.js" */
 
-/**
- * What a kind of trace can do. `alike` are all traces of the panel.
+/** The functions of a kind of trace. `alike` are all traces of the panel.
  *
  * @template {Trace} T
  * @typedef {{
@@ -21,27 +20,26 @@ import { byOpacity, DASHED, fill, heatMap, LOOKS, pathBetween, pathThrough, poin
  */
 
 const SHADE = 0.3;
-/** How a value that is pointed at is written: to make a format takes longer than to use it a hundred times. */
+/** Cached format of values at the pointer: making a format takes longer than using it a hundred times. */
 const VALUE = new Intl.NumberFormat("en-GB", { maximumSignificantDigits: 4 });
-/** Of the distance between two bars. */
+/** Width of a bar, as a share of the distance between bars. */
 const WIDE = 0.8;
-/** Neighbours in a stack differ, whatever is beside them. */
+/** Opacities of a stack, so that neighbours differ. */
 const SHADES = [0.75, 0.3, 0.5];
-/** Of so many points each lets those below shine through, the more the more there are; down to this. */
+/** Number of points from which they become translucent, more so with more points, and the least opacity. */
 const [CROWDED, CROWDED_OPACITY] = [500, 0.2];
 const HEAD = 3.2;
-/** So many stems side by side have heads that can be told apart. */
+/** Most stems side by side with distinguishable heads. */
 const MOST_HEADS = 1500;
-/** Closer together than that dots would be a thick line, px. */
+/** Least distance of dots, px; closer ones would look like a thick line. */
 const APART = 5;
-/** Of a tree: what is hardly probable at all is still seen. */
+/** Least opacity in a tree, so that improbable nodes stay visible. */
 const FAINTEST = 0.12;
 const NODE = 3;
 
 /** @typedef {{x: readonly (number|null)[], y: readonly (number|null)[]}} Points */
 
-/**
- * Where the points of a trace are.
+/** The coordinates of a trace's points.
  *
  * @param {Sheet} sheet
  * @param {Points} trace
@@ -50,8 +48,7 @@ function placed({ x, y }, trace) {
   return /** @type {const} */ ([x.all(trace.x), y.all(trace.y)]);
 }
 
-/**
- * The values of the point of a trace that is nearest.
+/** The values of a trace's nearest point.
  *
  * @param {Sheet} sheet
  * @param {Points & Trace} trace
@@ -64,8 +61,7 @@ function nearPoint(sheet, trace, px, py) {
   return hit && { ...hit, words: saying(trace, named(x, Number(trace.x[hit.index])), named(y, Number(trace.y[hit.index]))) };
 }
 
-/**
- * How a line of a lesson looks.
+/** The look of a lesson's line.
  *
  * @param {{ink: string, dashed: boolean}} trace
  */
@@ -73,8 +69,7 @@ function look({ ink, dashed }) {
   return { ink, ...LOOKS[ink], ...(dashed && { dash: DASHED }) };
 }
 
-/**
- * What lies between two lines, such as two standard deviations around an estimate; it is read by the line in it.
+/** The area between two lines, such as two standard deviations around an estimate; the line in it has the tooltip.
  *
  * @type {Kind<Band>}
  */
@@ -85,8 +80,7 @@ const band = {
   sample: (trace) => ({ ...trace, x: [0, 1], low: [0, 0], high: [1, 1] }),
 };
 
-/**
- * Bars at 0, 1, 2, ... of the axis that has names; or lying end to end, as shares of a whole.
+/** Bars at 0, 1, 2, ... of the axis with names; or end to end, as shares of a whole.
  *
  * @type {Kind<Bars>}
  */
@@ -118,8 +112,7 @@ const bars = {
 
 /** @typedef {{left: number, top: number, width: number, height: number, value: number, index: number}} Bar px */
 
-/**
- * Where each bar lies, beside those of the panel's other traces of bars.
+/** The place of each bar, next to those of the panel's other traces of bars.
  *
  * @param {Sheet} sheet
  * @param {Bars} trace
@@ -144,8 +137,7 @@ function laid(sheet, trace, alike) {
   });
 }
 
-/**
- * From where to where a stack lies upwards.
+/** The vertical range of a stack.
  *
  * @param {Sheet} sheet
  * @param {number} which
@@ -223,8 +215,7 @@ const histogram = {
   sample: (trace) => ({ ...trace, edges: [0, 1 / 3, 2 / 3, 1], heights: [0.4, 1, 0.7] }),
 };
 
-/**
- * A line through points, in a colour and of a width of its own: one of many in a plot that grows.
+/** A line through points with its own colour and width: one of many in a growing plot.
  *
  * @type {Kind<Line>}
  */
@@ -238,8 +229,7 @@ const line = {
   sample: (trace) => ({ ...trace, x: [0, 1], y: [0.5, 0.5] }),
 };
 
-/**
- * A line over the frames, which says nothing when it is pointed at if no words are given.
+/** A line over the frames; without words it has no tooltip.
  *
  * @param {Partial<Line> & Pick<Line, "y"|"ink"|"width">} trace
  * @returns {Line}
@@ -258,8 +248,7 @@ export function told({ y, values = y, said, unit }, index) {
   return `${said} ${VALUE.format(values[index]).replace("-", "−")} ${unit}`.trim();
 }
 
-/**
- * Discs as opaque as they say, or rings around what is chosen. What a node means is said beside the plot.
+/** Discs with given opacities, or rings around chosen nodes. The text next to the plot explains nodes.
  *
  * @type {Kind<Nodes>}
  */
@@ -301,8 +290,7 @@ const scatter = {
   sample: (trace) => ({ ...trace, x: [0.2, 0.5, 0.8], y: [0.3, 0.7, 0.4], size_px: Math.min(Math.max(5, trace.size_px), 7) }),
 };
 
-/**
- * Lines from point to point, each as opaque as it says: hypotheses from frame to frame. They are read at their nodes.
+/** Lines from point to point with given opacities: hypotheses from frame to frame. Their nodes have the tooltips.
  *
  * @type {Kind<Segments>}
  */
@@ -319,8 +307,7 @@ const segments = {
   },
 };
 
-/**
- * Lines from point to point, which say nothing.
+/** Lines from point to point without a tooltip.
  *
  * @param {Partial<Segments> & Pick<Segments, "ink"|"links">} trace
  * @returns {Segments}
@@ -329,8 +316,7 @@ export function linksOver(trace) {
   return { kind: "segments", title: "", name: "", ...trace };
 }
 
-/**
- * Intervals in which something held, shaded behind what is drawn.
+/** Shaded intervals in the background.
  *
  * @type {Kind<Spans>}
  */
@@ -388,8 +374,7 @@ const stripChart = {
   sample: (trace) => ({ ...trace, x: [0.1, 0.5, 0.9], y: [0.3, 0.7, 0.5] }),
 };
 
-/**
- * Who descends from whom: generations to the right, a line from each particle to its parent.
+/** A genealogy: generations to the right, a line from each particle to its parent.
  *
  * @type {Kind<Tree>}
  */
@@ -421,8 +406,7 @@ const tree = {
   sample: (trace) => ({ ...trace, parents: [[null, null], [0, 0]], weights: [[1, 0], [1, 1]] }),
 };
 
-/**
- * The kind of a trace, which is given that kind only.
+/** The kind of a trace.
  *
  * @type {Record<Trace["kind"], Kind<Trace>>}
  */
@@ -431,8 +415,7 @@ export const KINDS = {
   ...{ scatter, segments, spans, stems, "strip chart": stripChart, tree },
 };
 
-/**
- * The place of a line that is nearest to a pointer.
+/** The point on a line nearest to a pointer.
  *
  * @param {Float64Array} x px
  * @param {Float64Array} y px
@@ -454,8 +437,7 @@ export function nearestOn(x, y, px, py) {
   return nearest;
 }
 
-/**
- * The point that is nearest to a pointer.
+/** The point nearest to a pointer.
  *
  * @param {Float64Array} x px
  * @param {Float64Array} y px

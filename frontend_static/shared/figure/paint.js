@@ -1,4 +1,4 @@
-/** What traces are painted with: lines through many points, areas, and points in the shape of their ink. */
+/** Painting tools for traces: lines through many points, areas, and points in the shape of their ink. */
 
 import { css, inkOn, viridis } from "../theme.js";
 import { named, saying, written } from "./axes.js";
@@ -8,8 +8,7 @@ import { named, saying, written } from "./axes.js";
 /** @import { Axis, Cell, CellLook, CellMap, HeatMap, Trace } from "./traces.js" */
 /** @import { HeatMap as Amounts } from "./types.js" */
 
-/**
- * Where a panel's traces are painted.
+/** The sheet on which a panel's traces are painted.
  *
  * @typedef {object} Sheet
  * @property {CanvasRenderingContext2D} pen Scaled to px of the page.
@@ -18,12 +17,11 @@ import { named, saying, written } from "./axes.js";
  * @property {Scale} y
  * @property {{x: Axis, y: Axis}} axes
  * @property {Record<string, string>} ink Colours by token.
- * @property {number} unit px of the page for what is 1 px at letters of 16 px.
- * @property {boolean} cased Whether lines need a rim to be seen on what lies behind them.
+ * @property {number} unit px of the page per px at letters of 16 px.
+ * @property {boolean} cased Whether lines need a rim to stand out from the background.
  */
 
-/**
- * What is pointed at.
+/** A hit of the pointer.
  *
  * @typedef {object} Hit
  * @property {number} distance px from the pointer.
@@ -31,7 +29,7 @@ import { named, saying, written } from "./axes.js";
  * @property {number} y px
  * @property {string} words
  * @property {number} [below] px, lower edge of a hit that has a height; `y` is its upper edge.
- * @property {Cell} [cell] Of a map whose cells are chosen.
+ * @property {Cell} [cell] Cell of a map with selectable cells.
  */
 
 /** @typedef {"disc"|"ring"|"triangle"|"diamond"|"cross"|"square"} Shape */
@@ -39,22 +37,21 @@ import { named, saying, written } from "./axes.js";
 
 /** Reach of a pointer, px at letters of 16 px. Areas are at this distance, so that lines on them win. */
 export const REACH = 14;
-/** How far the rim of what is cased stands out, in all, px at letters of 16 px. */
+/** Total width of a rim, px at letters of 16 px. */
 const RIM = 2.5;
 /** Number of steps in which opacities are painted; each step is one path. */
 const LEVELS = 12;
-/** From this number of points on, each is a copy of one picture: as fast, and those below shine through. */
+/** Number of points from which each is a copy of one picture: as fast, and translucent. */
 const COPIED_FROM = 1500;
-/** Width of the lines that points are made of. */
+/** Width of the lines of a point's shape. */
 const LINE = 1.5;
-/** From this number of points per column of pixels on, a line is thinned. */
+/** Points per column of pixels from which a line is thinned. */
 const CROWDED = 4;
 /** Half the length of the dash for a point without neighbours, px. */
 const ALONE = 0.75;
 
-/**
- * How a colour with a meaning is drawn: a line has its own width and dashes, a point its own shape, so that they are told
- * apart without colours, too. Lengths in px at letters of 16 px.
+/** The look of a colour with a meaning: a line has its own width and dashes, a point its own shape, so that they differ without colours,
+ * too. Lengths in px at letters of 16 px.
  *
  * @type {Record<string, {width: number, dash: number[], shape: Shape}>}
  */
@@ -68,11 +65,10 @@ export const LOOKS = {
   hidden: { width: 1.5, dash: [], shape: "disc" },
 };
 
-/** Of what is said to be dashed, whatever its colour. */
+/** Dashes of any line declared as dashed. */
 export const DASHED = [5, 4];
 
-/**
- * How each shape is added to a path, around (x, y) with a radius. A cross and a ring are lines.
+/** Functions that add each shape to a path, around (x, y) with a radius. A cross and a ring are lines.
  *
  * @type {Record<Shape, (path: Path2D, x: number, y: number, radius: number) => void>}
  */
@@ -93,8 +89,7 @@ const SHAPES = {
   square: (path, x, y, radius) => path.rect(x - 0.9 * radius, y - 0.9 * radius, 1.8 * radius, 1.8 * radius),
 };
 
-/**
- * The colour of an ink: what it is called in the theme, or itself.
+/** The colour of an ink: that of the theme's token, or itself.
  *
  * @param {Pick<Sheet, "ink">} sheet
  * @param {string} ink
@@ -136,11 +131,10 @@ export function fill(sheet, path, ink, opacity) {
   pen.restore();
 }
 
-/**
- * Run `paint` with nothing painted outside of the box but marks that stand at its edge.
+/** Run `paint` clipped to the box, except for marks at its edge.
  *
  * @param {Pick<Sheet, "pen"|"box">} sheet
- * @param {number} over How far these reach beyond it, px.
+ * @param {number} over Overhang of these marks, px.
  * @param {() => void} paint
  */
 export function within({ pen, box }, over, paint) {
@@ -152,11 +146,10 @@ export function within({ pen, box }, over, paint) {
   pen.restore();
 }
 
-/**
- * One path for all things that are about equally opaque, the faintest first.
+/** One path per step of opacity, the faintest first.
  *
  * @param {number} count
- * @param {number|readonly number[]} opacity Of all or of each.
+ * @param {number|readonly number[]} opacity One for all, or one for each.
  * @param {(index: number, path: Path2D) => unknown} add
  * @returns {[opacity: number, path: Path2D][]}
  */
@@ -172,8 +165,7 @@ export function byOpacity(count, opacity, add) {
   return [...paths].sort(([one], [other]) => one - other).map(([level, path]) => [level / LEVELS, path]);
 }
 
-/**
- * Points in the shape of their ink; what is not a number is left out.
+/** Points in the shape of their ink; NaN is left out.
  *
  * @param {Sheet} sheet
  * @param {Float64Array} x px
@@ -234,8 +226,7 @@ function polygon(path, x, y, radius, corners) {
   path.closePath();
 }
 
-/**
- * A path through points; what is not a number parts it. A point with nothing known at either side is a short dash.
+/** A path through points with gaps at NaN. A point between gaps is a short dash.
  *
  * @param {Float64Array} x px
  * @param {Float64Array} y px
@@ -254,8 +245,7 @@ export function pathThrough(x, y) {
   return path;
 }
 
-/**
- * A path around what lies between two lines, in pieces where one of them has a gap.
+/** A path around the area between two lines, in pieces if one of them has a gap.
  *
  * @param {Float64Array} x px
  * @param {Float64Array} low px
@@ -281,9 +271,8 @@ export function pathBetween(x, low, high) {
   return path;
 }
 
-/**
- * Numbers of the points that have to be drawn. Of a line that goes to the right through more points than pixels, each
- * column of pixels keeps its first, lowest, highest and last: the picture is the same.
+/** Indices of the points to draw. If a line has more points than pixels, each column of pixels keeps its first, lowest, highest and last
+ * point: the picture is the same.
  *
  * @param {Float64Array} x px
  * @param {Float64Array} y px
@@ -308,16 +297,15 @@ export function kept(x, y) {
   return found;
 }
 
-// Heat maps: amounts over a plane in viridis, or cells that are told one by one how they look, filled as far as they are
-// there and hatched where there is nothing.
+// Heat maps: amounts over a plane in viridis, or cells with individual looks, filled in proportion to their runs, and hatched if empty.
 
-/** Cells of at least that extent stand apart. */
+/** Extent from which cells have gaps between them. */
 const APART_FROM_PX = 8;
 const SMALLEST_TEXT_PX = 30;
-/** Of the letters in a cell, px, and in that of the cell. */
+/** Size of the letters in a cell, px, and as a share of the cell. */
 const [SMALLEST_LETTERS, LARGEST_LETTERS, LETTERS] = [11, 17, 0.3];
 const HATCH_EVERY_PX = 5;
-/** From the first run on a cell can be seen. */
+/** Least filled share, so that a cell is visible from its first run. */
 const LEAST_SIDE = 0.25;
 const SHADES = 256;
 /** Colours as a canvas keeps them: bytes of red, green, blue and opacity, as one number. */
@@ -346,8 +334,7 @@ export function most({ values }) {
   return values.flat().reduce((/** @type {number} */ largest, value) => Math.max(largest, value ?? 0), 0);
 }
 
-/**
- * One pixel a cell, drawn as large as the cells are.
+/** A picture with one pixel per cell, enlarged to the cells.
  *
  * @param {Sheet} sheet
  * @param {Amounts} map
@@ -366,14 +353,13 @@ function paintAmounts({ pen, x, y }, map) {
   const [bottom, top] = edges(map.y).map((value) => y.at(value));
   pen.save();
   pen.imageSmoothingEnabled = false;
-  // Row 0 of the picture lies at the first y, wherever that is.
+  // Row 0 of the picture is at the first y.
   pen.transform(Math.sign(right - left), 0, 0, Math.sign(top - bottom), left, bottom);
   pen.drawImage(picture, 0, 0, Math.abs(right - left), Math.abs(top - bottom));
   pen.restore();
 }
 
-/**
- * From the edge of the first cell to that of the last.
+/** The range from the edge of the first cell to that of the last.
  *
  * @param {readonly (number|null)[]} middles
  */
@@ -459,7 +445,7 @@ function paintCells(sheet, map) {
  * @param {Sheet} sheet
  * @param {Box} whole
  * @param {CellLook} look
- * @param {string} family Of the letters.
+ * @param {string} family Font family.
  */
 function paintCell(sheet, { left, top, width, height }, { colour, text, filled, isOutlined, isHatched }, family) {
   const { pen, ink } = sheet;
@@ -468,7 +454,7 @@ function paintCell(sheet, { left, top, width, height }, { colour, text, filled, 
   const isWhole = filled === 1 && !isHatched;
   if (isHatched) within({ pen, box }, 0, () => hatch(pen, box, ink.line));
   else if (colour !== null && filled > 0) {
-    // An area that grows with what is there.
+    // The filled area grows with the computed runs.
     const side = Math.max(Math.sqrt(filled), LEAST_SIDE);
     pen.fillStyle = css(colour);
     pen.fillRect(left + (box.width * (1 - side)) / 2, top + (box.height * (1 - side)) / 2, box.width * side, box.height * side);
@@ -478,13 +464,12 @@ function paintCell(sheet, { left, top, width, height }, { colour, text, filled, 
     pen.lineWidth = 1;
     pen.strokeRect(left + 0.5, top + 0.5, box.width - 1, box.height - 1);
   }
-  // Computed, but without a value: no run succeeded, say.
+  // Computed, but without a value: for example, no run succeeded.
   if (isWhole && colour === null) write(sheet, "–", ink.muted, box, family);
   else if (isWhole && colour !== null && text) write(sheet, text, inkOn(colour), box, family);
 }
 
-/**
- * Write into a cell, if there is room.
+/** Write text into a cell, if there is room.
  *
  * @param {Sheet} sheet
  * @param {string} text
@@ -502,8 +487,7 @@ function write({ pen, unit }, text, colour, { left, top, width, height }, family
   pen.fillText(text, left + width / 2, top + height / 2 + 0.5);
 }
 
-/**
- * Lines across a cell in which there is nothing, and will be nothing.
+/** Hatch a cell that is and stays empty.
  *
  * @param {CanvasRenderingContext2D} pen
  * @param {Box} box

@@ -1,4 +1,4 @@
-/** One panel on the page: its title and key, its axes and traces, its handles, and what is asked and marked in it. */
+/** One panel on the page: its title and key, its axes and traces, its handles, and its question and marks. */
 
 import { h, html, render } from "../../vendor/preact.js";
 import { build, setText, step, tip } from "../dom.js";
@@ -24,18 +24,17 @@ function clamp(value, count) {
   return Math.min(Math.max(value, 0), count - 1);
 }
 
-/**
- * What a figure's panels share.
+/** The shared data of a figure's panels.
  *
  * @typedef {object} Shared
  * @property {import("./figure.js").Listener} on
  * @property {AbortSignal} signal
  */
 
-/** Of a piece in the key, in units of the size of the letters. */
+/** Size of a sample in the key, in units of the font size. */
 const [WIDE, HIGH] = [2, 1];
 const INSET = 0.12;
-/** Letters, px, at which a figure's lengths are what they say. */
+/** Font size, px, at which a figure's lengths are exact. */
 const LETTERS_PX = 13;
 
 export class PanelView {
@@ -45,7 +44,7 @@ export class PanelView {
   #keyed = "";
   #title = build("h3", {});
   #header = build("header", {}, this.#title, this.#key);
-  /** What the height of the header was found for. */
+  /** The inputs for which the header's height was measured. */
   #measured = "";
   #picture = build("div", { class: "figure-picture", role: "img" }, this.#canvas, this.#texts);
   /** The component of the lines across it. */
@@ -53,13 +52,13 @@ export class PanelView {
   #chosen = build("span", { class: "figure-ring", hidden: true });
   #ring = build("span", { class: "figure-ring cursor", hidden: true });
   #rings = build("div", { class: "figure-rings", "aria-hidden": "true" }, this.#chosen, this.#ring);
-  /** Marks the place that is pointed at. */
+  /** Marks the place at the pointer. */
   #spot = build("span", { class: "figure-spot", hidden: true });
   #plot = build("div", { class: "figure-plot" }, this.#picture, this.#rings, this.#spot, this.#lines);
   #shared;
   /** @type {PointerEvent|null} */
   #pointer = null;
-  /** The cell that the keys have come to.
+  /** The cell at the keyboard cursor.
    *
    * @type {Cell|null} */
   #at = null;
@@ -69,7 +68,7 @@ export class PanelView {
   #room = { left: 0, top: 0, width: 0, height: 0 };
   /** @type {Sheet|null} */
   #sheet = null;
-  /** How much of its room stands around the box, px.
+  /** Margins around the box, px.
    *
    * @type {{across: number, up: number}|null} */
   around = null;
@@ -108,8 +107,7 @@ export class PanelView {
     });
   }
 
-  /**
-   * Take what is to be shown, and write its title and key.
+  /** Take new content, and write its title and key.
    *
    * @param {Panel} panel
    * @param {Style} style
@@ -122,8 +120,7 @@ export class PanelView {
     this.#entitle(panel.traces, style);
   }
 
-  /**
-   * Find the room that there is, once all panels have their titles, and say which margins what stands around the box needs.
+  /** Measure the available room, once all panels have their titles, and return the margins that the labels need.
    *
    * @param {Style} style
    * @param {boolean} sharesX
@@ -135,9 +132,8 @@ export class PanelView {
     return margins(this.#around, style);
   }
 
-  /**
-   * Write the key: what the panel shows, each with a small piece of it, painted by the same code. The header stays as high as
-   * it once had to be, so that nothing jumps when a number in the key gets shorter.
+  /** Write the key: each entry has a small sample, painted by the same code. The header never shrinks, so that nothing jumps when a number
+   * in the key gets shorter.
    *
    * @param {readonly Trace[]} traces
    * @param {Style} style
@@ -157,10 +153,9 @@ export class PanelView {
     [this.#keyed, this.#measured] = [now, room];
   }
 
-  /**
-   * Paint it.
+  /** Paint the panel.
    *
-   * @param {Margins} around Those of all panels that stand above each other.
+   * @param {Margins} around Margins of all panels in the column.
    * @param {Style} style
    * @param {{locked: boolean, ask: {along: "x"|"y"}|null, mark: Mark|null}} state
    */
@@ -192,7 +187,7 @@ export class PanelView {
       for (const [name, value] of Object.entries(attributes)) this.#picture.setAttribute(name, value);
     }
     this.#surround();
-    // What is pointed at may have moved away.
+    // The hit may have moved away.
     if (this.#pointer !== null) this.#soon();
     Object.assign(this.#plot.dataset, { left: box.left, top: box.top, width: box.width, height: box.height });
   }
@@ -209,8 +204,7 @@ export class PanelView {
     return h(Handle, { key: parameter, stand, parameter, tell: turn && ((value) => turn(parameter, value)) });
   }
 
-  /**
-   * The values at a place of the page, once it is drawn, and how much of the axis to the right a px is; null beside the panel.
+  /** The values at a place of the page, once the panel is drawn, and the extent of a px on the x axis; null outside the panel.
    *
    * @param {{clientX: number, clientY: number}} place
    */
@@ -237,20 +231,20 @@ export class PanelView {
     return pen;
   }
 
-  // What it says of the place that is pointed at, by pointer or, where there are cells, by keys; and choosing a cell, with a ring
-  // around the one at the cursor, and one around the chosen one.
+  // The tooltip at the pointer or, with cells, at the keyboard cursor; and the choice of a cell, with rings around the cursor's and the
+  // chosen cell.
 
   /** The map whose cells can be chosen, if there is one. */
   get #map() {
     return this.panel.traces.find(isCellMap) ?? null;
   }
 
-  /** Where the cursor is when the keys take over. */
+  /** The cursor's cell when the keys take over. */
   get #start() {
     return this.#at ?? this.#map?.chosen ?? { i: 0, j: 0 };
   }
 
-  /** Say what the pointer is at, unless it is about to move something. */
+  /** Show the tooltip of the pointer, unless it is moving something. */
   #point() {
     const hit = this.#pointer && this.#hit(this.#pointer);
     this.#picture.classList.toggle("choosing", Boolean(hit?.cell));
@@ -270,8 +264,7 @@ export class PanelView {
     tip.show(words, { x: left + hit.x, y: top + hit.y, below: top + (hit.below ?? hit.y) });
   }
 
-  /**
-   * The nearest thing within reach of a pointer that is in the picture; of equals the one in front.
+  /** The nearest hit within reach of the pointer; of equal ones the one in front.
    *
    * @param {MouseEvent} event
    */
@@ -301,8 +294,7 @@ export class PanelView {
     }
   }
 
-  /**
-   * Put the cursor of the keys on a cell.
+  /** Move the keyboard cursor to a cell.
    *
    * @param {Cell} cell
    */
@@ -315,7 +307,7 @@ export class PanelView {
 
   /** @param {Cell} cell */
   #choose(cell) {
-    // The keys go on from there.
+    // The keys continue from there.
     this.#at = cell;
     this.#shared.on.choose?.(cell);
     this.#surround();
@@ -336,8 +328,7 @@ export class PanelView {
   }
 }
 
-/**
- * Return where a prediction is offered: in the middle.
+/** Return the first place of a prediction: the middle.
  *
  * @param {"x"|"y"} along
  * @param {Sheet} sheet
@@ -347,8 +338,7 @@ function standInMiddle(along, { box, axes: { [along]: axis }, [along]: scale }) 
   return { box, scale, axis, along, at, bounds: boundsOf(axis), title: "your prediction", locked: false };
 }
 
-/**
- * What tells one trace in a key from another.
+/** The identity of a trace in a key.
  *
  * @param {Trace} trace
  */

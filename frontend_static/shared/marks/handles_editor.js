@@ -1,8 +1,7 @@
 /**
  * An editor of any mark that consists of handles and numbers: a handle is dragged by mouse or touch, or moved by keyboard
- * (Tab goes through the handles, arrows move one by 1 px, shift+arrows by 10); a number has a slider, and one that is a
- * radius a circle whose edge can be dragged. Handles are in pixels of the picture and never leave it.
- */
+ * (Tab goes through the handles, arrows move one by 1 px, shift+arrows by 10); a number has a slider, and a radius has a circle whose edge
+ can be dragged. Handles are in pixels of the picture and never leave it. */
 
 import { h, html, signal } from "../../vendor/preact.js";
 import { elementOf, step } from "../dom.js";
@@ -16,22 +15,22 @@ import { Loupe, Picture, Stage, within } from "./picture.js";
 
 const REACH_PX = 28;
 const EDGE_PX = 10;
-/** So much room the longest name takes. */
+/** Room for the longest name. */
 const NAME_PX = 180;
 
 export class HandlesEditor {
   /** @type {Description} */
   #description;
   #changed;
-  /** Whether there is a mark: one was set, or a person has begun to make one. */
+  /** Whether there is a mark, set or begun by a person. */
   #isMade = signal(false);
   #places = signal(/** @type {ReadonlyMap<string, Place>} */ (new Map()));
   #numbers = signal(/** @type {ReadonlyMap<string, number>} */ (new Map()));
-  /** Handles that a model has placed. */
+  /** Handles placed by a model. */
   #placed = signal(/** @type {readonly string[]} */ ([]));
-  /** Handles that still stand where they were offered; their names are shown. */
+  /** Handles still at their proposed places; their names are shown. */
   #offered = signal(/** @type {readonly string[]} */ ([]));
-  /** The handle under the pointer, the one whose place is told, and the one that is magnified. */
+  /** The handle under the pointer, the one whose place is read out, and the magnified one. */
   #near = signal(/** @type {string|null} */ (null));
   #told = signal(/** @type {string|null} */ (null));
   #magnified = signal(/** @type {string|null} */ (null));
@@ -44,7 +43,7 @@ export class HandlesEditor {
 
   /**
    * @param {Description} description
-   * @param {string} target What is marked.
+   * @param {string} target Name of the target.
    * @param {() => void} changed Called when a person has changed the mark.
    */
   constructor(description, target, changed) {
@@ -58,7 +57,7 @@ export class HandlesEditor {
     return this.#isMade.value ? markOf(this.#description.kind, [...this.#places.value, ...this.#numbers.value]) : null;
   }
 
-  /** How many handles still stand where they were offered. */
+  /** Number of handles still at their proposed places. */
   get left() {
     return this.#offered.value.length;
   }
@@ -79,7 +78,7 @@ export class HandlesEditor {
     this.#offered.value = [];
   }
 
-  /** Show the handles where the kind has them at first, to be dragged to where they belong. */
+  /** Show the handles at their first places, ready to be dragged. */
   offer() {
     const [width, height] = this.picture.size.value;
     this.set(null);
@@ -264,8 +263,7 @@ function isPlace(value) {
   return Array.isArray(value) && value.length === 2 && value.every(Number.isFinite);
 }
 
-/**
- * The middle of a pixel; nothing without a place.
+/** The middle of a pixel; undefined without a place.
  *
  * @param {Place|undefined} place
  */
@@ -281,8 +279,7 @@ function distance([x, y], [u, v]) {
   return Math.hypot(x - u, y - v);
 }
 
-/**
- * The value nearest to this one that a number may have.
+/** The nearest allowed value of a number.
  *
  * @param {MarkNumber} number
  * @param {number} value

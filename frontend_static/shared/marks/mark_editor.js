@@ -1,7 +1,4 @@
-/**
- * Editors of marks: one for boxes, and one for all kinds that consist of handles and numbers, which also does for kinds
- * that other packages bring along.
- */
+/** Editors of marks: one for boxes, and one for all kinds of handles and numbers, including those of other packages. */
 
 import { h, html, signal } from "../../vendor/preact.js";
 import { elementOf, step } from "../dom.js";
@@ -17,22 +14,20 @@ import { Picture, Stage, within } from "./picture.js";
 
 /** @typedef {[left: number, top: number, width: number, height: number]} Box In px. */
 
-/**
- * What keys do to width and height, by their place on the keyboard. Alt and arrows are the browser's own, back and forth
- * between pages.
+/** Changes of width and height by keys, named by their place on the keyboard. Alt with arrows belongs to the browser.
  *
  * @type {Record<string, Place>}
  */
 const SIZES = { KeyW: [0, -1], KeyA: [-1, 0], KeyS: [0, 1], KeyD: [1, 0] };
 const SMALLEST = 4;
-/** How near to a corner a pointer takes it, and how near a finger, px of the page. */
+/** Reach of a corner for a pointer and for a finger, px of the page. */
 const REACH_PX = 10;
 const FINGER_PX = 24;
 const CORNER_PX = 8;
 /** @type {Place[]} */
 const CORNERS = [[0, 0], [1, 0], [0, 1], [1, 1]];
 
-/** What these keys are called on the local keyboard, once the browser has told. */
+/** Names of these keys on the local keyboard, once the browser has reported them. */
 const keys = signal("W, A, S, D of an English keyboard");
 navigator.keyboard?.getLayoutMap().then((layout) => {
   keys.value = Object.keys(SIZES).map((code) => (layout.get(code) ?? code.slice(-1)).toUpperCase()).join(", ");
@@ -40,8 +35,7 @@ navigator.keyboard?.getLayoutMap().then((layout) => {
 
 class BoxEditor {
   #box = signal(/** @type {Box|null} */ (null));
-  /**
-   * What is dragged: a new corner, the opposite one standing where it is, or the box, taken at a place within it.
+  /** The dragged part: a corner, with the opposite one fixed, or the box, held at a place within it.
    *
    * @type {{from: Place}|{grip: Place}|null}
    */
@@ -50,7 +44,7 @@ class BoxEditor {
   #changed;
 
   picture = new Picture();
-  /** A box has no parts that are offered. */
+  /** A box has no proposed parts. */
   left = 0;
 
   /** @type {HTMLElement} */
@@ -58,7 +52,7 @@ class BoxEditor {
 
   /**
    * @param {Description} description
-   * @param {string} target What is marked.
+   * @param {string} target Name of the target.
    * @param {() => void} changed Called when a person has changed the box.
    */
   constructor({ kind, title }, target, changed) {
@@ -131,8 +125,7 @@ class BoxEditor {
 
   /**
    * The corner opposite to the one under the pointer.
-   *
-   * A finger covers it, and need not be as near; but a small box can still be moved by its middle.
+   * A finger covers it, and need not be as close; but a small box can still be moved by its middle.
    *
    * @param {number} x
    * @param {number} y
@@ -197,7 +190,7 @@ class BoxEditor {
 
 /**
  * @param {Box} box
- * @param {number} side Of a corner.
+ * @param {number} side Side of a corner's square.
  */
 function boxDrawing([x, y, width, height], side) {
   const corner = (/** @type {Place} */ [i, j]) =>
@@ -209,19 +202,18 @@ function boxDrawing([x, y, width, height], side) {
   `;
 }
 
-/**
- * What every editor can do. A component that reads `mark` or `left` follows them.
+/** The interface of every editor. A component that reads `mark` or `left` follows them as signals.
  *
  * @typedef {object} MarkEditor
- * @property {HTMLElement} element What is put into the page.
- * @property {Mark|null} mark As the server takes it; null while there is none.
- * @property {number} left How many of its parts still stand where they were offered.
- * @property {Picture} picture What the mark is made on.
+ * @property {HTMLElement} element Element for the page.
+ * @property {Mark|null} mark Mark in the server's form; null while there is none.
+ * @property {number} left Number of its parts still at their proposed places.
+ * @property {Picture} picture Picture on which the mark is made.
  * @property {(mark: Mark|null, placed?: string[]) => void} set Show a mark, or none; the handles that were
- *     `placed` rather than found are hollow until somebody moves them.
- * @property {() => void} offer Begin to have one made.
+ *     `placed` rather than found are hollow until a person moves them.
+ * @property {() => void} offer Let a person begin a mark.
  * @property {() => void} focus
- * @property {(event: PointerEvent) => boolean} [centre] Put the mark, as large as it is, around a pointer; false if there is none.
+ * @property {(event: PointerEvent) => boolean} [centre] Move the mark to a pointer, without changing its size; false if there is none.
  */
 
 /** @type {Record<string, new (description: Description, target: string, changed: () => void) => MarkEditor>} */
@@ -229,7 +221,7 @@ const OWN = { box: BoxEditor };
 
 /**
  * @param {Description} description The kind of mark, as an experiment declares it.
- * @param {string} target What is marked, one word.
+ * @param {string} target Name of the target, one word.
  * @param {() => void} [changed] Called when a person has changed the mark.
  * @returns {MarkEditor}
  */
@@ -238,8 +230,7 @@ export function markEditor(description, target, changed = () => {}) {
   return new Editor(description, target, changed);
 }
 
-/**
- * What an experiment says of a kind of mark that it takes.
+/** An experiment's description of a kind of mark.
  *
  * @param {import("../messages.js").ExperimentPublic} experiment
  * @param {string|null|undefined} kind

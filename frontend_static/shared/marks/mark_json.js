@@ -1,13 +1,10 @@
-/**
- * Where the parts of a mark stand in its JSON: a path of names joined by dots, a number being a place in a list. Editors of
- * kinds that nobody here knows read and write marks by these paths alone.
- */
+/** Paths of a mark's parts in its JSON: names joined by dots; a number is an index in a list. The editor of unknown kinds reads and writes
+ marks only by these paths. */
 
 /** @typedef {import("../messages.js").Editor} Description */
 /** @typedef {Record<string, unknown>} Mark A mark as the server has it. */
 
-/**
- * What stands at a path; undefined where nothing does.
+/** The value at a path; undefined if there is none.
  *
  * @param {Mark|null} mark
  * @param {string} path

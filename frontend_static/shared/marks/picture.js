@@ -1,7 +1,5 @@
-/**
- * A picture of a recording that something is marked in: shown as large as there is room, with an overlay whose unit is the
- * picture's pixel, and what a pointer does on it. Pixels count from the middle of the first one.
- */
+/** A picture of a recording for marking: as large as there is room, with an overlay whose unit is the picture's pixel, and the handling of
+ the pointer. Pixels count from the middle of the first one. */
 
 import { computed, html, signal, useEffect, useSignal } from "../../vendor/preact.js";
 
@@ -11,7 +9,7 @@ import { computed, html, signal, useEffect, useSignal } from "../../vendor/preac
 
 const LOUPE_PX = 96;
 const ABOVE_PX = 24;
-/** So many pixels of the page one of the picture becomes in the loupe, at least. */
+/** Least magnification of the loupe, pixels of the page per pixel of the picture. */
 const LARGE = 4;
 
 export class Picture {
@@ -20,7 +18,7 @@ export class Picture {
   size = signal(/** @type {[number, number]} */ ([1, 1]));
   /** Width in the page, px. */
   room = signal(0);
-  /** How many pixels of the picture one of the page is. */
+  /** Pixels of the picture per pixel of the page. */
   scale = computed(() => this.size.value[0] / (this.room.value || this.size.value[0]));
   /** @type {HTMLElement|null} What takes the focus and the pointer. */
   current = null;
@@ -37,8 +35,7 @@ export class Picture {
     this.size.value = [width, height];
   }
 
-  /**
-   * Where a pointer is, from the left upper edge of the picture, and never beyond it.
+  /** The place of a pointer, from the upper left corner of the picture, limited to it.
    *
    * @param {PointerEvent} event
    * @returns {Place}
@@ -50,8 +47,7 @@ export class Picture {
   }
 }
 
-/**
- * What the editor of a mark does with a pointer, at its place on the picture.
+/** The pointer handlers of a mark's editor, with places on the picture.
  *
  * @typedef {object} Pointed
  * @property {Picture} picture
@@ -62,13 +58,13 @@ export class Picture {
 
 /**
  * @typedef {object} StageProps
- * @property {string} kind Of the mark.
+ * @property {string} kind Kind of the mark.
  * @property {Pointed} editor
  * @property {Record<string, unknown>} surface Attributes of the picture's element.
- * @property {Child} drawn What lies in the overlay.
- * @property {Child} [above] What lies over it.
- * @property {Child} words What is said below the picture.
- * @property {Child} [controls] What stands below these.
+ * @property {Child} drawn Content of the overlay.
+ * @property {Child} [above] Content above the overlay.
+ * @property {Child} words Text below the picture.
+ * @property {Child} [controls] Controls below the text.
  */
 
 /** @param {StageProps} props */
@@ -99,7 +95,7 @@ export function Stage({ kind, editor, surface, drawn, above, words, controls }) 
   return html`<div class="target-stage" data-mark=${kind}>
     <div ref=${picture} ...${surface} ...${pointer} class=${look} style=${{ "--ratio": width / height }}>
       <img alt="" draggable=${false} src=${address || null} width=${width} height=${height} onLoad=${come(false)} onError=${come(true)} />
-      <p class="picture-missing" role="alert" hidden=${!isKnown || !known.value.isMissing}>The picture of this frame could not be shown.</p>
+      <p class="picture-missing" role="alert" hidden=${!isKnown || !known.value.isMissing}>Couldn't load the picture of this frame.</p>
       <svg class="picture-overlay" preserveAspectRatio="none" aria-hidden="true" viewBox=${`0 0 ${width} ${height}`}>${drawn}</svg>
       ${above}
     </div>
@@ -108,7 +104,7 @@ export function Stage({ kind, editor, surface, drawn, above, words, controls }) 
   </div>`;
 }
 
-/** @param {{picture: Picture, place: Place}} props What is around a point, magnified, beside the finger that hides it. */
+/** @param {{picture: Picture, place: Place}} props A loupe of the place around a point, next to the finger that covers it. */
 export function Loupe({ picture: { address, size, scale }, place }) {
   const zoom = Math.max(LARGE, 2 / scale.value);
   const [width, height] = size.value;

@@ -1,6 +1,6 @@
-// Colours of vertices. viser draws a mesh in one colour only and updates its vertices in place; a mesh with colours of its
-// own it takes as a file, which it reads in the background, showing nothing meanwhile. So the colours come beside the mesh,
-// as those of points that are not shown (`coloured_mesh.py`), and are given to its vertices just before a picture is drawn.
+// Colours of vertices. viser draws a mesh in one colour only and updates its vertices in place; it takes a mesh with vertex colours as a
+// file, which it reads in the background, showing nothing meanwhile. So the colours are sent separately, as those of hidden points
+// (`viser_handles.py`), and copied to the vertices just before a picture is drawn.
 const SUFFIX = " colours";
 const COMPONENTS = 4;
 const LINEAR = Float32Array.from({ length: 256 }, (_, value) => {
@@ -30,7 +30,7 @@ const first = (node, isOfKind) => {
 /**
  * @param {Float32Array} colours
  * @param {Uint8Array} bytes Red, green and blue of all vertices, one after the other, and then all opacities.
- * @param {number} count Of the vertices.
+ * @param {number} count Number of vertices.
  */
 const fill = (colours, bytes, count) => {
   for (let vertex = 0; vertex < count; vertex += 1) {

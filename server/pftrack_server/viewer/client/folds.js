@@ -1,6 +1,5 @@
-// What a person folds or unfolds in the panel stays so. viser folds everything as at first when the scene connects again
-// and when the page is loaded; so it is remembered, under the title of the panel, which is the experiment's. The flat
-// view's panel keeps its folds in the same place (`session/panel.js`).
+// Keeps a person's folds in the panel. viser resets all folds when the scene reconnects and when the page is loaded; so they are stored
+// under the title of the panel, which is the experiment's. The flat view's panel stores its folds in the same place (`session/panel.js`).
 const HEADING = ".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon-chevron-up, > .tabler-icon-chevron-down)";
 const titleOf = (/** @type {Element|null} */ element) => element?.textContent?.trim() ?? "";
 const isUnfolded = (/** @type {Element} */ heading) => heading.querySelector(".tabler-icon-chevron-up") !== null;
@@ -21,12 +20,12 @@ addEventListener(
   "click",
   (event) => {
     const heading = event.target instanceof Element ? event.target.closest(HEADING) : null;
-    // Only what a person does, not what is restored here.
+    // Only a person's changes, not those restored here.
     if (heading === null || !event.isTrusted) return;
     try {
       localStorage.setItem(place(), JSON.stringify({ ...remembered(), [titleOf(heading)]: !isUnfolded(heading) }));
     } catch {
-      // Without storage it lasts until the scene connects again.
+      // Without storage the folds last until the scene reconnects.
     }
   },
   true,

@@ -1,8 +1,8 @@
-// Picture and particles of the same frame, and no frame drawn in vain. viser takes a frame up while it draws, so it
-// draws the old one once more; and it hands points to the graphics card at once, but unpacks a picture in the
-// background, from an address of its own that it gives back afterwards; a newer picture even cancels it. Without a
-// graphics card drawing takes longer than all else together. So a frame is taken up as soon as it comes, while the
-// last one is being drawn, and nothing is drawn and nothing newer taken up until its picture hangs in the scene.
+// Shows picture and particles of the same frame, and draws no frame in vain. viser processes a frame's messages while it draws, so it draws
+// the old frame once more. It passes points to the graphics card at once, but decodes a picture in the background, from a temporary
+// address; a newer picture even cancels that. Without a graphics card, drawing takes longer than everything else together. So a frame's
+// messages are processed as soon as they arrive, while the last frame is being drawn; then nothing is drawn and nothing newer processed
+// until its picture is in the scene.
 const PATIENCE_MS = 500;
 /** @type {Map<string, number>} */
 const unpacking = new Map();
@@ -19,7 +19,7 @@ const hangs = (/** @type {string} */ address) => {
 };
 const isUnpacking = () => {
   for (const [address, since] of unpacking) {
-    // One that nobody hangs up (it was hidden or removed meanwhile) must not stop the scene for good.
+    // A picture that is never shown (it was hidden or removed meanwhile) must not stop the scene for ever.
     if (performance.now() - since > PATIENCE_MS || hangs(address)) unpacking.delete(address);
   }
   return unpacking.size > 0;
@@ -27,8 +27,8 @@ const isUnpacking = () => {
 let isHeld = false;
 const takeUp = () => {
   const viewer = window.__viserMutable;
-  // Once a frame had to be held, it is drawn before anything newer: frames that come faster than their pictures are
-  // unpacked would otherwise keep all of them from being drawn.
+  // A frame that had to wait is drawn before anything newer: otherwise frames that arrive faster than their pictures are decoded would
+  // prevent all drawing.
   if (isHeld || !viewer?.drainMessageQueue || viewer.messageQueue.length === 0 || isUnpacking()) return;
   viewer.drainMessageQueue();
   viewer.requestRender();
@@ -38,7 +38,7 @@ window.Worker = class extends OriginalWorker {
   /** @param {ConstructorParameters<typeof Worker>} rest */
   constructor(...rest) {
     super(...rest);
-    // viser's own listener comes later and puts what has come into its queue.
+    // viser's own listener runs later and queues the message.
     this.addEventListener("message", () => setTimeout(takeUp));
   }
 };
@@ -60,7 +60,7 @@ let last = 0;
 window.requestAnimationFrame = (callback) => {
   const request = ++last;
   const run = (/** @type {number} */ time) => {
-    // All callbacks of one frame run or wait together: the first of them may well have begun to unpack the next picture.
+    // All callbacks of one frame run or wait together: the first may already have begun to decode the next picture.
     if (now !== time) isHeld = isUnpacking();
     now = time;
     if (isHeld) {

@@ -1,9 +1,9 @@
-// The keys of the page around go to it. viser would fly with W, E and some others of them; the mouse does that as well.
+// Passes the outer page's keys to it. viser would fly with W, E and some others; the mouse can do that, too.
 const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "PageUp", "PageDown", "[", "]", "?", ..."bBcCdDeEfFiIlLnNpPtTwW12345678"]);
-// Escape ends something in the page, and in the scene, which is told it as well.
+// Escape ends actions both in the page and in the scene.
 const SHARED_KEY = "Escape";
 const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
-// A page that was opened from a file has no origin.
+// A page opened from a file has no origin.
 const AROUND = location.origin === "null" ? "*" : location.origin;
 let clicked = true;
 addEventListener("pointerdown", () => (clicked = true), true);
@@ -15,13 +15,13 @@ const belongsTo = (/** @type {EventTarget|null} */ element, /** @type {string} *
   if (input && !["checkbox", "radio", "button"].includes(input.type)) return true;
   if (element.closest("[role=slider]")) return SLIDER_KEYS.has(key);
   if (element.closest("[role=listbox], [role=option], [role=dialog]")) return true;
-  // Space presses a button for people who came to it by keyboard, not for those who have just clicked it.
+  // Space presses a button focused by keyboard, not one that was just clicked.
   return key === " " && !clicked && element.matches("button, input, [role=button], a");
 };
 addEventListener(
   "keydown",
   (event) => {
-    // By itself, as in an export, the scene keeps its keys.
+    // A stand-alone scene keeps its keys.
     if (parent === window || event.ctrlKey || event.metaKey || event.altKey || (event.key !== SHARED_KEY && !KEYS.has(event.key))) return;
     if (belongsTo(event.target, event.key)) return;
     if (event.key !== SHARED_KEY) {
@@ -35,7 +35,7 @@ addEventListener(
 addEventListener(
   "keyup",
   (event) => {
-    // A button is pressed when space comes up again.
+    // A button is pressed when space is released.
     if (event.key === " " && !belongsTo(event.target, " ")) event.preventDefault();
   },
   true,

@@ -1,5 +1,5 @@
-// A typed number counts when it is finished (Enter, Tab, leaving the box), not digit by digit: 800 is not 8. Until
-// then no answer of the session to something else may write over it.
+// A typed number is sent when it is finished (Enter, Tab, leaving the box), not digit by digit: 800 is not 8. Until then no answer of the
+// session may overwrite it.
 const unfinished = new WeakSet();
 let finishing = false;
 /**
@@ -21,7 +21,7 @@ const guard = (/** @type {HTMLInputElement} */ element) => {
   const setOwn = own.set.bind(element);
   const set = (/** @type {string} */ value) => {
     if (unfinished.has(element)) return;
-    // What is selected as a whole is about to be typed over, also when it has just become another number.
+    // A wholly selected number will be overwritten by typing, even if it has just changed.
     const selected = Number(element.selectionEnd) - Number(element.selectionStart);
     const isSelected = document.activeElement === element && selected === element.value.length;
     setOwn(value);

@@ -1,6 +1,6 @@
-// Appearance and behaviour of the scene as a part of the page around it.
+// Appearance and behaviour of the scene within the outer page.
 
-// Light or dark: as the page around says (?theme=), else as the system asks. viser reads ?darkMode once, at start.
+// Light or dark: as the outer page chooses (?theme=), or else as the system does. viser reads ?darkMode once, at start.
 // A ?websocket= is dropped: the scene talks to its own session only. ?panel=none leaves the panel out.
 const address = new URLSearchParams(location.search);
 const asked = address.get("theme");
@@ -25,7 +25,7 @@ addEventListener("message", (event) => {
 // viser loads a sorter for Gaussian splats that evaluates text, which the policy forbids; nothing here draws splats.
 addEventListener("unhandledrejection", (event) => event.reason instanceof EvalError && event.preventDefault());
 
-// Reconnect while visible. viser retries only in a window that has the focus, which a frame rarely has.
+// Reconnect while visible. viser retries only in a focused window, which an iframe rarely is.
 document.hasFocus = () => document.visibilityState === "visible";
 document.addEventListener("visibilitychange", () => {
   dispatchEvent(new Event(document.visibilityState === "visible" ? "focus" : "blur"));

@@ -1,6 +1,5 @@
-// Pointing at the scene: the page around is told where in the picture that is, as where the pointer is and as clicks.
-//
-// A click that hits a particle tells its place as well: one that is lifted above the picture is not where it seems to be.
+// Pointing at the scene: the outer page receives the pointer's place in the picture, and clicks.
+// A click on a particle also sends the particle's place: one raised above the picture is not where it seems to be.
 const STILL_PX = 4; // a pointer that moves further has turned the scene
 const NEAR_PX = 8;
 const around = location.origin === "null" ? "*" : location.origin;
@@ -23,7 +22,7 @@ const isShown = (/** @type {ViserNode|null|undefined} */ node) => {
 /**
  * Where a ray from the camera meets the picture, px of the picture; its origin is the centre of the first pixel.
  *
- * @param {Place} at In the canvas, -1 to 1 from left to right and from the bottom to the top.
+ * @param {Place} at Place in the canvas, -1 to 1 from left to right and from the bottom to the top.
  * @returns {Place|null}
  */
 const placeAt = ([across, up]) => {
@@ -43,10 +42,9 @@ const placeAt = ([across, up]) => {
   return isInside ? [column - 0.5, row - 0.5] : null;
 };
 
-/**
- * The place of the point that is seen nearest to a click, px of the picture; null if none is near.
+/** The place of the visible point nearest to a click, px of the picture; null if none is near.
  *
- * @param {Place} at In the canvas, -1 to 1.
+ * @param {Place} at Place in the canvas, -1 to 1.
  * @param {DOMRect} canvas
  * @returns {Place|null}
  */
@@ -63,7 +61,7 @@ const pointAt = ([across, up], { width, height }) => {
     const { array, count } = /** @type {ViserPoints} */ (item).geometry.attributes.position;
     for (let n = 0; n < count; n += 1) {
       const [x, y, z] = [array[3 * n], -array[3 * n + 1], array[3 * n + 2]];
-      // Points of a world that stands beside the picture are not particles.
+      // Points of a world next to the picture are not particles.
       if (x < -0.5 || y < -0.5 || x > image.width - 0.5 || y > image.height - 0.5) continue;
       item.localToWorld(seen.set(x, -y, z)).project(camera);
       const off = Math.hypot(((seen.x - across) * width) / 2, ((seen.y - up) * height) / 2);

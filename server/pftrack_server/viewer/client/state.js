@@ -1,14 +1,13 @@
-// What the page around may know of the scene, without knowing how viser keeps it: `pftrackScene.drawn()`, and which frame
-// it shows, which is where a node stands that nobody sees.
-//
-// As far as one may go from what is looked at, in distances of the preset (`camera.Cameras`); as long as nobody has said
-// anything of it, viser has a limit of its own. And how exactly the camera has to stand there.
+// The scene's state for the outer page, independent of viser's internals: `pftrackScene.drawn()`, and the shown frame, which is the
+// position of an invisible node.
+// Largest distance from the target point, in distances of the preset (`camera.Cameras`); viser's own limit applies until it is set. And the
+// tolerance of the camera's position.
 const FURTHEST = 10;
 const UNTOLD = 1e4;
 const EXACT = 0.02;
 const DRAWN_BY_NOBODY = new Set(["", "/WorldAxes", "/frame"]); // viser's own nodes, and ours without content
 
-// A picture is a plane without light; it has no image while that is being unpacked. Meshes are lit.
+// A picture is an unlit plane, without an image while that is being decoded. Meshes are lit.
 const planesOf = (/** @type {ViserNode} */ node) => {
   /** @type {ViserNode[]} */
   const planes = [];
@@ -26,7 +25,7 @@ const isOpaque = () => {
   return canvas === null || Number(getComputedStyle(canvas).opacity) > 0.99;
 };
 
-/** @returns {null|"there"|"in place"} What there is of the run; "in place" once the camera stands where the preset has it. */
+/** @returns {null|"there"|"in place"} State of the run's picture; "in place" once the camera is at its preset. */
 const drawn = () => {
   const { nodeRefFromName: nodes, cameraControl, configuredMaxOrbitDistance: furthest = UNTOLD } = window.__viserMutable ?? {};
   if (!nodes || !cameraControl) return null;
