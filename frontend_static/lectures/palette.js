@@ -40,7 +40,7 @@ export function Palette({ add }) {
   return html`<section class="palette" aria-label="Add to the lecture">
     <h2>Add</h2>
     <div class="kinds" role="group" aria-label="Kind">${PLACES.map(kind)}</div>
-    <div key=${id} class="palette-place">${h(Loaded, { load: () => list(add), failed: `Could not load ${title.toLowerCase()}` })}</div>
+    <div key=${id} class="palette-place">${h(Loaded, { load: () => list(add), failed: `Couldn't load ${title.toLowerCase()}` })}</div>
     ${h(LinkField, { add })}
   </section>`;
 }

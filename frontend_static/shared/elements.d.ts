@@ -1,6 +1,6 @@
-/** What `build` of dom.js is given. */
+/** The arguments of `build` in dom.js. */
 
-/** What becomes of an attribute: true and false switch it, null and undefined leave it out, the rest is its text. */
+/** The value of an attribute: true and false switch it, null and undefined leave it out, others are its text. */
 export type Attribute = string | number | boolean | null | undefined;
 
 type HtmlName =
@@ -10,14 +10,14 @@ type HtmlName =
   | "role" | "rows" | "scope" | "selected"
   | "src" | "step" | "style" | "tabindex" | "target" | "title" | "type" | "value" | "width";
 
-/** Attributes by name. One that is not among these yet is added to the lists above. */
+/** Attributes by name. Add missing ones to the lists above. */
 export type Attributes = { [Name in HtmlName | `aria-${string}` | `data-${string}`]?: Attribute };
 
-/** What to call, by the type of the event. */
+/** Listeners by the type of the event. */
 export type Listeners = { [Type in keyof HTMLElementEventMap]?: (event: HTMLElementEventMap[Type]) => unknown };
 
-/** Attributes, the listeners, and what becomes data attributes. */
+/** Attributes, listeners and data attributes. */
 export type Properties = Attributes & { on?: Listeners; data?: Record<string, string | number | boolean> };
 
-/** What an element holds: strings and numbers become text, nothing becomes of false, null and undefined. */
+/** The content of an element: strings and numbers become text; false, null and undefined are skipped. */
 export type Child = Node | string | number | false | null | undefined | readonly Child[];

@@ -246,7 +246,7 @@ export interface ComparisonPublic {
   p_value: (number | null)[];
 }
 
-/** What is known of a comparison once its runs have been computed. */
+/** A comparison of computed runs. */
 export interface ComparisonResult {
   frames: number;
   outcomes: Outcome[];
@@ -349,7 +349,7 @@ export interface DifferencePublic {
   cured: boolean | number | string;
 }
 
-/** Where two runs part. */
+/** The frame at which two runs diverge. */
 export interface Divergence {
   first: number;
   second: number;
@@ -1268,7 +1268,7 @@ export interface OpenRequest {
   tracker?: string | null;
 }
 
-/** What came of one of the runs in the frames that are compared. */
+/** The result of one run in the compared frames. */
 export interface Outcome {
   mean_error: number | null;
   success_share: number | null;
@@ -1289,7 +1289,7 @@ export interface Painted {
   count: number;
 }
 
-/** How much one run's frames differ from another's in a quantity. */
+/** Mean difference of a quantity between the frames of two runs. */
 export interface Paired {
   first: number;
   second: number;
@@ -1303,7 +1303,7 @@ export interface Paired {
   high: number | null;
 }
 
-/** What there is to say of one particle. */
+/** Numbers of one particle. */
 export interface ParticleFinding {
   particle: number;
   filter: string;
@@ -1914,7 +1914,7 @@ export interface SetSpeed {
   speed: number;
 }
 
-/** Something in which runs differ. */
+/** A setting in which runs differ. */
 export interface Setting {
   name: string;
   title: string;
@@ -1957,7 +1957,7 @@ export interface Sign {
   words: string;
 }
 
-/** The same computation in two forms. */
+/** Code of a computation in two forms. */
 export interface SourceCode {
   python: string;
   command: string;

@@ -1,9 +1,9 @@
-/** What scripts that are not modules put into the page's window, and the scene's page into its own. */
+/** Globals that non-module scripts set in the page's window, and the scene's page in its own. */
 interface Window {
   pftrackScene?: { drawn(): null | "there" | "in place"; frame(): number | null };
 }
 
-/** What TypeScript does not know yet of keyboards; not all browsers have it. */
+/** Keyboard functions that TypeScript does not know yet; not all browsers have them. */
 interface Navigator {
   readonly keyboard?: { getLayoutMap(): Promise<ReadonlyMap<string, string>> };
 }

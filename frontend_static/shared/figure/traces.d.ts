@@ -3,13 +3,12 @@ import type * as declared from "./types.js";
 
 export type { Bars, Curve, Handle, Histogram, Rule, Scatter, Stems, StripChart, Tree } from "./types.js";
 
-/** An axis; what stands at it may be given, where its range says too little. */
+/** An axis; its labels may be given. */
 export interface Axis extends declared.Axis {
   ticks?: { at: number; text: string }[];
 }
 
-/** What the traces of a live plot have in common. `ink` is a token or any colour; `name` says which one it is; one with a
- *  title stands in the key. */
+/** The shared part of a live plot's traces. `ink` is a token or any colour; `name` identifies the trace; one with a title is in the key. */
 interface Live {
   title: string;
   ink: string;
@@ -30,7 +29,7 @@ export interface Line extends Live {
   unit: string;
 }
 
-/** What lies between two lines. */
+/** The area between two lines. */
 export interface Band extends Live {
   kind: "band";
   x: readonly number[];
@@ -39,14 +38,14 @@ export interface Band extends Live {
   opacity: number;
 }
 
-/** Lines from point to point, each as opaque as it says. */
+/** Lines from point to point, each with its opacity. */
 export interface Segments extends Live {
   kind: "segments";
   links: readonly { x0: number; y0: number; x1: number; y1: number; opacity: number }[];
   width?: number;
 }
 
-/** Discs, each as opaque as it says; or rings. */
+/** Discs, each with its opacity; or rings. */
 export interface Nodes extends Live {
   kind: "nodes";
   x: readonly number[];
@@ -56,20 +55,20 @@ export interface Nodes extends Live {
   ring: boolean;
 }
 
-/** Intervals of the axis to the right that are shaded, over all of the other axis or a part of it. */
+/** Shaded intervals of the x axis, over the whole y axis or a part of it. */
 export interface Spans extends Live {
   kind: "spans";
   intervals: readonly { first: number; last: number; low?: number; high?: number }[];
   opacity: number;
 }
 
-/** A cell by its places on the axes. */
+/** A cell by its indices on the axes. */
 export interface Cell {
   i: number;
   j: number;
 }
 
-/** How a cell looks. `colour` is null where there is no value yet, `filled` the share of the cell that is coloured, 0..1;
+/** The look of a cell. `colour` is null if there is no value yet, `filled` the coloured share of the cell, 0..1;
  *  `isOutlined` is for colours near that of the page, `isHatched` for what has no value and will have none. */
 export interface CellLook {
   colour: Readonly<Colour> | null;

@@ -1,4 +1,4 @@
-/** As much of viser's client, and of three.js in it, as the scripts beside this file use. */
+/** The parts of viser's client, and of three.js in it, that the scripts next to this file use. */
 
 interface ViserVector {
   x: number;
@@ -16,7 +16,7 @@ interface ViserPicture {
   height: number;
 }
 
-/** An attribute of vertices: so many values for each of them, one after the other. */
+/** An attribute of vertices: a fixed number of values for each, one after the other. */
 interface ViserAttribute<Values extends Float32Array | Uint8Array = Float32Array> {
   array: Values;
   count: number;
@@ -46,7 +46,7 @@ interface ViserMesh extends ViserNode {
 
 interface ViserPoints extends ViserNode {
   isPoints: true;
-  /** viser keeps the bytes of their colours as they have come. */
+  /** viser keeps the received bytes of their colours. */
   geometry: { attributes: { position: ViserAttribute; color?: ViserAttribute<Uint8Array> } };
 }
 
@@ -54,9 +54,9 @@ interface ViserNode {
   isLineSegments2?: boolean;
   isMesh?: boolean;
   isPoints?: boolean;
-  /** Of what is drawn alone. */
+  /** Only on drawn objects. */
   material?: ViserMaterial;
-  /** Of a scene, just before a picture is drawn. */
+  /** Called on a scene just before a picture is drawn. */
   onBeforeRender?(): void;
   parent?: ViserNode | null;
   position: ViserVector;
