@@ -1,9 +1,9 @@
 """A frame of the simulated driver at 640 x 480: pose from eleven features, by pftrack and by OpenCV.
 
 OpenCV follows the same points by pyramidal Lucas-Kanade flow and gets the pose from `solvePnP`; `solvePnP` on the true
-points shows the cost of the mean face without tracking errors. The goal for PF-ASD is 1 ms for each of its filters, of
-which there are two by default, with templates in relief and a growing face; Bando 2007 needed 29 ms a frame, with
-capture, on a Pentium 4 of 2.8 GHz.
+points shows the cost of the mean face without tracking errors. The goal for PF-ASD is 1 ms for each of its two default
+filters, with templates in relief and a growing face; Bando 2007 needed 29 ms a frame, with capture, on a Pentium 4 of
+2.8 GHz.
 """
 
 from collections.abc import Callable

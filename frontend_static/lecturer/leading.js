@@ -145,7 +145,7 @@ class Held {
     else if (this.walk.value.at > 0) this.go(-1);
   }
 
-  /** What was begun for a step may have been ended since. */
+  /** The session started for a step may have ended since. */
   async #forgetEnded() {
     const session = SESSION.exec(pageOf(this.walk.value))?.[1];
     if (session === undefined) return;

@@ -74,7 +74,7 @@ class Marking {
    * @param {Mounted} view
    * @param {string} upload
    * @param {TruthMark} kind
-   * @param {Rows} known What was marked before.
+   * @param {Rows} known The known marks.
    */
   constructor(view, upload, kind, known) {
     this.#view = view;

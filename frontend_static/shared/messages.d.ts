@@ -955,7 +955,7 @@ export interface Inspect {
 /** Findings of an inspection in the shown frame. */
 export interface InspectionPublic {
   frame: number;
-  /** What was inspected; gone is a particle without descendants here */
+  /** Inspected subject; gone is a particle without descendants here */
   subject: "estimate" | "place" | "particle" | "gone";
   place: [number, number] | null;
   /** Title of the likelihood; empty if the tracker has none to show */

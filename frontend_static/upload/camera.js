@@ -72,7 +72,7 @@ function CameraDialog({ take, close }) {
   return h(Step, { key: "refused", words: now.refused, isWrong: true, buttons });
 }
 
-/** One step: its text and its buttons, of which the last one continues.
+/** One step: its text and its buttons; the last one continues.
  *
  * @param {{words: string, buttons: Button[], body?: Child, isWrong?: boolean}} props
  */

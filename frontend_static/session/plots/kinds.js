@@ -28,7 +28,7 @@ import { column, enclose, extent, reach, remembered, shades } from "./plots.js";
 /**
  * @typedef {object} Kind
  * @property {(store: Store, isRoomy: boolean) => Shown} show `isRoomy` if there is room for full names.
- * @property {string[]} [needs] Names of series, of which one must be measured; none by default.
+ * @property {string[]} [needs] Names of series; one must be measured. None by default.
  * @property {number} [rows] Number of its rows, one above the other.
  * @property {(view: View, frame: number, y: number) => void} [choose] Take the point that a person chose.
  */

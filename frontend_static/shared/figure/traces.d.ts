@@ -15,8 +15,8 @@ interface Live {
   name: string;
 }
 
-/** A line through points, in a colour of its own. `said` and `unit` stand around a value that is pointed at; without words
- *  nothing is said. `values` are what the heights mean, where they are not that themselves. */
+/** A line through points, in a colour of its own. `said` and `unit` surround the value in the tooltip; without words there is no tooltip.
+ * `values` are the meanings of the heights, if these are not the values themselves. */
 export interface Line extends Live {
   kind: "line";
   x: readonly number[];
@@ -78,8 +78,8 @@ export interface CellLook {
   isHatched: boolean;
 }
 
-/** Cells that are told one by one how they look, row after row, when they are painted, since colours follow the theme; any
- *  of them can be chosen. Their middles lie at whole numbers of both axes. */
+/** Cells with individual looks, row after row, set when they are painted, since colours follow the theme; any of them can be chosen. Their
+ * middles are at whole numbers of both axes. */
 export interface CellMap extends Live {
   kind: "heat map";
   across: number;
@@ -92,12 +92,12 @@ export type HeatMap = declared.HeatMap | CellMap;
 
 export type Trace = declared.Trace | Line | Band | Segments | Nodes | Spans | CellMap;
 
-/** One pair of axes with what is drawn in it. */
+/** One pair of axes with its traces. */
 export interface Panel extends Omit<declared.Panel, "x" | "y" | "traces"> {
   x: Axis;
   y: Axis;
   traces: Trace[];
-  /** So long a unit of its axes is at the most, px; what room is left then, is left free at the right. */
+  /** Largest length of a unit of its axes, px; the remaining room at the right stays free. */
   unit_px?: number;
 }
 

@@ -152,7 +152,7 @@ class FilterFiles:
 
         Args:
             name: Name of its tracker.
-            text: What to write.
+            text: The new text.
             before: Hash of the text that it replaces.
 
         Raises:

@@ -452,7 +452,7 @@ def upload_of(store: Store, footage: Footage, user: str) -> UploadRow:
     Args:
         store: Holds the uploads.
         footage: The clip, by its hash.
-        user: What needs the clip, for the message: "run" or "sweep".
+        user: Name for the message of what needs the clip: "run" or "sweep".
 
     Raises:
         ConflictError: The clip is not on this server.

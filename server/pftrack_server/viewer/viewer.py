@@ -42,7 +42,7 @@ class Viewer:
         in_force: The panel's first values.
         on_command: Takes a command, not yet validated, in the form of `POST /sessions/{id}/commands`.
         on_ready: Called when another drawing can be shown.
-        frames: Of the run, where the panel itself has to lead through them; 0 where a page around it does.
+        frames: Length of the run, for a slider of frames; 0 if the outer page has one.
 
     Attributes:
         endpoint: Connects browsers to the viser server.

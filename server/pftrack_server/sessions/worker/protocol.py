@@ -100,7 +100,7 @@ class InspectionPublic(BaseModel):
 
     frame: int
     subject: Literal["estimate", "place", "particle", "gone"] = Field(
-        description="What was inspected; gone is a particle without descendants here"
+        description="Inspected subject; gone is a particle without descendants here"
     )
     place: tuple[float, float] | None
     title: str = Field(description="Title of the likelihood; empty if the tracker has none to show")
