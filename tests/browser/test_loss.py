@@ -135,6 +135,28 @@ def the_place_of_the_plots_lists_changes(page: Page) -> None:
     page.set_viewport_size({"width": 1280, "height": 800})
 
 
+def test_an_answer_about_another_branch_is_not_shown(watch: Callable[..., SessionPage], server: Server) -> None:
+    """A branch that holds is opened while the page waits for the answer about its own loss: the card stays, stale."""
+    view = watch(**LOST, frames=60)
+    page, _ = view.page, tell(view.page, server, view.id)
+    summary = page.get_by_role("region", name="The loss").locator("summary")
+    server.seek(view.id, 59)
+    expect(summary).to_contain_text("Lost in frame 15, ")
+    server.seek(view.id, 0)
+    view.stands_at(0)
+    held: list[Route] = []
+    page.route("**/explanation*", lambda route: held.append(route))  # noqa: PLW0108 - Playwright marks what it calls
+    view.press("w")
+    view.until(lambda: held, "the page has asked")
+    server.post(f"sessions/{view.id}/commands", {"kind": "branch", "frame": 0, "values": {PILLAR: 10}})
+    expect(page.locator(".branches .chip")).to_have_count(2)
+    with page.expect_response("**/explanation*") as answered:
+        held[0].continue_()
+    answered.value.finished()
+    page.wait_for_timeout(300)  # nothing shows when the page has read it
+    expect(summary).to_have_text("Lost in frame 15 stale")
+
+
 def test_changes_are_tried_and_other_seeds_lie_behind_the_error(
     watch: Callable[..., SessionPage], server: Server
 ) -> None:

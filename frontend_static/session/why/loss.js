@@ -194,16 +194,19 @@ export class Loss {
     this.#chosen = frame === undefined ? "" : settingsOf(store.session);
     this.#asked.abort();
     const { signal: now } = (this.#asked = new AbortController());
+    const { branch } = store.known;
+    // The server answers for the branch that is active when the request arrives.
+    const isOver = () => now.aborted || branch !== store.known.branch;
     try {
       const explanation = await request("GET sessions/{session}/explanation", { session: store.known.id, frame });
-      if (now.aborted) return;
+      if (isOver()) return;
       this.explanation.value = explanation;
       this.refusal.value = "";
       if (!explanation.diagnosis.lost || !this.offersChanges) return;
       this.parameters = { ...store.known.parameters };
       await this.exploration.begin({ kind: "what-if", frame: explanation.diagnosis.frame });
     } catch (error) {
-      if (!now.aborted) this.refusal.value = messageOf(error);
+      if (!isOver()) this.refusal.value = messageOf(error);
     }
   }
 
