@@ -142,8 +142,9 @@ class Server:
         column: list[Any] = self.get(f"sessions/{session}/diagnostics?branch={branch}")["columns"][name]
         return column
 
-    def end_sessions(self) -> None:
-        for session in self.get("sessions"):
+    def end_sessions(self, keep: int = 0) -> None:
+        """End all sessions but the newest `keep`."""
+        for session in self.get("sessions")[keep:]:
             self._http.delete(f"{self.url}/api/v1/sessions/{session['id']}")
 
     def _answer(self, method: str, path: str, body: dict[str, Any] | None = None) -> Any:
