@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from pftrack.core.numerics.elementary import circular_mean, direction, less_turns, wrap
 
@@ -21,14 +19,6 @@ def test_the_mean_of_angles_is_taken_on_the_circle() -> None:
     """Angles to either side of half a turn have half a turn as their mean, not 0; weights count."""
     assert abs(circular_mean(np.array([3.0, -3.0]), np.array([0.5, 0.5]))) == pytest.approx(np.pi)
     assert circular_mean(np.array([0.0, 0.1, 7.0]), np.array([0.5, 0.5, 0.0])) == pytest.approx(0.05)
-
-
-@given(st.floats(-50, 50))
-def test_wrapped_angles_are_the_same_angles(angle: float) -> None:
-    """A wrapped angle lies in (-pi, pi] and differs by whole turns."""
-    within = float(wrap(angle))
-    assert -np.pi < within <= np.pi
-    assert (within - angle) / (2 * np.pi) == pytest.approx(round((within - angle) / (2 * np.pi)), abs=1e-9)
 
 
 def test_half_a_turn_is_positive() -> None:

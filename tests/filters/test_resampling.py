@@ -15,7 +15,7 @@ def test_expected_copies(resample: Resampler) -> None:
     weights = np.array([0.05, 0.5, 0.0, 0.25, 0.2])
     with np.errstate(divide="ignore"):
         log_weights = np.log(weights)
-    repeats, count = 4000, 12
+    repeats, count = 1000, 12
     copies = np.zeros(5)
     for seed in range(repeats):
         copies += np.bincount(resample(np.random.default_rng(seed), log_weights, count), minlength=5)

@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
-from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.ball.model import GUIDANCE, TRACKERS, BallTrackerParameters
 from pftrack.experiments.shared.reports import PointState
@@ -61,12 +60,6 @@ def test_the_frame_may_turn_with_the_motion() -> None:
     states = drawn((0.0, 5.0), guided_frame="motion")
     assert np.var(states[:, 1]) == pytest.approx(learned[0, 0], rel=0.05)
     assert np.var(states[:, 0]) == pytest.approx(learned[1, 1], rel=0.05)
-
-
-def test_a_motion_learned_elsewhere_is_refused() -> None:
-    """The parameter refuses a file of another experiment, and names both."""
-    with pytest.raises(ParameterError, match="it was learned in 'fish', and this is 'ball'"):
-        revise(BallTrackerParameters(), {"learned": LEARNED.text.replace('"ball"', '"fish"')})
 
 
 def test_few_guided_particles_follow_where_many_others_do_not() -> None:

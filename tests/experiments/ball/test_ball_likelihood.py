@@ -86,19 +86,6 @@ def test_the_loop_weighs_by_any_likelihood(tracker: str, observed: int) -> None:
     assert stepped.observation_count == observed
 
 
-def test_it_finds_the_brightest_place() -> None:
-    """Particles weighed by brightness gather where the picture is brightest; many frames at once give the same."""
-    member = TRACKERS["h-spf"]
-    state = member.start(Target(np.array([74.0, 63.0]), 12.0), FRAME, PARAMETERS, Stream(1, 0, Purpose.START))
-    assert member.fold is not None
-    folded = member.fold(state, np.repeat(PICTURE[None], 12, axis=0), PARAMETERS, 9, 1)
-    for frame in range(1, 13):
-        state = member.step(state, FRAME, PARAMETERS, Stream(9, frame, Purpose.TRACK))
-    assert np.hypot(*(state.estimate - [80, 60])) < 3.0
-    assert folded is not None
-    assert np.array_equal(folded.state.particles.states, state.particles.states)
-
-
 def test_each_likelihood_has_a_compiled_loop_of_its_own() -> None:
     """A second likelihood neither replaces the first one's loop nor shares its place in the cache on disk."""
     program = (

@@ -83,13 +83,6 @@ def test_an_assumed_period_is_a_swing_about_the_middle(period: float) -> None:
     assert path == pytest.approx(swing[1:], abs=1e-8)
 
 
-def test_the_noise_is_that_of_the_newest_position() -> None:
-    """Every frame adds independent noise to the position, and none to where it was."""
-    model = motion.initial_dynamics(parameters(process_noise_px=7.0), SIZE)
-    assert np.array_equal(model.noise_covariance, np.diag([49.0, 49.0, 0.0, 0.0]))
-    assert np.array_equal(motion.noise(7.0), model.noise)
-
-
 def test_a_learned_model_has_the_process_noise_that_is_set() -> None:
     """The model is the learner's, its noise is the slider's."""
     given = parameters(learn_dynamics=True, process_noise_px=4.0)

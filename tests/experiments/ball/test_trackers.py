@@ -30,11 +30,6 @@ def test_switching_filters_at_their_limits(rule: str, resampling: str) -> None:
     assert sha("s-spf", gamma_min_px=0, gamma_max_px=0, **same) == auxiliary
 
 
-def test_process_noise_control_without_a_difference() -> None:
-    """With both process noises equal it is Condensation."""
-    assert sha("pc-pf", large_process_noise_px=3) == sha("condensation")
-
-
 @pytest.mark.parametrize("tracker", MODELLED)
 def test_learning_goes_with_every_tracker(tracker: str) -> None:
     """Those with a motion model learn that of a ball in plain sight; its period is within two frames of the truth."""

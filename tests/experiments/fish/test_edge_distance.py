@@ -50,24 +50,6 @@ def test_look_ups_are_the_distances_by_brute_force() -> None:
         assert distance == pytest.approx(expected, abs=0.126)
 
 
-def test_the_true_pose_fits_best() -> None:
-    """Among many poses around it none is nearer to all edges than the true one, but for half the tail's width."""
-    pose = np.array([70.0, 60.0, -0.5, 0.6])
-    seen = edges_of(picture(pose), COLOUR)
-    found = largest_distances(seen.distances, np.vstack([pose, poses(300, pose, 12.0)]), SMALL) / 4.0
-    assert found[0] <= 3.0
-    assert found[0] <= found.min() + 1.0
-
-
-def test_a_whole_turn_changes_nothing() -> None:
-    """Angles count modulo a whole turn."""
-    pose = np.array([70.0, 60.0, 0.5, 0.4])
-    seen = edges_of(picture(pose), COLOUR)
-    many = poses(50, pose, 10.0)
-    turned = many + np.array([0.0, 0.0, 2.0 * np.pi, 0.0])
-    assert (largest_distances(seen.distances, many, SMALL) == largest_distances(seen.distances, turned, SMALL)).all()
-
-
 def test_the_likelihood_is_of_the_largest_distance_and_limits_the_bend() -> None:
     """Eq. 7: -d^2 / sigma_d; a bend beyond a right angle is impossible unless the limit is off."""
     largest = np.array([0, 4, 40], np.uint8)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.experiments.fish.model import GOLDFISH, FishShape, inside, model_points, tail_corners, tail_line
+from pftrack.experiments.fish.model import GOLDFISH, inside, model_points, tail_line
 
 ANGLE = st.floats(-10.0, 10.0)
 PLACE = st.floats(-500.0, 500.0)
@@ -55,10 +55,3 @@ def test_the_silhouette_holds_body_and_tail(phi: float) -> None:
     for side in (-beside, beside):
         assert inside(near_tip + 1.5 * side, pose, GOLDFISH)
         assert not inside(near_tip + 4.5 * side, pose, GOLDFISH)
-
-
-def test_the_tail_scales_with_the_body() -> None:
-    """A fish of half the size has a tail of half the size."""
-    pose = np.array([0.0, 0.0, 0.3, 0.5])
-    half = FishShape(20.0, 7.5, 20.0)
-    assert tail_corners(pose, half) == pytest.approx(0.5 * tail_corners(pose, GOLDFISH))

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pftrack.core.geometry import fill
 from pftrack.experiments.hand.shape import (
     HIGH,
     LOW,
@@ -17,7 +16,6 @@ from pftrack.experiments.hand.shape import (
     joints,
     open_pose,
     palm_points,
-    parts,
     silhouette,
 )
 
@@ -123,19 +121,6 @@ def test_a_capsule_is_convex_and_has_nearly_the_area_of_two_discs_hull(
         sides = (first + second) * np.sqrt(apart**2 - more**2)
         exact = sides + first**2 * (np.pi - half) + second**2 * half
     assert 0.96 * exact <= area(corners) <= exact + 1e-9
-
-
-@pytest.mark.parametrize("number", range(4))
-def test_the_rendered_area_of_each_part_is_that_of_its_polygon(number: int) -> None:
-    """Pixels whose centres are inside count the area, but for what the edge cuts; at ten times the size within 1 %."""
-    pose = any_pose(number)
-    pose[:2] = 700.0
-    corners, counts = parts(pose, 10 * SCALE, MODEL)
-    for part in range(1, 17):
-        polygon = corners[part, : counts[part]]
-        rendered = fill(corners[part : part + 1], counts[part : part + 1], 2600, 2600).sum()
-        inside = (polygon >= 0).all() and (polygon <= 2599).all()
-        assert not inside or rendered == pytest.approx(area(polygon), rel=0.01)
 
 
 def test_the_silhouette_is_the_union_of_the_parts() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry import convex_hull, fill, row_sums
+from pftrack.core.geometry import convex_hull, fill
 from pftrack.experiments.hand.beams import differences, improve, log_score
 from pftrack.experiments.hand.candidates import HIDDEN
 from pftrack.experiments.hand.likelihood import contour_of, finger_fit, x_p
@@ -66,11 +66,3 @@ def test_moving_uphill_mends_a_pose_that_is_beside() -> None:
     before, after = differences(np.array([begin, pose]), seen, TASK)
     assert after < 0.3 * before
     assert score <= log_score(POSE, 0, EXPECTED, assignment, seen, TASK) + 1e-9
-
-
-def test_the_true_pose_differs_in_nothing() -> None:
-    """Its score is that of its fingers' axes alone."""
-    seen = sight(POSE)
-    assert differences(POSE[None], seen, TASK).tolist() == [0]
-    assert log_score(POSE, 0, EXPECTED, np.arange(5), seen, TASK) == pytest.approx(0.0, abs=0.01)
-    assert (row_sums(~seen.silhouette) == seen.outside).all()

@@ -125,12 +125,6 @@ def test_a_larger_picture_shows_the_same_hand_larger() -> None:
     assert large.scale == 156
 
 
-def test_a_flash_is_all_white() -> None:
-    """Every fifth frame is."""
-    seen = [frame({"flash_every": 5}, index).image_rgb for index in (3, 4, 5)]
-    assert [bool((image == 255).all()) for image in seen if image is not None] == [False, True, False]
-
-
 def test_the_occluder_and_look_alikes_lie_over_the_hand() -> None:
     """A strip as wide as the picture hides it, and the truth says so; a disc has the hand's colour."""
     hidden = frame({"occlusion_width_px": 400})

@@ -80,13 +80,6 @@ def test_a_cover_does_not_pull_the_pose() -> None:
     assert tracked > 0.9
 
 
-@NEEDS_CLIP
-def test_without_it_the_cover_does() -> None:
-    """If no feature can be hidden, the particles of those that are cling to the cover, and the pose follows."""
-    _, tracked = watch(scarf, hidden_weight=0.0)
-    assert tracked < 0.92
-
-
 def test_a_face_unlike_the_mean_is_not_taken_for_a_covered_one() -> None:
     """This person's first turn misfits the mean face, which was taken for a cover: the yaw was not followed at all."""
     run = whole_run(HEAD, seed=1, frames=110, values={"person": 400})

@@ -270,25 +270,6 @@ def test_a_feature_that_is_hidden_is_where_the_solid_has_it(method: pose.Method)
         assert sigma[hidden] == max(sigma)
 
 
-@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0", "rb-pf"])
-def test_the_order_of_the_points_does_not_matter(method: pose.Method) -> None:
-    """Numbered the other way round, with as many particles, the solid has the same pose within what chance allows."""
-    given = parameters(sample_count=2000, joint_sample_count=20_000)
-    turned = replace(SOLID, points_mm=np.ascontiguousarray(VERTICES_MM[::-1]))
-    found = []
-    for solid, step in ((SOLID, 1), (turned, -1)):
-        belief = pose.begin(solid, AT_START[::step], given, method, Stream(7, 0, Purpose.START))
-        state = PoseState(solid, belief, belief.pose, np.ones(8, np.bool_))
-        for frame in (1, 2, 3):
-            target = seen_at(frame)[::step]
-            score = lambda x, target=target: -0.5 * ((x - target[:, None]) ** 2).sum(axis=2) / 8.0**2  # noqa: E731
-            belief = pose.advance(state, always(score), given, method, Stream(7, frame, Purpose.TRACK))
-            state = replace(state, belief=belief, pose=belief.pose)
-        found.append((state.estimate, state.feature_means[::step]))
-    assert found[1][0] == pytest.approx(found[0][0], abs=0.005)
-    assert found[1][1] == pytest.approx(found[0][1], abs=2.0 if method == "alpha-0" else 0.8)
-
-
 def test_counts_and_settings_may_change_in_mid_run() -> None:
     """The next frame has as many particles as are asked for, and a narrower clip moves ratios that were beyond it."""
     given = parameters(sample_count=60, joint_sample_count=300, alpha_clip=0.05)
