@@ -1,4 +1,6 @@
-"""Likelihoods that are asked at any state: what they need of places, and what comes of a map."""
+"""Models and trackers: what they need, and which parameters they read."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,9 +9,12 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Cloud, Component, LikelihoodMap, lattice
 from pftrack.core.model.model import Model
 from pftrack.core.model.source import Frame
+from pftrack.core.model.tracker import Tracker
+from pftrack.experiments import find
 from pftrack.experiments.shared.filtered import Filter, PointModel
 from pftrack.experiments.shared.pose.state import PoseModel
 from pftrack.experiments.shared.sampling import LoopModel
+from tests.making import whole_run
 
 FRAME = Frame(3, 0.1, image_rgb=np.zeros((6, 8, 3), np.uint8))
 
@@ -129,3 +134,32 @@ def test_a_model_with_a_title_must_say_what_is_likely() -> None:
         named.evaluate(None, np.zeros((1, 2)), FRAME, None)
     with pytest.raises(TypeError, match="the model Named must define components"):
         named.components(None)
+
+
+# Which parameters a tracker reads that joins an experiment of somebody else's.
+
+BALL = find("ball")
+MODEL = type(BALL.simulate().parameters)
+
+
+def read_by(tracker: Tracker, like: str) -> set[str]:
+    """Return the parameters of the ball that a tracker reads once it has joined."""
+    joined = replace(BALL.with_trackers(tracker, like=like), id="joined")
+    declared = joined.declarations(MODEL)
+    return {each.name for each in declared if not each.trackers or tracker.id in each.trackers}
+
+
+def test_it_reads_what_another_one_reads() -> None:
+    """Parameters name their readers; one that comes later has exactly those of the tracker that it is like."""
+    own = replace(BALL.trackers["kalman"], id="own", title="Own")
+    for name in BALL.trackers:
+        read = {each.name for each in BALL.declarations(MODEL) if not each.trackers or name in each.trackers}
+        assert read_by(own, name) == read
+
+
+def test_it_runs_and_is_drawn() -> None:
+    """An experiment made of another one and a tracker more is drawn with the title of that tracker."""
+    own = replace(BALL.trackers["condensation"], id="own", title="My own")
+    joined = replace(BALL.with_trackers(own, like="condensation"), id="joined")
+    run = whole_run(joined, tracker="own", frames=3)
+    assert "My own" in joined.draw(run.current, run.diagnostics).caption

@@ -1,9 +1,25 @@
+"""Linear algebra and elementary functions come to the numbers of NumPy, SciPy and the C library."""
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.numerics.matrices import cholesky, least_squares, principal, product, solve_system
+from pftrack.core.arrays import check
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials, logarithms, sines_cosines
+from pftrack.core.numerics.matrices import (
+    LANES,
+    cholesky,
+    eigenvalues,
+    inner_product,
+    least_squares,
+    principal,
+    product,
+    singular_values,
+    solve_system,
+    total,
+)
 
 SEEDS = st.integers(0, 10_000)
 SIZES = st.integers(1, 6)
@@ -84,3 +100,148 @@ def test_the_principal_direction_is_that_of_the_greatest_eigenvalue(seed: int, s
     found = principal(symmetric)
     assert np.isclose(found @ found, 1.0)
     assert np.allclose(symmetric @ found, np.linalg.eigvalsh(symmetric)[-1] * found, atol=1e-9)
+
+
+SIZE = st.integers(1, 9)
+
+
+@given(SIZE, SIZE, st.integers(0, 99))
+def test_values_and_vectors_are_those_of_the_matrix(rows: int, columns: int, seed: int) -> None:
+    """U diag(s) V^T is the matrix, U and V have orthonormal columns, and s falls."""
+    matrix = np.random.default_rng(seed).normal(size=(rows, columns))
+    left, values, right = singular_values(matrix)
+    assert np.allclose((left * values) @ right.T, matrix, atol=1e-12)
+    assert np.allclose(left.T @ left, np.eye(min(rows, columns)), atol=1e-12)
+    assert np.allclose(right.T @ right, np.eye(min(rows, columns)), atol=1e-12)
+    assert np.allclose(values, np.linalg.svd(matrix, compute_uv=False), atol=1e-12)
+
+
+@given(SIZE, st.integers(0, 99))
+def test_eigenvalues_may_have_either_sign(size: int, seed: int) -> None:
+    """V diag(l) V^T is the symmetric matrix."""
+    matrix = np.random.default_rng(seed).normal(size=(size, size))
+    symmetric = matrix + matrix.T
+    values, vectors = eigenvalues(symmetric)
+    assert np.allclose((vectors * values) @ vectors.T, symmetric, atol=1e-12)
+    assert np.allclose(values, np.linalg.eigvalsh(symmetric)[::-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(6, 4), (4, 6)])
+def test_what_is_missing_is_zero(shape: tuple[int, int]) -> None:
+    """A matrix of rank two has two singular values, and one of zeros has none."""
+    rng = np.random.default_rng(0)
+    matrix = rng.normal(size=(shape[0], 2)) @ rng.normal(size=(2, shape[1]))
+    left, values, right = singular_values(matrix)
+    assert values[2:] == pytest.approx(0.0, abs=1e-14)
+    assert np.allclose((left * values) @ right.T, matrix, atol=1e-13)
+    assert not any(part.any() for part in (singular_values(np.zeros(shape))[1], eigenvalues(np.zeros((3, 3)))[0]))
+
+
+def test_small_values_are_as_exact_as_large_ones() -> None:
+    """Columns of lengths that differ by twelve powers of ten keep theirs to the last digits."""
+    lengths = 10.0 ** -np.arange(0.0, 16.0, 4.0)
+    basis, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(8, 4)))
+    assert singular_values(basis * lengths)[1] == pytest.approx(lengths, rel=1e-12)
+
+
+@compiled
+def both(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
+    return inner_product(first, second), total(first)
+
+
+def in_order(terms: np.ndarray) -> float:
+    """The sum as the module's docstring has it, one addition after the other."""
+    whole = len(terms) // LANES * LANES
+    lanes = np.zeros(LANES, terms.dtype)
+    for row in terms[:whole].reshape(-1, LANES):
+        lanes = lanes + row
+    while len(lanes) > 1:
+        lanes = lanes[: len(lanes) // 2] + lanes[len(lanes) // 2 :]
+    rest = terms.dtype.type(0)
+    for term in terms[whole:]:
+        rest = rest + term
+    return float(lanes[0] + rest)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+@pytest.mark.parametrize("count", [0, 1, 15, 16, 17, 64, 100, 801])
+def test_the_order_is_the_one_that_is_defined(count: int, kind: type) -> None:
+    """Sums are those of the defined order to the bit, in double and in single precision, of any length."""
+    rng = np.random.default_rng(count)
+    first, second = (
+        rng.normal(size=count).astype(kind) * 10.0 ** rng.integers(-3, 4, count).astype(kind) for _ in "ab"
+    )
+    first, second = first.astype(kind), second.astype(kind)
+    assert both(first, second) == (in_order(first * second), in_order(first))
+
+
+INF = float("inf")
+
+
+@given(st.lists(st.floats(-708, 708), min_size=1, max_size=40))
+def test_exponentials_are_exact_to_the_last_place(values: list[float]) -> None:
+    """Every result is within one unit in the last place of the library's."""
+    expected = np.exp(np.array(values))
+    assert (np.abs(exponentials(np.array(values)) - expected) <= np.spacing(expected)).all()
+
+
+@given(st.lists(st.floats(2.0**-1022, 1.7e308), min_size=1, max_size=40))
+def test_logarithms_are_exact_to_the_last_place(values: list[float]) -> None:
+    """Every result is within one unit in the last place of the library's."""
+    expected = np.log(np.array(values))
+    assert (np.abs(logarithms(np.array(values)) - expected) <= np.spacing(np.abs(expected))).all()
+
+
+def test_the_impossible_weighs_nothing() -> None:
+    """A log weight of -inf or NaN becomes a weight of zero, and what would overflow stays finite."""
+    results = exponentials(np.array([-INF, np.nan, -746.0, 710.0, INF]))
+    assert results[:3].tolist() == [0.0, 0.0, 0.0]
+    assert np.isfinite(results).all()
+
+
+def test_a_very_small_weight_is_not_lost() -> None:
+    """Results too small for a normal number fade out gradually, as the library's do."""
+    values = np.array([-744.0, -740.0, -720.0, -709.0])
+    assert np.allclose(exponentials(values), np.exp(values), rtol=0, atol=5e-324)
+
+
+def test_the_logarithm_of_nothing_is_finite() -> None:
+    """Zero and numbers below the smallest normal one count as that."""
+    assert logarithms(np.array([0.0, 5e-324])).tolist() == [np.log(2.0**-1022)] * 2
+
+
+def test_one_and_zero_are_exact() -> None:
+    """e^0 is 1 and ln 1 is 0, to the bit, so that equal weights stay equal."""
+    assert exponentials(np.zeros(3)).tolist() == [1.0] * 3
+    assert logarithms(np.ones(3)).tolist() == [0.0] * 3
+
+
+# Sines and cosines of whole arrays are those of the C library to the last place.
+
+
+@given(st.floats(-1e6, 1e6))
+def test_they_agree_with_the_library(angle: float) -> None:
+    """Any angle up to a million radians has the sine and cosine that the library gives."""
+    sines, cosines = sines_cosines(np.array([angle]))
+    assert sines[0] == pytest.approx(np.sin(angle), abs=3e-10 if abs(angle) > 1e3 else 1e-15)
+    assert cosines[0] == pytest.approx(np.cos(angle), abs=3e-10 if abs(angle) > 1e3 else 1e-15)
+
+
+def test_the_axes_are_met() -> None:
+    """All quarters of the circle have their own signs."""
+    sines, cosines = sines_cosines(0.5 * np.pi * np.arange(-5.0, 6.0))
+    assert np.allclose(sines, [-1, 0, 1, 0, -1, 0, 1, 0, -1, 0, 1], atol=1e-15)
+    assert np.allclose(cosines, [0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize("value", [1e200, np.nan, np.inf, -np.inf])
+def test_numbers_whose_squares_overflow_are_finite(value: float) -> None:
+    """Only NaN and infinity are refused, however an array lies in memory."""
+    array = np.zeros((3, 4))
+    array[1, 2] = value
+    for view in (array, array.T, array[1:, ::2]):
+        if np.isfinite(value):
+            assert check(values=(view, "n m")) == dict(zip("nm", view.shape, strict=True))
+        else:
+            with pytest.raises(ValueError, match="values must be finite"):
+                check(values=(view, "n m"))

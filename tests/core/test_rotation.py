@@ -1,12 +1,25 @@
-"""Rotations by their properties: orthonormal, invertible, with the derivatives that differences say."""
+"""Rotations, angles and cameras by their properties and by differences."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry import angles, derivatives, rotation
-from pftrack.core.numerics.elementary import wrap
+from pftrack.core.geometry import (
+    angles,
+    compose,
+    cross_matrix,
+    derivatives,
+    matrix,
+    matrix_quaternion,
+    quaternion,
+    quaternion_matrix,
+    right_jacobian,
+    rotation,
+    vector,
+)
+from pftrack.core.numerics.elementary import circular_mean, direction, less_turns, wrap
+from pftrack.core.numerics.matrices import NEAREST_MM, affine_fit, affine_projection, pinhole, pinhole_jacobian
 
 ANGLE = st.floats(-np.pi, np.pi)
 TILT = st.floats(-1.5, 1.5)
@@ -59,3 +72,132 @@ def test_signs_are_those_of_a_head() -> None:
     assert (single(0, small) @ nose)[1] > 0
     assert (single(1, small) @ nose)[0] < 0
     assert (single(2, small) @ crown)[0] > 0
+
+
+# Rotations by a vector, and quaternions.
+
+NUMBER = st.floats(-1.7, 1.7)
+VECTOR = st.tuples(NUMBER, NUMBER, NUMBER).map(np.array)
+
+
+@given(VECTOR)
+def test_vector_quaternion_and_matrix_say_the_same(omega: np.ndarray) -> None:
+    """Each is got back from the others, and the matrix is a rotation about the vector."""
+    assert vector(quaternion(omega)) == pytest.approx(omega, abs=1e-9)
+    assert vector(-quaternion(omega)) == pytest.approx(omega, abs=1e-9)
+    turn = matrix(omega)
+    assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert turn @ omega == pytest.approx(omega, abs=1e-12)
+    assert quaternion_matrix(matrix_quaternion(turn)) == pytest.approx(turn, abs=1e-12)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_half_turns_have_a_quaternion(axis: int) -> None:
+    """Where the trace is least, another entry of the diagonal is started from."""
+    turn = matrix(np.pi * np.eye(3)[axis])
+    assert quaternion_matrix(matrix_quaternion(turn)) == pytest.approx(turn, abs=1e-12)
+
+
+@given(VECTOR, VECTOR)
+def test_quaternions_compose_as_rotations_do(one: np.ndarray, other: np.ndarray) -> None:
+    """The product of quaternions is that of the matrices."""
+    both = quaternion_matrix(compose(quaternion(one), quaternion(other)))
+    assert both == pytest.approx(matrix(one) @ matrix(other), abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-6, 1e-3, 0.54, 2.0])
+def test_the_right_jacobian_is_the_small_turn_of_a_small_change(size: int) -> None:
+    """R(w + dw) = R(w) R(J_r dw) but for what is of second order; neither R' nor R would do."""
+    omega = size * np.array([0.6, -0.6, 0.53])
+    step, jacobian = 1e-6, right_jacobian(omega)
+    for axis in np.eye(3):
+        found = vector(compose(quaternion(-omega), quaternion(omega + step * axis))) / step
+        assert found == pytest.approx(jacobian @ axis, abs=2e-6)
+    if size == 0.54:
+        length = np.linalg.norm(jacobian)
+        assert np.linalg.norm(matrix(omega).T - jacobian) / length == pytest.approx(0.2, abs=0.05)
+        assert np.linalg.norm(matrix(omega) - jacobian) / length == pytest.approx(0.6, abs=0.1)
+
+
+def test_the_cross_product_is_a_matrix() -> None:
+    """[x]x y is the cross product of x and y."""
+    x, y = np.array([1.0, 2.0, 3.0]), np.array([-4.0, 5.0, 0.5])
+    assert (cross_matrix(x) @ y).tolist() == np.cross(x, y).tolist()
+
+
+# Angles on the circle.
+
+
+def test_whole_turns_do_not_count() -> None:
+    """An angle less whole turns lies within half a turn of 0, and points the same way."""
+    for angle in np.linspace(-20.0, 20.0, 401).tolist():
+        within = less_turns(angle)
+        assert -np.pi <= within <= np.pi
+        assert np.exp(1j * within) == pytest.approx(np.exp(1j * angle))
+        assert np.exp(1j * float(wrap(angle))) == pytest.approx(np.exp(1j * angle))
+
+
+def test_the_mean_of_angles_is_taken_on_the_circle() -> None:
+    """Angles to either side of half a turn have half a turn as their mean, not 0; weights count."""
+    assert abs(circular_mean(np.array([3.0, -3.0]), np.array([0.5, 0.5]))) == pytest.approx(np.pi)
+    assert circular_mean(np.array([0.0, 0.1, 7.0]), np.array([0.5, 0.5, 0.0])) == pytest.approx(0.05)
+
+
+def test_half_a_turn_is_positive() -> None:
+    """Of the two names of half a turn the positive one is used."""
+    assert wrap([np.pi, -np.pi]).tolist() == [np.pi, np.pi]
+    assert wrap(np.nextafter(np.pi, 4.0)) == np.pi  # which rounding would take a whole turn back
+
+
+def test_a_direction_is_the_angle_of_a_vector() -> None:
+    """In all four quadrants, and straight back."""
+    for angle in (0.0, 0.3, 2.0, -0.4, -3.0):
+        assert direction(2.0 * np.cos(angle), 2.0 * np.sin(angle)) == pytest.approx(angle)
+    assert direction(-1.0, 0.0) == pytest.approx(np.pi)
+
+
+POINTS = np.random.default_rng(0).normal(size=(11, 3)) * 20
+AHEAD = POINTS + np.array([0.0, 0.0, 100.0])
+
+
+def test_the_pinhole_divides_by_depth() -> None:
+    """A point at twice the depth is seen at half the distance from the principal point."""
+    assert np.allclose(pinhole(AHEAD, 400.0), 400.0 * AHEAD[:, :2] / AHEAD[:, 2:])
+    assert np.allclose(pinhole(2 * AHEAD, 400.0), pinhole(AHEAD, 400.0))
+    assert np.allclose(pinhole(AHEAD * [1, 1, 2], 400.0), pinhole(AHEAD, 400.0) / 2)
+
+
+def test_the_pinhole_s_derivative_is_that_of_differences() -> None:
+    """The Jacobian agrees with a central difference within 1e-6 px/mm."""
+    slopes = pinhole_jacobian(AHEAD, 400.0)
+    for axis in range(3):
+        change = 1e-4 * np.eye(3)[axis]
+        difference = (pinhole(AHEAD + change, 400.0) - pinhole(AHEAD - change, 400.0)) / 2e-4
+        assert np.abs(slopes[:, :, axis] - difference).max() < 1e-6
+
+
+def test_points_behind_the_camera_stay_finite() -> None:
+    """At the pinhole itself and behind it nothing becomes infinite."""
+    behind = np.array([[3.0, -2.0, 0.0], [3.0, -2.0, -50.0]])
+    assert np.allclose(pinhole(behind, 400.0), 400.0 * behind[:, :2] / NEAREST_MM)
+    assert np.isfinite(pinhole_jacobian(behind, 400.0)).all()
+
+
+def test_the_affine_fit_is_the_best_one() -> None:
+    """On pinhole pixels no small change of the fitted camera comes closer."""
+    pixels = pinhole(AHEAD, 400.0)
+    best = affine_fit(POINTS, pixels)
+    least = ((affine_projection(best, POINTS) - pixels) ** 2).sum()
+    for change in np.random.default_rng(1).normal(size=(50, 2, 4)) * 1e-2:
+        assert ((affine_projection(best + change, POINTS) - pixels) ** 2).sum() > least
+
+
+def test_what_does_not_determine_a_camera_is_refused() -> None:
+    """Points in a plane, points that are no numbers and mismatched shapes are refused, with what was expected."""
+    flat = POINTS * [1, 1, 0]
+    with pytest.raises(ValueError, match="do not lie in one plane"):
+        affine_fit(flat, pinhole(AHEAD, 400.0))
+    with pytest.raises(ValueError, match="expected finite"):
+        affine_fit(POINTS, np.full((11, 2), np.nan))
+    with pytest.raises(ValueError, match=r"got \(11, 3\) and \(10, 2\)"):
+        affine_fit(POINTS, np.zeros((10, 2)))

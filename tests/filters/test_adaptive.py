@@ -1,14 +1,25 @@
-"""Particles of features from two predictions: where they come from, and what becomes of them."""
+"""Features from two predictions: where particles come from, what is learned of both, and what outlying ones count."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream, log_density
 from pftrack.filters import adaptive, kalman
 from pftrack.filters.adaptive import Projection
+from pftrack.filters.agreement import (
+    LEAST_AGREEMENT,
+    NOTHING_KNOWN_PX2,
+    agreeing,
+    excess_variance,
+    fit_covariance,
+    fit_gain,
+    middle,
+)
 from pftrack.filters.dynamics import autoregression
+from pftrack.filters.learning import mixture_em
+from pftrack.filters.learning.mixture_em import Mixture, Settings
 from pftrack.filters.particles import ParticleSet
 
 PLACES = np.array([[10.0, 20.0], [-30.0, 5.0], [100.0, -100.0]])
@@ -129,3 +140,182 @@ def test_alone_it_is_a_bootstrap_filter() -> None:
         features = adaptive.weigh(cloud, scores, rng(t))
         assert np.allclose(features.means[0], exact.mean[0], atol=0.15)
         assert np.allclose(features.variances[0], exact.covariance[0, 0], rtol=0.03)
+
+
+RNG = np.random.default_rng(0)
+ABOVE = (np.array([[2.0, 1.0]]), np.array([[4.0, 9.0]]))
+CENTRES = RNG.normal(size=(1, 2, 30)) * [[6.0], [3.0]] + 5.0
+POINTS = RNG.normal(size=(1, 2, 40)) * 4.0
+
+
+def test_eta_settles_at_a_half() -> None:
+    """With lambda = 0.5 eta is 1, 2/3, 4/7, ... and tends to 0.5 (eq. A.30)."""
+    mixture, etas = mixture_em.begin(1), []
+    for _ in range(30):
+        mixture = mixture_em.adapt(mixture, POINTS, ABOVE, CENTRES, 5.0, Settings(0.5))
+        etas.append(mixture.eta)
+    assert etas[:3] == pytest.approx([1, 2 / 3, 4 / 7])
+    assert etas[-1] == pytest.approx(0.5)
+
+
+def test_densities_are_what_they_say() -> None:
+    """The Gaussian and the kernel mixture have the densities computed one by one."""
+    points, covariance = POINTS[0], np.array([[4.0, 1.5], [1.5, 3.0]])
+    ours = mixture_em.gaussian_log_density(points, ABOVE[0][0], covariance)
+    assert np.allclose(ours, log_density(points.T, ABOVE[0], covariance))
+    each = log_density(points.T[:, None], CENTRES[0].T[None], 25.0 * np.eye(2))
+    assert np.allclose(mixture_em.kernel_log_density(points, CENTRES[0], 5.0), np.log(np.exp(each).mean(axis=1)))
+    far = mixture_em.kernel_log_density(points + 1e4, CENTRES[0], 5.0)
+    assert np.isfinite(far).all()
+
+
+@pytest.mark.parametrize("density", ["gaussian", "kernel"])
+def test_the_first_step_is_the_mean_responsibility(density: str) -> None:
+    """In the first frame the ratio becomes the mean share that the upper density has in each survivor."""
+    above = np.exp(log_density(POINTS[0].T, ABOVE[0], np.diag(ABOVE[1][0])))
+    if density == "kernel":
+        below = np.exp(log_density(POINTS[0].T[:, None], CENTRES[0].T[None], 25.0 * np.eye(2))).mean(axis=1)
+    else:
+        matched = np.cov(CENTRES[0], bias=True) + 25.0 * np.eye(2)
+        below = np.exp(log_density(POINTS[0].T, CENTRES[0].mean(axis=1), matched))
+    expected = (0.3 * above / (0.3 * above + 0.7 * below)).mean()
+    settings = Settings(0.5, 0.0, density)
+    ours = mixture_em.adapt(Mixture(np.array([0.3]), np.zeros(1), 0.0), POINTS, ABOVE, CENTRES, 5.0, settings)
+    assert ours.ratios[0] == pytest.approx(expected)
+
+
+def test_saying_nothing_teaches_nothing() -> None:
+    """With the exact density an observation that says nothing leaves the ratio as it is on average (a martingale)."""
+    features, count = 6000, 50
+    rng = Stream(1, 1, Purpose.TRACK)
+    before = adaptive.begin(np.zeros((features, 2)), 4.0, count, Stream(1, 0, Purpose.START))
+    means = np.zeros((features, 2, 2)) + 3.0
+    projection = Projection(means, np.broadcast_to(9.0 * np.eye(2), (features, 2, 2, 2)).copy())
+    for ratio in (0.3, 0.5, 0.8):
+        ratios = np.full(features, ratio)
+        cloud = adaptive.draw(before, projection, ratios, 5.0, count, rng)
+        after = adaptive.weigh(cloud, np.zeros((features, count)), rng)
+        mixture = mixture_em.adapt(
+            Mixture(ratios, ratios, 0.0),
+            adaptive.surviving(after),
+            (projection.positions, projection.variances),
+            adaptive.propagate(before),
+            5.0,
+            Settings(0.5, 0.0, "kernel"),
+        )
+        error = mixture.responsibilities.std() / np.sqrt(features)
+        assert mixture.responsibilities.mean() == pytest.approx(ratio, abs=4 * error)
+
+
+@pytest.mark.parametrize(("offset", "expected"), [(0.0, 0.9), (1000.0, 0.1)])
+@pytest.mark.parametrize("density", ["gaussian", "kernel"])
+def test_clear_cases_go_to_the_clip(offset: float, expected: float, density: str) -> None:
+    """When all survivors come from one of two far predictions, the ratio goes to the clip on its side and stays."""
+    survivors = ABOVE[0][:, :, None] + RNG.normal(size=(1, 2, 50)) + offset
+    centres = ABOVE[0][:, :, None] + RNG.normal(size=(1, 2, 50)) + 1000.0
+    mixture = mixture_em.begin(1)
+    for _ in range(10):
+        mixture = mixture_em.adapt(mixture, survivors, ABOVE, centres, 5.0, Settings(0.5, 0.1, density))
+    assert mixture.ratios[0] == pytest.approx(expected)
+
+
+# Features of which some are elsewhere: what those say that agree with the solid.
+
+
+def clouds(*middles: tuple[float, float], spread: float = 1.0, count: int = 400) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(1)
+    positions = np.array(middles)[:, None] + spread * rng.standard_normal((len(middles), count, 2))
+    return positions, np.full((len(middles), count), 1.0 / count)
+
+
+def test_where_all_agree_it_is_the_mean_of_the_particles() -> None:
+    positions, weights = clouds((10.0, 20.0), (50.0, 5.0))
+    means, variances = agreeing(positions, weights, positions.mean(axis=1), np.ones(2), 100.0, 0.1)
+    assert means == pytest.approx(positions.mean(axis=1), abs=1e-3)
+    assert variances == pytest.approx(positions.var(axis=1), rel=0.01)
+
+
+def test_the_further_away_the_less_a_feature_is_believed() -> None:
+    positions, weights = clouds((0.0, 0.0), (8.0, 0.0), (40.0, 0.0), (4000.0, 0.0), spread=0.2)
+    _, variances = agreeing(positions, weights, np.zeros((4, 2)), np.ones(4), 8.0, 0.5)
+    floor = 0.25
+    tails = [1.0, (1 + 0.5) ** 2, (1 + 12.5) ** 2, 1 / LEAST_AGREEMENT]
+    assert variances[:, 0] == pytest.approx(floor * np.array(tails), rel=0.02)
+
+
+def test_of_two_places_that_fit_the_nearer_one_counts() -> None:
+    """Half of the particles are on the feature, half on what looks like it: their mean would be neither."""
+    positions, weights = clouds((0.0, 0.0), spread=0.5)
+    positions[0, 200:, 0] += 60.0
+    means, variances = agreeing(positions, weights, np.array([[2.0, 0.0]]), np.ones(1), 6.0, 0.5)
+    assert abs(means[0, 0]) < 1.0
+    assert variances[0, 0] < 30.0
+
+
+def test_the_floor_holds() -> None:
+    positions, weights = clouds((5.0, 5.0), spread=0.0)
+    _, variances = agreeing(positions, weights, np.array([[5.0, 5.0]]), np.ones(1), 3.0, 0.5)
+    assert variances == pytest.approx(np.full((1, 2), 0.25))
+
+
+def test_what_is_doubted_counts_for_less_and_what_says_nothing_for_none() -> None:
+    positions, weights = clouds((5.0, 5.0), (7.0, 7.0), (9.0, 9.0), spread=0.0)
+    _, variances = agreeing(positions, weights, positions[:, 0], np.array([1.0, 4.0, np.inf]), 3.0, 0.5)
+    assert variances[:2, 0] == pytest.approx([0.25, 1.0])
+    assert (variances[2] == NOTHING_KNOWN_PX2).all()
+
+
+@pytest.mark.parametrize("shape", [(1,), (6,), (7,), (2, 3), (5, 2)])
+def test_the_middle_is_the_median(shape: tuple[int, ...]) -> None:
+    values = np.random.default_rng(2).standard_normal(shape)
+    assert np.array_equal(middle(values), np.median(values, axis=0))
+
+
+# The variance that measurements have beyond their own, and what a fit is then worth.
+
+JACOBIAN = np.random.default_rng(1).standard_normal((16, 5))
+ALL = np.ones(16)
+
+
+def test_numbers_that_fit_exactly_have_no_excess() -> None:
+    """What the unknowns explain leaves no residual, and no variance is made of it."""
+    assert excess_variance(JACOBIAN @ np.arange(5.0), JACOBIAN, np.full(16, 0.25), ALL) == 0.0
+
+
+def test_the_weighted_residuals_of_the_fit_have_their_expected_sum() -> None:
+    """At the excess that is found the squared residuals, weighted, add up to measurements less unknowns."""
+    rng = np.random.default_rng(2)
+    residuals, variances = 5.0 * rng.standard_normal(16), rng.uniform(0.1, 4.0, 16)
+    excess = excess_variance(residuals, JACOBIAN, variances, ALL)
+    weights = 1.0 / (variances + excess)
+    roots = np.sqrt(weights)
+    fitted = np.linalg.lstsq(roots[:, None] * JACOBIAN, roots * residuals, rcond=None)[0]
+    assert excess > 0.0
+    assert (weights * (residuals - JACOBIAN @ fitted) ** 2).sum() == pytest.approx(11.0, rel=1e-5)
+
+
+def test_what_is_missing_is_not_counted_as_fitting() -> None:
+    """The excess of ten measurements is the same with six more that nobody has seen and that fit by themselves."""
+    rng = np.random.default_rng(5)
+    residuals, variances = 5.0 * rng.standard_normal(16), rng.uniform(0.1, 4.0, 16)
+    missing = np.arange(16) >= 10
+    alone = excess_variance(residuals[:10], JACOBIAN[:10].copy(), variances[:10], ALL[:10])
+    variances[missing], shown = 1e9, np.where(missing, 0.0, 1.0)
+    assert excess_variance(residuals, JACOBIAN, variances, shown) == pytest.approx(alone, rel=1e-4)
+    shown[5:10] = 0.0
+    assert np.isnan(excess_variance(residuals, JACOBIAN, variances, shown))
+
+
+def test_too_few_numbers_tell_no_excess() -> None:
+    """With as many unknowns as measurements every error is explained."""
+    assert np.isnan(excess_variance(np.ones(5), JACOBIAN[:5].copy(), np.ones(5), np.ones(5)))
+
+
+def test_the_covariance_is_that_of_the_fit() -> None:
+    """With the weights of the variances it is (J^T W J)^-1; doubled variances double it."""
+    variances = np.random.default_rng(4).uniform(0.1, 4.0, 16)
+    gain, regular = fit_gain(JACOBIAN, 1.0 / variances)
+    covariance = fit_covariance(gain, variances)
+    assert regular
+    assert covariance == pytest.approx(np.linalg.inv(JACOBIAN.T @ (JACOBIAN / variances[:, None])), rel=1e-9)
+    assert fit_covariance(gain, 2.0 * variances) == pytest.approx(2.0 * covariance)

@@ -5,8 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.random import Gaussian, log_density
-from pftrack.filters import extended, kalman, unscented
-from pftrack.filters.dynamics import autoregression, constant_velocity
+from pftrack.filters import bootstrap, dynamics, extended, kalman, unscented
+from pftrack.filters.dynamics import autoregression, constant_velocity, random_walk
+from pftrack.filters.particles import ParticleSet
+from pftrack.filters.sequential import condition, decorrelate, predict_second_order
 
 MODEL = constant_velocity(2, 1.0, 0.5)
 OBSERVE = np.eye(2, 4)
@@ -87,3 +89,115 @@ def test_sine_posterior_spread() -> None:
     for _ in range(360):
         posterior, _ = kalman.update(kalman.predict(posterior, model), np.zeros(1), np.eye(1, 2), 0.01 * one)
     assert posterior.standard_deviations[0] == pytest.approx(0.03632, abs=1e-5)
+
+
+# The filter that takes numbers one at a time against the one that takes them all at once.
+
+RNG = np.random.default_rng(0)
+
+
+def spread(size: int) -> np.ndarray:
+    factor = RNG.normal(size=(size, size + 2))
+    return factor @ factor.T
+
+
+def test_prediction_is_that_of_the_second_order_model() -> None:
+    """Mean and covariance are those of the Kalman filter with q_t = 2 q_{t-1} - q_{t-2} + b u."""
+    noise, one = np.array([0.5, 1.0, 2.0]), np.eye(3)
+    prior = Gaussian(RNG.normal(size=6), spread(6))
+    exact = kalman.predict(prior, autoregression(2 * one, -one, np.zeros(3), np.diag(noise)))
+    mean, covariance = predict_second_order(prior.mean, prior.covariance, noise)
+    assert np.allclose(mean, exact.mean)
+    assert np.allclose(covariance, exact.covariance)
+    assert np.array_equal(covariance, covariance.T)
+
+
+def test_one_by_one_is_all_at_once() -> None:
+    """Independent numbers, taken in one by one, give the posterior and the evidence of the Kalman update."""
+    prior, observation = Gaussian(RNG.normal(size=5), spread(5)), RNG.normal(size=(7, 5))
+    measured, variances = RNG.normal(size=7), RNG.uniform(0.1, 2.0, 7)
+    exact, evidence = kalman.update(prior, measured, observation, np.diag(variances))
+    residuals = measured - observation @ prior.mean
+    mean, covariance, log_evidence = condition(prior.mean, prior.covariance, residuals, observation, variances)
+    assert np.allclose(mean, exact.mean)
+    assert np.allclose(covariance, exact.covariance)
+    assert log_evidence == pytest.approx(evidence)
+    assert np.array_equal(covariance, covariance.T)
+
+
+def test_dependent_numbers_are_made_independent() -> None:
+    """Numbers with correlated noise, made independent first, give the posterior of the Kalman update."""
+    prior, observation, noise = Gaussian(RNG.normal(size=3), spread(3)), RNG.normal(size=(6, 3)), spread(6)
+    measured = RNG.normal(size=6)
+    exact, evidence = kalman.update(prior, measured, observation, noise)
+    parts = decorrelate(measured - observation @ prior.mean, observation, noise)
+    mean, covariance, log_evidence = condition(prior.mean, prior.covariance, *parts)
+    assert np.allclose(mean, exact.mean)
+    assert np.allclose(covariance, exact.covariance)
+    assert log_evidence == pytest.approx(evidence)
+
+
+def test_singular_noise_stays_finite() -> None:
+    """A number that another one determines, and one that is certain already, do no harm."""
+    noise = np.ones((3, 3))
+    parts = decorrelate(np.ones(3), np.eye(3), noise)
+    mean, covariance, _ = condition(np.zeros(3), np.eye(3), *parts)
+    assert np.isfinite(mean).all()
+    assert np.isfinite(covariance).all()
+    mean, covariance, log_evidence = condition(np.zeros(2), np.zeros((2, 2)), np.ones(1), np.ones((1, 2)), np.zeros(1))
+    assert (mean.tolist(), covariance.tolist(), log_evidence) == ([0.0, 0.0], [[0.0, 0.0], [0.0, 0.0]], 0.0)
+
+
+LAG = 3
+LAG_MODEL = random_walk(1, 1.0)
+LAG_NOISE = np.array([[0.5]])
+SEEN = [np.array([value]) for value in (0.3, 1.2, 0.4, 2.5, 2.0, 3.1, 2.2, 4.0)]
+
+
+def _smoothed_exactly() -> Gaussian:
+    """Condition the joint of all frames on all measurements, and return the frame LAG before the last."""
+    length = len(SEEN)
+    joint = np.array([[1.0 + min(i, j) + 1 for j in range(length)] for i in range(length)])
+    gain = joint @ np.linalg.inv(joint + LAG_NOISE[0, 0] * np.eye(length))
+    mean, covariance = gain @ np.concatenate(SEEN), joint - gain @ joint
+    index = length - 1 - LAG
+    return Gaussian(mean[index : index + 1], covariance[index : index + 1, index : index + 1])
+
+
+def test_augmented_kalman_filter_smooths() -> None:
+    """The last block of the augmented state is the exact smoothed posterior of its frame."""
+    model = dynamics.augment_dynamics(LAG_MODEL, 1, LAG)
+    posterior = dynamics.augment(Gaussian(np.zeros(1), np.eye(1)), LAG)
+    for seen in SEEN:
+        posterior, _ = kalman.update(kalman.predict(posterior, model), seen, np.eye(1, LAG + 1), LAG_NOISE)
+    exact, ours = _smoothed_exactly(), dynamics.block(posterior, LAG, 1)
+    assert np.allclose(ours.mean, exact.mean)
+    assert np.allclose(ours.covariance, exact.covariance)
+
+
+def test_lineages_smooth() -> None:
+    """The weighted ancestors of particles come to the exact smoothed mean (tolerance 0.03)."""
+    particles = ParticleSet.uniform(np.random.default_rng(0).standard_normal((50_000, 1)))
+    lineage = dynamics.begin_lineage(particles, 1)
+    for t, seen in enumerate(SEEN):
+        particles = bootstrap.step(
+            particles, LAG_MODEL, lambda x, seen=seen: log_density(x, seen, LAG_NOISE), np.random.default_rng(t)
+        ).particles
+        lineage = dynamics.extend_lineage(lineage, particles, LAG)
+    assert len(lineage.paths) == LAG + 1
+    assert dynamics.smooth(lineage, particles, LAG)[0] == pytest.approx(_smoothed_exactly().mean[0], abs=0.03)
+    assert dynamics.smooth(lineage, particles, 0)[0] == pytest.approx(particles.mean[0])
+    with pytest.raises(IndexError):
+        dynamics.smooth(lineage, particles, LAG + 1)
+
+
+def test_second_order_models_are_augmented() -> None:
+    """The augmented dynamics predict the same newest position and shift the rest."""
+    model = autoregression(1.9 * np.eye(2), -0.9 * np.eye(2), np.array([1.0, 2.0]), np.eye(2))
+    wide = dynamics.augment_dynamics(model, 2, 4)
+    past = np.arange(10.0)
+    advanced = wide.predict(past[None])[0]
+    assert np.allclose(advanced[:2], model.predict(past[None, :4])[0, :2])
+    assert np.array_equal(advanced[2:], past[:8])
+    with pytest.raises(ValueError, match="lag must be at least 1"):
+        dynamics.augment_dynamics(model, 2, 0)

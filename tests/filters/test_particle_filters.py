@@ -1,16 +1,20 @@
-"""Particle filters against the exact answers of a Kalman filter and of a grid."""
+"""Particles, their motion and resampling, and filters against the exact answers of a Kalman filter and of a grid."""
 
 from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import auxiliary, bootstrap, kalman, unscented_particle
-from pftrack.filters.dynamics import LinearDynamics, autoregression, random_walk
-from pftrack.filters.particles import ParticleSet, Posterior
+from pftrack.filters.dynamics import LinearDynamics, autoregression, constant_velocity, random_walk
+from pftrack.filters.particles import ParticleSet, Posterior, normalise
+from pftrack.filters.resampling import RESAMPLERS, Resampler, decide, residual, systematic, systematic_parents
 
 MODEL = random_walk(2, 0.7)
 NOISE = np.eye(2)
@@ -172,3 +176,195 @@ def test_unscented_filter_refuses_noise_it_cannot_handle() -> None:
             observe=lambda x: x,
             noise_covariance=np.eye(2),
         )
+
+
+LOG_WEIGHTS = arrays(np.float64, st.integers(1, 50), elements=st.floats(-1e4, 1e4))
+
+
+@given(LOG_WEIGHTS)
+def test_normalised_weights_sum_to_one(log_weights: np.ndarray) -> None:
+    """Weights sum to one, keep their ratios, and the log of the sum is right."""
+    normalised, log_sum = normalise(log_weights)
+    assert np.exp(normalised).sum() == pytest.approx(1.0)
+    assert np.allclose(normalised + log_sum, log_weights, atol=1e-9)
+
+
+def test_impossible_weights_count_as_zero() -> None:
+    """NaN and +inf become a weight of zero and leave the others alone."""
+    normalised, _ = normalise(np.array([0.0, np.nan, np.inf, -np.inf, 0.0]))
+    assert np.exp(normalised).tolist() == [0.5, 0.0, 0.0, 0.0, 0.5]
+
+
+@pytest.mark.parametrize("hopeless", [-np.inf, np.nan])
+def test_all_zero_becomes_uniform(hopeless: float) -> None:
+    """If every weight is zero the set becomes uniform, and the log sum says so."""
+    normalised, log_sum = normalise(np.full(4, hopeless))
+    assert np.allclose(np.exp(normalised), 0.25)
+    assert log_sum == -np.inf
+
+
+def test_moments_agree_with_numpy() -> None:
+    """Mean and covariance are the weighted ones, without a divisor N - 1."""
+    rng = np.random.default_rng(1)
+    log_weights, _ = normalise(rng.normal(size=500))
+    particles = ParticleSet(rng.normal(size=(500, 4)), log_weights, np.arange(500))
+    assert np.allclose(particles.mean, np.average(particles.states, axis=0, weights=particles.weights))
+    expected = np.cov(particles.states.T, aweights=particles.weights, ddof=0)
+    assert np.allclose(particles.covariance, expected)
+
+
+def test_effective_sample_size_bounds() -> None:
+    """It is N for equal weights and 1 for a single one that counts."""
+    states = np.zeros((8, 2))
+    assert ParticleSet.uniform(states).effective_sample_size == pytest.approx(8)
+    alone, _ = normalise(np.array([0.0] + [-np.inf] * 7))
+    assert ParticleSet(states, alone, np.arange(8)).effective_sample_size == pytest.approx(1)
+
+
+def test_mode_and_ancestors() -> None:
+    """The mode is the heaviest particle; ancestors are counted once each."""
+    log_weights, _ = normalise(np.log([0.2, 0.5, 0.3]))
+    particles = ParticleSet(np.array([[1.0], [2.0], [3.0]]), log_weights, np.array([4, 4, 9]))
+    assert particles.mode.tolist() == [2.0]
+    assert particles.unique_ancestors == 2
+    assert len(particles) == 3
+
+
+ALL = pytest.mark.parametrize("resample", RESAMPLERS.values(), ids=RESAMPLERS)
+
+
+@ALL
+def test_expected_copies(resample: Resampler) -> None:
+    """Each parent is drawn count * weight times on average, within four standard errors."""
+    weights = np.array([0.05, 0.5, 0.0, 0.25, 0.2])
+    with np.errstate(divide="ignore"):
+        log_weights = np.log(weights)
+    repeats, count = 1000, 12
+    copies = np.zeros(5)
+    for seed in range(repeats):
+        copies += np.bincount(resample(np.random.default_rng(seed), log_weights, count), minlength=5)
+    error = 4 * np.sqrt(count * weights * (1 - weights) / repeats)
+    assert (np.abs(copies / repeats - count * weights) <= error + 1e-12).all()
+
+
+@ALL
+@given(st.data())
+def test_ancestors_are_valid(resample: Resampler, data: st.DataObject) -> None:
+    """Ancestors are ascending, exist, and none has a weight of zero, whatever the constant of the logarithms."""
+    size = data.draw(st.integers(1, 40))
+    zero = st.just(-np.inf)
+    log_weights = np.array(data.draw(st.lists(zero | st.floats(-700, 700), min_size=size, max_size=size)))
+    log_weights[data.draw(st.integers(0, size - 1))] = 0.5
+    count = data.draw(st.integers(1, 60))
+    ancestors = resample(np.random.default_rng(data.draw(st.integers(0, 1000))), log_weights, count)
+    assert ancestors.shape == (count,)
+    assert (np.diff(ancestors) >= 0).all()
+    assert ((ancestors >= 0) & (ancestors < size)).all()
+    assert np.isfinite(log_weights[ancestors]).all()
+
+
+@given(st.integers(0, 10_000), st.integers(1, 100))
+def test_systematic_copies_are_floor_or_ceil(seed: int, count: int) -> None:
+    """Systematic resampling draws each parent floor or ceil of its expectation."""
+    rng = np.random.default_rng(seed)
+    log_weights, _ = normalise(rng.normal(size=30))
+    copies = np.bincount(systematic(rng, log_weights, count), minlength=30)
+    expected = count * np.exp(log_weights)
+    assert (copies >= np.floor(expected - 1e-9)).all()
+    assert (copies <= np.ceil(expected + 1e-9)).all()
+
+
+def test_residual_keeps_whole_parts() -> None:
+    """Residual resampling leaves only fractions to chance."""
+    weights = np.array([0.6, 0.3, 0.1])
+    for seed in range(50):
+        copies = np.bincount(residual(np.random.default_rng(seed), np.log(weights), 5), minlength=3)
+        assert (copies >= [3, 1, 0]).all()
+
+
+def test_it_waits_until_the_effective_sample_size_falls() -> None:
+    """Resampling happens below the threshold, at threshold one always, and whenever the number changes."""
+    rng = np.random.default_rng(0)
+    even = ParticleSet.uniform(np.zeros((10, 1)))
+    uneven = ParticleSet(np.zeros((10, 1)), normalise(np.array([5.0] + [0.0] * 9))[0], np.arange(10))
+    assert decide(systematic, 0.5, rng, even, 10) is None
+    assert decide(systematic, 0.5, rng, uneven, 10) is not None
+    assert decide(systematic, 1.0, rng, even, 10) is not None
+    assert decide(systematic, 0.5, rng, even, 20) is not None
+
+
+@pytest.mark.parametrize("count", [1, 7, 1000])
+@pytest.mark.parametrize("offset", [0.0, 0.5, np.nextafter(1.0, 0.0)])
+def test_offsets_at_both_ends_draw_by_weight(count: int, offset: float) -> None:
+    """At either end of its range the one offset draws each parent floor or ceil of its share."""
+    weights = np.array([0.0, 0.3, 0.0, 0.5, 0.2, 0.0])
+    copies = np.bincount(systematic_parents(weights, offset, count), minlength=6)
+    assert copies.sum() == count
+    assert (copies >= np.floor(count * weights - 1e-9)).all()
+    assert (copies <= np.ceil(count * weights + 1e-9)).all()
+
+
+MODELS = {
+    "random walk": random_walk(3, 2.0),
+    "constant velocity": constant_velocity(2, 0.1, 5.0),
+    "autoregression": autoregression(
+        np.array([[1.9, 0.1], [0.0, 1.8]]), -0.9 * np.eye(2), np.array([3.0, -1.0]), np.diag([2.0, 0.5])
+    ),
+}
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_samples_have_the_moments_of_the_model(model: LinearDynamics) -> None:
+    """Drawn states have mean A x + d and covariance B B^T, within five standard errors."""
+    rng = np.random.default_rng(2)
+    state = rng.normal(size=(1, len(model.offset))) * 10
+    count = 200_000
+    drawn = model.diffuse(rng, model.predict(state), np.zeros(count, dtype=np.int64))
+    expected = model.transition @ state[0] + model.offset
+    scale = np.sqrt(np.diag(model.noise_covariance))
+    assert (np.abs(drawn.mean(0) - expected) <= 5 * scale / np.sqrt(count) + 1e-9).all()
+    assert np.allclose(np.cov(drawn.T), model.noise_covariance, atol=5 * scale.max() ** 2 / np.sqrt(count) * 2)
+
+
+def test_ancestors_are_followed() -> None:
+    """Without noise each drawn state is the prediction of its ancestor."""
+    model = LinearDynamics(np.eye(2), np.ones(2), np.zeros((2, 1)))
+    states = np.arange(6.0).reshape(3, 2)
+    drawn = model.diffuse(np.random.default_rng(0), model.predict(states), np.array([2, 0, 2, 1]))
+    assert np.array_equal(drawn, states[[2, 0, 2, 1]] + 1)
+
+
+def test_constant_velocity_moves_by_its_velocity() -> None:
+    """Position advances by velocity times the interval, velocity stays."""
+    model = constant_velocity(2, 0.5, 1.0)
+    assert np.allclose(model.predict(np.array([[1.0, 2.0, 4.0, -6.0]])), [[3.0, -1.0, 4.0, -6.0]])
+
+
+def test_autoregression_shifts_its_past() -> None:
+    """The second block of the next state is the first block of this one, exactly."""
+    model = MODELS["autoregression"]
+    states = np.random.default_rng(1).normal(size=(5, 4))
+    drawn = model.diffuse(np.random.default_rng(2), model.predict(states), np.arange(5))
+    assert np.array_equal(drawn[:, 2:], states[:, :2])
+
+
+@pytest.mark.parametrize(
+    ("sigma", "expected"), [((4.0, 5.0), 0), ((5.1, 0.0), 800), ((0.0, 5.1), 800), ((9.0, 9.0), 800)]
+)
+def test_hard_switch(sigma: tuple[float, float], expected: int) -> None:
+    """All particles come from the observation as soon as any axis is wider than gamma, none before."""
+    assert auxiliary.hard(np.array(sigma), 5.0, 800) == expected
+
+
+@pytest.mark.parametrize(("sigma", "expected"), [(3.0, 0), (4.0, 0), (12.0, 400), (20.0, 800), (99.0, 800), (4.01, 0)])
+def test_soft_switch(sigma: float, expected: int) -> None:
+    """The share rises linearly between the thresholds, rounded to the nearest (eqs. 3.6 and 3.7)."""
+    assert auxiliary.soft(np.array([sigma, 1.0]), 4.0, 20.0, 800) == expected
+
+
+@given(st.floats(0, 100), st.floats(0, 50), st.floats(0, 50), st.integers(1, 5000))
+def test_soft_switch_stays_within_bounds_and_rises(sigma: float, low: float, width: float, count: int) -> None:
+    """The number is between none and all, and does not fall as sigma rises."""
+    narrow = auxiliary.soft(np.array([sigma]), low, low + width, count)
+    wide = auxiliary.soft(np.array([sigma + 1]), low, low + width, count)
+    assert 0 <= narrow <= wide <= count

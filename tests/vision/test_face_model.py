@@ -1,10 +1,27 @@
+"""The face: its model, the surface of the head about it, and where it looks."""
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.geometry import rotation
-from pftrack.vision.face import FEATURES, FaceModel, Similarity, average, fit_similarity, mean_model, person, place
+from pftrack.vision.face import (
+    ANCHORS_MM,
+    FEATURES,
+    FaceModel,
+    HeadSurface,
+    Similarity,
+    average,
+    egg_depth,
+    fit_similarity,
+    gaze,
+    head_mesh,
+    mean_model,
+    person,
+    place,
+    theta_of,
+)
 
 ANGLES = st.lists(st.floats(-1.4, 1.4), min_size=3, max_size=3)
 
@@ -119,3 +136,79 @@ def test_equal_faces_are_one_key() -> None:
     assert {mean: 1}[again] == 1
     assert FaceModel(mean.points_mm + 1e-9) != mean
     assert FaceModel(mean.points_mm, tuple(reversed(FEATURES))) != mean
+
+
+right_angles = st.floats(-1.5, 1.5)
+
+
+@given(right_angles, right_angles, st.floats(-3.0, 3.0))
+def test_gaze_is_the_direction_in_which_the_face_looks(x: float, y: float, z: float) -> None:
+    """Yaw and pitch are those of R (0, 0, -1), the roll is that of R (1, 0, 0) in the picture."""
+    theta = np.array([x, y, z])
+    ahead, across = rotation(theta) @ [0.0, 0.0, -1.0], rotation(theta) @ [1.0, 0.0, 0.0]
+    yaw, pitch, roll = gaze(theta)
+    assert yaw == pytest.approx(np.arctan2(ahead[0], -ahead[2]), abs=1e-9)
+    assert pitch == pytest.approx(np.arcsin(-ahead[1]), abs=1e-9)
+    assert np.cos(roll - np.arctan2(across[1], across[0])) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("theta", "seen"),
+    [((0.0, -0.3, 0.0), (0.3, 0, 0)), ((-0.2, 0.0, 0.0), (0, 0.2, 0)), ((0.0, 0.0, 0.1), (0, 0, 0.1))],
+)
+def test_signs(theta: tuple[float, ...], seen: tuple[float, ...]) -> None:
+    """Looking to the right of the picture, up, and turned clockwise are positive."""
+    assert gaze(np.array(theta)) == pytest.approx(seen)
+    nose = rotation(np.array(theta)) @ [0.0, 0.0, -10.0]
+    assert np.sign(np.round(nose[0], 9)) == np.sign(seen[0])
+    assert np.sign(np.round(-nose[1], 9)) == np.sign(seen[1])
+
+
+@given(st.floats(-1.4, 1.4), st.floats(-1.4, 1.4), st.floats(-1.4, 1.4))
+def test_theta_is_found_again(yaw: float, pitch: float, roll: float) -> None:
+    """The two ways of writing a pose are inverse to each other within a quarter of a turn."""
+    assert gaze(theta_of(np.array([yaw, pitch, roll]))) == pytest.approx([yaw, pitch, roll], abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", [99, 101, 102])
+def test_surface_passes_through_the_features(seed: int) -> None:
+    """At every feature the surface has the feature's depth, to the softness of the correction (section 15, test 11)."""
+    model = person(seed)
+    x, y, z = model.points_mm.T
+    assert np.abs(HeadSurface(model).depth(x, y) - z).max() < 0.2
+
+
+def test_surface_keeps_to_the_egg_elsewhere() -> None:
+    """At forehead and cheeks the surface is the egg's; at the chin it is 14 mm nearer."""
+    x, y = np.array(ANCHORS_MM).T
+    added = HeadSurface(mean_model()).correction(x, y)
+    assert np.allclose(added, [0, 0, 0, 0, 0, 0, 0, 0, -14], atol=0.1)
+
+
+def test_mesh_lies_on_the_surface() -> None:
+    """In front, vertices have the depth of the surface at their x and y; all normals are unit vectors outwards."""
+    model = mean_model()
+    mesh = head_mesh(model)
+    assert len(mesh.vertices_mm) == 200 * 220
+    assert len(mesh.triangles) == 2 * 199 * 219
+    x, y, z = mesh.vertices_mm.T
+    front = (z < 60) & (np.abs(x) < 40) & (np.abs(y) < 60)
+    assert np.allclose(HeadSurface(model).depth(x, y)[front], z[front], atol=1e-6)
+    assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1)
+    outwards = mesh.vertices_mm - (0, 8, 95)
+    assert ((mesh.normals * outwards).sum(axis=1) > 0).mean() > 0.99
+    assert mesh.normals[np.argmin(z)][2] < -0.8
+
+
+def test_triangles_run_clockwise_to_the_camera() -> None:
+    """Seen by a camera in front, the triangles of the face have a positive area with y down."""
+    mesh = head_mesh(mean_model(), 60, 60)
+    a, b, c = (mesh.vertices_mm[mesh.triangles[:, corner]] for corner in range(3))
+    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    facing = mesh.normals[mesh.triangles].mean(axis=1)[:, 2] < -0.3
+    assert (area[facing] > 0).all()
+
+
+def test_egg_has_its_half_axes() -> None:
+    """The egg is nearest at its middle, and at its outline as deep as its widest section."""
+    assert egg_depth(np.array([0.0, 75.0, 0.0, 90.0]), np.array([8.0, 8.0, 123.0, 8.0])).tolist() == [0, 95, 95, 95]

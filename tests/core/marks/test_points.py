@@ -1,6 +1,7 @@
-"""Named points: read from files, checked against a picture, drawn, described to an editor."""
+"""Marks: boxes, long bodies and named points are read, checked against a picture and drawn."""
 
 import json
+import math
 from contextlib import suppress
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pftrack.core.model.marks import Box, LongBody, read_mark
 from pftrack.core.model.source import Landmarks, Target
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments.head.recording import FaceBox, FacePoints
 from pftrack.vision.face import FEATURES, mean_model
 
@@ -96,3 +99,115 @@ def test_the_box_of_a_face_is_larger_than_its_features() -> None:
     low, high = points.min(axis=0), points.max(axis=0)
     assert box.width == box.height == pytest.approx(1.5 * (high - low).max())
     assert [box.x + box.width / 2, box.y + box.height / 2] == pytest.approx((low + high) / 2)
+
+
+# Boxes: read from text and JSON, checked against a picture, drawn around their pixels.
+
+
+def test_a_box_is_read_from_text_and_json() -> None:
+    """Four numbers, and the JSON that a box writes, give the same box."""
+    box = Box.parse("1,2.5,30,40")
+    assert box.corner_and_size == (1, 2.5, 30, 40)
+    assert read_mark([Box], json.loads(box.model_dump_json())) == box
+    assert json.loads(box.model_dump_json())["kind"] == "box"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1,2,3", r"expected 4 finite numbers \(x,y,w,h\), got '1,2,3'"),
+        ("a,b,c,d", "expected 4 finite numbers"),
+        ("nan,2,3,4", "expected 4 finite numbers"),
+    ],
+)
+def test_what_is_no_box_is_refused(text: str, message: str) -> None:
+    """The message says what was expected."""
+    with pytest.raises(ValueError, match=message):
+        Box.parse(text)
+
+
+@pytest.mark.parametrize("box", [(310, 5, 20, 10), (-1, 0, 9, 9), (0, 0, 0, 5), (5, 5, 3, 0.5), (1e5, 0, 9, 9)])
+def test_a_box_has_to_fit_the_picture(box: tuple[float, float, float, float]) -> None:
+    """A box without area or beyond the picture is refused with both sizes; one that fills it is not."""
+    with pytest.raises(ParameterError, match="within the picture of 320 x 120 px, got 'x = "):
+        Box.of(*box).check((320, 120))
+    Box.of(0, 0, 320, 120).check((320, 120))
+
+
+def test_it_is_drawn_around_its_pixels() -> None:
+    """The outline of a box of one pixel is half a pixel from the pixel's centre."""
+    outline = Box.of(3, 4, 1, 1).draw()["box"]
+    assert outline.positions[:, :2].tolist() == [[2.5, 3.5], [3.5, 3.5], [3.5, 4.5], [2.5, 4.5], [2.5, 3.5]]
+
+
+def test_the_box_of_a_target_is_around_it() -> None:
+    """Of a disc it is the square of whole pixels that holds it; of a solid the box around its landmarks."""
+    disc = Box.of_target(Target(np.array([50.5, 40.0]), 11.0))
+    assert disc is not None
+    assert disc.corner_and_size == (45.0, 35.0, 12.0, 11.0)
+    points = np.array([[10.2, 20.0], [30.0, 25.9]])
+    known = Landmarks(points, np.ones(2, np.bool_), np.zeros((2, 3)), ("a", "b"))
+    solid = Box.of_target(Target(np.zeros(3), landmarks=known))
+    assert solid is not None
+    assert solid.corner_and_size == (10.0, 20.0, 21.0, 7.0)
+    assert Box.of_target(Target(np.zeros(1))) is None
+
+
+# A long body: head, root and tip of the tail, and half width.
+
+SIZE = (320, 240)
+GOOD = {"head": [120, 100], "root": [80, 100], "tip": [60, 100], "half_width": 8}
+
+
+def body(**changes: object) -> LongBody:
+    return LongBody.read({**GOOD, **changes})
+
+
+def test_it_reads_lengths_and_angles_from_its_points() -> None:
+    """Head to the right of the root: a heading of 0, half of 40 px, and a straight tail of 20 px."""
+    mark = body()
+    assert (mark.heading, mark.bend, mark.half_length, mark.tail_length) == (0.0, 0.0, 20.0, 20.0)
+    assert mark.centre.tolist() == [100.0, 100.0]
+    assert body(tip=[80, 80]).bend == pytest.approx(math.pi / 2)
+    assert body(tip=[80, 120]).bend == pytest.approx(-math.pi / 2)
+    assert body(head=[80, 60], tip=[80, 130]).heading == pytest.approx(-math.pi / 2)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(-1.5, 1.5))
+def test_the_bend_does_not_depend_on_the_heading(heading: float, bend: float) -> None:
+    """Turned anywhere, a body has the bend that it has."""
+    ahead = (math.cos(heading), math.sin(heading))
+    tail = (math.cos(heading + bend), math.sin(heading + bend))
+    root = (100 - 20 * ahead[0], 100 - 20 * ahead[1])
+    mark = LongBody(
+        head=(100 + 20 * ahead[0], 100 + 20 * ahead[1]),
+        root=root,
+        tip=(root[0] - 15 * tail[0], root[1] - 15 * tail[1]),
+        half_width=5,
+    )
+    assert mark.bend == pytest.approx(bend, abs=1e-9)
+    assert math.remainder(mark.heading - heading, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_command_line_writes_seven_numbers() -> None:
+    """Head x,y, root x,y, tip x,y and the half width."""
+    assert LongBody.parse("120,100,80,100,60,100,8") == body()
+    for text in ("120,100", "1,2,3,4,5,6,many", "1,2,3,4,5,6,nan", ""):
+        with pytest.raises(ValueError, match="expected 7 finite numbers"):
+            LongBody.parse(text)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"head": [330, 100]}, r"mark.head must be within the picture of 320 x 240 px"),
+        ({"tip": [-1, 100]}, r"mark.tip must be within the picture"),
+        ({"root": [119, 100]}, r"mark.root must be at least 4 px from the head"),
+        ({"half_width": 50}, r"mark.half_width must be at most the 40 px"),
+        ({"tip": [110, 101]}, r"mark.tip must be behind the body"),
+    ],
+)
+def test_what_is_no_body_is_refused(changes: dict[str, object], message: str) -> None:
+    """Outside the picture, without length, wider than long, or with a tail folded to the front."""
+    with pytest.raises(ParameterError, match=message):
+        body(**changes).check(SIZE)

@@ -1,3 +1,5 @@
+"""The simulated driver: his motion, his face, and how pictures of it are drawn."""
+
 import cv2
 import numpy as np
 import pytest
@@ -5,9 +7,16 @@ import pytest
 from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
-from pftrack.experiments.head.painting import blur
-from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
-from pftrack.vision.face import FEATURES, person
+from pftrack.experiments.head.painting import LEFT_MM, STEP_MM, TOP_MM, albedo, blur, lit, project, rasterise
+from pftrack.experiments.head.scene import (
+    SCRIPT_FRAMES,
+    HeadSceneParameters,
+    HeadSource,
+    angles_rad,
+    eased_amplitude,
+    script_time,
+)
+from pftrack.vision.face import FEATURES, FaceModel, person
 
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
 TURNED_LEFT, TURNED_RIGHT = 75, 135
@@ -141,3 +150,173 @@ def test_a_lens_out_of_focus_blurs_like_a_gaussian() -> None:
     } | {"sharp": np.abs(np.diff(shown(0, image_noise_sd=0).image_rgb[:, :, 0].astype(int)))}
     assert rough[640].mean() < 0.7 * rough["sharp"].mean()
     assert rough[320].mean() > rough[640].mean()  # twice as coarse, and blurred by half as many px
+
+
+def at(texture: np.ndarray, x: float, y: float) -> float:
+    return float(texture[round((y - TOP_MM) / STEP_MM), round((x - LEFT_MM) / STEP_MM)])
+
+
+def test_face_has_the_albedos_of_the_reference_scene() -> None:
+    """Skin, iris, pupil, nostril, mouth, brow and hair have the albedos of the reference scene where they belong."""
+    face = person(99)
+    texture = albedo(face, 99)
+    eye, nose, brow = face["leye"], face["nose"], face["lbro"]
+    mouth = (face["lmou"] + face["rmou"]) / 2
+    places = {
+        (30, 40): 0.62,
+        (eye[0] - 1, eye[1]): 0.08,
+        (eye[0] - 4, eye[1]): 0.38,
+        (nose[0] + 7, nose[1] + 9): 0.12,
+        (mouth[0], mouth[1] + 0.6): 0.15,
+        (brow[0] + 8, brow[1] - 2): 0.22,
+        (0, -100): 0.15,
+    }
+    for (x, y), expected in places.items():
+        assert abs(at(texture, x, y) - expected) < 0.09, (x, y)
+
+
+def test_eyes_open_between_their_corners() -> None:
+    """The bright of the eye ends at the corners, inner and outer."""
+    face = person(99)
+    texture = albedo(face, 99)
+    for side in "lr":
+        inner, outer = face[side + "mc"], face[side + "lc"]
+        within = outer + 0.2 * (inner - outer)
+        assert at(texture, *within[:2]) > 0.66
+        beyond = outer + 0.15 * (outer - inner)
+        assert at(texture, *beyond[:2]) < 0.66
+
+
+def test_albedo_is_between_black_and_white() -> None:
+    """Whatever the face, albedo stays within 0..1 and is finite."""
+    odd = FaceModel(person(5).points_mm * (1.5, 0.7, 2))
+    for face in (odd, person(6)):
+        texture = albedo(face, 1)
+        assert np.isfinite(texture).all()
+        assert texture.min() > 0
+        assert texture.max() <= 1
+
+
+FOCAL, CENTRE = 100.0, (32.0, 24.0)
+RAMP = np.tile(np.linspace(0, 1, 101, dtype=np.float32), (101, 1))
+"""Albedo x / 100 for x in 0..100 mm."""
+
+
+def drawn(*quads: np.ndarray, light: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Draw squares of four corners in the camera's frame; the model's x runs from 0 to 100 along each."""
+    image, inverse_depth = np.full((48, 64), 7, np.float32), np.zeros((48, 64), np.float32)
+    model = np.array([[0.0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0]])
+    triangles = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    for quad in quads:
+        pixels, inverse_depths = project(quad, FOCAL, CENTRE)
+        shine = np.full(4, light)
+        rasterise(
+            image, inverse_depth, triangles, pixels, inverse_depths, model, shine, RAMP, (0.0, 0.0, 1.0), (1e9, 0.0)
+        )
+    return image, inverse_depth
+
+
+def square(depth_left: float, depth_right: float, half: float = 10.0) -> np.ndarray:
+    return np.array(
+        [[-half, -half, depth_left], [half, -half, depth_right], [half, half, depth_right], [-half, half, depth_left]]
+    )
+
+
+def test_texture_is_interpolated_in_perspective() -> None:
+    """On a slanted square each pixel shows the albedo of the point that its ray meets, not of the share of pixels."""
+    image, inverse_depth = drawn(square(60, 180))
+    for column in range(20, 36):
+        # The ray (t, 0, 1) z meets the square where -10 + 20 s = t z and z = 60 + 120 s.
+        t = (column - CENTRE[0]) / FOCAL
+        s = (10 + 60 * t) / (20 - 120 * t)
+        assert image[24, column] == pytest.approx(255 * s, abs=0.01)
+        assert 1 / inverse_depth[24, column] == pytest.approx(60 + 120 * s, rel=1e-5)
+
+
+def test_only_the_square_s_own_pixels_are_touched() -> None:
+    """Pixels inside the outline are drawn, all others keep what they had."""
+    image, inverse_depth = drawn(square(100, 100))
+    rows, columns = np.mgrid[:48, :64]
+    inside = (np.abs(columns - 32) <= 10) & (np.abs(rows - 24) <= 10)
+    assert np.array_equal(inverse_depth > 0, inside)
+    assert (image[~inside] == 7).all()
+
+
+def test_what_is_nearer_is_seen() -> None:
+    """The nearer of two squares is seen, in whichever order they are drawn."""
+    near, far = square(80, 80, 4), square(120, 120, 30)
+    assert np.array_equal(drawn(near, far)[0], drawn(far, near)[0])
+    assert drawn(near, far)[1][24, 32] == pytest.approx(1 / 80)
+    assert drawn(near, far)[1][24, 50] == pytest.approx(1 / 120)
+
+
+def test_backs_are_not_drawn() -> None:
+    """A square that is seen from behind leaves no pixel."""
+    assert not drawn(square(100, 100)[::-1].copy())[1].any()
+
+
+def test_what_leaves_the_picture_is_cut() -> None:
+    """A square larger than the picture fills it and writes nowhere else."""
+    assert (drawn(square(100, 100, 500))[1] > 0).all()
+
+
+def test_light_adds_up() -> None:
+    """Light is ambient, plus the lamp by how much the surface faces the camera, plus the sun likewise."""
+    normals = np.array([[0.0, 0, -1], [1, 0, 0], [0, 0, 1]])
+    light = lit(normals, np.array([1.0, 0, 0]), 0.18, 0.72, 0.3)
+    assert light.tolist() == pytest.approx([0.9, 0.48, 0.18])
+    assert drawn(square(100, 100), light=0.5)[0][24, 32] == pytest.approx(255 * 0.5 * 0.5, abs=0.5)
+
+
+def script_deg(frames: int = SCRIPT_FRAMES) -> np.ndarray:
+    return np.rad2deg([angles_rad(k / SCRIPT_FRAMES, 1.0) for k in range(frames)])
+
+
+def moved(**values: float) -> HeadSceneParameters:
+    return revise(HeadSceneParameters(), values)
+
+
+def test_script_has_its_motions_in_order() -> None:
+    """Turns of 35 degrees, then nods and rolls of 25, two of each, and rests between them."""
+    degrees = script_deg()
+    assert degrees[0].tolist() == [0, 0, 0]
+    for first, last, axis, peak in ((45, 285, 1, 35), (315, 555, 0, 25), (585, 825, 2, 25)):
+        part = degrees[first:last, axis]
+        assert part.max() == pytest.approx(peak, abs=5)
+        assert part.min() == pytest.approx(-peak, abs=5)
+        others = np.delete(degrees[first:last], axis, axis=1)
+        assert np.abs(others).max() < 5
+        # Two cycles, each first to the positive side.
+        assert part[30] > 0.7 * peak
+        assert part[90] < -0.7 * peak
+    assert np.abs(degrees[840:]).max() < 5
+
+
+def test_330_of_900_frames_are_beyond_20_degrees() -> None:
+    """As many frames as the reference counts have an axis beyond 20 degrees."""
+    assert (np.abs(script_deg()) > 20).any(axis=1).sum() == pytest.approx(330, abs=5)
+
+
+def test_script_goes_on_without_a_jump() -> None:
+    """From frame to frame, also from the end of the script to its beginning, the head turns by less than 4 degrees."""
+    assert np.abs(np.diff(script_deg(2 * SCRIPT_FRAMES), axis=0)).max() < 4
+
+
+def test_changes_of_speed_and_amplitude_do_not_jump() -> None:
+    """When speed or amplitude change in mid-run, the pose goes on from where it was."""
+    before, after = moved(speed=1, amplitude=1), moved(speed=0.2, amplitude=0.2)
+    path = []
+    for frame in range(200):
+        spans = [(min(frame, 80), before), (frame - 80, after)] if frame > 80 else [(frame, before)]
+        path.append(angles_rad(script_time(spans), eased_amplitude(spans, 1.0)))
+    assert np.rad2deg(np.abs(np.diff(path, axis=0)).max()) < 4
+    assert np.abs(path[-1]).max() < np.abs(path[80]).max()
+
+
+def test_speed_is_summed_and_amplitude_lags() -> None:
+    """At twice the speed the script takes half the frames; the amplitude reaches what is asked for after a while."""
+    assert script_time([(450, moved(speed=2))]) == pytest.approx(1)
+    assert script_time([(100, moved(speed=0)), (90, moved())]) == pytest.approx(0.1)
+    assert eased_amplitude([(15, moved(amplitude=0))], 1.0) == pytest.approx(np.exp(-1))
+    assert eased_amplitude([(500, moved(amplitude=0.5))], 1.0) == pytest.approx(0.5)
+    assert not angles_rad(0.3, 0.0).any()

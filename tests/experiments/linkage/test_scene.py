@@ -1,20 +1,37 @@
-"""The simulated chain: its paths, what is measured of it, and where the estimate begins."""
+"""The simulated chain: its shape and its paths, what is measured of it, and where the estimate begins."""
 
 from typing import get_args
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from pftrack.core.geometry import matrix, quaternion
 from pftrack.core.model.source import Frame, History, Measurements
+from pftrack.experiments.linkage.model import (
+    UPRIGHT,
+    Bounds,
+    directions,
+    image_in_plane,
+    image_in_space,
+    joint_angles,
+    mirror,
+    observe,
+    reverse_in_depth,
+    slopes,
+)
 from pftrack.experiments.linkage.scene import (
     LENGTH,
     PATHS,
     LinkageSceneParameters,
     LinkageSource,
     LinkageTarget,
+    LinkMeasurements,
     PathName,
     ease,
     in_radians,
+    observe_lines,
     places,
 )
 
@@ -115,3 +132,159 @@ def test_the_estimate_begins_off_the_truth() -> None:
     assert space.start.omega is not None
     off = in_radians(space.start.position - space.target(0).position)
     assert 0.0 < np.abs(off).max() <= 0.08
+
+
+# Links of a chain in space that are seen as lines.
+
+ALL = np.ones(4, dtype=np.bool_)
+
+
+def measured(index: int = 0, **values: object) -> tuple[LinkMeasurements, np.ndarray]:
+    """What is measured of the chain in space in a frame, and its true points."""
+    parameters = LinkageSceneParameters.model_validate({"chain_path": "3d", "links_seen_as": "lines", **values})
+    frame = LinkageSource(3, parameters).frame(index, History(((0, parameters),)))
+    assert isinstance(frame.measurements, LinkMeasurements)
+    assert frame.target is not None
+    assert frame.target.landmarks is not None
+    return frame.measurements, frame.target.landmarks.points_px
+
+
+def test_a_line_goes_through_where_the_ends_seem_to_be() -> None:
+    """Its normal is a unit vector, and no true end is farther from it than it errs, however short the link looks."""
+    rng = np.random.default_rng(0)
+    for length in (1.5, 4.0, 300.0):
+        points = np.cumsum(np.vstack([rng.uniform(0, 300, 2), rng.normal(size=(3, 2)) * length]), axis=0)
+        errors = rng.uniform(-3, 3, (3, 2))
+        normals, offsets = observe_lines(points, errors, ALL)
+        for link in np.flatnonzero(np.isfinite(offsets)):
+            distances = points[link : link + 2] @ normals[link] - offsets[link]
+            assert np.hypot(*normals[link]) == pytest.approx(1.0)
+            assert np.all(np.abs(distances) <= np.abs(errors[link]) + 1e-9)
+
+
+def test_a_line_without_errors_is_that_of_the_link() -> None:
+    """Both ends are on it; the points themselves are not measured, or root and tip alone."""
+    lines, points = measured(measurement_noise_px=0)
+    for link in range(3):
+        assert points[link : link + 2] @ lines.normals[link] == pytest.approx(lines.offsets_px[link])
+    assert np.isnan(lines.points_px).all()
+    ends, points = measured(measurement_noise_px=0, links_seen_as="lines-and-ends")
+    assert np.isfinite(ends.points_px).all(axis=1).tolist() == [True, False, False, True]
+    assert ends.points_px[[0, 3]] == pytest.approx(points[[0, 3]])
+
+
+def test_a_link_shows_no_line_behind_the_occluder_or_on_end() -> None:
+    """One with an end in sight still does."""
+    points = np.array([[10.0, 10.0], [60.0, 20.0], [60.5, 20.0], [100.0, 60.0]])
+    visible = np.array([False, True, True, False])
+    assert np.isnan(observe_lines(points, np.zeros((3, 2)), visible)[1]).tolist() == [False, True, False]
+    assert np.isnan(observe_lines(points, np.zeros((3, 2)), np.array([False, False, True, True]))[1][0])
+    lines, _ = measured(occlusion_width_px=640)
+    assert np.isnan(lines.offsets_px).all()
+
+
+def test_errors_of_lines_are_bounded_and_outliers_are_not() -> None:
+    """With a seed the same lines come again; outliers are as far off as they are said to be."""
+    for index in range(12):
+        lines, points = measured(index, measurement_noise_px=2)
+        off = [points[k : k + 2] @ lines.normals[k] - lines.offsets_px[k] for k in range(3)]
+        assert 0.0 < np.abs(off).max() <= 6.0
+        again, _ = measured(index, measurement_noise_px=2)
+        assert np.array_equal(again.normals, lines.normals)
+    far = [measured(index, outlier_share=0.5, outlier_px=200) for index in range(12)]
+    worst = [np.abs(points[:2] @ lines.normals[0] - lines.offsets_px[0]).max() for lines, points in far]
+    assert 20.0 < max(worst) <= 203.0
+
+
+def test_a_slower_chain_takes_the_same_path() -> None:
+    """Four times as slow, every fourth frame has the pose of one, and the run is as much longer."""
+    for path in ("two", "3d"):
+        usual, slow = (LinkageSource(0, LinkageSceneParameters(chain_path=path, path_slowing=by)) for by in (1, 4))
+        assert slow.frame_count == 4 * (LENGTH[path] - 1) + 1
+        for index in (0, 17, LENGTH[path] - 1):
+            assert np.array_equal(slow.target(4 * index).position, usual.target(index).position)
+    between = slow.target(2).position - slow.target(1).position
+    assert 0.0 < np.abs(between).max() < np.abs(usual.target(1).position - usual.target(0).position).max()
+
+
+def test_a_chain_in_the_plane_is_measured_by_points() -> None:
+    """An image of one coordinate has no lines."""
+    parameters = LinkageSceneParameters(links_seen_as="lines")
+    frame = LinkageSource(0, parameters).frame(1, History(((0, parameters),)))
+    assert frame.measurements is not None
+    assert not isinstance(frame.measurements, LinkMeasurements)
+    assert np.isfinite(frame.measurements.points_px).all()
+
+
+# Chains of links before an orthographic camera.
+
+THETA, R = np.array([0.4, 0.7, -0.3]), np.array([70.0, 60.0, 50.0])
+ANGLE = st.floats(-3.0, 3.0)
+
+
+def test_the_image_is_the_sum_of_projected_links() -> None:
+    """A chain stretched along the image is as long as its links; at right angles to it nothing of it is seen."""
+    assert image_in_plane(np.zeros(3), R).tolist() == [70.0, 130.0, 180.0]
+    assert image_in_plane(np.array([np.pi / 2, 0.0, 0.0]), R) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert joint_angles(directions(THETA)) == pytest.approx(THETA)
+
+
+def test_space_holds_the_plane() -> None:
+    """A chain that is turned about the image's axis by a right angle is seen as one in the plane."""
+    turn = matrix(np.array([np.pi / 2, 0.0, 0.0]))
+    seen = image_in_space(turn, np.array([3.0, -5.0]), THETA, R)
+    assert seen[0].tolist() == [3.0, -5.0]
+    assert seen[1:, 0] == pytest.approx(3.0 + image_in_plane(THETA, R))
+    assert seen[:, 1] == pytest.approx(-5.0)
+
+
+@pytest.mark.parametrize("size", [9, 17])
+def test_derivatives_are_those_of_differences(size: int) -> None:
+    """What a filter linearises with agrees with central differences, in space at a rotation that is not small."""
+    rng = np.random.default_rng(size)
+    state = rng.normal(size=size)
+    state[-3:] = R
+    attitude = UPRIGHT.copy() if size == 9 else quaternion(rng.normal(size=3))
+    step = 1e-5
+    columns = [
+        (observe(state + step * axis, attitude) - observe(state - step * axis, attitude)) / (2 * step)
+        for axis in np.eye(size)
+    ]
+    assert slopes(state, attitude) == pytest.approx(np.array(columns).T, abs=1e-6)
+
+
+@given(st.tuples(ANGLE, ANGLE, ANGLE), st.integers(0, 2))
+def test_a_mirrored_link_looks_the_same(theta: tuple[float, float, float], link: int) -> None:
+    """Mirrored in depth a link leans to the other side, the others keep their directions, and the image is the same."""
+    before = directions(np.array(theta))
+    after = mirror(before, link)
+    others = [k for k in range(3) if k != link]
+    assert after[others].tolist() == before[others].tolist()
+    assert np.sin(after[link]) == pytest.approx(-np.sin(before[link]), abs=1e-12)
+    assert abs(after[link] - before[link]) <= np.pi + 1e-9
+    assert image_in_plane(joint_angles(after), R) == pytest.approx(image_in_plane(np.array(theta), R), abs=1e-9)
+
+
+def test_a_chain_reversed_in_depth_looks_the_same() -> None:
+    """Mirrored as a whole a flat chain is turned otherwise, and no point of its image moves."""
+    turn = matrix(np.array([0.3, -0.5, 0.2]))
+    other = reverse_in_depth(turn)
+    assert other @ other.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.linalg.det(other) == pytest.approx(1.0)
+    place = np.array([1.0, 2.0])
+    assert image_in_space(other, place, THETA, R) == pytest.approx(image_in_space(turn, place, THETA, R))
+    assert abs(other[2, 0] + turn[2, 0]) < 1e-12
+
+
+def test_bounds_are_inequalities() -> None:
+    """Each range and each difference is a row, what is not bounded is left out, and in space so is the first joint."""
+    free = (-np.inf, 0.0, 0.0)
+    bounds = Bounds(free, (np.inf, 1.5, 1.5), (np.inf, 0.5), (60.0, 50.0, 40.0), (80.0, 70.0, 60.0), (15.0, 15.0))
+    rows, low, high = bounds.constraints(in_space=False)
+    assert rows.shape == (8, 6)
+    assert rows[5].tolist() == [0, 1, -1, 0, 0, 0]
+    assert (low[5], high[5]) == (-0.5, 0.5)
+    assert not rows[:, 0].any()
+    tight = Bounds((0.0, 0.0, 0.0), (2.0, 1.5, 1.5), (0.8, 0.5), bounds.length_low, bounds.length_high, (40.0, 10.0))
+    assert len(tight.constraints(in_space=False).rows) == 10
+    assert len(tight.constraints(in_space=True).rows) == 8

@@ -1,8 +1,21 @@
+"""Factorization of tracks: exact without noise, refused where nothing is determined; alignment of shapes."""
+
 import numpy as np
 import pytest
 
+from pftrack.core.geometry import rotation
 from pftrack.core.numerics.matrices import product
-from pftrack.vision.structure.factorization import Factorization, factorize, metric_transform, shape_error
+from pftrack.reproduce.structure import prism_tracks
+from pftrack.vision.structure.factorization import (
+    Factorization,
+    Tracks,
+    align,
+    factorize,
+    metric_transform,
+    residuals,
+    shape_error,
+)
+from pftrack.vision.structure.recursive import accumulate, empty, principal_shape
 from tests.vision.structure.bodies import body, cameras, seen
 
 BODY = body()
@@ -70,3 +83,107 @@ def test_a_missing_point_is_refused_by_its_number() -> None:
     sd[3, 5] = np.inf
     with pytest.raises(ValueError, match="point 5 is missing in some"):
         factorize(seen(BODY, cameras(), sd))
+
+
+def test_it_is_the_factorization_of_all_frames() -> None:
+    """Frame by frame it comes to the singular values and, up to an affine map, the shape of all frames at once."""
+    tracks = prism_tracks(3, frames=30).tracks
+    known = empty(14)
+    for positions in tracks.positions:
+        known = accumulate(known, positions)
+    found, whole = principal_shape(known), factorize(tracks)
+    assert found is not None
+    shape, strengths = found
+    np.testing.assert_allclose(strengths, whole.strengths, rtol=1e-9, atol=1e-4)
+    assert shape_error(shape, whole.shape) < 1e-8
+    assert known.frames == 30
+
+
+def test_a_single_view_has_no_depth() -> None:
+    """Nothing is made of one frame, nor of the same frame twice."""
+    positions = prism_tracks(3, frames=2).true_px[0]
+    once = accumulate(empty(14), positions)
+    assert principal_shape(once) is None
+    assert principal_shape(accumulate(once, positions)) is None
+
+
+TRUTH = np.random.default_rng(0).normal(size=(8, 3)) * 20.0 + [100.0, 0.0, 700.0]
+
+
+def test_an_affine_image_of_the_truth_has_no_error() -> None:
+    """Whatever the map, the error after alignment is zero to 1e-12."""
+    image = TRUTH @ np.random.default_rng(1).normal(size=(3, 3)) + [3.0, -4.0, 5.0]
+    assert shape_error(image, TRUTH) < 1e-12
+    assert np.allclose(align(image, TRUTH), TRUTH)
+
+
+def test_a_similarity_may_mirror_but_not_stretch() -> None:
+    """A scaled, turned, moved and mirrored copy has no error; a stretched one has."""
+    copy = 0.3 * (TRUTH * [1.0, 1.0, -1.0]) @ rotation(np.array([0.3, -0.5, 1.0])).T + 7.0
+    assert shape_error(copy, TRUTH, "similarity") < 1e-12
+    assert shape_error(TRUTH * [1.0, 1.0, 2.0], TRUTH, "similarity") > 0.05
+
+
+def test_the_error_is_relative_to_the_centred_truth() -> None:
+    """What is left is compared with the size about the centre (eq. 4.19); a point's own is in the truth's unit."""
+    estimate = TRUTH + np.random.default_rng(2).normal(size=TRUTH.shape)
+    left = residuals(estimate, TRUTH)
+    size = np.linalg.norm(TRUTH - TRUTH.mean(axis=0))
+    assert shape_error(estimate, TRUTH) == pytest.approx(np.linalg.norm(left) / size)
+    full = np.column_stack([estimate, np.ones(8)])
+    best = full @ np.linalg.lstsq(full, TRUTH, rcond=None)[0]
+    assert left == pytest.approx(np.linalg.norm(best - TRUTH, axis=1), abs=1e-9)
+
+
+def test_shapes_that_cannot_be_compared_are_refused() -> None:
+    """Another number of points, NaN and a flat estimate are refused."""
+    with pytest.raises(ValueError, match=r"got \(7, 3\) and \(8, 3\)"):
+        shape_error(TRUTH[:7], TRUTH)
+    with pytest.raises(ValueError, match="finite shapes"):
+        shape_error(np.nan * TRUTH, TRUTH)
+    with pytest.raises(ValueError, match="one plane"):
+        shape_error(TRUTH * [1.0, 1.0, 0.0], TRUTH)
+
+
+ONE = np.ones((3, 5, 2))
+
+
+def test_rows_are_coordinates_in_turn() -> None:
+    """Rows are x_1, y_1, x_2, ...; what was not seen is zero, with no precision."""
+    positions = np.arange(30.0).reshape(3, 5, 2)
+    variances = 4.0 * ONE
+    positions[1, 2], variances[1, 2] = np.nan, np.inf
+    tracks = Tracks(positions, variances)
+    assert np.array_equal(tracks.matrix[0], positions[0, :, 0])
+    assert np.array_equal(tracks.matrix[5], positions[2, :, 1])
+    assert tracks.matrix[2, 2] == tracks.precisions[2, 2] == 0.0
+    assert tracks.precisions[0, 0] == 0.25
+    assert tracks.seen.all()
+    assert not Tracks(positions, np.where(np.arange(5)[:, None] == 3, np.inf, variances)).seen[3]
+
+
+@pytest.mark.parametrize(
+    ("positions", "variances", "said"),
+    [
+        (ONE, ONE[:2], r"expected positions and variances \(frames, points, 2\), got \(3, 5, 2\) and \(2, 5, 2\)"),
+        (ONE[:, :3], ONE[:, :3], "at least 4 points in 2 frames, got 3 points in 3"),
+        (ONE[:1], ONE[:1], "at least 4 points in 2 frames, got 5 points in 1"),
+        (ONE, 0.0 * ONE, "variances above 0"),
+        (ONE, np.nan * ONE, "variances above 0, got one that is not, or NaN"),
+        (np.nan * ONE, ONE, "finite positions where the variance is finite"),
+    ],
+)
+def test_what_are_no_tracks_is_refused(positions: np.ndarray, variances: np.ndarray, said: str) -> None:
+    """Wrong shapes, too few points or frames, variances that are none and NaN that counts are refused."""
+    with pytest.raises(ValueError, match=said):
+        Tracks(positions, variances)
+
+
+def test_tracks_keep_what_they_were_given() -> None:
+    """Later changes of an array do not reach the tracks, and the tracks cannot be written."""
+    positions = ONE.copy()
+    tracks = Tracks(positions, ONE)
+    positions[:] = 7.0
+    assert (tracks.positions == 1.0).all()
+    with pytest.raises(ValueError, match="read-only"):
+        tracks.variances[0] = 2.0
