@@ -34,7 +34,6 @@ def call(tmp_path: Path) -> Iterator[Callable[[str], str]]:
     with subprocess.Popen(
         [sys.executable, "-c", FORKING], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
     ) as process:
-        assert process.stdin is not None
         assert process.stdout is not None
         given, said = process.stdin, process.stdout
 
@@ -117,8 +116,6 @@ def test_a_type_that_was_renamed_compiles_anew(tmp_path: Path, call: Callable[[s
 
 def module(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None
-    assert spec.loader is not None
     made = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(made)
     return made

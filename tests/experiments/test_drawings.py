@@ -19,7 +19,6 @@ def test_a_second_run_of_a_ball_is_a_cross_at_its_estimate() -> None:
     run, _ = ball_drawing()
     other = run.branch(5, {"tracker": "apf"}).seek(20).diagnostics
     cross = run.experiment.draw(run.current, run.diagnostics, other).primitives["second"]
-    assert isinstance(cross, shapes.Links)
     assert np.allclose(cross.segments[..., :2].mean(axis=(0, 1)), other.estimate)
 
 
@@ -34,13 +33,11 @@ def test_particles_are_drawn_where_they_are() -> None:
     run, drawn = ball_drawing()
     particles = run.current.state.particles
     points = drawn["particles"]
-    assert isinstance(points, shapes.Points)
     assert np.allclose(points.positions[:, :2], particles.states[:, :2], atol=1e-3)
     relative = np.exp(particles.log_weights - particles.log_weights.max())
     assert np.allclose(points.positions[:, 2], 1.0 + shapes.LIFT * 320 * relative, atol=1e-3)
     assert points.stems
     samples = run.current.diagnostics.vector("samples")
-    assert samples is not None
     orange = (points.colours == (230, 159, 0)).all(axis=1).sum()
     assert orange == samples[0]
     assert drawn["weights"].colours.shape == points.colours.shape
@@ -56,11 +53,9 @@ def test_marks_mean_what_they_say() -> None:
     """Truth and gate surround the truth, the trail ends at the estimate, the path through time recedes evenly."""
     run, drawn = ball_drawing(smoothing_lag_frames=5)
     truth = run.current.frame.target.position
-    assert isinstance(drawn["truth"], shapes.Ellipse)
     assert np.allclose(drawn["truth"].centre[:2], truth)
     assert drawn["truth"].half_axes[0, 0] == 5
     assert drawn["gate"].half_axes[0, 0] == 15
-    assert isinstance(drawn["trail"], shapes.Polyline)
     assert np.allclose(drawn["trail"].positions[-1, :2], run.current.state.estimate)
     assert len(drawn["trail"].positions) == 21
     assert np.allclose(drawn["space-time"].positions[:, 2], np.arange(-20, 1) * 1.25 * 320 / 60, atol=1e-3)
@@ -73,7 +68,6 @@ def test_of_stems_that_stand_side_by_side_the_highest_is_drawn() -> None:
     """A thousand particles in one place are one stem, as far as can be seen, and cost a display no more."""
     places = np.array([[10.2, 20, 3], [10.9, 20, 9], [12.3, 20, 5], [np.nan, 20, 4]], np.float32)
     stems = raised(shapes.Points(places, np.zeros((4, 3), np.uint8), 2.0, stems=True), 320, 240)
-    assert isinstance(stems, shapes.Links)
     np.testing.assert_allclose(stems.segments[:, 1], places[1:])
 
 
@@ -81,7 +75,6 @@ def test_past_frames_recede_behind_the_picture() -> None:
     """Each outline is as large as the picture and as deep as the path was then, which the axis says."""
     _, drawn = ball_drawing()
     outlines, axis = drawn["past frames"], drawn["axis"]
-    assert isinstance(outlines, shapes.Links)
     corners = outlines.segments[:, 0].reshape(3, 4, 3)
     assert np.allclose(corners[:, :, 2], -np.array([[20], [40], [60]]) * 1.25 * 320 / 60)
     assert np.allclose(np.ptp(corners[:, :, :2], axis=1), (320, 240))
@@ -97,7 +90,6 @@ def test_the_posterior_of_a_signal_is_a_surface() -> None:
     run = Run(sine, sine.simulate(), tracker="kalman", seed=1, frames=31)
     density = sine.draw(run.seek(30), run.diagnostics).primitives["density"]
     past = [row.estimate[0] for row in run.diagnostics]
-    assert isinstance(density, shapes.Mesh)
     slices = density.vertices.reshape(61, 17, 3)
     assert np.allclose(slices[::2, 8, 1], 200 - 125 * np.array(past), atol=0.01)
     heights = slices[:, :, 2] - 1.0
@@ -134,15 +126,11 @@ def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
     """The picture shows it in colours, and as high as it is where there is depth."""
     run, _ = ball_drawing()
     found = Inspection(run).map((320, 240))
-    assert found is not None
     shown = draw_likelihood(run.experiment.draw(run.current, run.diagnostics), found)
     picture = shown.primitives["picture"]
-    assert isinstance(picture, shapes.Picture)
-    assert picture.relief is not None
     assert np.array_equal(picture.relief, found.levels.astype(np.float32))
     assert (picture.relief.min(), picture.relief.max()) == (0.0, 1.0)
     flat = shapes.from_front(shown, run.experiment.display.layers).primitives["picture"]
-    assert isinstance(flat, shapes.Picture)
     assert flat.image_rgb is picture.image_rgb
     assert flat.relief is None
 
@@ -153,7 +141,6 @@ def test_a_body_of_points_stands_before_its_camera() -> None:
     run = Run(structure, structure.simulate(), seed=1, frames=61)
     drawn = structure.draw(run.seek(60), run.diagnostics).primitives
     state, camera = run.current.state, drawn["camera"]
-    assert isinstance(camera, shapes.Frustum)
     assert camera.apex[2] == pytest.approx(state.focal_px)
     placed = state.placed
     inside = placed.points @ placed.camera[:, :3].T + placed.camera[:, 3]

@@ -176,7 +176,6 @@ def test_a_name_alone_is_the_standard_plot_and_reading(folder: Path) -> None:
 def test_whole_numbers_of_a_scene_stay_whole(folder: Path) -> None:
     """A range of whole numbers draws whole numbers, one of others any."""
     scenes = read_words(folder, FISH.trackers)["quality"].loss_probability.scenes
-    assert scenes is not None
     drawn = scenes.draw(0)
     assert (type(drawn["tank_number"]), type(drawn["occlusion_width_px"])) == (int, float)
 

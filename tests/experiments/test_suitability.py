@@ -32,7 +32,6 @@ def of(sequence: FrameSequence, box: Box, start: int = 0, values: Mapping[str, o
 
 
 def looked_at(setup: Setup, sequence: FrameSequence, values: Mapping[str, object] | None = None) -> Suitability:
-    assert BALL.video.suits is not None
     assert setup.footage is not None
     return BALL.video.suits(sequence, setup.footage, revise(setup.parameters, values or {}))
 
@@ -58,7 +57,6 @@ def test_a_colour_of_its_own_separates_well() -> None:
     assert found.value > 0.9
     assert found.sentences[0].startswith("Separates well: what is around the target is ")
     assert found.advice == ()
-    assert found.likelihood is not None
     assert found.likelihood.shape == (120, 160)
     assert found.likelihood[60, 80] > 0.5 > found.likelihood[10, 10]
 
@@ -110,7 +108,6 @@ def test_a_large_picture_is_looked_at_in_part() -> None:
     large = Pictures(shown, frame_rate_hz=8.0)
     one, other = of(small, DISC), of(large, Box.of(6 * 65, 6 * 45, 6 * 31, 6 * 31))
     assert other.value == pytest.approx(one.value, abs=0.05)
-    assert other.likelihood is not None
     assert max(other.likelihood.shape) <= 960
 
 
@@ -129,14 +126,11 @@ def face(change: float = 1.0, shift: float = 0.0, scale: float = 1.0) -> Suitabi
     """Return how suitable a simulated face is, its grey levels changed, its picture made smaller."""
     shown = pictures(1, width=480)
     setup = HEAD.video.on_video(Pictures(shown), None)
-    assert setup.footage is not None
-    assert setup.footage.mark is not None
     points = {name: np.array(place) for name, place in setup.footage.mark["points"].items()}
     changed = np.clip(np.rint(shift + change * shown[0].astype(float)), 0, 255).astype(np.uint8)
     small = cv2.resize(changed, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     placed = {name: tuple((places + 0.5) * scale - 0.5) for name, places in points.items()}
     footage = setup.footage.model_copy(update={"mark": FacePoints(points=placed).model_dump(mode="json")})
-    assert HEAD.video.suits is not None
     return HEAD.video.suits(Pictures([small.astype(np.uint8)]), footage, setup.parameters)
 
 
@@ -222,7 +216,6 @@ def test_on_real_clips_what_it_says_comes_true(monkeypatch: pytest.MonkeyPatch) 
 
 def by_window(sequence: FrameSequence, box: Box) -> Suitability:
     """Return how suitable the target in a box is for the trackers by colour histograms."""
-    assert HISTOGRAM.video.suits is not None
     setup = HISTOGRAM.video.on_video(sequence, box)
     assert setup.footage is not None
     return HISTOGRAM.video.suits(sequence, setup.footage, setup.parameters)
@@ -235,7 +228,6 @@ def test_a_window_is_compared_with_those_around_it() -> None:
     assert found.value > 0.9
     assert "says nothing about this tracker" in found.remark
     assert found.advice == ()
-    assert found.likelihood is not None
     step = 120 / len(found.likelihood)
     assert np.unravel_index(int(found.likelihood.argmax()), found.likelihood.shape) == pytest.approx(
         (60 / step, 80 / step), abs=1.0

@@ -53,5 +53,4 @@ def test_each_experiment_says_what_a_mark_has_to_be(name: str) -> None:
 def test_a_setup_has_the_footage_of_what_it_was_wired_to() -> None:
     """A wiring need not say which recording, mark and start it was given."""
     footage = MARKED.on_video(CLIP, BOX, start=1).footage
-    assert footage is not None
     assert (footage.start, footage.mark) == (1, BOX.model_dump(mode="json"))

@@ -92,7 +92,6 @@ def test_particles_of_the_pose_begin_at_the_belief() -> None:
     layer = AffineLayer(POINTS, CAMERA, np.full(4, 1e4), estimator="particle", theta_count=4000)
     belief = replace(layer.begin(), theta=Gaussian(theta, 1e-4 * np.eye(3)))
     after = layer.update(belief, affine_projection(CAMERA, POINTS), np.full((9, 2), 1e12), rng())
-    assert after.theta_particles is not None
     assert after.theta_particles.mean(axis=0) == pytest.approx(theta, abs=0.01)
     assert after.theta.mean == pytest.approx(theta, abs=0.01)
 

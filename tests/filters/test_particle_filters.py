@@ -157,7 +157,6 @@ def test_the_covariance_of_a_recursive_unscented_filter_is_that_of_a_kalman_filt
             noise_covariance=100.0 * one,
             recursive=True,
         ).particles
-        assert isinstance(particles, unscented_particle.UnscentedParticles)
         assert particles.covariances == pytest.approx(np.broadcast_to(exact.covariance, (20, 4, 4)))
     assert exact.covariance[0, 0] > 4 * 9.0
 

@@ -191,7 +191,6 @@ def test_a_track_may_begin_again() -> None:
     exact = follow("lg", tracks[:6], settings).last
     gone = np.array([False, True, False])
     assert isinstance(belief, Cloud)
-    assert isinstance(exact, gaussian.Gaussians)
     belief = cloud.without(belief, gone)
     exact = gaussian.without(exact, gone)
     assert np.isnan(gaussian.smooth(exact)[0][:6]).any(axis=(0, 2)).tolist() == gone.tolist()

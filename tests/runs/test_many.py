@@ -214,7 +214,6 @@ def test_pictures_of_a_block_are_kept_once() -> None:
     source = setup.open_source(1, setup.parameters)
     history = History(((0, setup.parameters),))
     (block,) = many.read_blocks(source, history, 0, 4, shortest=5)
-    assert block.pictures_rgb is not None
     for place, frame in enumerate(block.frames):
         assert np.shares_memory(frame.picture, block.pictures_rgb[place])
         assert np.array_equal(frame.picture, source.frame(place, history).picture)

@@ -157,7 +157,6 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     plan = Plan("ball", (), ("h-spf",), trials=8000, frames=60, values={"sample_count": 20_000})
     cut(plan, tmp_path / "long.parquet", 4000)
     driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path / "long.parquet")], stdout=subprocess.PIPE)
-    assert driver.stdout is not None
     driver.stdout.readline()
     (server,) = wait_for(psutil.Process(driver.pid).children)
     (worker,) = wait_for(server.children)

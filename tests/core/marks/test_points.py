@@ -84,7 +84,6 @@ def test_the_points_of_a_target_are_its_landmarks() -> None:
     names = ("nose", "tail", "leye")
     known = Landmarks(np.array([[1.5, 2.0], [9.0, 9.0], [3.0, 4.0]]), np.ones(3, np.bool_), np.zeros((3, 3)), names)
     mark = FacePoints.of_target(Target(np.zeros(3), landmarks=known))
-    assert mark is not None
     assert mark.points == {"nose": (1.5, 2.0), "leye": (3.0, 4.0)}
     assert FacePoints.of_target(Target(np.zeros(2), 5.0)) is None
     assert FaceBox.of_target(Target(np.zeros(2), 5.0)) is None
@@ -95,7 +94,6 @@ def test_the_box_of_a_face_is_larger_than_its_features() -> None:
     points = mean_model().points_mm[:, :2] * 2 + [300.0, 200.0]
     target = Target(np.zeros(3), landmarks=Landmarks(points, np.ones(11, np.bool_), np.zeros((11, 3)), FEATURES))
     box = FaceBox.of_target(target)
-    assert box is not None
     low, high = points.min(axis=0), points.max(axis=0)
     assert box.width == box.height == pytest.approx(1.5 * (high - low).max())
     assert [box.x + box.width / 2, box.y + box.height / 2] == pytest.approx((low + high) / 2)
@@ -143,12 +141,10 @@ def test_it_is_drawn_around_its_pixels() -> None:
 def test_the_box_of_a_target_is_around_it() -> None:
     """Of a disc it is the square of whole pixels that holds it; of a solid the box around its landmarks."""
     disc = Box.of_target(Target(np.array([50.5, 40.0]), 11.0))
-    assert disc is not None
     assert disc.corner_and_size == (45.0, 35.0, 12.0, 11.0)
     points = np.array([[10.2, 20.0], [30.0, 25.9]])
     known = Landmarks(points, np.ones(2, np.bool_), np.zeros((2, 3)), ("a", "b"))
     solid = Box.of_target(Target(np.zeros(3), landmarks=known))
-    assert solid is not None
     assert solid.corner_and_size == (10.0, 20.0, 21.0, 7.0)
     assert Box.of_target(Target(np.zeros(1))) is None
 

@@ -120,13 +120,11 @@ def test_what_is_learned_is_the_estimate(tracker: str) -> None:
     for index in range(1, 10):
         after = stepped(tracker, state, index, given)
         assert state.learner is not None
-        assert after.learner is not None
         expected = online_em.learn(state.learner, initial, after.estimate, after.sigma, settings)
         for name in ("theta", "regressors", "products"):
             assert np.array_equal(getattr(after.learner, name), getattr(expected, name))
         assert after.learner.frames == index
         state = after
-    assert state.learner is not None
     assert not np.array_equal(state.learner.theta, begun(given).learner.theta)  # type: ignore[union-attr] # it learns
 
 
@@ -134,7 +132,6 @@ def test_learning_begins_at_the_estimate_when_it_is_switched_on() -> None:
     """The first position of the learner is the present estimate, as sure as the posterior of the position is."""
     state = stepped("condensation", begun(parameters()), 1, parameters())
     learner = motion.with_learner(state, SIZE, parameters(learn_dynamics=True)).learner
-    assert learner is not None
     assert 100 * learner.positions.mean[:2] + MIDDLE == pytest.approx(state.estimate)
     assert 100 * learner.positions.standard_deviations[0] == pytest.approx(state.sigma.max())
     assert motion.with_learner(state, SIZE, parameters()) is state
@@ -145,7 +142,6 @@ def test_the_start_is_known(learned: bool) -> None:
     """Particles have the initial spread on both axes, at rest; the posterior is the position itself."""
     given = parameters(sample_count=40_000, initial_sd_px=5.0, learn_dynamics=learned)
     state = begun(given)
-    assert state.particles is not None
     states = state.particles.states
     assert np.array_equal(states[:, :2], states[:, 2:])
     assert states[:, :2].mean(axis=0) == pytest.approx([60, 60], abs=0.1)
@@ -175,7 +171,6 @@ def test_the_kalman_filter_takes_over_the_moments_of_the_particles(before: str) 
     """Its answer is the exact update of a Gaussian with the mean and covariance of the particles."""
     given = parameters()
     state = stepped(before, begun(given), 1, given)
-    assert state.particles is not None
     prior = kalman.predict(Gaussian(*state.particles.moments), motion.initial_dynamics(given, SIZE))
     seen = chromaticity.centroid(picture(66.0), colour_model(given))
     assert seen is not None
@@ -195,7 +190,6 @@ def test_the_number_of_particles_may_change(tracker: str, count: int) -> None:
     """The next frame has as many as are asked for now, descended from those that there are."""
     state = stepped(tracker, begun(parameters()), 1, parameters(resampling_threshold=0.1))
     after = stepped(tracker, state, 2, parameters(sample_count=count, resampling_threshold=0.1))
-    assert after.particles is not None
     assert len(after.particles) == count
     assert after.particles.ancestors.max() < 200
     assert np.isfinite(after.estimate).all()
@@ -217,9 +211,7 @@ def test_many_frames_at_once_are_as_many_steps(tracker: str, known: bool, count:
     # Without a ball for some frames, so that the posterior widens and the samplers change.
     radii = [0.0 if (3 if count == 2 else 5) <= index < 9 else 6.0 for index in indices]
     pictures = np.stack([frame(index, radius).image_rgb for index, radius in zip(indices, radii, strict=True)])
-    assert member.fold is not None
     folded = member.fold(state, pictures, given, 1, first)
-    assert folded is not None
     rows = []
     for place, (index, radius) in enumerate(zip(indices, radii, strict=True)):
         state = stepped(tracker, state, index, given, radius)
@@ -231,7 +223,6 @@ def test_many_frames_at_once_are_as_many_steps(tracker: str, known: bool, count:
         if count == 12:
             assert 0 < sum(folded.series["switched"]) < 12
     last = folded.state
-    assert isinstance(last, PointState)
     assert np.array_equal(last.particles.states, state.particles.states)  # type: ignore[union-attr] # both have some
     assert np.array_equal(last.posterior.covariance, state.posterior.covariance)
     assert (last.log_evidence, last.alert, last.switched) == (state.log_evidence, state.alert, state.switched)
@@ -242,7 +233,6 @@ def test_nothing_is_folded_while_the_motion_is_learned() -> None:
     """The model of a frame then depends on the estimate of the one before."""
     given = parameters(learn_dynamics=True)
     fold = TRACKERS["h-spf"].fold
-    assert fold is not None
     assert fold(begun(given), picture(60.0)[None], given, 1, 1) is None
     assert TRACKERS["upf"].fold is None
     with pytest.raises(ValueError, match="needs particles"):
@@ -256,9 +246,7 @@ def test_what_was_learned_is_left_when_learning_is_switched_off() -> None:
     for index in range(1, 8):
         state = stepped("condensation", state, index, given)
     fold = TRACKERS["condensation"].fold
-    assert fold is not None
     folded = fold(state, picture(60.0)[None], parameters(), 1, 8)
-    assert folded is not None
     after = TRACKERS["condensation"].step(
         state, Frame(8, 0.0, image_rgb=picture(60.0)), parameters(), Stream(1, 8, Purpose.TRACK)
     )
@@ -273,7 +261,6 @@ def test_where_nothing_is_possible_the_prediction_stays(tracker: str) -> None:
     blind = stepped(tracker, state, 2, given, radius=0.0)
     assert blind.log_evidence == -np.inf
     assert blind.observation_count == 0
-    assert blind.particles is not None
     assert np.allclose(blind.particles.weights, 1 / 200)
     assert blind.estimate == pytest.approx(blind.particles.states[:, :2].mean(axis=0))
     velocity = state.posterior.mean[:2] - state.posterior.mean[2:]
@@ -289,8 +276,6 @@ def test_the_path_is_that_of_the_ancestors(tracker: str) -> None:
     positions, parents = [state.particles.states[:, :2]], []  # type: ignore[union-attr] # it has some
     for index in range(1, 6):
         state = stepped(tracker, state, index, given)
-        assert state.particles is not None
-        assert state.lineage is not None
         positions.append(state.particles.states[:, :2])
         parents.append(state.particles.ancestors)
         chosen = np.arange(200)
@@ -308,7 +293,6 @@ def test_a_filter_without_particles_has_no_paths() -> None:
     state = stepped("kalman", state, 2, given)
     assert state.lineage is None
     state = stepped("condensation", state, 3, given)
-    assert state.lineage is not None
     assert len(state.lineage.paths) == 2
     assert dynamics.smooth(state.lineage, state.particles, 0) == pytest.approx(state.estimate)  # type: ignore[arg-type]
 
@@ -324,7 +308,6 @@ def test_parents_are_drawn_as_the_parameters_say(tracker: str, resampling: str) 
     state = replace(state, particles=replace(state.particles, log_weights=log_weights))
     after = stepped(tracker, state, 1, given)
     expected = RESAMPLERS[resampling](Stream(1, 1, Purpose.TRACK), log_weights, 200)
-    assert after.particles is not None
     assert np.array_equal(after.particles.ancestors, expected)
 
 

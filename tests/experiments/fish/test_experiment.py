@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import Polyline
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Change
@@ -60,7 +59,6 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, FrameS
 def mark(**changes: object) -> Mark:
     target = FishTarget.of(pose(0), SHAPE, np.zeros(2))
     made = FISH.video.marks[0].of_target(target)
-    assert made is not None
     return FISH.video.mark({**made.model_dump(mode="json"), **changes})
 
 
@@ -87,7 +85,6 @@ def test_a_recording_is_followed_by_colour_or_by_darkness(
 def test_a_form_says_whether_the_fish_stands_out(films: dict[str, FrameSequence]) -> None:
     """The fish itself is well suited; with thresholds that nothing meets it is not at all, and it is said why."""
     setup = wired(films["orange"])
-    assert FISH.video.suits is not None
     assert setup.footage is not None
     good = FISH.video.suits(films["orange"], setup.footage, setup.parameters)
     assert good.grade == "well"
@@ -111,7 +108,6 @@ def test_a_fish_of_most_of_the_picture_is_taken(tmp_path: Path) -> None:
 
 def test_a_bend_is_off_by_half_a_turn_at_most() -> None:
     """A bend that is not limited may go round: what counts is how far apart the two tails are."""
-    assert FISH.measured.measure is not None
     target = FishTarget.of(np.array([100.0, 100.0, 0.0, 0.5]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
     state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, 0.0, 0.5 - np.deg2rad(233.0)]))
     measured = FISH.measured.measure(Frame(0, 0.0, target=target), state)
@@ -120,7 +116,6 @@ def test_a_bend_is_off_by_half_a_turn_at_most() -> None:
 
 def test_the_true_heading_is_beside_the_estimated_one() -> None:
     """A heading of 179 degrees is 3 from one of -178, in the plot as well, which has both in one band."""
-    assert FISH.measured.measure is not None
     target = FishTarget.of(np.array([100.0, 100.0, np.deg2rad(179.0), 0.0]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
     state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, np.deg2rad(-178.0), 0.0]))
     measured = FISH.measured.measure(Frame(0, 0.0, target=target), state)
@@ -179,7 +174,6 @@ def test_the_ghost_moves_along_the_mode(mode: int) -> None:
     theta = -np.pi / 2 + change[2]
     place = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]]) @ change[:2]
     tail = drawn(shown_mode=mode, along_mode=along)["ghost tail"]
-    assert isinstance(tail, Polyline)
     expected = tail_line(np.array([*place, theta, change[3]]), FishShape(40.0, 15.0, 40.0))
     assert tail.positions[:, :2] == pytest.approx(expected, abs=1e-4)
 

@@ -51,14 +51,12 @@ def wired(sequence: FrameSequence, mark: HandTips | None = None, start: int = 0)
 
 
 def sightings(sequence: FrameSequence, frames: Sequence[int]) -> list[Sighting]:
-    assert HAND.video.finder is not None
     return list(HAND.video.finder.search(sequence, frames))
 
 
 def test_an_open_hand_is_found_and_followed_with_nothing_marked(clip: FrameSequence) -> None:
     """It begins where the fingers are, and the folding ones are followed; what was found is kept with the run."""
     setup = wired(clip)
-    assert setup.footage is not None
     run = Run(HAND, setup, seed=0)
     step = run.finish()
     assert len(run.diagnostics) == FRAMES
@@ -82,7 +80,6 @@ def test_a_single_picture_of_folded_fingers_is_proposed_to_a_person_and_not_begu
 def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) -> None:
     """A found hand suits well; with a level that nothing exceeds it is said that nothing is seen."""
     setup = wired(clip)
-    assert HAND.video.suits is not None
     assert setup.footage is not None
     good = HAND.video.suits(clip, setup.footage, setup.parameters)
     assert good.grade == "well"
@@ -96,8 +93,6 @@ def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) 
 def test_fingers_that_are_taken_for_others_do_not_suit(clip: FrameSequence) -> None:
     """Tips that are marked in the wrong order are further from the hand that fits than marks are, and it is said so."""
     setup = wired(clip)
-    assert HAND.video.suits is not None
-    assert setup.footage is not None
     tips = HandTips.read(setup.footage.mark).tips
     exchanged = wired(clip, HandTips.of(tips[[0, 2, 1, 4, 3]]))
     assert exchanged.footage is not None
@@ -112,13 +107,11 @@ def test_reversed_tips_of_a_real_hand_do_not_suit() -> None:
     sequence = open_sequence(CLIP)
     for start in (0, 39, 79):
         [proposed] = sightings(sequence, [start])
-        assert isinstance(proposed.mark, HandTips)
         turned = HandTips.of(proposed.mark.tips[::-1].copy())
         found = {}
         for name, mark in (("right", proposed.mark), ("reversed", turned)):
             setup = wired(sequence, mark, start=start)
             assert setup.footage is not None
-            assert HAND.video.suits is not None
             found[name] = HAND.video.suits(sequence, setup.footage, setup.parameters)
         assert found["right"].grade == "well"
         assert found["reversed"].grade != "well"
@@ -128,7 +121,6 @@ def test_reversed_tips_of_a_real_hand_do_not_suit() -> None:
 def test_marked_tips_go_before_what_is_found(clip: FrameSequence) -> None:
     """A thumb that is marked on the other side makes it the other hand."""
     setup = wired(clip)
-    assert setup.footage is not None
     tips = HandTips.read(setup.footage.mark).tips
     swapped = wired(clip, HandTips.of(tips[::-1].copy()))
     right, left = (one.open_source(0, one.parameters).start.model.side for one in (setup, swapped))  # type: ignore[attr-defined]
@@ -213,7 +205,6 @@ def test_before_a_textured_wall_a_hand_is_told_by_the_pictures_without_it(tmp_pa
     shown = [np.where((picture > 60).any(axis=2)[..., None], picture, wall) for picture in pictures()]
     with closing(film(tmp_path / "wall.mp4", [wall] * 4 + shown)) as sequence:
         setup = wired(sequence)
-        assert setup.footage is not None
         assert setup.footage.start == 4
         assert setup.parameters.tells_by == "backdrop"
         assert setup.parameters.backdrop_frames == 4
@@ -227,5 +218,4 @@ def test_before_a_textured_wall_a_hand_is_told_by_the_pictures_without_it(tmp_pa
         branch.finish()
         assert branch.estimates_sha256 == run.estimates_sha256
         border = setup.parameters.model_copy(update={"tells_by": "background"})
-        assert HAND.video.suits is not None
         assert HAND.video.suits(sequence, setup.footage, border).grade == "not at all"

@@ -25,7 +25,6 @@ def frame(values: dict[str, object], index: int = 0, seed: int = 0) -> Frame:
 
 
 def mask(seen: Frame) -> np.ndarray:
-    assert seen.image_rgb is not None
     return np.asarray(seen.image_rgb[..., 0] > 120)
 
 

@@ -57,6 +57,4 @@ def film(shown: Sequence[Picture], frame_rate_hz: int = 30) -> bytes:
 def marked(index: int = 0, *, width: int = 320) -> dict[str, tuple[float, float]]:
     """Return where the features of the simulated driver truly are in a frame, px."""
     target = simulated(index + 1, width=width)[index].target
-    assert target is not None
-    assert target.landmarks is not None
     return {name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, target.landmarks.points_px, strict=True)}

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
-from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive
+from pftrack.core.model.drawing import Mesh, Primitive
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.random import Purpose, Stream
@@ -189,7 +189,6 @@ def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
     solid = state.solid
     growth = face_growth.begin(mean_model(), solid.focal_px, parameters)
     own = face_growth.learn(growth, state, np.ones(len(FEATURES)), 54.0, parameters).own
-    assert own.camera is not None
     x, y, z = own.camera[:, :3] @ own.shape.T + own.camera[:, 3:]
     seen = solid.focal_px * np.column_stack([x, y]) / z[:, None] + solid.principal_px
     assert np.abs(seen - state.feature_means).max() < 5.0
@@ -337,7 +336,6 @@ def test_the_mean_head_becomes_the_persons(run: Run) -> None:
     np.testing.assert_allclose(last, front(model).vertices_mm, atol=1e-4)
     assert np.abs(last - first).max() > 1.0
     wire = worlds(run, 39)["mean face"]
-    assert isinstance(wire, Links)
     assert np.array_equal(wire.segments, front(mean_model()).vertices_mm.astype(np.float32)[front(mean_model()).edges])
 
 
@@ -348,8 +346,6 @@ def test_it_is_coloured_by_how_sure_it_is(run: Run) -> None:
     later, before = mesh(worlds(run, 39), "surface"), mesh(worlds(run, 1), "surface")
     assert later.layer == UNCERTAINTY
     assert np.array_equal(later.colour, mesh(drawing.primitives, "head").colour)
-    assert isinstance(later.colour, np.ndarray)
-    assert isinstance(before.colour, np.ndarray)
     apart = np.linalg.norm(later.vertices[:, None] - step.state.memory.model.points_mm, axis=2).min(axis=1)
     # Viridis grows in green with the amount.
     assert later.colour[apart < 8, 1].mean() < before.colour[apart < 8, 1].mean() - 25
@@ -361,7 +357,6 @@ def test_it_is_coloured_by_how_sure_it_is(run: Run) -> None:
 def test_points_carry_their_uncertainty(run: Run) -> None:
     """An ellipsoid for each of the eleven points, with the covariance of what is published."""
     ellipsoids = worlds(run, 39)["model ellipsoids"]
-    assert isinstance(ellipsoids, Ellipsoids)
     memory = run.current.state.memory
     assert len(ellipsoids.centres) == len(FEATURES)
     np.testing.assert_allclose(ellipsoids.centres, memory.model.points_mm, atol=1e-4)

@@ -65,7 +65,6 @@ def test_a_lost_face_is_looked_for_now_and_then(monkeypatch: pytest.MonkeyPatch)
         assert memory(run.state).doubtful_frames == count
     assert memory(run.step(NOTHING)).lost
     tracker = head.TRACKERS["pf-asd"]
-    assert tracker.searching is not None
     assert tracker.searching(run.state)
     assert not tracker.searching(known)
     run.state = replace(run.state, recognised=np.ones(11, np.bool_))
@@ -202,8 +201,6 @@ def test_templates_in_relief_outlast_any_size(upper: str, monkeypatch: pytest.Mo
     for changed in ({"face_model": "personal"}, {"template_scale": 0.7}, {"focal_widths": 1.0}):
         other = revise(given, changed)
         again, fresh = memory(head._form(run.state, other)).reliefs, memory(begun("pf-asd", other)).reliefs
-        assert again is not None
-        assert fresh is not None
         assert again is not before.reliefs
         assert np.array_equal(again.points_mm, fresh.points_mm)
         assert np.array_equal(again.levels, fresh.levels)
@@ -282,8 +279,6 @@ def test_a_turned_head_is_found_turned() -> None:
     found, front = [], []
     for index in range(20, 200, 20):
         frame = source.frame(index, History(((0, given),)))
-        assert frame.target is not None
-        assert frame.target.landmarks is not None
         true = frame.target.position
         turned = head._judge_face(
             known, state.solid, head._grey(frame), frame.target.landmarks.points_px, true[2], given

@@ -48,7 +48,6 @@ def on(shown: list[Picture], **options: object) -> Run:
 def true_poses(count: int, every: int) -> PoseTable:
     poses = {}
     for index, frame in enumerate(simulated(count, width=480, every=every)):
-        assert frame.target is not None
         yaw, pitch, roll = np.rad2deg(gaze(frame.target.position)).tolist()
         poses[index] = (yaw, pitch, roll)
     return PoseTable(poses)
@@ -122,8 +121,6 @@ def test_who_leaves_and_comes_back_is_found_again() -> None:
 def test_marked_points_are_taken_as_they_are() -> None:
     """Points that a person has marked stay where they were put; the others are placed by the model."""
     first = simulated(1, width=320)[0].target
-    assert first is not None
-    assert first.landmarks is not None
     marked = dict(zip(FEATURES, map(tuple, first.landmarks.points_px.tolist()), strict=True))
     some = {name: marked[name] for name in ("leye", "reye", "nose")}
     for points in (marked, some):
@@ -212,10 +209,8 @@ def test_poses_are_read_and_taken_relative_to_a_frame(tmp_path: Path) -> None:
     assert poses.rows == {3: (10.0, -5.0, 2.0), 4: (20.0, -8.0, 1.0)}
     assert poses.at(5) is None
     known = poses.at(4)
-    assert known is not None
     assert np.rad2deg(gaze(known.position)) == pytest.approx((20, -8, 1))
     moved = replace(poses, zero=3).at(4)
-    assert moved is not None
     assert np.rad2deg(gaze(moved.position)) == pytest.approx((10, -3, -1))
 
 

@@ -272,8 +272,6 @@ def test_relief_may_be_chosen_in_mid_run() -> None:
     assert memory(state).reliefs is not None
     small = memory(stepped(state, "pf-asd", revise(bent, {"template_scale": 0.5}), 3, grey(3, 0))).reliefs
     large = memory(state).reliefs
-    assert small is not None
-    assert large is not None
     assert np.abs(small.points_mm).max() < 0.6 * np.abs(large.points_mm).max()
     state = stepped(state, "pf-asd", flat, 3, grey(3, 0))
     assert memory(state).reliefs is None

@@ -53,7 +53,6 @@ def told(target: LinkageTarget) -> Array:
 
 def frame_of(target: LinkageTarget, index: int, noise: Array) -> Frame:
     """A frame in which its points are measured with some errors (3 or 4, 2)."""
-    assert target.landmarks is not None
     points = target.landmarks.points_px[-len(noise) :] + noise
     return Frame(index, index / 15, measurements=Measurements(points, np.ones_like(points)), target=target)
 

@@ -8,7 +8,6 @@ import pytest
 from typer.testing import CliRunner
 
 from pftrack.cli.app import app
-from pftrack.core.model.drawing import Points
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.tracker import Diagnostics
@@ -35,7 +34,6 @@ def errors(preset: str) -> list[float]:
 
 def length(row: Diagnostics, link: int) -> tuple[float, float]:
     interval = row.vector(f"length_{link}")
-    assert interval is not None
     low, high = interval
     return low, high
 
@@ -136,8 +134,6 @@ def test_particles_are_drawn_around_the_estimate(preset: str) -> None:
     depth, lengths = LINKAGE.draw(run.current, run.diagnostics).worlds
     for world, size in ((depth, 0.4), (lengths, 2.0)):
         cloud, estimate = (world.primitives[name] for name in ("particles", "joints" if world is depth else "estimate"))
-        assert isinstance(cloud, Points)
-        assert isinstance(estimate, Points)
         assert 20 < len(cloud.positions) <= 300
         apart = np.linalg.norm(cloud.positions[:, None] - estimate.positions[None], axis=2).min(axis=1)
         assert np.median(apart) < size

@@ -19,7 +19,7 @@ from pftrack.experiments.linkage.model import (
     project_slopes,
     read_observation,
 )
-from pftrack.experiments.linkage.scene import LinkageSource, LinkMeasurements
+from pftrack.experiments.linkage.scene import LinkageSource
 from pftrack.experiments.linkage.sets.space import link_images, places_of
 from pftrack.filters import kalman
 from pftrack.runs.run import Run
@@ -38,7 +38,6 @@ def frame_of(index: int, **values: Value) -> Frame:
     parameters = revise(LINKAGE.simulate().parameters, {**SCENE, **values})
     source = LinkageSource(5, parameters)
     target = source.target(index)
-    assert target.landmarks is not None
     true_px, ends = target.landmarks.points_px, parameters.links_seen_as == "lines-and-ends"
     measured = source._measure(index, true_px, np.ones(4, dtype=np.bool_), parameters, spatial=True)
     assert ends == bool(np.isfinite(measured.points_px).any())
@@ -198,7 +197,6 @@ def test_the_true_image_of_a_link_is_within_what_lines_say() -> None:
             seen = read_observation(frame, frame.target.origin_px, in_space=True)
             points = frame.target.landmarks.points_px - frame.target.origin_px
             for image, one, other in zip(link_images(seen, 3.0), points[:-1], points[1:], strict=True):
-                assert image is not None
                 off = image.turn[:2, :2] @ (other - one) - image.middle
                 assert np.all(np.abs(off) <= image.bound + 1e-5)
                 assert image.bound[0] <= 6.0 + 1e-5
@@ -212,7 +210,6 @@ def test_lines_that_contradict_each_other_are_left_out() -> None:
     """Where strips that should share a joint do not meet, the regions stay, and the frame counts as an outlier."""
     run = run_of("ellipsoids", 3)
     frame = frame_of(3)
-    assert isinstance(frame.measurements, LinkMeasurements)
     bad = replace(frame.measurements, offsets_px=frame.measurements.offsets_px + np.array([0.0, 300.0, 0.0]))
     rng = Stream(0, 3, Purpose.TRACK)
     after = LINKAGE.trackers["ellipsoids"].step(

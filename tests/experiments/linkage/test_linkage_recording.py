@@ -11,7 +11,7 @@ from pftrack.core.model.source import FrameSequence, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
-from pftrack.experiments.linkage.experiment import LinkagePoints, RecordedLinkageParameters, guess
+from pftrack.experiments.linkage.experiment import LinkagePoints, guess
 from pftrack.experiments.linkage.scene import NAMES, places
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
@@ -50,7 +50,6 @@ def test_marked_points_are_followed_until_they_leave(arm: Path) -> None:
     run = Run(LINKAGE, setup, seed=0)
     for step in run:
         index, measured = step.diagnostics.frame, step.frame.measurements
-        assert measured is not None
         known = np.asarray(np.isfinite(measured.points_px).all(axis=1))
         assert known[1:].all()
         assert known[0] == (joints(index)[0, 0] > 8.5) or abs(joints(index)[0, 0] - 8.5) < 2.0
@@ -77,7 +76,6 @@ def test_an_occluder_hides_points_of_a_recording(arm: Path) -> None:
     run = Run(LINKAGE, on_video(opened(arm), marked(joints(0))), seed=0, timeline=(strip,))
     for step in run:
         measured, true = step.frame.measurements, joints(step.diagnostics.frame)
-        assert measured is not None
         hidden = np.asarray(np.isnan(measured.points_px).any(axis=1))
         np.testing.assert_array_equal(hidden[1:], ((true[:, 0] >= 90.0) & (true[:, 0] < 150.0))[1:])
 
@@ -85,7 +83,6 @@ def test_an_occluder_hides_points_of_a_recording(arm: Path) -> None:
 def test_bounds_come_from_the_mark(arm: Path) -> None:
     """A link is at least about as long as it looks, and at most twice as long."""
     parameters = on_video(opened(arm), marked(joints(0))).parameters
-    assert isinstance(parameters, RecordedLinkageParameters)
     assert (parameters.length_1_low_px, parameters.length_1_high_px) == (27, 64)
     assert (parameters.length_3_low_px, parameters.length_3_high_px) == (27, 64)
 
@@ -124,7 +121,6 @@ def test_tracks_of_four_points_need_no_mark(tmp_path: Path) -> None:
     run = Run(LINKAGE, on_video(table(tmp_path, points, list(NAMES)), None), seed=0)
     for step in run:
         measured = step.frame.measurements
-        assert measured is not None
         np.testing.assert_allclose(measured.points_px, points[step.diagnostics.frame], atol=1e-3)
         caption = LINKAGE.draw(step, run.diagnostics).caption
         assert ("not seen: third joint" in caption) == (step.diagnostics.frame == 5)
@@ -137,7 +133,6 @@ def test_tracks_among_others_are_told_by_the_mark(tmp_path: Path) -> None:
     sequence = table(tmp_path, np.concatenate([strangers, moved[:, ::-1]], axis=1), list("abcdef"))
     run = Run(LINKAGE, on_video(sequence, marked(moved[0] + 3.0)), seed=0).finish()
     measured = run.frame.measurements
-    assert measured is not None
     np.testing.assert_allclose(measured.points_px, moved[-1], atol=1e-3)
     with pytest.raises(ParameterError, match="within 12 px of a track"):
         on_video(sequence, marked(moved[0] - np.array([0.0, 40.0])))
@@ -163,7 +158,6 @@ def test_the_guess_is_seen_at_the_marks() -> None:
         chain = guess(points)
         np.testing.assert_allclose(places(chain)[:, :2] + chain.origin_px, points, atol=1e-9)
         assert (chain.r >= np.linalg.norm(np.diff(points, axis=0), axis=1) - 1e-9).all()
-        assert chain.reference is not None
         np.testing.assert_allclose(chain.reference.T @ chain.reference, np.eye(3), atol=1e-12)
         assert np.linalg.det(chain.reference) > 0.0
 
@@ -174,5 +168,4 @@ def test_particles_do_not_become_sure_of_a_wrong_length(arm: Path) -> None:
     run.finish()
     for link in (1, 2, 3):
         interval = run.diagnostics[-1].vector(f"length_{link}")
-        assert interval is not None
         assert interval[0] - 1.0 < 32.0 < interval[1] + 1.0

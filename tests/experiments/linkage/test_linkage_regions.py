@@ -8,7 +8,7 @@ from pftrack.experiments.linkage.model import directions
 from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE
 from pftrack.experiments.linkage.sets.regions import contains as in_region
 from pftrack.experiments.linkage.state import LinkageState, LinkageTrackerParameters
-from pftrack.experiments.linkage.trackers import ROOT, Region, begin, box_of, contains, known_bounds, union
+from pftrack.experiments.linkage.trackers import ROOT, begin, box_of, contains, known_bounds, union
 from tests.experiments.linkage.chains import RUNS, frame_of, frames, lengths_of, step, told, tracked
 
 PLANE = [name for name in RUNS if name != "3d"]
@@ -78,7 +78,6 @@ def test_points_that_were_not_seen_are_left_out(tracker: str) -> None:
     parameters = LinkageTrackerParameters()
     states: list[LinkageState] = []
     for index, (target, frame) in enumerate(frames("mirror3", 2, 60)):
-        assert frame.measurements is not None
         points = frame.measurements.points_px.copy()
         points[index % 5 : index % 5 + 1] = np.nan
         if 30 <= index < 40:
@@ -95,7 +94,6 @@ def test_the_root_in_space_is_bounded_by_what_is_seen() -> None:
     parameters = LinkageTrackerParameters(**RUNS["3d"][2])
     states: list[LinkageState] = []
     for index, (target, frame) in enumerate(frames("3d", 0, 5)):
-        assert frame.measurements is not None
         points = frame.measurements.points_px.copy()
         points[: {2: 1, 3: 2, 4: 4}.get(index, 0)] = np.nan
         seen = replace(frame, measurements=Measurements(points, frame.measurements.sd_px))
@@ -128,7 +126,6 @@ def test_lengths_in_the_wrong_order_are_said_and_survived() -> None:
     states: list[LinkageState] = []
     for target, frame in frames("static", 0, 40):
         other = replace(target, r=target.r[::-1].copy())
-        assert frame.measurements is not None
         points = frame.measurements.points_px.copy()
         points[:, 0] = np.cumsum(other.r * np.cos(directions(other.theta))) + target.origin_px[0]
         seen = replace(frame, measurements=Measurements(points, frame.measurements.sd_px))
@@ -193,7 +190,6 @@ def test_a_region_is_told_in_radians_and_pixels() -> None:
     """Pose, guides and shape are those of its coordinates over the scale, also after a change of scale."""
     states, _ = tracked("mirror3", 0, count=10)
     region = states[-1].belief.members[0]
-    assert isinstance(region, Region)
     other = region.rescale(150.0)
     for name in ("pose", "low", "high", "shape"):
         assert np.allclose(getattr(region, name), getattr(other, name))

@@ -60,7 +60,6 @@ def test_noise_is_bounded_and_the_same_again(path: PathName) -> None:
     """No coordinate is off by more than three standard deviations, and the same arguments give the same frame."""
     for seed in range(3):
         frame, target, measured = seen(seed, 7, chain_path=path, measurement_noise_px=2)
-        assert target.landmarks is not None
         first = 4 - len(measured.points_px)
         off = measured.points_px - target.landmarks.points_px[first:]
         assert 0.0 < np.abs(off).max() <= 6.0
@@ -85,7 +84,6 @@ def test_a_chain_in_space_keeps_its_lengths() -> None:
     np.testing.assert_allclose(np.linalg.norm(np.diff(at, axis=0), axis=1), target.r)
     np.testing.assert_allclose(measured.points_px, at[:, :2] + target.origin_px)
     assert target.is_spatial
-    assert target.reference is not None
     np.testing.assert_allclose(target.reference.T @ target.reference, np.eye(3), atol=1e-12)
     assert target.position.shape == (11,)
     assert target.theta[0] == 0.0
@@ -94,7 +92,6 @@ def test_a_chain_in_space_keeps_its_lengths() -> None:
 def test_what_is_behind_the_occluder_is_not_measured() -> None:
     """Its measurement is NaN, and its standard deviation infinite; with all of it hidden the chain is."""
     _, target, measured = seen(0, 0, chain_path="two", occlusion_width_px=60, occlusion_offset_px=60)
-    assert target.landmarks is not None
     gone = ~target.landmarks.visible[1:]
     assert gone.tolist() == [True, False, False]
     assert np.isnan(measured.points_px[gone]).all()
@@ -109,7 +106,6 @@ def test_outliers_are_as_far_off_and_as_frequent_as_they_are_said_to_be() -> Non
     off = []
     for index in range(200):
         _, target, measured = seen(1, index, chain_path="static", outlier_share=0.5, outlier_px=40)
-        assert target.landmarks is not None
         off += (measured.points_px - target.landmarks.points_px[1:])[:, 0].tolist()
     assert np.abs(off).max() < 43.0
     assert 0.4 < np.mean(np.abs(off) > 3.0) < 0.5
@@ -122,12 +118,10 @@ def test_the_estimate_begins_off_the_truth() -> None:
     angles = []
     for seed in range(20):
         source = LinkageSource(seed, parameters)
-        assert isinstance(source.start, LinkageTarget)
         np.testing.assert_allclose(source.start.r - source.target(0).r, [5.0, 0.0, -9.0])
         angles.append(source.start.theta - source.target(0).theta)
     assert 0.15 < np.abs(angles).max() <= 0.2
     space = LinkageSource(3, LinkageSceneParameters.model_validate({"chain_path": "3d", "start_angle_rad": 0.08}))
-    assert isinstance(space.start, LinkageTarget)
     assert space.start.theta[0] == 0.0
     assert space.start.omega is not None
     off = in_radians(space.start.position - space.target(0).position)
@@ -144,8 +138,6 @@ def measured(index: int = 0, **values: object) -> tuple[LinkMeasurements, np.nda
     parameters = LinkageSceneParameters.model_validate({"chain_path": "3d", "links_seen_as": "lines", **values})
     frame = LinkageSource(3, parameters).frame(index, History(((0, parameters),)))
     assert isinstance(frame.measurements, LinkMeasurements)
-    assert frame.target is not None
-    assert frame.target.landmarks is not None
     return frame.measurements, frame.target.landmarks.points_px
 
 
@@ -211,7 +203,6 @@ def test_a_chain_in_the_plane_is_measured_by_points() -> None:
     """An image of one coordinate has no lines."""
     parameters = LinkageSceneParameters(links_seen_as="lines")
     frame = LinkageSource(0, parameters).frame(1, History(((0, parameters),)))
-    assert frame.measurements is not None
     assert not isinstance(frame.measurements, LinkMeasurements)
     assert np.isfinite(frame.measurements.points_px).all()
 

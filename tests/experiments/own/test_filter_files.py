@@ -298,7 +298,6 @@ class TestSliders:
             ("count: int = 4", (0, 40)),
         ):
             declared = self.declared(f"    {line}\n").within
-            assert declared is not None
             assert declared[:2] == bounds
         on = self.declared("    on: bool = True\n")
         assert (on.within, on.kind) == (None, bool)

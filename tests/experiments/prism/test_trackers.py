@@ -192,7 +192,6 @@ def test_a_pose_may_turn_as_was_learned() -> None:
     """Turns learned from a run guide the pose of another; what was learned in another experiment is refused."""
     experiment = find("prism")
     run = whole_run(experiment, frames=40, values=AS_PUBLISHED)
-    assert experiment.guidance is not None
     learned = experiment.guidance.learn([experiment.guidance.states(run.diagnostics)])
     turns = np.diff([row.estimate for row in run.diagnostics], axis=0) * np.pi / 180
     assert learned.diffusion("fixed").covariance == pytest.approx(np.cov(turns.T))

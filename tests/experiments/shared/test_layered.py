@@ -78,7 +78,6 @@ def test_the_ratios_are_judged_by_the_prediction() -> None:
     """Ratios of the next frame follow from this frame's survivors and its upper prediction, not the updated belief."""
     state, now = begun(), sight(0, 1, SCENE)
     stepped = layered.step(state, AFFINE, of(now), Settings(), rng(1))
-    assert stepped.projection is not None
     assert np.allclose(stepped.projection.positions, AFFINE.project(AFFINE.predict(state.upper)).positions)
     assert not np.allclose(stepped.projection.positions, AFFINE.project(stepped.upper).positions)
     learned = layered.mixture_em.adapt(

@@ -19,7 +19,6 @@ def looked_at(experiment: str, tracker: str, frame: int = 6) -> tuple[Run, objec
     run = Run(found, found.simulate(), tracker=tracker, seed=5, frames=frame + 1)
     run.seek(frame)
     likelihood = found.trackers[tracker].model
-    assert likelihood is not None
     (before,) = run.replay(frame - 1, frame - 1)
     return run, likelihood, likelihood.prepare(before.state, run.current.frame, run.current.parameters)
 
@@ -155,13 +154,9 @@ def test_joint_particles_of_a_pose_have_ancestors() -> None:
     run.seek(4)
     look = Inspection(run)
     cloud, lineage = look.cloud, look.genealogy()
-    assert cloud is not None
-    assert cloud.places is not None
-    assert lineage is not None
     particle = look.nearest(cloud.places[7])
     assert particle is not None
     told = look.at_particle(particle)
-    assert told.particle is not None
     assert told.place is not None
     assert len(told.state) == 16
     assert told.place == pytest.approx(np.reshape([value for _, value in told.state], (8, 2)).mean(axis=0))

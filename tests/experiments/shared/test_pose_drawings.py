@@ -50,7 +50,6 @@ def camera_of(drawing: Drawing) -> Frustum:
 
 def links(drawing: Drawing, name: str) -> Floats:
     item = drawing.primitives[name]
-    assert isinstance(item, Links)
     return item.segments.astype(np.float64)
 
 
@@ -139,8 +138,6 @@ def test_the_ghost_of_the_truth_is_where_the_face_is() -> None:
     run = run_of("head")
     target = run.current.frame.target
     drawing, state = drawn(run), run.current.state
-    assert target is not None
-    assert target.landmarks is not None
     nose = links(drawing, "true look")[0, 0]
     seen = state.project(state.solid.points_mm, target.position)
     expected = seen[0] + (target.landmarks.points_px - seen).mean(axis=0)
@@ -206,7 +203,6 @@ def test_a_lost_face_is_said_and_seen_and_so_is_its_return() -> None:
     run.seek(again - 1)
     drawing = drawn(run)
     mesh = drawing.primitives["head"]
-    assert isinstance(mesh, Mesh)
     assert mesh.colour == COLOURS["lost"]
     assert f"no face for {again - lost} frames, looking for it" in drawing.caption
     run.seek(lost)
@@ -218,7 +214,6 @@ def test_a_lost_face_is_said_and_seen_and_so_is_its_return() -> None:
     assert 0.8 < sum(said) / run.source.frame_rate_hz < 1.2
     assert said[: sum(said)] == [True] * sum(said)
     before = drawn_at(run, lost - 1).primitives["head"]
-    assert isinstance(before, Mesh)
     assert before.opacity > mesh.opacity
     assert not np.array_equal(before.colour, COLOURS["lost"])
 

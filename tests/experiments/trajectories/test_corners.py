@@ -279,7 +279,6 @@ def history(parameters: CornerSceneParameters = PLAIN) -> History[CornerScenePar
 
 def grey(source: CornerSource, index: int, past: History[CornerSceneParameters]) -> NDArray[np.uint8]:
     image = source.frame(index, past).image_rgb
-    assert image is not None
     return image[:, :, 0]
 
 

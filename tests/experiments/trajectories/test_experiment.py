@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Links, Mesh, Points
-from pftrack.core.model.likelihood import Contributions, Patches, Residual
+from pftrack.core.model.drawing import Links
+from pftrack.core.model.likelihood import Residual
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Interval
 from pftrack.core.model.source import Frame, Measurements
@@ -20,7 +20,6 @@ from pftrack.experiments.trajectories import draw
 from pftrack.experiments.trajectories.model import TrajectoriesTrackerParameters
 from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH, TrajectoriesTarget
 from pftrack.experiments.trajectories.trackers import TRACKERS
-from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
@@ -66,7 +65,6 @@ def test_presets_do_what_they_say() -> None:
     assert min(off("long", frame) for frame in range(33, 42)) > 30.0
     widths = [finished("works").diagnostics[frame].series["noise_sd_px"] for frame in (0, 45)]
     assert widths[0] == Interval(pytest.approx(0.7, abs=0.05), pytest.approx(3.1, abs=0.05))
-    assert isinstance(widths[1], Interval)
     assert widths[1].low == widths[1].high
 
 
@@ -129,7 +127,6 @@ def test_where_nothing_moves_motion_is_false(tmp_path: Path) -> None:
     found = {}
     for tracker in ("lg", "lng"):
         run = of_table("\n".join(lines), tmp_path, tracker, noise_variance_px2=0.25, drive_variance_px2=0.05)
-        assert EXPERIMENT.measured.report is not None
         found[tracker] = EXPERIMENT.measured.report(run.diagnostics)
         assert set(found[tracker]) == {"tracks", "raw_motion_px", "false_motion_px"}
         assert run.diagnostics[12].number("outlier_share") == 1.0
@@ -180,7 +177,6 @@ def test_a_selected_track_that_comes_late_has_no_estimate_before(tmp_path: Path)
     for frame in (3, 11):
         primitives = EXPERIMENT.draw(run.seek(frame), run.diagnostics).primitives
         assert ("estimate" in primitives) == (frame == 11)
-        assert isinstance(primitives["raw points"], Points)
         assert len(primitives["raw points"].positions) == 1 + (frame == 11)
         assert isinstance(primitives["smoothed"], Links)
     # 2 modulo two tracks is the first one.
@@ -192,7 +188,6 @@ def test_scales_are_seen_in_a_world_of_their_own() -> None:
     run = finished("dragged")
     (drawn,) = (one for one in EXPERIMENT.draw(run.current, run.diagnostics).worlds if one.world.name == "scales")
     surface = drawn.primitives["likelihood"]
-    assert isinstance(surface, Mesh)
     top = surface.vertices[surface.vertices[:, 2].argmax(), :2]
     # Of the last 64 frames, with three outliers: sigma above that of the noise without them, tau about 0.5 px.
     sigma, tau = 10.0 ** (top + np.array([0.25, -0.75]))
@@ -204,7 +199,6 @@ def test_scales_are_seen_in_a_world_of_their_own() -> None:
         step = finished("works").seek(frame)
         (drawn,) = (one for one in EXPERIMENT.draw(step, []).worlds if one.world.name == "scales")
         cloud = drawn.primitives["particles of the scales"]
-        assert isinstance(cloud, Points)
         counts.append(len({tuple(place) for place in cloud.positions.tolist()}))
     assert counts[0] > 500
     assert counts[1] == 1
@@ -253,8 +247,6 @@ def test_particles_descend_from_those_of_the_frame_before(tracker: str, coordina
     """A particle's parent is where the tree of the track has it, and weights are how often each was drawn."""
     look = looked_into(tracker)
     cloud, belief = look.cloud, look.run.current.state.belief
-    assert isinstance(belief, Cloud)
-    assert cloud is not None
     assert cloud.ancestors is not None
     assert cloud.states.shape[1] == coordinates
     track = look.run.current.state.selected
@@ -262,12 +254,10 @@ def test_particles_descend_from_those_of_the_frame_before(tracker: str, coordina
     kept = belief.age(track, 1)[0][belief.parents[first:last]]
     particle = int(cloud.log_weights.argmax())
     found = look.at_particle(particle)
-    assert found.particle is not None
     np.testing.assert_array_equal(found.particle.path[1], kept[particle])
     assert found.particle.rank == 1
     assert np.exp(cloud.log_weights).sum() == pytest.approx(1.0)
     lineage = look.genealogy()
-    assert lineage is not None
     assert (np.diff(lineage.counts) > 0).all()
 
 
@@ -278,12 +268,10 @@ def test_the_likelihood_is_greatest_where_the_track_is_measured(tracker: str) ->
     state = look.run.current.state
     measured = state.raw[0, state.selected]
     found = look.map((640, 480))
-    assert found is not None
     row, column = np.unravel_index(found.log_likelihoods.argmax(), found.log_likelihoods.shape)
     assert np.abs(found.step_px * np.array([column, row]) + found.step_px // 2 - measured).max() <= found.step_px
     here = look.at_place(measured)
     (patches, *compared) = here.parts
-    assert isinstance(patches, Patches)
     assert patches.expected_rgb.shape == patches.found_rgb.shape
     assert all(isinstance(part, Residual) and part.found == part.expected for part in compared)
     assert (here.log_likelihood or 0.0) > (look.at_place(measured + 3.0).log_likelihood or 0.0)
@@ -298,7 +286,6 @@ def test_the_kalman_filter_tells_its_innovation() -> None:
     expected = -np.log(2.0 * np.pi * deviation**2) - 0.5 * row.number("nis")
     assert row.number("track_log_evidence") == pytest.approx(expected)
     assert (row.number("nis_freedom"), row.number("nis_limit")) == (2.0, 5.991465)
-    assert isinstance(table, Contributions)
     distances = [numbers[2] for numbers in table.rows]
     assert distances == sorted(distances, reverse=True)
     assert len(table.arrows) == len(table.names) == 12
@@ -312,7 +299,6 @@ def test_another_track_has_other_particles() -> None:
     run.change({"selected_track": 5})
     run.seek(4)
     cloud = Inspection(run).cloud
-    assert cloud is not None
     assert cloud.ancestors is None
     run.seek(5)
     assert Inspection(run).cloud.ancestors is not None  # type: ignore[union-attr] - there are particles

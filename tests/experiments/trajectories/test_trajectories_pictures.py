@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import Drawing, Mesh, Text, WorldDrawing
+from pftrack.core.model.drawing import Drawing, Text, WorldDrawing
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
@@ -45,7 +45,6 @@ def search_of(drawing: Drawing) -> WorldDrawing:
 
 def report(run: Run) -> dict[str, Any]:
     run.finish()
-    assert EXPERIMENT.measured.report is not None
     return dict(EXPERIMENT.measured.report(run.diagnostics))
 
 
@@ -121,8 +120,6 @@ def test_the_search_is_shown_beside_the_picture(tmp_path: Path) -> None:
     drawn = EXPERIMENT.draw(steps[-1], run.diagnostics)
     world = search_of(drawn)
     surface, piece = world.primitives["costs"], world.primitives["looked for"]
-    assert isinstance(surface, Mesh)
-    assert isinstance(piece, Mesh)
     assert len(surface.vertices) == 41**2  # up to 20 px to all sides
     assert surface.vertices[:, 2].max() == pytest.approx(7.0)
     assert surface.vertices[surface.vertices[:, 2].argmax(), :2].tolist() == [0.0, 0.0]

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lesson import Scenario, answer_of, judge, question_recipe
+from pftrack.teaching.lessons.lesson import answer_of, judge, question_recipe
 
 LESSON = LESSONS["colour"]
 
 
 def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
     """The run that is asked about is the scenario's own but for lambda."""
-    assert isinstance(LESSON.body, Scenario)
     shown, about = (make(recipe).parameters_at(0) for recipe in (LESSON.body.recipe, question_recipe(LESSON)))
     assert (shown.sharpness, about.sharpness) == (20, 200)
     assert shown.model_copy(update={"sharpness": 200}) == about

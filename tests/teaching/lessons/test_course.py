@@ -6,7 +6,7 @@ import pytest
 
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.course import bayes, colour, estimate, importance, joint, kalman, monte_carlo
-from pftrack.teaching.lessons.lesson import Demonstration, Outcome, Scenario
+from pftrack.teaching.lessons.lesson import Demonstration, Outcome
 from pftrack.teaching.lessons.library import course_lesson, read_lessons
 
 COURSE = Path(bayes.__file__).parent
@@ -47,7 +47,6 @@ def test_texts_have_the_numbers_of_the_modules() -> None:
     assert f"is off by {monte_carlo.SD / 10:g} m" in asked["monte-carlo"].text
     assert list(asked["importance"].choices or ()) == [f"{spread:g}" for spread in importance.CHOICES]
     body = LESSONS["colour"].body
-    assert isinstance(body, Scenario)
     assert body.tracker == colour.SIR
     assert body.timeline[0].values == {"scene_number": colour.SCENE}
 

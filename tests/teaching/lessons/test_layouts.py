@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.teaching.lessons.figure import Curve, Handle, Number, look
+from pftrack.teaching.lessons.figure import Handle, Number, look
 
 PANEL = """
 panels:
@@ -45,7 +45,6 @@ def test_a_panel_has_the_words_of_its_file_and_the_numbers_given(tmp_path: Path)
     assert (panel.x.low, panel.x.high, panel.y.low, panel.y.high) == (-1.0, 1.0, 0.0, 3.0)
     assert panel.handles == (Handle(parameter="place", at=2.0),)
     [trace] = panel.traces
-    assert isinstance(trace, Curve)
     assert (trace.title, trace.ink, trace.y.tolist()) == ("it", "truth", [0.0, 2.0])
     assert of_file.draw("density", {}, step=4, mean=0).handles == ()
     with pytest.raises(ValueError, match="a curve needs y"):

@@ -11,7 +11,7 @@ import pytest
 from pftrack.core.model.parameters import declarations
 from pftrack.teaching.lessons import LESSONS, find, library
 from pftrack.teaching.lessons.document import LARGEST_BYTES, Document, DocumentError
-from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, answer_of, judge, question_recipe
+from pftrack.teaching.lessons.lesson import Lesson, answer_of, judge, question_recipe
 from pftrack.teaching.lessons.library import Library, read_lessons
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS
 
@@ -56,7 +56,6 @@ def test_a_file_makes_a_lesson(tmp_path: Path) -> None:
     found = read(tmp_path)
     assert found.problems == ()
     lesson = found.lessons["my-lesson"]
-    assert isinstance(lesson.body, Scenario)
     recipe = lesson.body.recipe
     assert (recipe.experiment, recipe.tracker, recipe.seed, recipe.frames) == ("ball", "condensation", 3, 12)
     assert [(change.frame, dict(change.values)) for change in recipe.timeline] == [
@@ -263,7 +262,6 @@ def test_a_figure_of_the_course_can_be_asked_about_anew(tmp_path: Path) -> None:
     """With other parameters, another question, and an answer out of the figure's own numbers."""
     name = DEMONSTRATIONS[0]
     body = LESSONS[name].body
-    assert isinstance(body, Demonstration)
     number = next(it for it in declarations(type(body.parameters)) if it.kind in {"number", "integer"})
     head = GOOD[: GOOD.index("experiment:")] + f"figure: {name}\nparameters: {{{number.name}: {number.maximum}}}\n"
     rest = GOOD[GOOD.index("question:") :].replace("  at: {sample_count: 60, seed: 4}\n", "")
@@ -274,7 +272,6 @@ def test_a_figure_of_the_course_can_be_asked_about_anew(tmp_path: Path) -> None:
     found = read(tmp_path, text)
     assert found.problems == ()
     lesson = found.lessons["my-lesson"]
-    assert isinstance(lesson.body, Demonstration)
     shown = lesson.body.show(lesson.body.parameters, lesson.body.seed)
     assert answer_of(lesson).exact == shown.numbers[0].value
     assert getattr(lesson.body.parameters, number.name) == number.maximum

@@ -148,7 +148,6 @@ def test_rules_and_handles_stand_at_their_values() -> None:
 def test_the_key_names_what_has_a_title() -> None:
     """Traces without a title need no key; the panel's title stands over it."""
     legend = drawn(Curve(title="density", x=[0, 1], y=[0, 1]), Curve(x=[0, 1], y=[1, 0])).get_legend()
-    assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["density"]
     assert legend.get_title().get_text() == "What it shows"
     alone = drawn(Curve(x=[0, 1], y=[1, 0]))

@@ -9,7 +9,7 @@ import pytest
 import pftrack
 from pftrack.core.model.recipe import Change
 from pftrack.runs.loss_probability import columns_of
-from pftrack.teaching.lessons.lesson import Lesson, Scenario, answer_of, question_recipe
+from pftrack.teaching.lessons.lesson import Lesson, answer_of, question_recipe
 from pftrack.teaching.lessons.library import read_lessons
 
 LIBRARY = read_lessons()
@@ -18,7 +18,6 @@ SHIPPED = {name: lesson for name, lesson in LIBRARY.lessons.items() if not lesso
 
 def run(lesson: Lesson, **values: bool | float | str) -> Mapping[str, np.ndarray[Any, Any]]:
     """The numbers of a scenario's own run, with other values from the start."""
-    assert isinstance(lesson.body, Scenario)
     recipe = lesson.body.recipe
     timeline = (*recipe.timeline, Change(0, values))
     return columns_of(pftrack.run(recipe.model_copy(update={"timeline": timeline})))

@@ -92,7 +92,6 @@ def test_it_is_the_factorization_of_all_frames() -> None:
     for positions in tracks.positions:
         known = accumulate(known, positions)
     found, whole = principal_shape(known), factorize(tracks)
-    assert found is not None
     shape, strengths = found
     np.testing.assert_allclose(strengths, whole.strengths, rtol=1e-9, atol=1e-4)
     assert shape_error(shape, whole.shape) < 1e-8
