@@ -1,16 +1,25 @@
-"""The doctor finds what is missing or broken and says what to do."""
+"""The doctor finds what is missing, and compiles by processes of their own."""
 
 import os
 import socket
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.doctor import checks as doctor
+from pftrack.doctor import compiling, memory
 from pftrack.doctor.checks import Check, examine
-from pftrack.doctor.warming import Progress
+from pftrack.doctor.warming import Progress, Schedule, Warming
+from pftrack.experiments.shared.sampling import loop_with
+from pftrack.process import report
 
 
 def found(checks: list[Check], name: str) -> Check:
@@ -151,3 +160,217 @@ def test_every_browser_that_the_tests_can_use_is_found(monkeypatch: pytest.Monke
     shell = tmp_path / "chromium-headless-shell"
     shell.touch(0o755)
     assert doctor._browser() == ("ok", str(shell))
+
+
+# Compiling by processes of their own, tried on functions that only pretend.
+
+
+@compiled
+def silent(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], packed: tuple[float, ...]) -> NDArray[np.float64]:
+    """Return the log likelihoods (N,) of a likelihood that says nothing."""
+    return np.zeros(states.shape[0])
+
+
+def pretend(name: str, number: int) -> list[str]:
+    """Compile nothing, but tell as if it were so."""
+    if number == 0:
+        report({"begun": name, "cases": 2, "total": 6})
+    if name == "dies" and number == 1:
+        os._exit(3)
+    if name == "broken":
+        raise ValueError("no")
+    function = f"{name}.{'ab'[number]}"
+    report({"function": function, "seconds": 0.5})
+    return [function]
+
+
+def pause(name: str, number: int) -> list[str]:
+    """Be at it for longer than anybody waits."""
+    time.sleep(600)
+    return pretend(name, number)
+
+
+def compile_little(name: str, number: int) -> list[str]:
+    """Compile what the sums of elementary functions need, as if a case of the experiment called no more."""
+    compiling.run_case = lambda *_: logarithms(exponentials(np.ones(3)))  # type: ignore[assignment]
+    return compiling.compile_case(name, number)
+
+
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_progress_comes_with_every_function() -> None:
+    """Functions add up, experiments get ready one by one, and in the end each case was compiled once."""
+    told: list[Progress] = []
+    done = Warming(["one", "two", "three"], processes=2, told=told.append, compile_case=pretend).wait()
+    assert done.finished
+    assert done.sentence == "compiled"
+    assert (done.done, done.total, done.ready) == (6, 6, {"one", "two", "three"})
+    assert done.seconds == {f"{name}.{part}": 0.5 for name in done.ready for part in "ab"}
+    counts = [progress.done for progress in told]
+    assert counts == sorted(counts)
+    assert any(progress.ready and not progress.finished for progress in told)
+    assert memory.ready(["two", "four"]) == {"two"}
+
+
+@pytest.mark.usefixtures("own_cache")
+@pytest.mark.parametrize(
+    ("bad", "reason", "processes"), [("broken", "ValueError: no", 1), ("dies", "ended with status 3", 2)]
+)
+def test_one_that_does_not_run_keeps_no_other(bad: str, reason: str, processes: int) -> None:
+    """An experiment that raises, or ends its process, is told with the reason, and the others get ready."""
+    done = Warming([bad, "one"], processes=processes, compile_case=pretend).wait()
+    assert done.finished
+    assert reason in done.failed[bad]
+    assert done.ready == {"one"}
+    assert memory.ready([bad, "one"]) == {"one"}
+
+
+def test_every_experiment_is_begun_and_then_a_process_stays_with_its_own() -> None:
+    """First what experiments are by default, then the own cases from the front, then others' from the end."""
+    schedule = Schedule(["short", "long", "tiny"])
+    assert [schedule.take(None), schedule.take(None)] == [("short", 0), ("long", 0)]
+    schedule.on_begin("short", 2)
+    schedule.on_begin("long", 3)
+    assert schedule.take("short") == ("tiny", 0)
+    schedule.on_begin("tiny", 1)
+    assert schedule.done("tiny")
+    assert not schedule.done("short")
+    assert schedule.take("short") == ("short", 1)
+    assert schedule.done("short")
+    assert schedule.take("short") == ("long", 2)
+    assert not schedule.done("long")
+    assert schedule.take("long") == ("long", 1)
+    assert not schedule.done("long")
+    assert schedule.done("long")
+    assert not schedule
+    schedule.on_begin("tiny", 4)
+    assert schedule
+    schedule.give_up("tiny")
+    assert schedule.take("long") is None
+
+
+def test_what_somebody_waits_for_comes_first() -> None:
+    """Before the own cases of a process, and before other experiments, begun or not."""
+    schedule = Schedule(["first", "second", "third"])
+    assert schedule.take(None) == ("first", 0)
+    schedule.on_begin("first", 3)
+    schedule.prefer("third")
+    assert schedule.take("first") == ("third", 0)
+    assert schedule.take("first") == ("second", 0)  # how many cases the third has is not known yet
+    schedule.on_begin("third", 2)
+    assert [schedule.take("first"), schedule.take("first")] == [("third", 1), ("first", 1)]
+
+
+def slow_down(name: str, number: int) -> list[str]:
+    """Tell of functions each of which takes twice as long as the one before."""
+    report({"begun": name, "cases": 1, "total": 20})
+    for k in range(12):
+        report({"function": f"f{k}", "seconds": 2.0**k})
+    return [f"f{k}" for k in range(12)]
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_the_time_left_never_rises() -> None:
+    """It is the processor time of a function so far, for those that are left, and stays where that would rise."""
+    told: list[Progress] = []
+    Warming(["one"], processes=1, told=told.append, compile_case=slow_down).wait()
+    left = [progress.left_s for progress in told if progress.left_s is not None]
+    assert left[0] == pytest.approx((2**5 - 1) / 5 * 15)  # of five functions, for fifteen
+    assert left == sorted(left, reverse=True)
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_it_ends_when_asked() -> None:
+    """Stopping ends a process, however long it would take, replaces it by no other, and leaves nobody waiting."""
+    warming = Warming(["one", "two", "three"], processes=1, compile_case=pause)
+    warming.stop()
+    done = warming.wait()
+    assert not done.finished
+    assert done.failed.keys() <= {"one"}
+
+
+@pytest.mark.parametrize(
+    ("progress", "sentence"),
+    [
+        (Progress(), "compiling, only once"),
+        (Progress(14, 41, elapsed_s=1.0), "compiling, 14 of 41 functions, only once"),
+        (Progress(14, 41, left_s=40.5), "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"),
+        (Progress(finished=True), "compiled"),
+    ],
+)
+def test_progress_in_words(progress: Progress, sentence: str) -> None:
+    """It says how many functions of how many, about how long it takes as soon as that is known, and that it is once."""
+    assert progress.sentence == sentence
+
+
+def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A finished experiment is ready in the next process, until anything that compiled code depends on changes."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert memory.ready(["one", "two"]) == frozenset()
+    memory.remember("one")
+    memory.remember("three")
+    assert memory.ready(["one", "two"]) == {"one"}
+    monkeypatch.setattr(
+        memory.machine, "describe_platform", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
+    )
+    assert memory.ready(["one", "two"]) == frozenset()
+
+
+def test_what_else_a_process_has_imported_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that has compiled more than others finds what these remember."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    memory.remember("one")
+    loop_with(silent)
+    assert memory.ready(["one"]) == {"one"}
+
+
+def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two processes that compile forget nothing of each other, whenever they read and write."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    names = [f"experiment-{number}" for number in range(40)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(memory.remember, names))
+    assert memory.ready(names) == frozenset(names)
+
+
+def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a folder to write in there is no memory, and no error."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    memory.remember("one")
+    assert memory.ready(["one"]) == frozenset()
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_the_real_processes_compile_and_keep() -> None:
+    """In an empty cache what is called is compiled function by function; a second time there is nothing to do."""
+    first, second = (Warming(["sine"], processes=1, compile_case=compile_little).wait() for _ in range(2))
+    names = {"pftrack.core.numerics.elementary.exponentials", "pftrack.core.numerics.elementary.logarithms"}
+    assert first.seconds.keys() == names
+    assert first.total == second.total > first.done >= len(names)
+    assert first.done == second.done
+    assert not second.seconds
+
+
+@pytest.mark.slow
+def test_a_whole_experiment_is_compiled_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same with all that an experiment calls."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    first, second = (Warming(["sine"], low_priority=False).wait() for _ in range(2))
+    assert len(first.seconds) > 5
+    assert not second.seconds
+    assert first.ready == second.ready == memory.ready(["sine"])
+
+
+def test_an_idle_process_helps_the_fullest_from_its_end() -> None:
+    """It takes the last case of the begun experiment with the most cases left, and its own cases in order."""
+    schedule = Schedule(["short", "long"])
+    for name, count in (("short", 3), ("long", 5)):
+        assert schedule.take(None) == (name, 0)
+        schedule.on_begin(name, count)
+    assert schedule.take(None) == ("long", 4)
+    assert schedule.take("short") == ("short", 1)

@@ -1,15 +1,17 @@
-"""Answers as JSON: read as what was written, and refused otherwise, whatever they are."""
+"""What goes between a process and its child: answers as JSON, and the pipe."""
 
-import math
+import asyncio
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.process import Fault, Refusal, Reply
+from pftrack.process import AsyncEnd, BlockingEnd, Fault, Refusal, Reply
 from pftrack.process.calls import Answer, Step, pack, unpack
+from pftrack.process.child import pair
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | st.binary(),
@@ -43,12 +45,6 @@ def test_a_number_of_numpy_is_a_number() -> None:
     """An experiment of another package need not know that its measures travel."""
     value = {"hits": np.int64(3), "share": np.float32(0.5), "success": np.bool_(True)}
     assert unpack(pack(Reply(value))) == Reply({"hits": 3, "share": 0.5, "success": True})
-
-
-def test_what_is_no_number_comes_back() -> None:
-    """A measure may be undefined."""
-    read = unpack(pack(Reply(math.nan)))
-    assert math.isnan(read.value)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("answer", [Step(3), Reply(object()), Reply({1, 2})])
@@ -89,3 +85,60 @@ def test_no_bytes_do_harm(data: bytes) -> None:
     """Random bytes are refused."""
     with pytest.raises(ValueError):  # noqa: PT011 - each parser has words of its own
         unpack(data)
+
+
+# The pipe between a process and its child.
+
+
+async def test_there_and_back() -> None:
+    """Messages arrive whole and in order, however large they are, and a hang-up is noticed on both sides."""
+    ours, theirs = pair()
+    heard: list[Any] = []
+    lost = asyncio.Event()
+    both = asyncio.Event()
+
+    def hear(message: Any) -> None:
+        heard.append(message)
+        if len(heard) == 2:
+            both.set()
+
+    web = await AsyncEnd.connect(ours, hear, lost.set)
+    worker = BlockingEnd(theirs)
+    web.send("a credit")
+    web.send((7, "a picture"))
+    assert await asyncio.to_thread(worker.receive, 5) == "a credit"
+    assert await asyncio.to_thread(worker.receive, 5) == (7, "a picture")
+    assert worker.receive(0) is None
+    large = b"x" * 5_000_000
+    await asyncio.to_thread(worker.send, (1, large))
+    await asyncio.to_thread(worker.send, "alive")
+    await asyncio.wait_for(both.wait(), 60)
+    assert heard == [(1, large), "alive"]
+    web.close()
+    await asyncio.wait_for(lost.wait(), 60)
+    with pytest.raises((EOFError, ConnectionResetError)):
+        worker.receive(5)
+    theirs.close()
+
+
+async def test_half_a_message() -> None:
+    """A worker that stops in the middle of a message stops nobody else."""
+    ours, theirs = pair()
+    heard: list[Any] = []
+    web = await AsyncEnd.connect(ours, heard.append, lambda: None)
+    theirs.sendall(b"\0\0\0\0\0\0\0\x10half")
+    await asyncio.sleep(0.05)
+    assert heard == []
+    web.close()
+    await asyncio.sleep(0)
+    theirs.close()
+
+
+async def test_an_absurd_length() -> None:
+    """A length that cannot be closes the pipe rather than fill the memory."""
+    ours, theirs = pair()
+    lost = asyncio.Event()
+    await AsyncEnd.connect(ours, lambda _: None, lost.set)
+    theirs.sendall(b"\xff" * 8)
+    await asyncio.wait_for(lost.wait(), 60)
+    theirs.close()

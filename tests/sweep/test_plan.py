@@ -1,16 +1,22 @@
-"""Plans: every run has its number, and its number says everything of it."""
+"""Plans of sweeps: their axes, the numbers of their runs, and the chunks in which these are computed."""
 
 import json
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from pftrack.core.model.parameters import declarations
+from pftrack.experiments import find
 from pftrack.sweep import Plan
-from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep.axis import Axis, SweepError, parse_axis
 from pftrack.sweep.cells import quantity_named
 from pftrack.sweep.plan import Single
+from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import sweep_code
 
 WIDTHS = Axis("occlusion_width_px", (10.0, 20.0, 30.0))
@@ -157,3 +163,145 @@ def test_how_probable_a_loss_is_is_a_measure_where_it_is_asked_for() -> None:
     assert quantity_named(asked, "mean_loss_probability").better == "lower"
     with pytest.raises(SweepError, match=r"kalman of sine cannot tell how probable .* none can"):
         Plan("sine", trackers=("kalman",), loss_probability=True)
+
+
+# Axes: what is written is what is swept, and what cannot be swept is refused with a sentence that names both sides.
+
+BALL = find("ball")
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("occlusion_width_px=5:100:5", tuple(float(width) for width in range(5, 101, 5))),
+        ("background_level=0:0.5:0.1", (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)),
+        ("occlusion_width_px=0:10:4", (0.0, 4.0, 8.0)),
+        ("occlusion_width_px=10:0:-5", (10.0, 5.0, 0.0)),
+        ("occlusion_width_px=3:3:1", (3.0,)),
+        ("layout=0:19:1", tuple(range(20))),
+        ("sample_count=50,100, 200", (50, 100, 200)),
+        ("image_width_px=128,256", (128, 256)),
+        ("apf_weights=sharpened,corrected", ("sharpened", "corrected")),
+        ("learn_dynamics=true,false", (True, False)),
+        ("ball_colour=#c83232,#00ff00", ("#c83232", "#00ff00")),
+        ("tracker=h-spf,s-spf", ("h-spf", "s-spf")),
+    ],
+)
+def test_an_axis_is_what_was_written(text: str, values: tuple[object, ...]) -> None:
+    """Both ends are included where they fall on the grid; values are of the parameter's own kind."""
+    axis = parse_axis(BALL, text)
+    assert axis.values == values
+    assert [type(value) for value in axis.values] == [type(value) for value in values]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("oclusion_width_px=1,2", "no parameter 'oclusion_width_px'; did you mean occlusion_width_px"),
+        ("xyz=1,2", "no parameter 'xyz'; `pftrack show ball` lists them"),
+        ("occlusion_width_px=0:700:10", "occlusion_width_px must be a finite number between 0 and 640 px, got 700.0"),
+        ("occlusion_width_px=-5,5", "between 0 and 640 px, got -5.0"),
+        ("occlusion_width_px=", "the axis occlusion_width_px is empty"),
+        ("occlusion_width_px=1,,2", "has an empty value"),
+        ("occlusion_width_px=5:1:1", "never comes from 5 to 1 in steps of 1"),
+        ("occlusion_width_px=1:5:-1", "never comes from 1 to 5 in steps of -1"),
+        ("occlusion_width_px=1:5:0", "step of the axis occlusion_width_px must not be 0"),
+        ("occlusion_width_px=1:5", "start:stop:step, 3 numbers, got 2"),
+        ("occlusion_width_px=1:nan:1", "3 finite numbers"),
+        ("occlusion_width_px=a:b:c", "3 numbers, got 'a:b:c'"),
+        (
+            "occlusion_width_px=0:640:0.00005",
+            "at most 2,000,000 runs; the axis occlusion_width_px has 12,800,001 values",
+        ),
+        ("occlusion_width_px=wide", "must be a finite number between 0 and 640 px, got 'wide'"),
+        ("occlusion_width_px=nan,1", "got nan"),
+        ("occlusion_width_px=5,5.0", "has the value 5.0 twice"),
+        ("sample_count=50:100:0.5", "sample_count must be a whole number between 1 and 100000, got 50.5"),
+        ("sample_count=50.5,60", "sample_count must be a whole number"),
+        ("layout=20", "layout must be a whole number between 0 and 19, got 20"),
+        ("apf_weights=sharp", "must be one of sharpened, corrected"),
+        ("learn_dynamics=maybe", "must be true or false"),
+        ("ball_colour=red", "must be a colour as #rrggbb"),
+        ("tracker=h-spf,kalman-x", "a tracker of ball is one of"),
+        ("occlusion_width_px", "an axis is name=start:stop:step or name=a,b,c"),
+        ("=1,2", "an axis is name="),
+    ],
+)
+def test_an_impossible_axis_is_refused(text: str, reason: str) -> None:
+    """One sentence says what is wrong and what would be right."""
+    with pytest.raises(SweepError) as refused:
+        parse_axis(BALL, text)
+    assert reason in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_every_parameter_can_be_an_axis() -> None:
+    """Every declared parameter of every experiment takes an axis that holds its default, but for files."""
+    for name in ("ball", "sine"):
+        experiment = find(name)
+        for declaration in declarations(type(experiment.simulate().parameters)):
+            if declaration.kind == "file":
+                with pytest.raises(SweepError, match="is a file parameter, which cannot be varied"):
+                    parse_axis(experiment, f"{declaration.name}=text")
+                continue
+            axis = parse_axis(experiment, f"{declaration.name}={declaration.default}")
+            assert axis.values == (declaration.default,), declaration.name
+
+
+@given(st.integers(0, 400), st.integers(0, 80), st.integers(1, 40))
+def test_steps_are_exact(start: int, steps: int, tenths: int) -> None:
+    """A value is the nearest number to what was written, not what adding up makes of it."""
+    steps = min(steps, (640 - start) * 10 // tenths)
+    stop = start + steps * tenths / 10
+    axis = parse_axis(BALL, f"occlusion_width_px={start}:{stop:.1f}:{tenths / 10}")
+    assert axis.values == tuple(float(f"{start + index * tenths / 10:.1f}") for index in range(steps + 1))
+
+
+# Chunks: every run is in one chunk, in order, and they are computed evenly over the grid.
+
+
+def plan_of(widths: int, radii: int, trackers: int, trials: int) -> Plan:
+    axes = (
+        Axis("occlusion_width_px", tuple(float(width) for width in range(widths))),
+        Axis("distracter_radius_px", tuple(float(radius) for radius in range(radii))),
+    )
+    return Plan("ball", axes, ("h-spf", "s-spf", "apf")[:trackers], trials=trials)
+
+
+@given(st.integers(1, 7), st.integers(1, 7), st.integers(1, 3), st.integers(1, 9), st.floats(0.1, 500))
+def test_chunks_cover_the_plan_once_and_in_order(
+    widths: int, radii: int, trackers: int, trials: int, wanted: float
+) -> None:
+    """Chunks are contiguous ranges of runs, one after the other, of whole trials, and none is much too large."""
+    plan = plan_of(widths, radii, trackers, trials)
+    chunks = Chunks.of(plan, wanted)
+    expected = 0
+    for number, chunk in enumerate(chunks):
+        assert (chunk.number, chunk.first) == (number, expected)
+        assert chunk.runs == sum((piece.stop - piece.start) * trackers for piece in chunk.pieces)
+        assert chunk.runs <= max(wanted, trackers)
+        piece = chunk.pieces[0]
+        assert chunk.first == (piece.condition * trials + piece.start) * trackers
+        expected += chunk.runs
+    assert expected == plan.runs
+    assert sorted(chunks.spread()) == list(range(len(chunks)))
+
+
+@pytest.mark.parametrize("part", [0.1, 0.25, 0.5])
+def test_a_map_fills_evenly(part: float) -> None:
+    """At any time every row, column and quarter of the map has about its share of the cells."""
+    plan = plan_of(20, 20, 1, 1)
+    chunks = Chunks.of(plan, 1)
+    done = np.zeros((20, 20))
+    done.ravel()[chunks.spread()[: int(400 * part)]] = 1
+    for axis in (0, 1):
+        assert np.abs(done.mean(axis=axis) - part).max() <= 0.11
+    quarters = done.reshape(2, 10, 2, 10).mean(axis=(1, 3))
+    assert np.abs(quarters - part).max() <= 0.05
+
+
+def test_there_is_no_chunk_beyond_the_last() -> None:
+    """Numbers out of range are refused."""
+    chunks = Chunks.of(plan_of(2, 2, 1, 1), 1)
+    with pytest.raises(IndexError, match="there are 4 chunks, got 4"):
+        chunks[4]

@@ -1,9 +1,25 @@
+"""Likelihoods of places in pictures: colour, edges, measured points, and windows in parts."""
+
+import cv2
 import numpy as np
 import pytest
 from scipy.stats import median_abs_deviation
 
-from pftrack.vision.likelihoods import chromaticity
+from pftrack.core.numerics.random import log_density
+from pftrack.vision.likelihoods import chromaticity, points
 from pftrack.vision.likelihoods.chromaticity import ColourModel
+from pftrack.vision.likelihoods.counting import BINS, bin_table
+from pftrack.vision.likelihoods.edges import log_likelihood
+from pftrack.vision.likelihoods.histogram import (
+    NO_BACKGROUND,
+    Background,
+    Window,
+    background_of,
+    fit,
+    roots_of,
+    shares,
+    similarity,
+)
 
 REDNESS = ColourModel((2 / 3, 1 / 6), (0.05, np.inf))
 
@@ -86,3 +102,139 @@ def test_the_spread_is_that_of_a_gaussian_with_this_median_deviation() -> None:
     shares = pixels[:, :2] / pixels.sum(axis=1, keepdims=True)
     expected = median_abs_deviation(shares, axis=0, scale="normal")
     assert chromaticity.fit(image, box).spread == pytest.approx(expected, rel=1e-4)
+
+
+# Outlines beside edges: the best place, the cap, what is outside, and what is refused.
+
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
+CIRCLE = 12.0 * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
+IMAGE = np.zeros((80, 100, 3), np.uint8)
+cv2.circle(IMAGE, (40, 30), 12, (255, 255, 255), -1)
+
+
+def test_the_outline_is_most_likely_where_the_disc_is() -> None:
+    """Of all places on a lattice the middle of the disc is the best, and it is within a pixel of its edges."""
+    across, down = np.meshgrid(np.arange(15.0, 80.0), np.arange(15.0, 65.0))
+    states = np.column_stack([across.ravel(), down.ravel(), np.zeros(across.size)])
+    found = log_likelihood(IMAGE, states, CIRCLE)
+    assert np.abs(states[found.argmax(), :2] - (40.0, 30.0)).max() <= 1.0
+    assert found.max() > -0.5 * (1.0 / 3.0) ** 2 - 1e-6
+
+
+def test_no_point_costs_more_than_the_cap() -> None:
+    """Far from all edges, outside the picture and at NaN every point has the cap; so has a picture without edges."""
+    worst = -0.5 * (10.0 / 3.0) ** 2
+    states = np.array([[-500.0, 20.0], [np.nan, 3.0], [np.inf, -np.inf]])
+    assert log_likelihood(IMAGE, states, CIRCLE) == pytest.approx(worst)
+    assert log_likelihood(IMAGE, np.array([[87.0, 65.0]]), CIRCLE) == pytest.approx(worst)
+    beside = np.zeros_like(IMAGE)
+    beside[:, :2] = 255  # the nearest pixels of the picture are edges, and the outline is not in it
+    assert log_likelihood(beside, np.array([[-20.0, 40.0]]), CIRCLE) == pytest.approx(worst)
+    assert log_likelihood(np.zeros_like(IMAGE), np.array([[40.0, 30.0]]), CIRCLE) == pytest.approx(worst)
+
+
+def test_what_is_no_outline_is_refused() -> None:
+    """Shapes and a spread of nothing are named."""
+    with pytest.raises(ValueError, match="outline_px must"):
+        log_likelihood(IMAGE, np.zeros((3, 2)), np.zeros(4))
+    with pytest.raises(ValueError, match="spread must be above 0 px, got 0"):
+        log_likelihood(IMAGE, np.zeros((3, 2)), CIRCLE, spread_px=0.0)
+
+
+def test_each_point_has_its_own_noise() -> None:
+    """Up to a constant for each point, the score is the log density of its measurement."""
+    rng = np.random.default_rng(0)
+    positions, measured, noise = rng.normal(size=(3, 20, 2)), rng.normal(size=(3, 2)), np.array([0.5, 1.0, 100.0])
+    scores = points.log_likelihood(positions, measured, noise)
+    for n in range(3):
+        exact = log_density(positions[n], measured[n], noise[n] ** 2 * np.eye(2))
+        assert np.ptp(scores[n] - exact) < 1e-12
+
+
+def test_far_points_do_not_underflow() -> None:
+    """Forty standard deviations away, where the density itself would be zero, the scores still differ (eq. 4.7)."""
+    scores = points.log_likelihood(np.array([[[40.0, 0.0], [41.0, 0.0]]]), np.zeros((1, 2)), np.ones(1))
+    assert scores.tolist() == [[-800.0, -840.5]]
+
+
+# Windows in parts, and what their surroundings tell.
+
+RED, GREEN, BLUE = (200, 30, 30), (30, 160, 40), (30, 40, 200)
+MIDDLE = np.array([40.0, 30.0])
+
+
+def scene(upper: tuple[int, int, int] = RED, lower: tuple[int, int, int] = BLUE) -> np.ndarray:
+    """A target of 21 x 24 px in two colours on green."""
+    picture = np.empty((64, 90, 3), np.uint8)
+    picture[:] = GREEN
+    picture[18:30, 30:51], picture[30:42, 30:51] = upper, lower
+    return picture
+
+
+def bin_of(colour: tuple[int, int, int]) -> int:
+    return int(bin_table("hsv")[colour[0] << 16 | colour[1] << 8 | colour[2]])
+
+
+@pytest.mark.parametrize("kernel", [False, True])
+def test_parts_are_counted_where_they_are(kernel: bool) -> None:
+    """Each part counts its own pixels; all parts together are the whole window, also of one that is clipped."""
+    for place in (MIDDLE, np.array([5.0, 60.0])):
+        whole = shares(scene(), place, Window(10, 12, kernel), "hsv")
+        parts = shares(scene(), place, Window(10, 12, kernel, (2, 3)), "hsv")
+        assert parts.shape == (6 * BINS,)
+        assert np.allclose(parts.reshape(6, BINS).sum(axis=0), whole, rtol=0, atol=1e-12)
+    upper = shares(scene(), MIDDLE, Window(10, 12, kernel, (1, 5)), "hsv").reshape(5, BINS)
+    assert upper[0, bin_of(BLUE)] == upper[1, bin_of(BLUE)] == upper[4, bin_of(RED)] == 0.0
+
+
+def test_a_layout_tells_upside_down() -> None:
+    """The same colours the other way round are as like as before to one histogram, and much less to parts."""
+    upright, turned = scene(), scene(BLUE, RED)
+    for parts, least, most in (((1, 1), 0.99, 1.0), ((1, 2), 0.0, 0.3)):
+        window = Window(10, 11, False, parts)
+        model = fit(upright, MIDDLE, window, "hsv")
+        assert least <= similarity(turned, MIDDLE, window, "hsv", model) <= most
+
+
+def test_weights_make_light_of_what_is_around() -> None:
+    """A window that holds the surroundings' colour in part is a perfect match when that colour counts little."""
+    window = Window(14, 16)
+    model = fit(scene(), MIDDLE, window, "hsv")
+    background = background_of(scene(), MIDDLE, (14, 16), "hsv", model, weigh=True, contrast=0.0)
+    assert background.weights[bin_of(RED)] > 0.95
+    assert background.weights[bin_of(GREEN)] < 0.4
+    bare = np.full((64, 90, 3), GREEN, np.uint8)
+    assert similarity(bare, MIDDLE, window, "hsv", model, background) < similarity(bare, MIDDLE, window, "hsv", model)
+    assert similarity(scene(), MIDDLE, window, "hsv", model, background) == pytest.approx(1.0)
+    assert np.square(roots_of(model, background)).sum() == pytest.approx(1.0)
+    assert np.array_equal(roots_of(model, NO_BACKGROUND), np.sqrt(model))
+
+
+def test_contrast_tells_the_size() -> None:
+    """The first window lacks nothing; one that is larger, smaller or beside loses what contrast it lacks."""
+    window = Window(10, 12)
+    model = fit(scene(), MIDDLE, window, "hsv")
+    background = background_of(scene(), MIDDLE, (10, 12), "hsv", model, weigh=False, contrast=0.5)
+    assert background.inside > 0.9
+    assert background.around < 0.1
+
+    def cost(seen: Window, place: np.ndarray, known: Background = background) -> float:
+        return similarity(scene(), place, seen, "hsv", model) - similarity(scene(), place, seen, "hsv", model, known)
+
+    assert cost(window, MIDDLE) == pytest.approx(0.0, abs=1e-9)
+    larger, smaller, beside = (
+        cost(Window(15, 18), MIDDLE),
+        cost(Window(6, 7), MIDDLE),
+        cost(window, MIDDLE + np.array([12.0, 0.0])),
+    )
+    assert min(larger, smaller, beside) > 0.05
+    # By hand: a part of the frame around the small window is the target's.
+    sides = (2 * 6 + 1) * (2 * 7 + 1)
+    frame = (2 * 10 + 1) * (2 * 11 + 1) - sides
+    chance = background.chances / 65536
+    around = chance[[bin_of(RED), bin_of(BLUE)]]
+    counted = shares(scene(), MIDDLE, Window(10, 11), "hsv") * (frame + sides)
+    within = shares(scene(), MIDDLE, Window(6, 7), "hsv") * sides
+    expected = float(((counted - within) * chance).sum()) / frame
+    assert around.min() > 0.9
+    assert smaller == pytest.approx(0.5 * (expected - background.around), abs=1e-6)

@@ -1,9 +1,16 @@
+"""Pictures: how far they have moved, what is found in them again, and films of them."""
+
+import errno
+from pathlib import Path
+
+import av
 import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.vision.matching import LARGEST_TEMPLATE_PX, Cost, cost_map, cut, match
+from pftrack.vision.film import FilmWriter
+from pftrack.vision.matching import LARGEST_TEMPLATE_PX, Cost, camera_shift, cost_map, cut, match, small_grey
 
 REACH = 6
 COSTS: list[Cost] = ["difference", "correlation"]
@@ -120,3 +127,121 @@ def test_unusable_templates_are_refused() -> None:
             match(texture(), np.zeros(shape, np.uint8), np.zeros((1, 2), np.int64), 5)
     with pytest.raises(ValueError, match=r"each of 2 templates, got an array of \(1, 2\)"):
         match(texture(), np.zeros((2, 11, 11), np.uint8), np.zeros((1, 2), np.int64), 5)
+
+
+# How far a picture has moved.
+
+
+def textured(height: int, width: int, seed: int = 0) -> np.ndarray:
+    noise = np.random.default_rng(seed).uniform(0, 255, (height, width, 3)).astype(np.float32)
+    smooth = cv2.GaussianBlur(noise, (0, 0), 6)
+    return cv2.normalize(smooth, None, 0, 255, cv2.NORM_MINMAX).astype(np.uint8)
+
+
+@pytest.mark.parametrize(("across", "down"), [(0, 0), (7, -3), (-24, 18), (30, 0)])
+@pytest.mark.parametrize("scale", [1, 2, 4])
+def test_a_moved_picture_is_found_out(across: int, down: int, scale: int) -> None:
+    """What lies `across` and `down` further in the next picture is so far off, to half a small pixel."""
+    whole = textured(120 * scale + 80, 160 * scale + 80)
+    before = whole[40 : 40 + 120 * scale, 40 : 40 + 160 * scale]
+    after = whole[40 - down : 40 - down + 120 * scale, 40 - across : 40 - across + 160 * scale]
+    found = camera_shift(small_grey(before.copy()), after.copy(), small_grey(after.copy()))
+    assert np.allclose(found, (across, down), atol=0.5 * scale)
+
+
+def test_what_moves_on_a_plain_ground_is_not_moved_out_of_sight() -> None:
+    """A picture of nothing has not moved; a square alone moves as the square does, or stays, but nothing else."""
+    plain = np.full((90, 120, 3), 90, np.uint8)
+    assert camera_shift(small_grey(plain), plain, small_grey(plain)).tolist() == [0.0, 0.0]
+    before, after = plain.copy(), plain.copy()
+    before[30:50, 40:60], after[30:50, 44:64] = 200, 200
+    found = camera_shift(small_grey(before), after, small_grey(after))
+    assert -0.5 <= found[0] <= 4.5
+    assert abs(found[1]) <= 0.5
+
+
+def test_small_pictures_are_means_in_grey() -> None:
+    """A small picture is about 160 px long, and a pixel of it the mean of a square."""
+    picture = textured(240, 320)
+    small = small_grey(picture)
+    assert small.shape == (120, 160)
+    grey = picture[:2, :2].astype(float) @ (77 / 256, 150 / 256, 29 / 256)
+    assert abs(float(small[0, 0]) - grey.mean()) <= 1.0
+    assert camera_shift(small[:-1], picture, small).tolist() == [0.0, 0.0]
+
+
+# Films hold the pictures that were written, appear whole or not at all, and play everywhere.
+
+
+def grey(level: int, width: int = 64, height: int = 48) -> NDArray[np.uint8]:
+    return np.full((height, width, 3), level, np.uint8)
+
+
+def write(path: Path, pictures: list[NDArray[np.uint8]], frame_rate_hz: float = 30.0) -> None:
+    with FilmWriter(path, frame_rate_hz) as film:
+        for picture in pictures:
+            film.write(picture)
+
+
+def test_a_film_holds_its_pictures_in_order(tmp_path: Path) -> None:
+    """What was written is read again: H.264 in yuv420p, the same number, order, rate and nearly the same levels."""
+    path = tmp_path / "film.mp4"
+    write(path, [grey(level) for level in range(20, 220, 20)], 29.97)
+    with av.open(path) as container:
+        stream = container.streams.video[0]
+        assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
+        assert float(stream.average_rate or 0) == pytest.approx(29.97, abs=1e-3)
+        levels = [frame.to_ndarray(format="rgb24").mean() for frame in container.decode(stream)]
+    np.testing.assert_allclose(levels, np.arange(20, 220, 20), atol=3)
+
+
+def test_a_name_with_a_colon_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A relative name such as a time of day appears in the current folder, under that name."""
+    monkeypatch.chdir(tmp_path)
+    write(Path("2026-11-28T13:49.mp4"), [grey(0)])
+    assert [path.name for path in tmp_path.iterdir()] == ["2026-11-28T13:49.mp4"]
+
+
+@pytest.mark.parametrize(("width", "height"), [(65, 48), (64, 47), (65, 47), (1, 1)])
+def test_odd_sides_are_made_even(tmp_path: Path, width: int, height: int) -> None:
+    """An odd picture is not refused and loses nothing: it gets one more row or column."""
+    path = tmp_path / "film.mp4"
+    write(path, [grey(100, width, height)] * 3)
+    with av.open(path) as container:
+        stream = container.streams.video[0]
+        assert (stream.width, stream.height) == (width + width % 2, height + height % 2)
+        assert sum(1 for _ in container.decode(stream)) == 3
+
+
+def test_an_error_leaves_the_old_film(tmp_path: Path) -> None:
+    """When writing breaks off, the file at that place stays as it was and nothing else is left behind."""
+    path = tmp_path / "film.mp4"
+    path.write_bytes(b"old")
+    with pytest.raises(ValueError, match="got one of"):
+        write(path, [grey(0), grey(0, width=32)])
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_no_pictures_make_no_film(tmp_path: Path) -> None:
+    """A film without a single picture does not appear."""
+    write(tmp_path / "film.mp4", [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_cannot_be_written_is_an_error_at_once(tmp_path: Path) -> None:
+    """A missing folder is noticed before a single picture is computed."""
+    with pytest.raises(OSError, match="No such file"):
+        FilmWriter(tmp_path / "nowhere" / "film.mp4", 30.0)
+
+
+def test_a_film_that_cannot_be_begun_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a full disk not even an empty file stays behind."""
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    monkeypatch.setattr(av, "open", full)
+    with pytest.raises(OSError, match="no space left"):
+        FilmWriter(tmp_path / "film.mp4", 30.0)
+    assert list(tmp_path.iterdir()) == []

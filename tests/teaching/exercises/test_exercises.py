@@ -402,3 +402,23 @@ def test_reports_have_the_form_of_gradescope() -> None:
     columns, (row,) = table_of({"ada": found})
     assert columns[0] == "name"
     assert dict(zip(columns, row, strict=True))["score"] == f"{found['score']:g}"
+
+
+# The test file for otter-grader that the documentation shows, run by otter-grader where it is installed.
+
+PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "exercises.md"
+SOLUTION = Path(__file__).parent / "solutions" / "importance_weights.py"
+
+
+def test_otter_gives_the_points_of_the_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All for a right solution; for one that does not normalise those of what holds, with words for the rest."""
+    otter = pytest.importorskip("otter.test_files.exception_test")
+    (text,) = re.findall(r"```py\n(from functools.*?)```", PAGE.read_text(), re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    right = SOLUTION.read_text()
+    for solution, points in ((right, 9), (right.replace("log_weights - log_sum, log_sum", "log_weights, log_sum"), 3)):
+        Path("my_filter.py").write_text(solution)
+        graded = otter.ExceptionTestFile.from_string(text, "q1.py")
+        graded.run({})
+        assert (graded.name, graded.score, graded.possible) == ("importance-weights", points, 9)
+    assert "distribution result" in graded.summary()

@@ -1,11 +1,26 @@
-"""What holds of every lesson of the course: its words, its question and its checks."""
+"""What holds of every lesson of the course: its words, its question, its checks, and where it is used."""
 
 import re
+from itertools import pairwise
 
 import pytest
 
+from pftrack.core.model.parameters import declarations
+from pftrack.experiments import find
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lesson import Answer, Demonstration, Lesson, Mistake, judge
+from pftrack.teaching.lessons.lesson import (
+    MOST_ANSWERS,
+    Answer,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Question,
+    Scenario,
+    answer_of,
+    judge,
+    poll_answers,
+)
 
 CHECKS = [(name, check.name) for name, lesson in LESSONS.items() for check in lesson.checks]
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
@@ -99,3 +114,63 @@ def _examples(mistake: Mistake) -> tuple[float | str, ...]:
         low, high = mistake.given
         return low, (low + high) / 2, high
     return (mistake.given,)
+
+
+# Where lessons say that their ideas are used: sessions that can be opened as they stand.
+
+SCENARIOS = [
+    *((f"{name}, use {number}", use) for name, it in LESSONS.items() for number, use in enumerate(it.uses)),
+    *((name, it.body) for name, it in LESSONS.items() if isinstance(it.body, Scenario)),
+]
+
+
+@pytest.mark.parametrize("scenario", [each for _, each in SCENARIOS], ids=[name for name, _ in SCENARIOS])
+def test_it_can_be_opened(scenario: Scenario) -> None:
+    """Its recipe makes a run that has the frame at which it opens, and its tracker reads what is unlocked."""
+    run = make(scenario.recipe)
+    experiment = find(scenario.recipe.experiment)
+    assert 0 <= scenario.frame < (scenario.recipe.frames or experiment.frames)
+    readers = {each.name: each.trackers for each in declarations(type(run.parameters_at(0)))}
+    for name in set(scenario.unlocked) - {"tracker", "seed"}:
+        assert not readers[name] or run.tracker_at(0) in readers[name] or "tracker" in scenario.unlocked, name
+    assert set(scenario.plots) <= {plot.id for plot in experiment.display.plots}
+    assert set(scenario.layers) <= {layer.name for layer in experiment.display.layers}
+
+
+# A lesson's question as a poll: the right answer and the usual mistakes lie in intervals of their own.
+
+NUMBER = re.compile(r"-?[\d,]+(?:\.\d+)?")
+ASKED = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
+
+
+def cuts(answers: tuple[str, ...]) -> list[float]:
+    """Where the intervals meet."""
+    return [float(NUMBER.findall(answer)[0].replace(",", "")) for answer in answers[1:]]
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_every_question_of_the_course(name: str) -> None:
+    """The intervals ascend, and the right answer with its tolerance stands in one of them."""
+    question = LESSONS[name].question
+    if question.choices:
+        assert poll_answers(question) == tuple(question.choices.values())
+        return
+    exact = answer_of(LESSONS[name]).exact
+    assert isinstance(exact, float)
+    answers = poll_answers(question, exact)
+    assert 3 <= len(answers) <= MOST_ANSWERS
+    found = cuts(answers)
+    assert all(low < high for low, high in pairwise(found))
+    assert all(abs(cut - exact) > 0.5 * question.tolerance for cut in found)
+    assert all(question.unit in answer for answer in answers)
+
+
+def test_without_mistakes() -> None:
+    """The bounds stand for them, or half and twice the right answer; zero has neither."""
+    bounded = Question(text="How much?", words="So much.", bounds=(0.0, 1.0))
+    assert poll_answers(bounded, 0.3) == ("Below 0.15", "0.15 to 0.65", "Above 0.65")
+    free = Question(text="How many?", words="So many.", unit="frames")
+    assert poll_answers(free, 40.0) == ("Below 30 frames", "30 to 60 frames", "Above 60 frames")
+    assert poll_answers(free, 0.0) == ("Below -0.5 frames", "-0.5 to 0.5 frames", "Above 0.5 frames")
+    with pytest.raises(ValueError, match="no number"):
+        poll_answers(free, float("nan"))

@@ -1,18 +1,26 @@
-"""Files of lecturers: what makes a lesson, and what is said of a file that makes none."""
+"""Lessons in files: the course, those of lecturers, and what is said of a file that makes none."""
 
 import os
+import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+import pftrack
 from pftrack.core.model.parameters import declarations
+from pftrack.core.model.recipe import Change
+from pftrack.core.refusal import RefusedError
+from pftrack.runs.loss_probability import columns_of
 from pftrack.teaching.lessons import LESSONS, find, library
+from pftrack.teaching.lessons.course import bayes, colour, estimate, importance, joint, kalman, monte_carlo
 from pftrack.teaching.lessons.document import LARGEST_BYTES, Document, DocumentError
-from pftrack.teaching.lessons.lesson import Lesson, answer_of, judge, question_recipe
-from pftrack.teaching.lessons.library import Library, read_lessons
+from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Outcome, answer_of, judge, question_recipe
+from pftrack.teaching.lessons.library import Library, course_lesson, read_lessons
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS
 
 GOOD = """---
@@ -301,3 +309,191 @@ def test_packages_bring_lessons(package: Path) -> None:
     assert [problem.sentence for problem in found.problems] == [
         "gone: importing not_there_at_all raises ModuleNotFoundError; its lessons are left out"
     ]
+
+
+# The files of the course: their numbers are those of the modules beside them, and a lecturer can take one over.
+
+COURSE = Path(bayes.__file__).parent
+
+
+@pytest.mark.parametrize("name", LESSONS)
+def test_a_lecturer_can_copy_a_lesson_and_mend_a_sentence(name: str, tmp_path: Path) -> None:
+    """Under another id the file is a lecturer's lesson: it shows, asks and checks the same, and its runs fit."""
+    text = (COURSE / f"{name}.md").read_text(encoding="utf-8")
+    (tmp_path / "mine.md").write_text(text.replace(f"id: {name}", "id: mine", 1).replace("notice:", "notice: Look. #"))
+    library = read_lessons(tmp_path)
+    assert library.problems == ()
+    mine, ours = library.lessons["mine"], LESSONS[name]
+    assert (mine.notice, mine.number, mine.origin) == ("Look.", 0, "mine.md")
+    assert (mine.idea, mine.question, mine.answer, mine.checks) == (ours.idea, ours.question, ours.answer, ours.checks)
+    assert [use.words for use in mine.uses] == [use.words for use in ours.uses]
+    if isinstance(ours.body, Demonstration):
+        assert mine.body == ours.body
+
+
+@pytest.mark.parametrize("name", LESSONS)
+def test_every_check_that_is_computed_is_claimed(name: str) -> None:
+    """A module computes nothing that its file does not name."""
+    module = __import__(f"pftrack.teaching.lessons.course.{name.replace('-', '_')}", fromlist=["COMPUTED"])
+    assert [check.name for check in LESSONS[name].checks] == list(module.COMPUTED.checks)
+
+
+def test_texts_have_the_numbers_of_the_modules() -> None:
+    """What a question says of a constant is what the module computes with."""
+    asked = {name: lesson.question for name, lesson in LESSONS.items()}
+    assert asked["joint"].bounds == (-joint.EDGE, joint.EDGE)
+    assert asked["bayes"].at == bayes.AT_A_DISTANCE
+    assert asked["estimate"].bounds == (estimate.LOW, estimate.HIGH)
+    assert f"by more than {estimate.HIT:g} m" in estimate.show(estimate.EstimateParameters(), 1).numbers[2].title
+    assert f"within {estimate.HIT:g} m" in {it.name: it.title for it in LESSONS["estimate"].checks}["best-hit"]
+    assert f"From {kalman.GAP} s on, 20 measurements" in asked["kalman"].text
+    assert asked["kalman"].at == {"dropped": 20, "frame": kalman.GAP + 19}
+    assert f"is off by {monte_carlo.SD / 10:g} m" in asked["monte-carlo"].text
+    assert list(asked["importance"].choices or ()) == [f"{spread:g}" for spread in importance.CHOICES]
+    body = LESSONS["colour"].body
+    assert body.tracker == colour.SIR
+    assert body.timeline[0].values == {"scene_number": colour.SCENE}
+
+
+def test_a_wrong_file_of_the_course_is_told_with_its_line(tmp_path: Path) -> None:
+    """Whether its form is wrong or it names a check that nobody computes."""
+    text = (COURSE / "kalman.md").read_text(encoding="utf-8")
+    file = tmp_path / "kalman.md"
+    file.write_text(text.replace("notice:", "notise:"))
+    with pytest.raises(ValueError, match=r"kalman.md, line \d+: there is no `notise` in a lesson; did you mean notice"):
+        course_lesson(file, kalman.COMPUTED, 6)
+    file.write_text(text.replace("  surprises:", "  suprises:"))
+    with pytest.raises(ValueError, match=r"^kalman.md, line \d+: there is no check suprises; did you mean surprises"):
+        course_lesson(file, kalman.COMPUTED, 6)
+
+
+USES = """uses:
+  - experiment: ball
+    tracker: condensation
+    frame: 4
+    plots: [error]
+    words: A cloud of places and velocities.
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("experiment: ball", "experiment: bowl", "got 'bowl'"),
+        ("tracker: condensation", "tracker: condensatoin", "did you mean condensation?"),
+        ("frame: 4", "frame: 4000", "`frame` is 4000, and the last of"),
+        ("plots: [error]", "plots: [eror]", "did you mean error?"),
+    ],
+)
+def test_a_lecturers_use_is_checked_as_a_run_is(old: str, new: str, words: str, tmp_path: Path) -> None:
+    """A run that is shown beside a lesson fits its experiment, or its line is told."""
+    text = (COURSE / "joint.md").read_text(encoding="utf-8").replace("id: joint", "id: mine")
+    head, rest = text[: text.index("uses:")], text[text.index("\n---\n", 5) :]
+    (tmp_path / "mine.md").write_text(head + USES.replace(old, new) + rest.lstrip("\n"))
+    (problem,) = read_lessons(tmp_path).problems
+    assert words in problem.message
+    assert problem.line == len(head.splitlines()) + 1 + [old in line for line in USES.splitlines()].index(True)
+
+
+def test_checks_belong_to_a_lesson_of_the_course(tmp_path: Path) -> None:
+    """A file that answers by a number of its figure is told that nobody computes its checks."""
+    text = (COURSE / "joint.md").read_text(encoding="utf-8").replace("id: joint", "id: mine")
+    (tmp_path / "mine.md").write_text(text.replace("answer: joint", "answer: Mean of x, given z"))
+    problems = read_lessons(tmp_path).problems
+    assert {"name a lesson of the course as `answer`" in problem.message for problem in problems} == {True}
+    assert isinstance(LESSONS["joint"].checks[0].run(), Outcome)
+
+
+# The three lessons that are written as a lecturer would: each still shows its point.
+
+LIBRARY = read_lessons()
+SHIPPED = {name: lesson for name, lesson in LIBRARY.lessons.items() if not lesson.number}
+
+
+def run(lesson: Lesson, **values: bool | float | str) -> Mapping[str, np.ndarray[Any, Any]]:
+    """The numbers of a scenario's own run, with other values from the start."""
+    recipe = lesson.body.recipe
+    timeline = (*recipe.timeline, Change(0, values))
+    return columns_of(pftrack.run(recipe.model_copy(update={"timeline": timeline})))
+
+
+def test_all_are_read() -> None:
+    """There are three, and nothing is wrong with any."""
+    assert LIBRARY.problems == ()
+    assert {"tempted-by-look-alikes", "cost-of-a-threshold", "too-sure-to-return"} <= set(SHIPPED)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_answer_is_still_what_its_author_saw(name: str) -> None:
+    """Its check passes: the answer can be computed, is as expected, and is judged right."""
+    (check,) = SHIPPED[name].checks
+    outcome = check.run()
+    assert outcome.passed, outcome
+    assert all(judged.given != answer_of(SHIPPED[name]).exact for judged in SHIPPED[name].question.mistakes)
+
+
+def test_an_auxiliary_filter_is_tempted() -> None:
+    """Condensation loses the ball in 3 frames, the auxiliary filter in half of all; without discs in none."""
+    lesson = SHIPPED["tempted-by-look-alikes"]
+    auxiliary, prediction = run(lesson), run(lesson, tracker="condensation")
+    assert prediction["lost"].sum() == 3
+    assert auxiliary["lost"].sum() > 20
+    assert auxiliary["lost"][40:].mean() > 0.9
+    assert run(lesson, distracter_radius_px=0)["lost"].sum() == 0
+
+
+def test_a_threshold_that_is_too_high_loses_the_ball() -> None:
+    """At 5 px nothing is lost, at 20 px some frames, without a switch many; low and beside large discs as well."""
+    lesson = SHIPPED["cost-of-a-threshold"]
+    lost = {gamma: int(run(lesson, gamma_px=gamma)["lost"].sum()) for gamma in (5, 20, 1000)}
+    assert lost[5] == 0
+    assert 8 <= lost[20] <= 18
+    assert lost[1000] > lost[20] + 5
+    assert run(lesson, gamma_px=0, distracter_radius_px=14)["lost"].sum() > 40
+    assert dict(question_recipe(lesson).timeline[-1].values) == {"gamma_px": 20}
+
+
+def test_a_filter_that_is_sure_and_wrong_stays_wrong() -> None:
+    """Its interval never holds the true length; with a large variance at the start the pose is right in the end."""
+    lesson = SHIPPED["too-sure-to-return"]
+    sure, unsure = run(lesson), run(lesson, start_length_variance_px2=100)
+    assert not np.any((sure["series_length_3"][:, 0] <= 50) & (sure["series_length_3"][:, 1] >= 50))
+    assert np.all(sure["lost"][30:] == 1)
+    assert np.all(unsure["lost"][-10:] == 0)
+    assert np.all(run(lesson, start_length_3_px=0)["lost"][-10:] == 0)
+
+
+# The registry finds lessons by id and by number, and imports none before it is asked for.
+
+
+def test_numbers_are_the_order_of_the_course() -> None:
+    """A lesson has the id under which it is listed, and numbers rise along the list."""
+    assert [lesson.id for lesson in LESSONS.values()] == list(LESSONS)
+    numbers = [lesson.number for lesson in LESSONS.values()]
+    assert numbers == sorted(set(numbers))
+    assert all(1 <= number <= 12 for number in numbers)
+
+
+@pytest.mark.parametrize("name", LESSONS)
+def test_a_lesson_is_found_by_id_and_number(name: str) -> None:
+    """Both lead to the same lesson."""
+    assert find(name) is LESSONS[name]
+    assert find(str(LESSONS[name].number)) is LESSONS[name]
+
+
+@pytest.mark.parametrize("wanted", ["", "nothing", "0", "99", "-1", "1.5", "Probability"])
+def test_an_unknown_lesson_is_refused_with_those_that_there_are(wanted: str) -> None:
+    """The sentence quotes what was asked for and lists numbers and ids."""
+    with pytest.raises(RefusedError) as caught:
+        find(wanted)
+    sentence = caught.value.args[0]
+    assert repr(wanted) in sentence
+    assert all(f"{lesson.number} {name}" in sentence for name, lesson in LESSONS.items())
+
+
+def test_listing_ids_imports_no_lesson() -> None:
+    """The ids are known without any lesson's module."""
+    code = "import sys; from pftrack.teaching.lessons import LESSONS; list(LESSONS); print(*sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "pftrack.teaching.lessons" in told
+    assert "pftrack.teaching.lessons.course" not in told

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from markdown_it import MarkdownIt
 
-from pftrack.output.exports.files import code, markdown, notebook
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lesson import Scenario, answer_of, question_recipe
@@ -115,15 +114,3 @@ def test_any_text_of_a_file_comes_back_from_its_cell(text: str) -> None:
     read: list[str] = []
     exec(source[source.index("lesson = ") :], {"read_lesson": read.append})  # noqa: S102 - see above
     assert read == [text]
-
-
-def test_cells_become_a_file() -> None:
-    """Words and code in their order, with names by place, the same bytes for the same cells."""
-    content = notebook((markdown("# A"), code("1 + 1")))
-    assert content == notebook((markdown("# A"), code("1 + 1")))
-    book = json.loads(content)
-    assert book["nbformat"] == 4
-    assert [(cell["id"], cell["cell_type"], "".join(cell["source"])) for cell in book["cells"]] == [
-        ("cell-0", "markdown", "# A"),
-        ("cell-1", "code", "1 + 1"),
-    ]

@@ -1,4 +1,7 @@
-"""Lesson 5: predictions and measurements on a grid and by a Kalman filter."""
+"""Lessons one by one: their closed forms, their figures, and the mistakes that they explain."""
+
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,8 +9,40 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.filters.particles import ParticleSet
+from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.course.estimate import exact_losses, expected_losses, median, posterior
+from pftrack.teaching.lessons.course.importance import MEAN, SD, Proposal
+from pftrack.teaching.lessons.course.kalman import apply_filter, errors, riccati, simulate
+from pftrack.teaching.lessons.course.monte_carlo import sample, sizes_up_to
+from pftrack.teaching.lessons.course.probability import normal
 from pftrack.teaching.lessons.course.recursion import GRID, Moment, RecursionParameters, moments, spread
+from pftrack.teaching.lessons.course.resampling import (
+    WEIGHTS,
+    ResamplingParameters,
+    Scheme,
+    copies,
+    effective_sizes,
+    exact_variance,
+    marks,
+    sample_copies,
+    show,
+)
+from pftrack.teaching.lessons.course.sir import (
+    BINS_M,
+    CELL_M,
+    CELLS_M,
+    LENGTH_M,
+    STEPS,
+    Corridor,
+    SirParameters,
+    assign_bins,
+    cached_walk,
+    total_variation,
+)
+from pftrack.teaching.lessons.lesson import answer_of, judge, question_recipe
 from tests.teaching.lessons.demonstrations import asked_at, shown
 
 LESSON = LESSONS["recursion"]
@@ -59,3 +94,298 @@ def test_it_settles_where_the_lesson_says() -> None:
         settled = shown(LESSON, motion=motion, noise=noise).numbers[2].value
         rounds = last(rounds=30, motion=motion, noise=noise).variance
         assert settled == pytest.approx(rounds, abs=1e-3 if motion else 0.08)
+
+
+# Lesson 4: what a guess costs.
+
+ESTIMATE_LESSON = LESSONS["estimate"]
+
+
+@given(st.floats(-3, 9), st.floats(0, 1), st.floats(0, 6))
+def test_losses_on_the_grid_are_those_of_the_formulas(guess: float, weight: float, second: float) -> None:
+    """All three, for any guess and any density of the lesson."""
+    density = posterior(weight, second)
+    assert expected_losses(density, np.array([guess]))[:, 0] == pytest.approx(exact_losses(density, guess), abs=1e-4)
+
+
+@given(st.floats(0, 1), st.floats(0, 6))
+def test_half_of_the_probability_is_below_the_median(weight: float, second: float) -> None:
+    """Wherever the second bump is and whatever it holds."""
+    density = posterior(weight, second)
+    assert float(density.cumulative(median(density))) == pytest.approx(0.5, abs=1e-12)
+
+
+@given(st.floats(-3, 9), st.floats(0, 1), st.floats(0, 6))
+def test_no_guess_beats_mean_and_median(guess: float, weight: float, second: float) -> None:
+    """The mean has the smallest squared error, the median the smallest absolute one."""
+    density = posterior(weight, second)
+    assert exact_losses(density, density.mean)[0] <= exact_losses(density, guess)[0]
+    assert exact_losses(density, median(density))[1] <= exact_losses(density, guess)[1] + 1e-12
+
+
+def test_the_mode_jumps_where_the_lesson_says() -> None:
+    """With 0.6 of the probability the second bump is still lower than the first, with 0.65 it is higher."""
+    for weight, low, high in ((0.6, -0.1, 0.1), (0.65, 3.9, 4.1)):
+        curve = shown(ESTIMATE_LESSON, weight=weight).figure.panels[0].traces[0]
+        assert curve.kind == "curve"
+        assert low <= curve.x[np.argmax(curve.y)] <= high
+
+
+@pytest.mark.parametrize(("said", "words"), [(0.0, "mode"), (0.4, "median"), (2.0, "halfway"), (4.0, "three tenths")])
+def test_usual_mistakes_are_told_apart(said: float, words: str) -> None:
+    """Each place where one might put the guess has its own explanation."""
+    verdict = judge(ESTIMATE_LESSON.question, ESTIMATE_LESSON.answer(asked_at(ESTIMATE_LESSON), 1), said)
+    assert not verdict.right
+    assert any(words in sentence for sentence in verdict.words)
+
+
+# Lesson 6: tracks with a velocity that is never measured.
+
+KALMAN_LESSON = LESSONS["kalman"]
+
+
+def test_riccati_settles_at_the_known_variances() -> None:
+    """Predicted variances of position and velocity, in m^2 and m^2/s^2."""
+    assert riccati(0.05, 4.0).diagonal() == pytest.approx([2.41836, 0.238449], rel=2e-6)
+
+
+@pytest.mark.parametrize(("process", "noise"), [(0.005, 25.0), (0.05, 4.0), (0.5, 0.5)])
+def test_riccati_is_a_fixed_point(process: float, noise: float) -> None:
+    """Predictions of the library's filter come to it from any noise."""
+    predicted = apply_filter(process, noise, np.zeros(300)).predicted[-1]
+    assert predicted == pytest.approx(riccati(process, noise), rel=1e-6)
+
+
+def test_further_tracks_are_filtered_as_the_first_is() -> None:
+    """Gains of one track, applied to all, come to the library's own estimate on that track."""
+    tracks = simulate(0.05, 4.0, 3, 60, 5)
+    measured = tracks.measured[:, 2].copy()
+    measured[20:40] = np.nan
+    known = apply_filter(0.05, 4.0, measured)
+    for frames in (1, 30, 60):
+        off = errors(tracks, known.gains[:frames])[:, 2]
+        assert off == pytest.approx(tracks.states[frames - 1, :, 2] - known.means[frames - 1], abs=1e-9)
+
+
+def test_the_ellipse_grows_and_tilts_while_frames_are_dropped() -> None:
+    """As the answer says: each second of the gap is less sure of the position, and of how it goes with the velocity."""
+    known = apply_filter(0.05, 4.0, [*np.zeros(20), *np.full(20, np.nan), 0.0])
+    covariances = known.covariances[19:40]
+    correlations = covariances[:, 0, 1] / np.sqrt(covariances[:, 0, 0] * covariances[:, 1, 1])
+    assert (np.diff(covariances[:, 0, 0]) > 0).all()
+    assert (np.diff(covariances[:, 1, 1]) > 0).all()
+    assert correlations[-1] > correlations[0] + 0.15
+    assert known.covariances[40, 0, 0] < 4.0
+
+
+def test_a_gap_is_not_measured() -> None:
+    """Frames that are dropped have no dot, and the filter believes nothing in them."""
+    there = shown(KALMAN_LESSON, dropped=20, frame=30)
+    dots = next(trace for trace in there.figure.panels[0].traces if trace.title == "measured")
+    assert dots.kind == "scatter"
+    assert not set(range(20, 40)) & set(dots.x)
+    assert there.numbers[2].value == 0.0
+
+
+# Lesson 7: clouds and the error of their mean.
+
+CARLO_LESSON = LESSONS["monte-carlo"]
+
+
+@pytest.mark.parametrize(("small", "large"), [(10, 20), (70, 3000), (990, 1000)])
+def test_a_smaller_cloud_is_the_beginning_of_a_larger_one(small: int, large: int) -> None:
+    """A slider that is turned adds samples or takes them away, and draws none anew; further axes change none either."""
+    one, few = sample(5, small, 1, 3)
+    other, many = sample(5, large, 4, 3)
+    assert (other[:small] == one).all()
+    common = [size for size in sizes_up_to(small) if size in sizes_up_to(large)]
+    assert many[: len(common), :, :1] == pytest.approx(few[: len(common)])
+
+
+def test_means_are_those_of_the_samples() -> None:
+    """Of the first ten, thirty, hundred, and of all."""
+    samples, means = sample(2, 250, 2, 4)
+    assert means.shape == (4, 4, 2)
+    assert list(sizes_up_to(250)) == [10, 30, 100, 250]
+    assert means[:, 0, 0] == pytest.approx([samples[:size].mean() for size in (10, 30, 100, 250)])
+
+
+@pytest.mark.parametrize(("said", "words"), [(1000.0, "root of ten"), (400.0, "a tenth takes far more")])
+def test_usual_mistakes_are_told_apart_in_carlo(said: float, words: str) -> None:
+    """Ten times and four times the samples have explanations of their own."""
+    answer = CARLO_LESSON.answer(asked_at(CARLO_LESSON), 1)
+    assert answer.exact == 10_000
+    verdict = judge(CARLO_LESSON.question, answer, said)
+    assert not verdict.right
+    assert any(words in sentence for sentence in verdict.words)
+
+
+# Lesson 8's closed forms against integrals and draws.
+
+PROPOSALS = [Proposal(0.0, 1.0), Proposal(0.0, 2.0), Proposal(-1.0, 0.8), Proposal(MEAN, SD)]
+
+
+@pytest.mark.parametrize("proposal", PROPOSALS)
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+def test_moments_of_the_weight_are_integrals(proposal: Proposal, order: int) -> None:
+    """E_q[(p/q)^k] is the integral of p^k / q^(k - 1)."""
+    x = np.linspace(-12.0, 14.0, 200_001)
+    p, q = normal(x, MEAN, SD), normal(x, proposal.centre, proposal.spread)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        integrand = np.where(p > 0, p * (p / q) ** (order - 1), 0.0)
+    assert proposal.moment(order) == pytest.approx(np.trapezoid(integrand, x), rel=1e-9)
+
+
+def test_a_proposal_that_is_too_narrow_has_no_effective_share() -> None:
+    """Below p's standard deviation over the root of 2 the weights' variance is infinite, and nothing is promised."""
+    assert math.isfinite(Proposal(0.0, 0.36).moment(2))
+    for narrow in (Proposal(0.0, 0.35), Proposal(-3.0, 0.2)):
+        assert narrow.share == 0.0
+        assert narrow.share_sd(5000) is None
+        assert narrow.mean_sd(5000) is None
+
+
+@pytest.mark.parametrize(
+    ("proposal", "count"), [(Proposal(0.0, 1.0), 200), (Proposal(0.0, 2.0), 200), (Proposal(4.0, 4.0), 500)]
+)
+def test_the_scatter_is_as_it_is_said_to_be(proposal: Proposal, count: int) -> None:
+    """The standard deviations of share and mean are those of repeated draws, within 15 %."""
+    clouds = [proposal.draw(Stream(3, repeat, Purpose.TRACK), count) for repeat in range(400)]
+    shares = np.array([cloud.effective_sample_size for cloud in clouds]) / count
+    means = np.array([cloud.weights @ cloud.states[:, 0] for cloud in clouds])
+    assert shares.std() == pytest.approx(proposal.share_sd(count), rel=0.15)
+    assert means.std() == pytest.approx(proposal.mean_sd(count), rel=0.15)
+
+
+# Lesson 10: combs, darts and what they leave of a cloud's past.
+
+SCHEMES: tuple[Scheme, ...] = "systematic", "stratified", "multinomial"
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("count", [2, 7, 20, 60])
+def test_marks_pick_the_copies_that_are_shown(scheme: Scheme, count: int) -> None:
+    """Counting the teeth or darts on each particle's piece comes to what the resampler draws."""
+    for offset, seed in ((0.0, 1), (0.37, 2), (0.99, 3)):
+        places = marks(scheme, count, offset, seed)
+        hit = np.searchsorted(count * np.cumsum(WEIGHTS), places, side="right")
+        assert np.bincount(hit, minlength=len(WEIGHTS)).tolist() == copies(scheme, count, offset, seed).tolist()
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("count", [3, 20, 100])
+def test_the_exact_variance_is_that_of_many_redraws(scheme: Scheme, count: int) -> None:
+    """Within five standard errors of 4,000 redraws."""
+    squared = np.square(sample_copies(scheme, count, 4000, 5) - count * WEIGHTS).sum(axis=1)
+    assert squared.mean() == pytest.approx(exact_variance(scheme, count), abs=5 * squared.std() / 4000**0.5 + 1e-9)
+
+
+def test_all_descend_from_few() -> None:
+    """The tree's strong lines end in the ancestors that the number counts, and each step has all its particles."""
+    shown = show(ResamplingParameters(particles=60), 2)
+    tree = next(panel for panel in shown.figure.panels if panel.id == "tree").traces[0]
+    assert np.isnan(tree.parents[0]).all()
+    assert (tree.weights[-1] == 1.0).all()
+    assert (tree.weights[0] == 1.0).sum() == shown.numbers[1].value < 20
+    for step in range(1, len(tree.parents)):
+        strong = tree.parents[step, tree.weights[step] == 1.0].astype(int)
+        assert set(strong) == set(np.flatnonzero(tree.weights[step - 1] == 1.0))
+
+
+def test_weights_degenerate_without_redrawing() -> None:
+    """The effective size falls for good if particles are never redrawn."""
+    kept, again = effective_sizes("systematic", 1)
+    assert kept[-1] < 0.05 * kept[0]
+    assert again[-1] > 0.5 * again[0]
+
+
+# The corridor: what can be known of the robot, and the particles beside it.
+
+
+def test_the_likelihood_is_that_of_the_lesson() -> None:
+    """p(door | x) is 0.05 + 0.9 exp(-((x - d) / 1.5)^2 / 2) of the nearest door, and nothing is outside."""
+    corridor = Corridor()
+    here = np.array([12.0, 13.5, 60.0, -0.1, 100.1])
+    sensed = corridor.likelihood(here, door=True)
+    assert sensed == pytest.approx([0.95, 0.05 + 0.9 * np.exp(-0.5), 0.05, 0.0, 0.0], abs=1e-9)
+    assert corridor.likelihood(here, door=False)[:3] == pytest.approx(1.0 - sensed[:3])
+
+
+@pytest.mark.parametrize("corridor", [Corridor(), Corridor(0.1, 1.0), Corridor(3.0, 0.0)])
+def test_densities_have_the_area_one(corridor: Corridor) -> None:
+    """Whatever the noise and the sensor, in every step."""
+    _, exact = cached_walk(corridor)
+    assert exact.given.sum(axis=1) * CELL_M == pytest.approx(np.ones(STEPS + 1))
+    assert exact.predicted.sum(axis=1) * CELL_M == pytest.approx(np.ones(STEPS))
+    assert (exact.given >= 0.0).all()
+
+
+def test_without_a_sensor_the_density_only_moves_on() -> None:
+    """A sensor that guesses tells nothing: after 12 steps of 3 m it is uniform from 36 m on."""
+    _, exact = cached_walk(Corridor(0.6, 0.0))
+    after = exact.given[-1]
+    assert after[CELLS_M < 25.0].max() < 1e-6
+    assert after[(CELLS_M > 46.0) & (CELLS_M < 99.0)] == pytest.approx(1.0 / (LENGTH_M - 36.0), rel=0.02)
+
+
+def test_total_variation_is_that_of_the_bins() -> None:
+    """A cloud in one bin against the uniform density is off by all but that bin's share."""
+    cloud = ParticleSet.uniform(np.full((10, 1), 31.0))
+    assert assign_bins(CELLS_M, np.full(len(CELLS_M), CELL_M / LENGTH_M)) == pytest.approx(
+        0.02 * np.ones(len(BINS_M) - 1)
+    )
+    assert total_variation(cloud, np.full(len(CELLS_M), 1.0 / LENGTH_M)) == pytest.approx(0.98)
+
+
+def test_a_filter_without_redrawing_keeps_its_particles_apart() -> None:
+    """With the threshold 0 each particle is its own ancestor, and the weights are those of all measurements."""
+    walk, _ = cached_walk(Corridor())
+    clouds = Corridor().clouds(walk.doors, 50, 1, threshold=0.0)
+    assert all((cloud.ancestors == np.arange(50)).all() for cloud in clouds)
+    assert clouds[-1].effective_sample_size < clouds[1].effective_sample_size
+
+
+def test_the_question_is_measured_over_many_repeats() -> None:
+    """Four times the particles: the factor is measured, near 2, and said in words."""
+    lesson = LESSONS["sir"]
+    answer = lesson.answer(SirParameters(**lesson.question.at), 1)
+    assert answer.exact == 2.0
+    assert "200 repeats" in answer.words
+    assert answer.measured == pytest.approx(2, abs=0.1), "what is measured does not contradict what is right"
+    assert f"{answer.measured:.3g}" in answer.words
+
+
+# Lesson 12: its question about a run, which is computed.
+
+COLOUR_LESSON = LESSONS["colour"]
+
+
+def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
+    """The run that is asked about is the scenario's own but for lambda."""
+    shown, about = (
+        make(recipe).parameters_at(0) for recipe in (COLOUR_LESSON.body.recipe, question_recipe(COLOUR_LESSON))
+    )
+    assert (shown.sharpness, about.sharpness) == (20, 200)
+    assert shown.model_copy(update={"sharpness": 200}) == about
+
+
+def test_the_answer_is_where_the_column_hides_the_target() -> None:
+    """It is lost for good while it is hidden; that is judged right, and usual mistakes are explained."""
+    answer = answer_of(COLOUR_LESSON)
+    assert 87 <= float(answer.exact) <= 96
+    assert judge(COLOUR_LESSON.question, answer, answer.exact).right
+    for said, words in ((120, "sharper"), (47, "look-alike"), (76, "begins to cover"), (107, "comes out"), (5, "few")):
+        verdict = judge(COLOUR_LESSON.question, answer, said)
+        assert not verdict.right
+        assert any(words in sentence for sentence in verdict.words)
+
+
+def test_an_answer_counts_the_frames_that_there_are() -> None:
+    """A run that holds its target is never lost, and one that never held it was lost from the start."""
+    run = make(question_recipe(COLOUR_LESSON))
+    run.seek(2)
+    rows = run.diagnostics
+    run.diagnostics = [replace(row, lost=lost) for row, lost in zip(rows, (False, True, False), strict=True)]
+    assert COLOUR_LESSON.answer(run).exact == 3
+    run.diagnostics = [replace(row, lost=True) for row in rows]
+    assert COLOUR_LESSON.answer(run).exact == 0
