@@ -186,7 +186,7 @@ def test_the_first_step_is_the_mean_responsibility(density: str) -> None:
 
 def test_saying_nothing_teaches_nothing() -> None:
     """With the exact density an observation that says nothing leaves the ratio as it is on average (a martingale)."""
-    features, count = 6000, 50
+    features, count = 2000, 50
     rng = Stream(1, 1, Purpose.TRACK)
     before = adaptive.begin(np.zeros((features, 2)), 4.0, count, Stream(1, 0, Purpose.START))
     means = np.zeros((features, 2, 2)) + 3.0

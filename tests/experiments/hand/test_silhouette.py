@@ -114,10 +114,9 @@ def test_large_pictures_are_made_smaller_by_a_whole_factor() -> None:
 def test_features_of_the_last_pictures_are_kept() -> None:
     """The same read-only picture gives the same object; one that may be written is looked at again."""
     image, _ = hand()
-    settings = DEFAULTS
-    assert features_of(read_only(image), settings) is not features_of(image, settings)
+    assert features_of(read_only(image), DEFAULTS) is not features_of(image, DEFAULTS)
     kept = read_only(image)
-    assert features_of(kept, settings) is features_of(kept, settings)
+    assert features_of(kept, DEFAULTS) is features_of(kept, DEFAULTS)
 
 
 def test_contacts_are_counted_around_the_border() -> None:
@@ -303,15 +302,13 @@ def test_doubt_begins_where_fewer_than_seven_pictures_of_ten_agree() -> None:
 
 # Fingers, arm and wrist of silhouettes.
 
-SETTINGS = SilhouetteParameters()
-
 
 def seen(index: int = 0, seed: int = 0, **values: object) -> tuple[HandFeatures, HandTarget]:
-    parameters = revise(HandSceneParameters(), values)
+    parameters = revise(HandSceneParameters(), {"motion": "bend", **values})
     frame: Frame = HandSource(seed, parameters).frame(index, History(((0, parameters),)))
     assert frame.image_rgb is not None
     assert isinstance(frame.target, HandTarget)
-    return features_of(frame.image_rgb, SETTINGS), frame.target
+    return features_of(frame.image_rgb, DEFAULTS), frame.target
 
 
 def of_mask(mask: NDArray[np.bool_]) -> HandFeatures:
@@ -322,7 +319,7 @@ def test_the_fingers_of_an_open_hand_are_found_with_their_tips() -> None:
     """On twenty hands: five protrusions in most, tips within 1.5 px in the mean square, the wrist within 4 px."""
     tips, wrists, counts = [], [], []
     for seed in range(20):
-        features, target = seen(0, seed, motion="bend")
+        features, target = seen(0, seed)
         counts.append(len(features.protrusions))
         for axis, radii in features.protrusions:
             tips.append(np.hypot(*(axis[0] - target.tips).T).min())
@@ -340,7 +337,7 @@ def test_the_fingers_of_an_open_hand_are_found_with_their_tips() -> None:
 @pytest.mark.parametrize("turn", [-120, -60, 45, 90, 180])
 def test_features_turn_with_the_hand(turn: float) -> None:
     """With the arm from the side or from above there are as many fingers, and the wrist is where it is."""
-    features, target = seen(0, 4, motion="bend", turn_deg=turn)
+    features, target = seen(0, 4, turn_deg=turn)
     assert features.finding.ok
     assert len(features.protrusions) == 5
     assert np.hypot(*(features.wrist - target.pose[:2])) < 7.0
@@ -512,14 +509,6 @@ def test_an_empty_mask_and_a_full_one(shape: tuple[int, int]) -> None:
 # The first pose: an open hand found by itself, or by five marked tips.
 
 
-def hand_seen(index: int = 0, seed: int = 0, **values: object) -> tuple[HandFeatures, HandTarget]:
-    parameters = revise(HandSceneParameters(), {"motion": "bend", **values})
-    frame = HandSource(seed, parameters).frame(index, History(((0, parameters),)))
-    assert frame.image_rgb is not None
-    assert isinstance(frame.target, HandTarget)
-    return features_of(frame.image_rgb, SETTINGS), frame.target
-
-
 def errors(found: OpenHand, target: HandTarget) -> tuple[float, float, float, float]:
     """Of tips and wrist in palm axes, of size as a share, and of the turn in rad."""
     tips = joints(found.pose, found.scale, found.shape)[:, 3, :2]
@@ -550,7 +539,7 @@ def test_open_hands_are_begun_by_themselves() -> None:
     """Of other people, sizes, sides and turns, with arms from all sides: tips within 5 %, sizes within 8 %."""
     found = []
     for number, values in enumerate(CASES):
-        features, target = hand_seen(0, 500 + number, **values)
+        features, target = seen(0, 500 + number, **values)
         hand = find_open_hand(features)
         assert hand.shape.side == target.shape.side
         assert ("a left palm" in " ".join(hand.remarks)) == (target.shape.side < 0)
@@ -566,7 +555,7 @@ def test_open_hands_are_begun_by_themselves() -> None:
 
 def test_the_persons_fingers_are_measured() -> None:
     """Lengths within 8 % of this hand's, widths within 12 %."""
-    features, target = hand_seen(0, 3, proportions=0.1)
+    features, target = seen(0, 3, proportions=0.1)
     hand = find_open_hand(features)
     lengths = hand.scale * hand.shape.phalanges.sum(axis=1) / (target.scale * target.shape.phalanges.sum(axis=1))
     widths = hand.scale * hand.shape.radii.mean(axis=1) / (target.scale * target.shape.radii.mean(axis=1))
@@ -589,7 +578,7 @@ def test_the_persons_fingers_are_measured() -> None:
 )
 def test_what_cannot_be_begun_is_said_in_words(index: int, values: dict[str, object], reason: str) -> None:
     """A fist, a hand from its side, folded fingers, nothing, a flash, and a hand of a few pixels."""
-    features, _ = hand_seen(index, 3, **values)
+    features, _ = seen(index, 3, **values)
     with pytest.raises(RefusedError, match=reason):
         find_open_hand(features)
 
@@ -598,7 +587,7 @@ def test_a_hand_in_a_huge_picture_is_begun_in_its_pixels() -> None:
     """4,000 x 4,000 px: pose and size are those of the large picture."""
     mask = silhouette(open_pose((1000, 1370)), 520.0, MODEL, (2000, 2000))
     image = np.repeat(np.repeat(mask, 2, axis=0), 2, axis=1)[..., None].astype(np.uint8) * np.uint8(200)
-    hand = find_open_hand(features_of(read_only(np.repeat(image, 3, axis=2)), SETTINGS))
+    hand = find_open_hand(features_of(read_only(np.repeat(image, 3, axis=2)), DEFAULTS))
     assert hand.scale == pytest.approx(1040, rel=0.03)
     assert hand.pose[:2] == pytest.approx([2000.5, 2740.5], abs=50)
     assert hand.misfit < 0.08
@@ -606,7 +595,7 @@ def test_a_hand_in_a_huge_picture_is_begun_in_its_pixels() -> None:
 
 def test_marks_give_what_is_seen_its_names() -> None:
     """With all tips marked an open hand is the one that is found without."""
-    features, target = hand_seen(0, 6)
+    features, target = seen(0, 6)
     alone, marked = find_open_hand(features), find_open_hand(features, target.tips)
     assert errors(marked, target)[0] < 0.05
     assert marked.scale == pytest.approx(alone.scale, rel=0.06)
@@ -615,7 +604,7 @@ def test_marks_give_what_is_seen_its_names() -> None:
 
 def test_folded_fingers_may_be_marked() -> None:
     """With two fingers folded, marks begin what cannot be begun by itself."""
-    features, target = hand_seen(10, 3, motion="occlusion", hand="left")
+    features, target = seen(10, 3, motion="occlusion", hand="left")
     with pytest.raises(RefusedError):
         find_open_hand(features)
     hand = find_open_hand(features, target.tips)
@@ -631,7 +620,7 @@ def test_folded_fingers_may_be_marked() -> None:
 
 def test_marks_beside_the_fingers_are_refused() -> None:
     """At least two belong to fingers that are seen."""
-    features, target = hand_seen(0, 6)
+    features, target = seen(0, 6)
     with pytest.raises(RefusedError, match="marked tips"):
         find_open_hand(features, target.tips + np.array([60.0, 50.0]))
 
@@ -656,7 +645,7 @@ def test_fewer_fingers_are_proposed_and_not_taken_for_sure(raised: tuple[int, ..
     for finger in set(range(5)) - set(raised):
         pose[6 + 4 * finger : 9 + 4 * finger] = 1.25 if finger else 0.7
     mask = silhouette(pose, 52.0, shape, (200, 200))
-    features = features_of(np.repeat(mask[..., None], 3, axis=2).astype(np.uint8) * np.uint8(255), SETTINGS)
+    features = features_of(np.repeat(mask[..., None], 3, axis=2).astype(np.uint8) * np.uint8(255), DEFAULTS)
     found = propose(features)
     assert found.seen == tuple(finger in raised for finger in range(5))
     assert "drag the tips" in found.remarks[0]
@@ -667,12 +656,12 @@ def test_fewer_fingers_are_proposed_and_not_taken_for_sure(raised: tuple[int, ..
 
 def test_an_open_hand_needs_no_proposal_and_a_fist_has_none() -> None:
     """All five are seen; of one finger or none there is nothing to propose, for the reason that there is no hand."""
-    features, target = hand_seen(0, 6)
+    features, target = seen(0, 6)
     found = propose(features)
     assert found.seen == (True,) * 5
     assert np.hypot(*(found.tips - target.tips).T).max() < 5.0
     for values in ({"occlusion_width_px": 400}, {"flash_every": 1}):
         with pytest.raises(RefusedError):
-            propose(hand_seen(0, 6, **values)[0])
+            propose(seen(0, 6, **values)[0])
     with pytest.raises(RefusedError, match="finger is seen"):
-        propose(hand_seen(29, 3)[0])
+        propose(seen(29, 3)[0])
