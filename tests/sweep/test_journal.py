@@ -160,13 +160,18 @@ def test_what_is_not_there_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "reason"),
-    [("{", "was cut short"), ("[]", "describes no sweep"), ('{"format": "other"}', "describes no sweep")],
+    ("name", "text", "reason"),
+    [
+        ("plan", "{", "was cut short"),
+        ("plan", "[]", "describes no sweep"),
+        ("plan", '{"format": "other"}', "describes no sweep"),
+        ("chunks", '{"conditions": ', "does not say how the sweep was cut"),
+    ],
 )
-def test_a_damaged_plan_is_told(text: str, reason: str, plan: Plan, tmp_path: Path) -> None:
-    """A folder whose plan cannot be understood is not computed."""
+def test_a_damaged_plan_is_told(name: str, text: str, reason: str, plan: Plan, tmp_path: Path) -> None:
+    """A folder is not computed of which the plan, or how the sweep was cut, cannot be understood."""
     folder = half_done(plan, tmp_path / "plan.parquet")
-    (folder / "plan.json").write_text(text)
+    (folder / f"{name}.json").write_text(text)
     with pytest.raises(SweepError, match=reason):
         carry_out(None, tmp_path / "plan.parquet")
     assert (folder / "000000.parquet").exists()
@@ -180,14 +185,6 @@ def test_another_version_reads_but_does_not_go_on(plan: Plan, tmp_path: Path) ->
     with pytest.raises(SweepError, match=rf"begun with pftrack 0\.0\.9, this is {__version__}"):
         carry_out(None, tmp_path / "old.parquet")
     assert len(read_result(tmp_path / "old.parquet").table) == 48
-
-
-def test_a_damaged_cut_is_told(plan: Plan, tmp_path: Path) -> None:
-    """Without knowing how the sweep was cut, its chunks mean nothing."""
-    folder = half_done(plan, tmp_path / "cuts.parquet")
-    (folder / "chunks.json").write_text('{"conditions": ')
-    with pytest.raises(SweepError, match="does not say how the sweep was cut"):
-        carry_out(None, tmp_path / "cuts.parquet")
 
 
 def test_a_chunk_damaged_in_the_middle_does_not_come_into_the_result(
