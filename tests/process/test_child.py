@@ -249,8 +249,8 @@ def starters(text: str) -> Iterator[str]:
             case ast.ImportFrom(module=module, names=names):
                 named = [str(module).split(".")[0], *(each.name for each in names)]
                 named += [f"{module}.{each.name}" for each in names]
-            case ast.Attribute():
-                named = [ast.unparse(node)]
+            case ast.Attribute(value=ast.Name(id=owner), attr=name):
+                named = [f"{owner}.{name}"]
             case _:
                 continue
         yield from (name for name in named if STARTERS.fullmatch(name))
