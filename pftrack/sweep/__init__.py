@@ -1,18 +1,17 @@
-"""Sweeps: an experiment over a grid of conditions and trials, one row a run.
+"""Sweeps: an experiment over a grid of conditions and trials, with one row per run.
 
-A *plan* says what is computed: an experiment, *axes* (declared parameters and the values they take), trackers, trials,
-a seed. It is cut into *chunks* of about a second, which a pool of processes or a cluster computes in an order that
-fills every map evenly. A *journal* keeps each finished chunk on disk, so that a sweep goes on where it was when it was
-stopped, by whatever. The *result* is one Parquet file; its *cells* are what a map shows, and each row opens as a live
-run with the same numbers.
+A *plan* names an experiment, *axes* (declared parameters and their values), trackers, the number of trials and a seed.
+It is cut into *chunks* of about a second, and a pool of processes or a cluster computes them in an order that fills
+every map evenly. A *journal* keeps each finished chunk on disk, so that an interrupted sweep resumes where it stopped.
+The *result* is one Parquet file; a map shows its *cells*, and each row opens as a live run with the same numbers.
 
-All runs may be on one *recording*, and the plan knows its hash, target and truth; workers get its content. Where its
-truth is not known, runs are measured by what the tracker says of itself.
+All runs may use one *recording*. The plan holds its hash, target and truth, and workers get its content. Without a
+truth the tracker's own reports are measured.
 
-What methods are compared by is a *quantity*: success, the error, or a measure that the experiment declares.
+A *quantity* compares methods: success, the error, or a measure that the experiment declares.
 
 In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `compare`;
-`pftrack.sweep.cells` has what is compared, `pftrack.sweep.journal` the files.
+`pftrack.sweep.cells` has the quantities, `pftrack.sweep.journal` the files.
 """
 
 from pftrack.sources.sequence import Recording

@@ -1,9 +1,8 @@
-"""Axes: which parameter a sweep varies, and over which values.
+"""Axes: the parameters that a sweep varies, and their values.
 
 An axis is a declared parameter of the scene or of the tracker, live or not, or `tracker`. It is written as
-`name=start:stop:step`, both ends included where they fall on the grid, or as `name=a,b,c`. Numbers are read as
-decimals, so that the fourth value of `0:1:0.1` is 0.3 and not a neighbour of it: a value means the same however it was
-reached.
+`name=start:stop:step`, with both ends included if they lie on the grid, or as `name=a,b,c`. Numbers are read as
+decimals, so that the fourth value of `0:1:0.1` is exactly 0.3, however it is written.
 """
 
 import re
@@ -21,14 +20,14 @@ from pftrack.experiments.experiment import Experiment
 
 
 class SweepError(Exception):
-    """A sweep that cannot be made, continued or read; the sentence says why and names both sides.
+    """A sweep that cannot be made, resumed or read; the message says why, with the given and the expected value.
 
-    It is not a ValueError, so that a model that is validated passes it on as it is.
+    It is not a ValueError, so that pydantic passes it on unchanged.
 
     Attributes:
-        field: Of the plan, as `axes.0.values` or `values.sample_count`; empty where it is about no field.
-        bound: What is allowed, in words, where that is known.
-        value: What was given.
+        field: Field of the plan, such as `axes.0.values` or `values.sample_count`; empty if none is to blame.
+        bound: Allowed values in words, if known.
+        value: The given value.
     """
 
     def __init__(self, message: str, field: str = "", *, bound: str | None = None, value: object = None) -> None:
@@ -36,17 +35,17 @@ class SweepError(Exception):
         self.field, self.bound, self.value = field, bound, value
 
     def within(self, field: str) -> Self:
-        """Return this error with the name of what its field is a part of."""
+        """Return this error with the parent of its field in front."""
         self.field = f"{field}.{self.field}".rstrip(".")
         return self
 
 
 class SweepStopped(Exception):  # noqa: N818 - somebody asked for it
-    """The sweep was asked to stop; what was computed is kept."""
+    """A sweep that was stopped on request; finished chunks are kept."""
 
 
 MOST_RUNS = 2_000_000
-"""The largest sweep; an axis alone cannot have more values than that."""
+"""Runs of the largest sweep, and so the most values of an axis."""
 
 TRACKER = "tracker"
 
@@ -55,7 +54,7 @@ FORMS = "name=start:stop:step or name=a,b,c"
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """A parameter and the values that a sweep gives it, in the order in which a map shows them."""
+    """A parameter and its values in a sweep, in the order of a map."""
 
     name: str
     values: tuple[Value, ...]
@@ -68,7 +67,7 @@ class Axis:
 
 @dataclass(frozen=True, slots=True)
 class AxisRange:
-    """An axis as a person writes it: from start to stop, both included where they fall on the grid."""
+    """An axis as a person writes it: from start to stop, both included if they lie on the grid."""
 
     name: str
     start: Decimal
@@ -77,15 +76,15 @@ class AxisRange:
 
 
 def parse_axis(experiment: Experiment, text: str, kind: Kind | None = None) -> Axis:
-    """Read an axis from text, as a command line gives it.
+    """Read an axis from a command line.
 
     Args:
-        experiment: Whose parameters and trackers can be varied.
+        experiment: The experiment with the parameters and trackers to vary.
         text: `name=start:stop:step` or `name=a,b,c`.
-        kind: Of the recording that is swept; None for the simulated scene.
+        kind: Kind of the swept recording; None for the simulated scene.
 
     Raises:
-        SweepError: There is no such parameter, or a value is of the wrong kind, out of bounds or given twice.
+        SweepError: The parameter is unknown, or a value is of the wrong kind, out of bounds or given twice.
     """
     name, separator, given = text.partition("=")
     name, given = name.strip(), given.strip()
@@ -109,10 +108,10 @@ def parse_axis(experiment: Experiment, text: str, kind: Kind | None = None) -> A
 
 
 def check(experiment: Experiment, axis: Axis | AxisRange, kind: Kind | None = None) -> Axis:
-    """Return an axis with its values in the parameter's own kind, or refuse it.
+    """Return an axis with its values in the parameter's own kind.
 
     Raises:
-        SweepError: As for `parse_axis`; its field is the part of the axis that is wrong.
+        SweepError: As for `parse_axis`; its field names the faulty part of the axis.
     """
     declaration = None if axis.name == TRACKER else find_declaration(experiment, axis.name, kind)
     if isinstance(axis, AxisRange):
@@ -143,15 +142,15 @@ def check(experiment: Experiment, axis: Axis | AxisRange, kind: Kind | None = No
 
 
 def find_declaration(experiment: Experiment, name: str, kind: Kind | None = None) -> Declaration:
-    """Return the declaration of a parameter of an experiment's trackers, or of its scene.
+    """Return the declaration of a parameter of an experiment's trackers or scene.
 
     Args:
-        experiment: Whose.
-        name: Of the parameter.
-        kind: Of the recording that is swept; None for the simulated scene.
+        experiment: The experiment.
+        name: Name of the parameter.
+        kind: Kind of the swept recording; None for the simulated scene.
 
     Raises:
-        SweepError: There is none; the sentence names near matches.
+        SweepError: The parameter is unknown; the message suggests similar names.
     """
     try:
         known = {it.name: it for it in declarations(type(experiment.parameters_on(kind)))}
@@ -169,12 +168,12 @@ def value_of(declaration: Declaration, value: object, field: str = "") -> Value:
     """Return a value in a parameter's own kind.
 
     Args:
-        declaration: Of the parameter.
-        value: As it was given.
-        field: Where it was given.
+        declaration: Declaration of the parameter.
+        value: The given value.
+        field: Field of the plan that holds it.
 
     Raises:
-        SweepError: It is of another kind or out of bounds.
+        SweepError: The value is of another kind or out of bounds.
     """
     match declaration.kind, value:
         case "boolean", bool():
@@ -208,14 +207,14 @@ def _parse_range(name: str, text: str) -> AxisRange:
 
 
 def _range_values(declaration: Declaration, axis: AxisRange) -> tuple[Value, ...]:
-    """Return the values of a range; the count is checked before they are made."""
+    """Return the values of a range, after a check of their number."""
     name, start, stop, step = axis.name, axis.start, axis.stop, axis.step
     if step == 0:
         raise SweepError(f"the step of the axis {name} must not be 0", "step")
     for field, end in (("start", start), ("stop", stop)):
         value_of(declaration, float(end) if declaration.kind == "number" or end != int(end) else int(end), field)
     if (stop - start) * step < 0:
-        raise SweepError(f"the axis {name} never comes from {start} to {stop} in steps of {step}", "step")
+        raise SweepError(f"the axis {name} never reaches {stop} from {start} in steps of {step}", "step")
     steps = (stop - start) / step
     if steps >= MOST_RUNS:
         many = f"the axis {name} has {int(steps) + 1:,} values"

@@ -1,12 +1,12 @@
-"""Journals and results: what a sweep has on disk, so that nothing computed is ever lost, and how it is read.
+"""Journals and results: the files of a sweep, which keep everything computed, and their reader.
 
-While a sweep runs, a folder `OUT.partial` stands beside its result `OUT`: `plan.json` says what is computed,
-`chunks.json` how it was cut, and each finished chunk is one file `000123.parquet`. Every file is written beside its
-place and renamed, so it is whole or not there. At the end the chunks are copied one after the other into `OUT`, which
-is renamed into place in its turn, and the folder is removed. The plan travels in the metadata of every Parquet file.
+A running sweep has a folder `OUT.partial` next to its result `OUT`, with the plan in `plan.json`, its division into
+chunks in `chunks.json`, and one file `000123.parquet` for each finished chunk. Every file is written under another name
+and renamed, so that it is complete or missing. At the end the chunks are copied in order into `OUT`, which is renamed
+likewise, and the folder is removed. The metadata of every Parquet file hold the plan.
 
-A result is what a sweep computed, finished or as far as it came. It is read in pieces, so that two million rows need no
-more memory than a few.
+A result is the computed part of a sweep, finished or not. It is read in pieces, so that two million rows need no more
+memory than a few.
 """
 
 import fcntl
@@ -33,16 +33,16 @@ PARTIAL = ".partial"
 PLAN, CUT, CLAIM, WHOLE = "plan.json", "chunks.json", "claim", "whole.parquet.part"
 
 ROWS_A_GROUP = 65_536
-"""Rows of a Parquet row group: few enough to hold, enough to compress and to skip."""
+"""Rows of a Parquet row group: few enough for memory, enough to compress and to skip."""
 
 
 class Journal:
     """The files of one sweep.
 
     Attributes:
-        plan: What is computed.
-        out: Where the result goes.
-        folder: Where the chunks are until then.
+        plan: The plan.
+        out: Path of the result.
+        folder: Folder of the chunks until the sweep has finished.
     """
 
     def __init__(self, plan: Plan, out: Path) -> None:
@@ -52,15 +52,15 @@ class Journal:
 
     @property
     def finished(self) -> bool:
-        """Whether the result is there."""
+        """Whether the result exists."""
         return self.out.exists()
 
     @contextmanager
     def claim(self) -> Iterator[None]:
-        """Hold the sweep while computing it, so that nobody else does; the claim ends with the process.
+        """Lock the sweep while computing it; the lock ends with the process.
 
         Raises:
-            SweepError: Another process computes it.
+            SweepError: Another process is computing it.
         """
         if not self.folder.exists():
             yield
@@ -73,7 +73,7 @@ class Journal:
             yield
 
     def check_version(self) -> None:
-        """Refuse to go on with what another version began: its runs may have come to other numbers.
+        """Refuse to resume a sweep of another version, whose numbers may differ.
 
         Raises:
             SweepError: Another version of pftrack began it.
@@ -84,14 +84,14 @@ class Journal:
         if begun_with != __version__:
             raise SweepError(
                 f"{self.out} was begun with pftrack {begun_with}, this is {__version__}; rows of both would not "
-                f"compare, so go on with that version or start again"
+                f"compare, so resume with that version or start again"
             )
 
     def chunks(self) -> Chunks | None:
-        """Return how the plan was cut, or None if it has not been yet.
+        """Return the division of the plan into chunks, or None if there is none yet.
 
         Raises:
-            SweepError: The file that says so is no longer whole.
+            SweepError: The file with the division is damaged.
         """
         try:
             cut = json.loads((self.folder / CUT).read_text())
@@ -99,10 +99,10 @@ class Journal:
         except FileNotFoundError:
             return None
         except (ValueError, KeyError, TypeError):
-            raise SweepError(f"{self.folder / CUT} does not say how the sweep was cut; it was cut short") from None
+            raise SweepError(f"{self.folder / CUT} does not hold the division into chunks; it is truncated") from None
 
     def cut(self, chunks: Chunks) -> None:
-        """Write down how the plan is cut; this holds from now on."""
+        """Write the division of the plan into chunks, which stays the same from now on."""
         write_whole(self.folder / CUT, json.dumps({"conditions": chunks.conditions, "trials": chunks.trials}).encode())
 
     def keep(self, chunk: Chunk, data: bytes) -> None:
@@ -110,7 +110,7 @@ class Journal:
         write_whole(self.folder / f"{chunk.number:06d}.parquet", data)
 
     def complete_chunks(self, chunks: Chunks) -> set[int]:
-        """Return the numbers of the chunks that are there; one that is damaged is not.
+        """Return the numbers of the complete chunks, without damaged ones.
 
         Raises:
             SweepError: A file in the folder belongs to another sweep.
@@ -120,20 +120,20 @@ class Journal:
             number = int(path.stem)
             plan, rows = _look(path, self.plan)
             if plan != self.plan or number >= len(chunks):
-                raise SweepError(f"{path} belongs to another sweep; move it away to go on")
+                raise SweepError(f"{path} belongs to another sweep; move it away to resume")
             if rows == chunks[number].runs:
                 kept.add(number)
         return kept
 
     def finish(self) -> None:
-        """Put the result together out of the chunks, all of which are there."""
+        """Write the result from the chunks, when all of them are complete."""
         part = self.folder.absolute() / WHOLE  # Arrow takes a relative name with a colon for an address
         described = schema(self.plan).with_metadata(metadata(self.plan))
         with arrow.parquet.ParquetWriter(part, described, compression="zstd", write_page_checksum=True) as writer:
             pending: list[arrow.Table] = []
             rows = 0
             for path in chunk_files(self.folder):
-                pending.append(conform(_rows(path, "is damaged; remove it and go on with --resume"), described))
+                pending.append(conform(_rows(path, "is damaged; remove it and continue with --resume"), described))
                 rows += len(pending[-1])
                 if sum(len(table) for table in pending) >= ROWS_A_GROUP:
                     writer.write_table(arrow.concat_tables(pending), row_group_size=ROWS_A_GROUP)
@@ -141,11 +141,11 @@ class Journal:
             if pending:
                 writer.write_table(arrow.concat_tables(pending), row_group_size=ROWS_A_GROUP)
         if rows != self.plan.runs:
-            raise SweepError(f"{self.folder} has {rows:,} of {self.plan.runs:,} rows; go on with --resume {self.out}")
+            raise SweepError(f"{self.folder} has {rows:,} of {self.plan.runs:,} rows; use --resume {self.out}")
         part.replace(self.out)
 
     def clear(self) -> None:
-        """Remove the folder's own files, and the folder unless somebody put another file there."""
+        """Remove the sweep's own files, and the folder unless it holds other files."""
         named = (self.folder / name for name in (PLAN, CUT, CLAIM))
         for path in (*chunk_files(self.folder), *self.folder.glob("*.part"), *named):
             path.unlink(missing_ok=True)
@@ -154,34 +154,35 @@ class Journal:
 
 
 def begin(plan: Plan, out: Path) -> Journal:
-    """Make the folder of a new sweep; nothing is computed yet.
+    """Make the folder of a new sweep, without computing anything yet.
 
     Args:
-        plan: What is to be computed.
-        out: Where the result is to go.
+        plan: The plan.
+        out: Path of the result.
 
     Raises:
-        SweepError: There is a file or a begun sweep already; nothing is overwritten.
+        SweepError: The file or a begun sweep exists already; nothing is overwritten.
         OSError: The folder cannot be written.
     """
     journal = Journal(plan, out)
     if out.exists():
         raise SweepError(f"{out} exists already; a sweep overwrites nothing, so name another file or remove it")
     if journal.folder.exists():
-        raise SweepError(f"{out} was begun already; go on with --resume {out}, or remove {journal.folder}")
+        raise SweepError(f"{out} was begun already; continue with --resume {out}, or remove {journal.folder}")
     journal.folder.mkdir()
     write_whole(journal.folder / PLAN, json.dumps(_describe(plan), indent=1).encode())
     return journal
 
 
 def resume(out: Path) -> Journal:
-    """Return the journal of a sweep that was begun, as far as it came.
+    """Return the journal of a begun sweep.
 
     Args:
-        out: Its result, or the folder beside that.
+        out: Path of the result or of the folder of chunks.
 
     Raises:
-        SweepError: None was begun there, or it is foreign, cut short or of another version; nothing is touched.
+        SweepError: No sweep was begun there, or its files are foreign, truncated or of another version. No file is
+            changed.
     """
     if out.name.endswith(PARTIAL):
         out = out.with_name(out.name.removesuffix(PARTIAL))
@@ -196,7 +197,7 @@ def plan_of(path: Path) -> Plan:
     """Return the plan of a result, of a folder of chunks or of a single chunk.
 
     Raises:
-        SweepError: It is foreign, cut short or of another version.
+        SweepError: The file is foreign, truncated or of another version.
     """
     if path.is_dir():
         return _plan(_read_plan(path), path)
@@ -204,17 +205,17 @@ def plan_of(path: Path) -> Plan:
 
 
 def metadata(plan: Plan) -> dict[bytes, bytes]:
-    """Return what every Parquet file of a sweep says of it."""
+    """Return the metadata of every Parquet file of a sweep."""
     return {METADATA: json.dumps(_describe(plan)).encode()}
 
 
 def partial_of(out: Path) -> Path:
-    """Return the folder of chunks that belongs to a result."""
+    """Return the folder of chunks for a result."""
     return out.with_name(out.name + PARTIAL)
 
 
 def chunk_files(folder: Path) -> list[Path]:
-    """Return the files of finished chunks, by number."""
+    """Return the files of finished chunks in the order of their numbers."""
     return sorted(path for path in folder.glob("*.parquet") if path.stem.isdecimal())
 
 
@@ -235,7 +236,7 @@ def _read_plan(folder: Path) -> Any:  # noqa: ANN401 - JSON of anybody
 
 
 def _look(path: Path, expected: Plan | None) -> tuple[Plan, int]:
-    """Return plan and number of rows of a Parquet file; a damaged chunk of the plan expected has none."""
+    """Return plan and number of rows of a Parquet file; for a damaged chunk of the expected plan return 0 rows."""
     try:
         with arrow.parquet.ParquetFile(path.absolute()) as file:
             found, rows = file.schema_arrow.metadata or {}, file.metadata.num_rows
@@ -277,13 +278,13 @@ FAILURES_FIRST = {False: 0, None: 1, True: 2}
 
 @dataclass(frozen=True)
 class Result:
-    """What a sweep computed.
+    """The rows of a sweep, complete or not.
 
     Attributes:
-        plan: What was to be computed.
-        files: Parquet files that hold the rows, by run number.
-        complete: Whether all runs are there.
-        place: The folder of the chunks, which there may be none of yet.
+        plan: The plan.
+        files: Parquet files with the rows, in the order of run numbers.
+        complete: Whether all runs have been computed.
+        place: Folder of the chunks, even without chunks.
     """
 
     plan: Plan
@@ -293,7 +294,7 @@ class Result:
 
     @property
     def path(self) -> Path:
-        """The result file, or the folder of the chunks that are there so far."""
+        """Path of the result file or of the folder of chunks."""
         return self.place or (self.files[0] if self.complete else self.files[0].parent)
 
     @property
@@ -302,10 +303,10 @@ class Result:
         return arrow.concat_tables([schema(self.plan).empty_table(), *self.pieces()])
 
     def pieces(self, columns: Sequence[str] | None = None) -> Iterator[arrow.Table]:
-        """Yield the rows in pieces, in the order of their numbers.
+        """Yield the rows in pieces, in the order of run numbers.
 
         Args:
-            columns: Those wanted, all if None.
+            columns: Names of the columns to read (default: all).
         """
         for path in self.files:
             try:
@@ -319,14 +320,14 @@ class Result:
 
 
 def read_result(path: Path, plan: Plan | None = None) -> Result:
-    """Return the result of a sweep: finished, or what is there so far.
+    """Return the result of a sweep, finished or not.
 
     Args:
-        path: The result file, or the folder of chunks beside it.
-        plan: What was computed, where that is known; it is read there if not given.
+        path: Path of the result file or of the folder of chunks.
+        plan: The plan, if known; by default it is read from the files.
 
     Raises:
-        SweepError: It is not there, foreign, cut short or of another version.
+        SweepError: The file is missing, foreign, truncated or of another version.
     """
     if not path.exists() and partial_of(path).is_dir():
         path = partial_of(path)
@@ -339,7 +340,7 @@ def read_chunk(path: Path) -> arrow.Table:
     """Return the rows of one chunk's file.
 
     Raises:
-        SweepError: It is damaged.
+        SweepError: The file is damaged.
     """
     return _rows(path, "is not a Parquet file, or was cut short").replace_schema_metadata(None)
 
@@ -347,16 +348,16 @@ def read_chunk(path: Path) -> arrow.Table:
 def rows_of(
     result: Result, where: Mapping[str, Value], *, limit: int = 200, failures_first: bool = True
 ) -> list[dict[str, Any]]:
-    """Return rows as values that JSON can hold, failures first, then by run number.
+    """Return rows as JSON values, sorted by failure and run number.
 
     Args:
-        result: Where they are.
-        where: What columns must be equal to, such as axes and `tracker`.
-        limit: The most to return.
-        failures_first: Whether runs that failed come before those that succeeded.
+        result: Result with the rows.
+        where: Values that columns must have, such as axes and `tracker`.
+        limit: Largest number of rows to return.
+        failures_first: Whether failed runs come before successful ones.
 
     Raises:
-        SweepError: There is no such column.
+        SweepError: A column does not exist.
     """
     known = schema(result.plan).names
     for name in where:
@@ -397,6 +398,6 @@ def csv_pieces(result: Result) -> Iterator[bytes]:
 
 
 def _literal(column: arrow.Array) -> arrow.Array:
-    """Return a column of texts as cells of CSV; each text is looked at once, however often it is there."""
+    """Return a column of texts as cells of CSV; each different text is converted once."""
     encoded = column.combine_chunks().dictionary_encode()
     return arrow.array([literal(it) for it in encoded.dictionary.to_pylist()], arrow.string()).take(encoded.indices)

@@ -1,9 +1,9 @@
-"""Plans: what a sweep computes, and which run has which number.
+"""Plans: the runs of a sweep and their numbers.
 
-The runs of a plan are numbered: conditions in the order of the axes, the last axis fastest; within a condition trial by
-trial, and within a trial tracker by tracker. So a number alone says everything of a run, and no order of computing can
-change it. The seed is a hash of the plan's seed, the condition and the trial: other axis values, other workers or other
-chunks do not move it. Trackers are not part of it, so that all of them meet the same scenes (common random numbers).
+The runs of a plan are numbered by condition (in the order of the axes, the last one fastest), then by trial, then by
+tracker. So a number identifies a run, whatever the order of computing. The seed of a run is a hash of the plan's seed,
+the condition and the trial; other axis values, workers or chunks do not change it. It does not depend on the tracker,
+so that all trackers meet the same scenes (common random numbers).
 """
 
 import json
@@ -31,23 +31,23 @@ from pftrack.runs.run import Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, SweepError, check, find_declaration, value_of
 
 SEED_BYTES = 6
-"""Of a run's seed: 48 bits, which JSON and JavaScript hold exactly."""
+"""Bytes of a run's seed: JSON and JavaScript represent 48 bits exactly."""
 
 DESCRIBED = ("experiment", "axes", "trackers", "trials", "seed", "frames", "values")
-"""What the description of any plan has."""
+"""Fields in the description of every plan."""
 
 LOOKED_AT = 64
-"""Conditions looked at, spread over the plan, before all of them are called impossible."""
+"""Conditions to check, spread over the plan, before all of them count as impossible."""
 
 
 @dataclass(frozen=True, slots=True)
 class Single:
-    """One run of a plan, as it can be opened live.
+    """One run of a plan, ready to be opened live.
 
     Attributes:
-        number: Its place in the plan.
-        trial: Which trial of its condition, from 0.
-        recipe: What makes it; its timeline holds the parameters that differ from the experiment's defaults.
+        number: Number of the run in the plan.
+        trial: Number of the trial in its condition, from 0.
+        recipe: Recipe of the run; its timeline holds the parameters that differ from the experiment's defaults.
     """
 
     number: int
@@ -64,25 +64,25 @@ def _whole(low: int, high: int, value: object, info: ValidationInfo) -> int:
 
 @dataclass(frozen=True, config=ConfigDict(extra="ignore"))
 class Plan:
-    """An experiment over a grid of conditions; a model that is validated when it is made.
+    """An experiment over a grid of conditions; validated on construction.
 
     Attributes:
-        experiment: Its name.
-        axes: What is varied; they multiply. An axis named `tracker` stands for `trackers`.
-        trackers: Names of the trackers; the experiment's own default if empty.
+        experiment: Name of the experiment.
+        axes: Axes of the grid. An axis named `tracker` stands for `trackers`.
+        trackers: Names of the trackers (default: the experiment's own).
         trials: Runs of each tracker in each condition.
-        seed: Of all seeds.
+        seed: Seed from which all seeds of runs follow.
         frames: Length of a run; 0 stands for the experiment's own.
         values: Parameters that differ from the defaults in every run.
-        footage: The recording on which all runs are, with the target in it; None for the simulated scene.
-        kind: Of the recording.
-        filters: Texts of files with filters, by the names of their trackers; see `Recipe`.
-        loss_probability: Whether how probable it is that the target is lost is measured as well.
-        outlined: Whether files with filters are named alone and not executed here, where the plan is shown and no run
-            of it is computed; their own parameters can be neither varied nor fixed then.
+        footage: The recording of all runs with its target; None for the simulated scene.
+        kind: Kind of the recording.
+        filters: Texts of filter files, by the names of their trackers; see `Recipe`.
+        loss_probability: Whether to measure the probability that the target is lost, too.
+        outlined: Whether the plan is only shown: filter files are then named but not executed, and their parameters
+            can be neither varied nor fixed.
 
     Raises:
-        SweepError: Anything of it is unknown, out of bounds, given twice or too much.
+        SweepError: A value is unknown, out of bounds or given twice, or there are too many runs.
     """
 
     experiment: str
@@ -125,40 +125,40 @@ class Plan:
 
     @cached_property
     def wiring(self) -> Experiment:
-        """The experiment itself."""
+        """The experiment, with the trackers of filter files."""
         if self.outlined:
             return outline(self.experiment, self.filters)
         return extend(self.experiment, self.filters)
 
     @property
     def parameters(self) -> Parameters:
-        """The parameters of its runs, before a recording is known."""
+        """The parameters of the runs before the recording is opened."""
         return self.wiring.parameters_on(self.kind)
 
     @property
     def has_truth(self) -> bool:
-        """Whether anything is known by which its runs can be judged."""
+        """Whether a truth is known by which to judge the runs."""
         return self.footage is None or self.footage.is_labelled
 
     @property
     def judged(self) -> bool:
-        """Whether its runs may succeed or fail: there is a notion of that, and a truth."""
+        """Whether runs succeed or fail: the experiment defines success, and a truth is known."""
         return self.wiring.judge.has_loss and self.has_truth
 
     @property
     def measures(self) -> tuple[Measure, ...]:
-        """What its runs are measured by, beside success and error."""
+        """Measures of the runs besides success and error."""
         return self.wiring.measures_on(self.footage, loss_probability=self.loss_probability)
 
     def setup(self, open_recording: OpenSequence | None = None) -> Setup:
-        """Return what all its runs are on.
+        """Return the source of all runs.
 
         Args:
-            open_recording: How to find the recording.
+            open_recording: Opens the recording.
 
         Raises:
-            RefusedError: The recording is missing, or is another one.
-            ParameterError: The experiment does not take it.
+            RefusedError: The recording is missing or has another hash.
+            ParameterError: The experiment does not accept the recording.
         """
         return wire(self.wiring, self.footage, open_recording)
 
@@ -169,7 +169,7 @@ class Plan:
 
     @property
     def conditions(self) -> int:
-        """Number of conditions; each is met by all trackers and trials."""
+        """Number of conditions; all trackers and trials run in each."""
         return prod(self.shape)
 
     @property
@@ -181,7 +181,7 @@ class Plan:
         """Return an axis by name.
 
         Raises:
-            SweepError: The plan has none of that name.
+            SweepError: The plan has no axis of that name.
         """
         for axis in self.axes:
             if axis.name == name:
@@ -211,7 +211,7 @@ class Plan:
         """Return one run by its number, 0..runs-1.
 
         Raises:
-            SweepError: There is no such run.
+            SweepError: The number is out of range.
         """
         if not 0 <= number < self.runs:
             raise SweepError(f"a run of this sweep is a whole number between 0 and {self.runs - 1}, got {number}")
@@ -232,15 +232,15 @@ class Plan:
         return Single(number, trial, recipe)
 
     def live(self, number: int, open_recording: OpenSequence | None = None) -> Run:
-        """Return one run, to be stepped through, at its frame 0; it comes to the row's `estimates_sha256`.
+        """Return one run at frame 0, to be stepped through; its estimates have the row's `estimates_sha256`.
 
         Args:
-            number: Of the run.
-            open_recording: How to find the recording, where it is on one.
+            number: Number of the run.
+            open_recording: Opens the recording, if there is one.
 
         Raises:
-            SweepError: There is no such run.
-            ParameterError: Its values are at odds with each other; its row names the problem.
+            SweepError: The number is out of range.
+            ParameterError: Parameters of the run contradict each other; its row names the problem.
         """
         return Run.from_recipe(self.single(number).recipe, self.wiring, self.setup(open_recording))
 
@@ -264,14 +264,14 @@ class Plan:
 
     @classmethod
     def from_dict(cls, raw: Mapping[str, Any], *, outlined: bool = False) -> Self:
-        """Return the plan that `as_dict` has described.
+        """Return the plan with this description.
 
         Args:
-            raw: What it has given.
-            outlined: Whether filters in files are named alone; see there.
+            raw: Result of `as_dict`.
+            outlined: Whether the plan is only shown; see the attribute.
 
         Raises:
-            SweepError: They describe none, or one that is impossible here.
+            SweepError: The description is incomplete, or the plan is impossible here.
         """
         if missing := [name for name in DESCRIBED if name not in raw]:
             raise SweepError(f"the description of a sweep lacks {', '.join(missing)}", missing[0])
@@ -282,13 +282,13 @@ class Plan:
             raise SweepError(f"the description of a sweep has {field} in another form", field) from None
 
     def _check_recording(self) -> None:
-        """Refuse a recording that the experiment does not take, or of which the plan does not know enough."""
+        """Refuse a recording that the experiment does not accept, or whose description is incomplete."""
         if (self.footage is None) != (self.kind is None):
             raise SweepError("a sweep on a recording names the recording and its kind")
         if self.footage is None or self.kind is None:
             return
         if self.footage.sha256 is None:
-            raise SweepError("a sweep on a recording needs the hash of its content, by which workers know it")
+            raise SweepError("a sweep on a recording needs the hash of its content, by which workers identify it")
         if not self.frames:
             raise SweepError("a sweep on a recording needs the number of its frames")
         try:
@@ -301,7 +301,7 @@ class Plan:
             raise SweepError(f"{self.experiment} needs the mark of its target in a recording")
 
     def _check_loss_probability(self) -> None:
-        """Refuse to measure how probable a loss is where no tracker can tell."""
+        """Refuse to measure P(lost) where a tracker does not have it."""
         told = self.wiring.quality.loss_probability.models_on(self.footage)
         if self.loss_probability and told.keys().isdisjoint(self.trackers):
             if self.footage is not None:
@@ -317,9 +317,9 @@ class Plan:
             )
 
     def _check_possible(self) -> None:
-        """Refuse a plan all of whose conditions are impossible; those of which some are get rows that say so.
+        """Refuse a plan if all of its conditions are impossible; single impossible conditions get rows that say so.
 
-        The parameters of a recording follow from its target: whether they go together is seen when it is open.
+        On a recording, parameters follow from the target and can only be checked when it is open.
         """
         if self.footage is not None:
             return
@@ -341,7 +341,7 @@ class Plan:
 def _axes(
     experiment: Experiment, given: tuple[Axis, ...], trackers: tuple[str, ...], kind: Kind | None
 ) -> tuple[tuple[Axis, ...], tuple[str, ...]]:
-    """Return the axes without that of trackers, and the trackers."""
+    """Return the axes except `tracker`, and the trackers."""
     axes: list[Axis] = []
     for index, axis in enumerate(given):
         if axis.name in {other.name for other in axes} or (axis.name == TRACKER and trackers):

@@ -1,19 +1,19 @@
-"""Rows: what a sweep keeps of its runs, one row each, as Arrow tables.
+"""Rows: the results of a sweep as Arrow tables, one row per run.
 
-| column | what it is |
+| column | content |
 |---|---|
-| `run` | number of the run in the plan, the row's name |
-| one an axis | the condition |
-| `tracker`, `trial`, `seed` | which run of the condition |
-| `success` | whether the measure that decides is high enough; null where it is not known |
-| `mean_error` | over the frames whose truth is known, in the experiment's unit |
-| `lost_frames`, `first_lost_frame` | how many frames were lost, and the first of them |
-| `labelled_frames` | frames whose truth is known |
-| one a measure | beside the truth, as `pftrack.core.model.measures` defines it; null where there is none |
-| one a reduction | what is kept of the declared series of trackers and experiment; null where a method has none |
-| `step_ms` | mean time of a step; the one column that differs from time to time |
-| `estimates_sha256` | hash of all estimates, as of a live run, 32 bytes |
-| `problem` | why the run was not computed; then the columns of its outcome are null |
+| `run` | number of the run in the plan |
+| one per axis | the condition |
+| `tracker`, `trial`, `seed` | the run within its condition |
+| `success` | whether the decisive measure is high enough; null if unknown |
+| `mean_error` | mean over the frames with known truth, in the experiment's unit |
+| `lost_frames`, `first_lost_frame` | number of lost frames, and the first of them |
+| `labelled_frames` | number of frames with known truth |
+| one per measure | measures defined by `pftrack.core.model.measures`; null without a value |
+| one per reduction | reductions of the declared series of trackers and experiment; null for a method without them |
+| `step_ms` | mean time of a step; the only column that is not reproducible |
+| `estimates_sha256` | hash of all estimates, as for a live run, 32 bytes |
+| `problem` | why the run was not computed; the columns of its outcome are then null |
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,19 +31,18 @@ from pftrack.runs.many import Outcome, outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.plan import Plan
 
-# A chunk is a contiguous range of run numbers, some whole conditions or some trials of one, that takes about a second.
-# So the final file is the chunks one after the other. They are computed in an order that spreads over the grid from the
-# start: by the fractional part of a linear form of the chunk's place on the axes, the additive recurrence of
-# quasi-Monte Carlo turned into a dither mask. Its factors are the golden ratio and square roots, which fractions
-# approximate badly, so that along any axis what is done is evenly spaced, and whatever two axes a map shows, it lies
-# evenly all over it.
+# A chunk is a contiguous range of run numbers that takes about a second: complete conditions, or trials of one. So the
+# final file is the sequence of chunks. They are computed in an order that covers the grid evenly from the start: by the
+# fractional part of a linear form of the chunk's place on the axes (the additive recurrence of quasi-Monte Carlo, used
+# as a dither mask). Its factors are the golden ratio and square roots, which fractions approximate badly, so that
+# finished chunks are evenly spaced along each axis and on a map of any two axes.
 
 MOST_CHUNKS = 20_000
-"""A folder with more files is slow to list."""
+"""Most chunks of a plan, because a folder with more files is slow to list."""
 
 
 FACTORS = ((5**0.5 - 1) / 2, 2**0.5, 3**0.5, 7**0.5, 13**0.5, 6**0.5, 10**0.5, 14**0.5)
-"""Of the axes from the last to the first; independent of each other over the rational numbers."""
+"""Factors of the axes from the last to the first, independent over the rational numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +59,10 @@ class Chunk:
     """A contiguous range of runs.
 
     Attributes:
-        number: Its place among the chunks.
+        number: Number of the chunk.
         first: Number of its first run.
-        runs: How many there are.
-        pieces: The same by condition.
+        runs: Number of runs.
+        pieces: The runs by condition.
     """
 
     number: int
@@ -77,9 +76,9 @@ class Chunks:
     """A plan cut into chunks.
 
     Attributes:
-        plan: What is cut.
-        conditions: Whole conditions in a chunk.
-        trials: Trials in a chunk; all of them unless a chunk is one condition.
+        plan: The plan.
+        conditions: Number of complete conditions in a chunk.
+        trials: Number of trials in a chunk; all of them if a chunk has several conditions.
     """
 
     plan: Plan
@@ -88,7 +87,7 @@ class Chunks:
 
     @classmethod
     def of(cls, plan: Plan, runs: float) -> "Chunks":
-        """Cut a plan into chunks of about this many runs, but into no more chunks than a folder can bear."""
+        """Cut a plan into at most `MOST_CHUNKS` chunks of about this many runs."""
         wanted = max(runs, plan.runs / MOST_CHUNKS)
         whole = int(wanted // (plan.trials * len(plan.trackers)))
         if whole >= 1:
@@ -115,7 +114,7 @@ class Chunks:
         return (self[number] for number in range(len(self)))
 
     def spread(self) -> Ints:
-        """Return all numbers in the order in which they are computed: evenly over the grid from the start."""
+        """Return all numbers in the order of computing, which covers the grid evenly from the start."""
         numbers = np.arange(len(self))
         groups, splits = np.divmod(numbers, self._splits)
         shape = (*self.plan.shape, 1)
@@ -132,7 +131,7 @@ class Chunks:
 
 
 TIMING = "step_ms"
-"""The column that is measured, not computed: it is no part of what is reproducible."""
+"""The measured column, which is not reproducible."""
 
 OUTCOME = (
     ("success", "bool"),
@@ -147,7 +146,7 @@ WHICH = (("tracker", "string"), ("trial", "int32"), ("seed", "int64"))
 WITNESS = ("estimates_sha256", "problem")
 
 FIXED = ("run", TIMING, *(name for name, _ in (*WHICH, *OUTCOME)), *WITNESS)
-"""Names of the columns that every table has: no axis, measure or reduction may be called so."""
+"""Names of the columns of every table, which no axis, measure or reduction may have."""
 
 REDUCED = {"mean": "float64", "share": "float64", "count": "int32"}
 
@@ -162,12 +161,12 @@ def schema(plan: Plan) -> arrow.Schema:
 
 
 def reductions(plan: Plan) -> list[Reduction]:
-    """Return what is kept of the series that the plan's trackers and its experiment declare."""
+    """Return the reductions of the series that the plan's trackers and its experiment declare."""
     return [reduction for series in plan.wiring.all_series(*plan.trackers) for reduction in series.reductions]
 
 
 def conform(table: arrow.Table, columns: arrow.Schema) -> arrow.Table:
-    """Return a table that an earlier version may have written with these columns: null where it has none of a name."""
+    """Return a table with these columns, with null for those that an earlier version did not write."""
     arrays = [
         table[field.name].cast(field.type) if field.name in table.column_names else arrow.nulls(len(table), field.type)
         for field in columns
@@ -176,10 +175,10 @@ def conform(table: arrow.Table, columns: arrow.Schema) -> arrow.Table:
 
 
 def compute(plan: Plan, chunk: Chunk, setup: Setup) -> arrow.Table:
-    """Carry out the runs of a chunk, on what the plan's runs are on, and return their rows, by run number.
+    """Compute the runs of a chunk on the plan's source, and return their rows in the order of run numbers.
 
-    A combination of values that the parameters refuse gives rows with the refusal as their problem, and so does a run
-    that fails; the others of its condition are computed all the same.
+    Refused combinations of values give rows with the refusal as their problem, and so does a run that fails; the other
+    runs of its condition are computed.
     """
     rows: list[dict[str, object]] = []
     for piece in chunk.pieces:
@@ -194,7 +193,7 @@ def compute(plan: Plan, chunk: Chunk, setup: Setup) -> arrow.Table:
 
 
 def _values(found: Outcome | str) -> dict[str, object]:
-    """Return what the row of a run has of its outcome, or of its problem."""
+    """Return the values of a row from the outcome of its run, or from its problem."""
     if isinstance(found, str):
         return {"problem": found}
     names = (name for name, _ in (*OUTCOME, (TIMING, "")))
@@ -206,7 +205,7 @@ def _values(found: Outcome | str) -> dict[str, object]:
 def carry_out_trials(
     plan: Plan, setup: Setup, values: Mapping[str, Value], trackers: Sequence[str], seeds: Sequence[int], frames: int
 ) -> list[Outcome]:
-    """Return what came of some runs of a condition, trial by trial."""
+    """Return the outcomes of runs of a condition, trial by trial."""
     found = outcomes(
         plan.wiring,
         setup,
@@ -227,13 +226,13 @@ def _carry_out(plan: Plan, setup: Setup, values: Mapping[str, Value], seeds: lis
         return [str(error)] * (len(seeds) * len(plan.trackers))
     except MemoryError:
         raise
-    except Exception:  # noqa: BLE001 - whatever it is belongs into the row of the run that it ended
+    except Exception:  # noqa: BLE001 - it belongs in the row of the run that it ended
         alone = [(tracker, seed) for seed in seeds for tracker in plan.trackers]
         return [_carry_out_one(plan, setup, values, *case) for case in alone]
 
 
 def _carry_out_one(plan: Plan, setup: Setup, values: Mapping[str, Value], tracker: str, seed: int) -> Outcome | str:
-    """Return outcome or problem of a run by itself."""
+    """Return outcome or problem of a single run."""
     try:
         (outcome,) = carry_out_trials(plan, setup, values, [tracker], [seed], plan.frames)
     except Exception as error:  # noqa: BLE001 - see above

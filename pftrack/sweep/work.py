@@ -1,7 +1,7 @@
-"""Work and workers: a plan measured, a chunk computed, and the processes, here or elsewhere, that do it.
+"""Work and workers: measuring a plan, computing a chunk, and the local or remote processes that do so.
 
 Measuring and computing are functions of plain values, so that a process of the pool and a worker of a cluster do the
-same. A plan travels as text and is understood once in a process.
+same. A plan is sent as text and parsed once per process.
 """
 
 import io
@@ -34,20 +34,20 @@ from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import Chunks, carry_out_trials, compute
 
-# The recording of a sweep, as workers get it, and what computes a sweep again: a few lines of Python, and a command.
+# The recording of a sweep for its workers, and the code that reproduces a sweep.
 #
-# A process of this machine opens the file where it is. A worker elsewhere gets the file's content once, keeps it in a
-# folder of its own for as long as it lives, and knows it by its hash. Either way it is refused if it is another one.
+# A process of this machine opens the file in place. A remote worker gets the file's content once, keeps it in a
+# temporary folder, and identifies it by its hash. Both refuse a recording with another hash.
 
 
 @dataclass(frozen=True)
 class Packed:
-    """A recording on its way.
+    """A recording packed for a remote worker.
 
     Attributes:
-        name: Of the file, or of the folder.
-        folder: Whether it is one.
-        data: A zip archive of it, stored as it is.
+        name: Name of the file or folder.
+        folder: Whether it is a folder.
+        data: Uncompressed zip archive of it.
     """
 
     name: str
@@ -56,10 +56,10 @@ class Packed:
 
 
 def pack(recording: Recording) -> Packed:
-    """Return a recording as it travels.
+    """Pack a recording for remote workers.
 
     Raises:
-        OSError: It cannot be read.
+        OSError: The recording cannot be read.
     """
     path, data = Path(recording.path), io.BytesIO()
     with zipfile.ZipFile(data, "w", zipfile.ZIP_STORED, strict_timestamps=False) as archive:
@@ -70,10 +70,10 @@ def pack(recording: Recording) -> Packed:
 
 
 def setup_of(plan: Plan, given: "Recording | Packed | None") -> Setup:
-    """Return what the runs of a plan are on; it is opened once in a process.
+    """Return the source of a plan's runs, opened once per process.
 
     Raises:
-        RefusedError: It cannot be read, is another recording than the plan's, or does not show the target.
+        RefusedError: The recording cannot be read, is not that of the plan, or does not show the target.
     """
     if plan.footage is None or given is None:
         return plan.setup()
@@ -82,7 +82,7 @@ def setup_of(plan: Plan, given: "Recording | Packed | None") -> Setup:
 
 
 _UNPACKED: dict[str, tuple[tempfile.TemporaryDirectory[str], Recording]] = {}
-"""By hash; the folders go with the process."""
+"""Unpacked recordings by hash; their folders are removed with the process."""
 
 
 _UNPACKING = threading.Lock()
@@ -103,7 +103,7 @@ OUT = "sweep.parquet"
 
 
 def sweep_code(plan: Plan) -> SourceCode:
-    """Return what carries out a plan and prints its table; a recording is looked for where the command runs."""
+    """Return the code that computes a plan and prints its summary, with a recording in the working folder."""
     recording = plan.footage.name or "recording.mp4" if plan.footage else None
     trackers = [f"{name}.py" if name in plan.filters else name for name in plan.trackers]
     words = ["pftrack", "sweep", plan.experiment]
@@ -123,7 +123,7 @@ def sweep_code(plan: Plan) -> SourceCode:
 
 
 def _footage_options(footage: Footage, recording: str) -> list[str] | None:
-    """Return the options that say what a plan does of its recording; None where only the plan itself can say it."""
+    """Return the command line options for a plan's recording; None if options cannot express it."""
     mark = footage.mark
     if footage.truth or (mark is not None and mark.get("kind") != "box"):
         return None
@@ -146,28 +146,28 @@ def _python(plan: Plan, recording: str) -> str:
 Given: TypeAlias = "Recording | Packed | None"
 
 MEASURED_S = 0.5
-"""How long a plan is measured at most, beyond the first condition."""
+"""Longest time to measure a plan after its first condition."""
 
 MEASURED_CONDITIONS = 9
 MEASURED_TRIALS = 10
 UNKNOWN_S = 1e-3
-"""What a run is taken to cost where none of those looked at is possible."""
+"""Assumed time of a run if none of the measured ones is possible."""
 
 
 def as_text(plan: Plan) -> str:
-    """Return a plan as it travels to workers."""
+    """Return a plan as text for workers."""
     return json.dumps(plan.as_dict(), sort_keys=True)
 
 
 def compute_chunk(text: str, conditions: int, trials: int, number: int, recording: Given = None) -> bytes:
-    """Carry out a chunk and return its Parquet file.
+    """Compute a chunk and return its Parquet file.
 
     Args:
-        text: The plan.
-        conditions: Whole conditions in a chunk.
-        trials: Trials in a chunk.
-        number: Of the chunk.
-        recording: That of the plan, where it is on one.
+        text: The plan as text.
+        conditions: Number of complete conditions in a chunk.
+        trials: Number of trials in a chunk.
+        number: Number of the chunk.
+        recording: Recording of the plan, if any.
     """
     plan, setup = _plan(text), _setup(text, recording, threading.get_ident())
     table = compute(plan, Chunks(plan, conditions, trials)[number], setup).replace_schema_metadata(metadata(plan))
@@ -177,7 +177,7 @@ def compute_chunk(text: str, conditions: int, trials: int, number: int, recordin
 
 
 def measure(text: str, recording: Given = None) -> float:
-    """Return how long a run of a plan takes, s, from a few conditions all over it."""
+    """Return the mean time of a run, s, measured in a few conditions spread over the plan."""
     plan, setup = _plan(text), _setup(text, recording, threading.get_ident())
 
     def took(number: int, trials: int, frames: int) -> float:
@@ -205,12 +205,12 @@ def measure(text: str, recording: Given = None) -> float:
 
 
 def version() -> str:
-    """Return the version of pftrack here."""
+    """Return the version of pftrack in this process."""
     return __version__
 
 
 def one_thread() -> None:
-    """Keep the libraries from starting threads: there is a process for every core already."""
+    """Keep libraries from starting threads, because there is a process for every core."""
     cv2.setNumThreads(1)
     arrow.set_cpu_count(1)
 
@@ -218,30 +218,30 @@ def one_thread() -> None:
 @lru_cache(maxsize=4)
 def _plan(text: str) -> Plan:
     raw = json.loads(text)
-    # Whoever has started this process has looked at the plan already.
+    # The process that started this one has checked the plan already.
     trust(*(each for texts in raw.get("filters", {}).values() for each in texts))
     return Plan.from_dict(raw)
 
 
 @lru_cache(maxsize=4)
 def _setup(text: str, recording: Given, thread: int) -> Setup:
-    """Return what a plan's runs are on; each thread has a decoder of its own."""
+    """Return the source of a plan's runs; each thread has its own decoder."""
     del thread
     return setup_of(_plan(text), recording)
 
 
-# The driver hands out tasks by number, as many as there are free workers, and takes back what is done. A worker that is
-# lost gives its task back; the driver decides whether it is tried again.
+# The driver gives numbered tasks to free workers and collects results. When a worker is lost, its task returns to the
+# driver, which decides whether to retry it.
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What became of a task.
+    """The end of a task.
 
     Attributes:
-        number: Of the task.
-        value: What it returned.
-        lost: How its worker was lost, in words, or empty.
+        number: Number of the task.
+        value: Its return value.
+        lost: How its worker was lost, in words; empty if it was not.
     """
 
     number: int
@@ -253,31 +253,30 @@ class Workers(Protocol):
     """A pool of processes or a cluster."""
 
     def free(self) -> int:
-        """Return how many more tasks can be given out without keeping them waiting for long."""
+        """Return the number of further tasks that can start soon."""
 
     def share(self, recording: Recording | None) -> object:
-        """Return what tasks are given in the place of a recording of this machine, so that all workers have it."""
+        """Return the argument for tasks that gives all workers a recording of this machine."""
 
     def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
-        """Give out a task: a function of a module and plain values.
+        """Start a task: a function of a module with plain values.
 
         Raises:
-            SweepError: There is nobody to take it any more.
+            SweepError: No worker is left.
         """
 
     def collect(self, timeout_s: float) -> list[Done]:
-        """Return what was done since the last call, after waiting for something at most so long.
+        """Return the tasks that have ended since the last call, after waiting for one at most this long.
 
         Raises:
-            SweepError: A task failed, or all workers are gone.
+            SweepError: A task failed, or all workers are lost.
         """
 
     def close(self) -> None:
-        """Let all workers go, whatever they are doing."""
+        """End all workers at once."""
 
 
-# In the pool of this machine the loss of a process is seen at once and costs its own task alone, and when the driver is
-# lost, all of them end.
+# The local pool notices a lost process at once, which costs only its own task; without the driver all of them end.
 
 PRELOAD = "pftrack.sweep.preload"
 
@@ -285,7 +284,7 @@ _PREPARED: list[ForkServer] = []
 
 
 def prepare() -> None:
-    """Fork the server of the next pool off this process, which has imported everything and started no thread."""
+    """Fork the server of the next pool from this process, which has imported everything and has one thread."""
     made = _fresh()
     made.fork_off()
     _PREPARED.append(made)
@@ -302,7 +301,7 @@ def _fresh() -> ForkServer:
 
 
 class LocalWorkers:
-    """Some processes; each takes one task at a time."""
+    """Local processes that run one task each at a time."""
 
     def __init__(self, jobs: int) -> None:
         """Begin with `jobs` processes."""
@@ -310,22 +309,22 @@ class LocalWorkers:
         self._numbers: dict[Future[Any], int] = {}
 
     def free(self) -> int:
-        """Return how many processes have nothing to do."""
+        """Return the number of idle processes."""
         return self._pool.processes - len(self._numbers)
 
     def share(self, recording: Recording | None) -> Recording | None:
-        """Return the recording: a process of this machine opens it where it is."""
+        """Return the recording unchanged, because local processes open it in place."""
         return recording
 
     def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
-        """Give a task to a process that has nothing to do; one that was lost meanwhile is replaced."""
+        """Give a task to an idle process; a lost one is replaced."""
         self._numbers[self._pool.submit(function, *arguments)] = number
 
     def collect(self, timeout_s: float) -> list[Done]:
-        """Return what was done; a process that was lost is replaced.
+        """Return the ended tasks; a lost process is replaced.
 
         Raises:
-            SweepError: A task failed, or the system makes no process.
+            SweepError: A task failed, or the system cannot make a process.
         """
         return [self._take(each) for each in wait(self._numbers, timeout_s, FIRST_COMPLETED).done]
 

@@ -49,7 +49,7 @@ def test_nothing_is_overwritten(plan: Plan, finished: Result, tmp_path: Path) ->
     assert finished.path.read_bytes() == before
     folder = half_done(plan, tmp_path / "begun.parquet")
     held = sorted(folder.iterdir())
-    with pytest.raises(SweepError, match="was begun already; go on with --resume"):
+    with pytest.raises(SweepError, match="was begun already; continue with --resume"):
         begin(plan, tmp_path / "begun.parquet")
     assert sorted(folder.iterdir()) == held
 
@@ -165,7 +165,7 @@ def test_what_is_not_there_is_told(tmp_path: Path) -> None:
         ("plan", "{", "was cut short"),
         ("plan", "[]", "describes no sweep"),
         ("plan", '{"format": "other"}', "describes no sweep"),
-        ("chunks", '{"conditions": ', "does not say how the sweep was cut"),
+        ("chunks", '{"conditions": ', "does not hold the division into chunks"),
     ],
 )
 def test_a_damaged_plan_is_told(name: str, text: str, reason: str, plan: Plan, tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def test_a_chunk_damaged_in_the_middle_does_not_come_into_the_result(
     data = bytearray(spoilt.read_bytes())
     data[400:500] = bytes(100)
     spoilt.write_bytes(data)
-    with pytest.raises(SweepError, match=r"000002\.parquet is damaged; remove it and go on with --resume"):
+    with pytest.raises(SweepError, match=r"000002\.parquet is damaged; remove it and continue with --resume"):
         carry_out(None, tmp_path / "spoilt.parquet")
     assert not (tmp_path / "spoilt.parquet").exists()
     spoilt.unlink()
