@@ -170,7 +170,7 @@ def test_names_of_columns_and_suffixes_are_each_anothers(name: str) -> None:
     ("place", "plot", "words"),
     [
         ("run.docx", None, "can be exported as .csv, .parquet, .npz, .jsonl"),
-        ("run.coco.json", None, "would hold boxes (Believed boxes, COCO video JSON), and runs of ball know of none"),
+        ("run.coco.json", None, "would hold boxes (Believed boxes, COCO video JSON), and runs of ball have none"),
         ("run.png", "eror", "has no plot 'eror', only error, ess, sigma, proposals"),
         ("run.csv", "error", "a plot can be written as a picture, .png or .svg; got .csv"),
         ("nowhere/run.csv", None, "nowhere does not exist"),

@@ -1,12 +1,11 @@
-"""What a run can be exported as, and what shows one: one list for Python, commands, server and pages.
+"""Export formats and viewers of runs: one list for Python, command line, server and pages.
 
-A format is a `RunExport`: a function that writes a run, as far as it has been computed, to a file, and tells how far it
-is; the suffix of a file's name chooses it. To add one is to write that function, to add it to `WRITERS`, and to
-describe it in runs.yaml; wherever exports are offered it is there then. To these come the files that an experiment
-offers of the frame at which a run stands.
+A format is a `RunExport`: a function that writes the computed part of a run to a file and reports its progress. The
+suffix of the file name chooses the format. To add a format, write that function, add it to `WRITERS`, and describe it
+in runs.yaml; every list of exports then has it. An experiment can offer more files for the current frame of a run.
 
-Code that writes through `exporting` or `export` gets a file that appears whole or not at all, and beside a file that
-cannot hold its manifest, one that is called like it with `.manifest.json` behind.
+`exporting` and `export` write a file completely or not at all. A file that cannot hold its manifest gets a second file
+with the suffix `.manifest.json`.
 """
 
 import errno
@@ -37,49 +36,49 @@ from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.results.table import Form
 from pftrack.sources.truth import BOXES
 
-# The library draws runs as pictures and films; it knows no browser. A package that shows them otherwise says so by
-# entry points of the group `pftrack.viewers`: `page` writes a run as an HTML page that needs no server, `show` opens
-# its scene on this machine. pftrack's own server provides both.
+# The library draws runs as pictures and films, without a browser. Other packages provide viewers by entry points of the
+# group `pftrack.viewers`: `page` writes a run as an HTML page that needs no server, `show` opens its scene on this
+# machine. pftrack's own server provides both.
 
 GROUP = "pftrack.viewers"
 
 
 class Shown(Protocol):
-    """A run that is being shown in a browser."""
+    """A run shown in a browser."""
 
     @property
     def address(self) -> str:
-        """Where a browser of this machine finds it."""
+        """Address for a browser on this machine."""
 
     @property
     def run(self) -> Run:
-        """What is shown: the run that was given, or the branch that was made of it by turning a parameter."""
+        """The shown run: the given one, or a branch of it after a change of a parameter."""
 
     def go(self, frame: int) -> None:
-        """Show a frame; one that has not been computed yet is computed, with all before it."""
+        """Show a frame, and compute it first if necessary."""
 
     def follow(self, run: Run) -> None:
-        """Show a longer run in the place of this one, at its newest frame unless an earlier one is being looked at."""
+        """Show a longer run instead, at its newest frame unless the viewer shows an earlier one."""
 
     def wait(self) -> None:
-        """Wait until it is closed, or somebody interrupts."""
+        """Wait until the viewer is closed or interrupted."""
 
     def close(self) -> None:
-        """Stop showing it; a second call does nothing."""
+        """Close the viewer; a second call has no effect."""
 
 
 def write_page(run: Run, path: Path, _plot: str | None = None) -> Iterator[tuple[int, int]]:
-    """Write a run, as far as it has been computed, as an HTML page that needs neither server nor network.
+    """Write the computed part of a run as an HTML page that needs neither server nor network.
 
     Args:
-        run: It is moved to each of its frames.
-        path: Where to.
+        run: The run, which is moved to each of its frames.
+        path: Path of the file.
 
     Yields:
-        How many frames are done, of how many.
+        Number of frames done, and the total.
 
     Raises:
-        ConflictError: No viewer is installed that can do that.
+        ConflictError: No installed viewer provides `page`.
         OSError: The file cannot be written.
     """
     yield from load(GROUP, "page")(run, path)
@@ -89,45 +88,44 @@ def show(run: Run, *, port: int = 0, browser: bool | None = None) -> Shown:
     """Open the scene of a run on this machine.
 
     Args:
-        run: What is shown; it is not changed. A parameter that is turned beside the scene makes a branch of it.
-        port: Where to listen, of this machine alone; any that is free if 0.
-        browser: Whether to open the scene in a browser; if not given, unless it is shown in a notebook.
+        run: The run, which stays unchanged. Changing a parameter next to the scene makes a branch.
+        port: Port on this machine; 0 chooses a free one.
+        browser: Whether to open a browser (default: unless in a notebook).
 
     Raises:
-        ConflictError: No viewer is installed that can do that.
-        OSError: The port is taken.
+        ConflictError: No installed viewer provides `show`.
+        OSError: The port is in use.
     """
     return cast("Shown", load(GROUP, "show")(run, port=port, browser=browser))
 
 
 SMALLEST_STILL_PX = 1200
-"""A small picture is enlarged so far that lines and letters on it are sharp."""
+"""Width to which a small picture is enlarged so that lines and text are sharp."""
 
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-"""Errors of a disk, or of a limit, that takes no more."""
+"""Errors of a full disk or an exceeded limit."""
 
 Steps: TypeAlias = Iterator[tuple[int, int]]
-"""How far an export is: (frames or parts that are written, of all)."""
+"""Progress of an export: (frames or parts written, total)."""
 
 Group: TypeAlias = Literal["numbers", "boxes", "truth", "film", "plots", "documents", "model"]
-"""What kind of thing a file is, by which lists are grouped: numbers of all frames, boxes
-that are believed and that are true, moving pictures and scenes, pictures
-of plots, what makes the run again and says where it comes from, and the frame with what the experiment offers of it."""
+"""Groups of exports in lists: numbers of all frames, estimated boxes, true boxes, films and scenes, pictures of plots,
+documents that reproduce and cite the run, and files of the current frame."""
 
 
 class Write(Protocol):
     """Write a run to a file."""
 
     def __call__(self, run: Run, path: Path, plot: str | None, /) -> Steps:
-        """Write it step by step.
+        """Write the file step by step.
 
         Args:
-            run: As far as it has been computed; it may be moved to other frames.
-            path: Where to; nobody looks there yet.
-            plot: Id of the one plot that is wanted of a format of the group "plots"; None for all of them.
+            run: The run; it may be moved to other frames.
+            path: Path of a temporary file.
+            plot: Id of the one plot to write in a format of the group "plots"; None for all plots.
 
         Raises:
-            ConflictError: It cannot be written so; the sentence says why.
+            ConflictError: The run cannot be written in this format; the message says why.
             OSError: The file cannot be written.
         """
 
@@ -135,17 +133,17 @@ class Write(Protocol):
 @with_config(ConfigDict(extra="forbid", revalidate_instances="subclass-instances"))
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """A kind of file that can be made of a run, or of a comparison.
+    """A file format for runs or comparisons.
 
     Attributes:
         name: Name in commands and addresses.
-        title: What it is, a few words.
-        suffix: Of the file's name, without the dot.
-        media_type: Of the file.
-        group: What kind of thing it is.
-        beside: Whether its manifest is a file of its own.
-        short: What it is called beside others of its group; the title if empty.
-        origin: File and line where it is declared.
+        title: Title in a few words.
+        suffix: Suffix of the file name, without the dot.
+        media_type: Media type of the file.
+        group: Group in lists.
+        beside: Whether its manifest is a separate file.
+        short: Short title within its group; the title if empty.
+        origin: File and line of the declaration.
     """
 
     name: str
@@ -160,22 +158,22 @@ class FileKind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunExport(FileKind):
-    """A kind of file that can be made of a run.
+    """A file format for runs.
 
     Attributes:
-        write: What writes it.
+        write: Function that writes the file.
     """
 
     write: Write
 
 
 def read_kinds(name: str) -> dict[str, dict[str, Any]]:
-    """Return what a YAML file beside this module declares of files of some kind, by name."""
+    """Return by name the file formats that a YAML file of this package declares."""
     return {it.name: asdict(it) for it in read_as(FileKind, Path(__file__).with_name(name), "name")}
 
 
 def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:
-    """Return all that a run of an experiment can be exported as."""
+    """Return all export formats for runs of an experiment."""
     believes = experiment.boxes is not None or extent_series(experiment.all_series()) is not None
     boxes = BELIEVED if believes else ()
     known = experiment.accepts_video and experiment.video.truth is BOXES
@@ -184,15 +182,15 @@ def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:
 
 
 def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> RunExport:
-    """Return the export that the name of a file asks for: the one with the longest suffix that it ends in.
+    """Return the export for a file name: the one with the longest matching suffix.
 
     Args:
-        experiment: Of the run.
-        path: Where it shall be written.
-        plot: Id of the one plot that is wanted in a picture.
+        experiment: Experiment of the run.
+        path: Path of the file.
+        plot: Id of the one plot to show in a picture.
 
     Raises:
-        ConflictError: The kind of file, its folder or the plot does not exist.
+        ConflictError: The format, the folder or the plot does not exist.
     """
     offered = exports_of(experiment)
     name = path.name.lower()
@@ -205,26 +203,26 @@ def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> Ru
         raise ConflictError(f"{path} cannot be written: the folder {folder} does not exist")
     if path.is_dir():
         raise ConflictError(f"{path} is a folder, not a file to write")
-    # Of two with the same suffix the experiment's own comes last, and is meant.
+    # Of two formats with the same suffix, the experiment's own comes last and has precedence.
     found = max(reversed(fitting), key=lambda one: len(one.suffix))
     meant = next((one for one in (*BELIEVED, *TRUE) if name.endswith(f".{one.suffix}")), found)
     if len(meant.suffix) > len(found.suffix):
-        raise ConflictError(f"{path.name} would hold boxes ({meant.title}), and runs of {experiment.id} know of none")
+        raise ConflictError(f"{path.name} would hold boxes ({meant.title}), and runs of {experiment.id} have none")
     check_plot(experiment, found, plot)
     return found
 
 
 def export(run: Run, path: Path, *, plot: str | None = None) -> Exported:
-    """Write a run, as far as it has been computed, to a file of the kind that its name asks for.
+    """Write the computed part of a run to a file; the suffix chooses the format.
 
     Args:
-        run: Afterwards it stands at the frame at which it stood.
-        path: Where to; an existing file is replaced.
-        plot: Id of the one plot that is wanted in a picture; all if not given.
+        run: The run; its position stays.
+        path: Path of the file; an existing file is replaced.
+        plot: Id of the one plot to show in a picture (default: all).
 
     Raises:
-        ConflictError: The kind of file or the plot does not exist, or it cannot be made of this run.
-        OSError: The file cannot be written; what was there before is still there.
+        ConflictError: The format or the plot does not exist, or the run cannot be written in this format.
+        OSError: The file cannot be written; an existing file is left as it was.
     """
     kind = export_at(run.experiment, path, plot)
     for _ in exporting(run, path, kind, plot):
@@ -233,7 +231,7 @@ def export(run: Run, path: Path, *, plot: str | None = None) -> Exported:
 
 
 def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) -> Steps:
-    """Write a file like `export`, and tell how far it is; closed before its end, it leaves nothing behind."""
+    """Write a file as `export` does and yield the progress; if closed early, it leaves no file."""
     check_plot(run.experiment, kind, plot)
     position, part = run.position, part_of(path)
     try:
@@ -244,7 +242,7 @@ def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) ->
     except OSError as error:
         if error.errno is None:
             raise
-        reason = os.strerror(error.errno)  # some libraries tell it in words of their own, with the part's name
+        reason = os.strerror(error.errno)  # some libraries have their own wording, with the name of the temporary file
         if error.errno not in FULL:
             raise OSError(error.errno, reason, str(path)) from None
         raise ConflictError(f"{path.name} cannot be written: {reason}; make room, or export fewer frames") from None
@@ -255,15 +253,15 @@ def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) ->
 
 
 def files_of(kind: RunExport, path: Path) -> tuple[Path, ...]:
-    """Return the files that an export writes: the one that is asked for, and its manifest where that lies beside it."""
+    """Return the files that an export writes: the requested one, and the manifest if it is a separate file."""
     return (path, _beside(path)) if kind.beside else (path,)
 
 
 def check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> None:
-    """Make sure that a plot that is wanted can be exported so.
+    """Check that a format can show one plot.
 
     Raises:
-        ConflictError: The kind is not a picture of plots, or the plot does not exist.
+        ConflictError: The format is not a picture of plots, or the plot does not exist.
     """
     known = [one.id for one in experiment.display.plots]
     if plot is not None and kind.group != "plots":
@@ -277,7 +275,7 @@ def _beside(path: Path) -> Path:
 
 
 def _at_once(make: Callable[[Run], bytes]) -> Write:
-    """Return what writes a file whose content is made in one go."""
+    """Return a function that writes a file whose content is made in one step."""
 
     def write(run: Run, path: Path, _plot: str | None) -> Steps:
         path.write_bytes(make(run))
@@ -301,7 +299,7 @@ def _plots(form: Literal["png", "svg"]) -> Write:
 
 
 def _still(run: Run) -> bytes:
-    """Return the frame at which a run stands, with its worlds, as PNG, enlarged by a whole number."""
+    """Return the current frame of a run with its worlds as PNG, enlarged by a whole number."""
     from pftrack.vision.rendering import png, render_beside  # noqa: PLC0415 - only who wants a picture has to wait for it
 
     drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
@@ -327,7 +325,7 @@ def _recipe(run: Run) -> bytes:
 
 
 def _boxes(name: str) -> Write:
-    """Return what writes boxes, given the name of the export: which of them, and the form."""
+    """Return the function that writes boxes; the name of the export says which boxes in which form."""
     which, _, form = name.partition("-")
     make = files.believed_file if which == "boxes" else files.true_file
     return _at_once(lambda run: make(run, cast("Form", form)))
@@ -348,46 +346,45 @@ WRITERS: Mapping[str, Write] = {
     "recipe": _at_once(_recipe),
     "bibtex": _at_once(lambda run: bibtex_of(run).encode()),
 }
-"""What writes what every run can be exported as."""
+"""Functions that write the formats of every run."""
 
 EVERY = tuple(
     RunExport(**fields, write=WRITERS.get(name) or _boxes(name)) for name, fields in read_kinds("runs.yaml").items()
 )
 FORMATS = tuple(it for it in EVERY if it.name in WRITERS)
-"""What every run can be exported as, in the order in which it is listed."""
+"""Formats of every run, in the order of lists."""
 
 BELIEVED, TRUE = (tuple(it for it in EVERY if it.group == group) for group in ("boxes", "truth"))
-"""What a run of a target with a box can be exported as besides."""
+"""Additional formats of runs whose target has a box."""
 
-# While a recording is written, the scene follows the newest frame. The recorder says whenever something has been
-# written; the file is read as far as it is whole, and the newest frames become a run that takes the place of the one
-# that is shown. The loop waits for none of it.
+# While a recording is written, the scene follows its newest frame. The recorder reports each write; the complete part of
+# the file is read, and its newest frames become a run that replaces the shown one. The recording loop never waits.
 
 SPAN = 1000
-"""Frames: so many at least, and twice as many at most, are computed anew whenever something has been written."""
+"""Frames that are recomputed after each write: at least this many, at most twice as many."""
 
 GROWING = "0" * 64
-"""In the place of a digest: what grows has none yet."""
+"""Placeholder for the digest of a growing file."""
 
 
 class Watcher:
-    """Shows a recording that is being written.
+    """A viewer of a recording that is being written.
 
     Attributes:
-        shown: The scene; None before there is a frame.
-        failure: Why it is not shown; None as long as it is.
+        shown: The scene; None before the first frame.
+        failure: Why it is not shown; None while it is.
     """
 
     def __init__(
         self, experiment: Experiment, path: Path, *, clip: Path | None = None, browser: bool | None = None
     ) -> None:
-        """Begin to watch, in a thread of its own.
+        """Begin to watch in a separate thread.
 
         Args:
-            experiment: What shows recordings of beliefs.
+            experiment: Experiment that shows recordings of beliefs.
             path: The file.
-            clip: The clip that it is of, where that is not in it.
-            browser: Whether to open a browser; as `show` does if not given.
+            clip: Its clip, if the file does not name it.
+            browser: Whether to open a browser (default: as for `show`).
         """
         self._experiment, self._path, self._clip, self._browser = experiment, path, clip, browser
         self.shown: Shown | None = None
@@ -398,11 +395,11 @@ class Watcher:
         self._thread.start()
 
     def tell(self) -> None:
-        """Say that something has been written."""
+        """Report a write."""
         self._news.set()
 
     def end(self) -> None:
-        """Say that nothing more will be written; the last frame is shown, and the scene stays open."""
+        """Report the end of the recording; the scene stays open at the last frame."""
         self._is_over = True
         self._news.set()
         self._thread.join()
@@ -414,8 +411,8 @@ class Watcher:
             try:
                 self._show()
             except RefusedError:
-                continue  # nothing whole is in the file yet
-            except Exception as error:  # noqa: BLE001 - the loop goes on, whatever is wrong with a picture of it
+                continue  # the file has no complete part yet
+            except Exception as error:  # noqa: BLE001 - the recording continues, whatever is wrong with its picture
                 self.failure = error
 
     def _show(self) -> None:
@@ -426,7 +423,7 @@ class Watcher:
             self.shown.follow(run)
 
     def _newest(self) -> Run:
-        """Return the newest frames as a run that stands at the last."""
+        """Return the newest frames as a run at its last frame."""
         sequence = BeliefSequence(
             self._path.open("rb"),
             name=self._path.name,

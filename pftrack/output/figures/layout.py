@@ -1,7 +1,7 @@
-"""Figures of several panels over the same axes: parts below each other, each with its heading, panels and key.
+"""Figures of several panels over the same axes: parts in one column, each with heading, panels and legend.
 
-matplotlib lays the panels out. What it does not do is done here: to choose which values of an axis can be written
-without touching each other, and as how many columns a key has room.
+matplotlib arranges the panels. This module chooses the values of an axis that fit without touching each other, and the
+number of columns of a legend.
 """
 
 from collections.abc import Sequence
@@ -22,24 +22,24 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.output.figures.style import HEADING_PT, INK, LETTERS_PT, TEXT_PT, bare
 
 MOST_COLUMNS, FEWER_COLUMNS = 4, 3
-"""Of panels: up to four stand side by side, more of them in rows of three."""
+"""Panels in a row: up to four fit in one row, more go into rows of three."""
 
 LINE_IN, APART_IN, KEY_COLUMN_IN = 0.2, 0.1, 0.6
 NARROW_EM, WIDE_EM = 0.54, 0.66
-"""Widths of small letters and of other signs, by which the length of a text is told before it is drawn."""
+"""Widths of lower-case letters and of other characters, to estimate the length of a text before it is drawn."""
 
 USABLE = 0.75
-"""Share of a panel's room that is left beside the values of its other axis."""
+"""Share of a panel's room that the values of its other axis leave free."""
 
 
 @dataclass(frozen=True)
 class Values:
-    """The values of an axis in words.
+    """The values of an axis as text.
 
     Attributes:
-        title: Of the axis, with its unit.
-        texts: In order.
-        is_named: Whether they are names and no numbers: names that need the room are written upright.
+        title: Title of the axis with its unit.
+        texts: The values in order.
+        is_named: Whether the values are names; long names are rotated, numbers are not.
     """
 
     title: str = ""
@@ -48,32 +48,32 @@ class Values:
 
     @property
     def longest(self) -> float:
-        """Length of the longest of them, in."""
+        """Length of the longest value, in."""
         return max(_length(text, LETTERS_PT) for text in self.texts)
 
     def is_upright(self, wide: float) -> bool:
-        """Return whether they are written upright below a panel of a width, in."""
+        """Return whether to rotate the values below a panel of this width, in."""
         return self.is_named and self.longest + APART_IN > USABLE * wide / len(self.texts)
 
     def below(self, wide: float) -> float:
-        """Return the room that they need below a panel, in."""
+        """Return the height of the values below a panel, in."""
         return self.longest if self.is_upright(wide) else LINE_IN
 
     def chosen(self, room: float, needed: float) -> tuple[NDArray[Any], list[str]]:
-        """Return which of them can be written along a room, in, of which each needs some, and their texts."""
+        """Return indices and texts of the values that fit into a length, in, if each needs this much."""
         places = np.arange(len(self.texts))[:: max(1, ceil(needed * len(self.texts) / (USABLE * room)))]
         return places, [self.texts[place] for place in places]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A row or several rows of panels.
+    """One or several rows of panels.
 
     Attributes:
-        heading: Above them.
-        count: How many panels.
-        size: Width and height of each, with its values and titles, in.
-        key: What explains the colours.
+        heading: Heading over the panels.
+        count: Number of panels.
+        size: Width and height of a panel with its values and titles, in.
+        key: Entries of the legend.
         shared: Whether the panels have the same axes.
     """
 
@@ -85,17 +85,17 @@ class Part:
 
     @property
     def columns(self) -> int:
-        """How many panels stand side by side."""
+        """Number of panels in a row."""
         return self.count if self.count <= MOST_COLUMNS else FEWER_COLUMNS
 
     @property
     def rows(self) -> int:
-        """How many rows of panels there are."""
+        """Number of rows of panels."""
         return ceil(self.count / self.columns)
 
 
 def lay_out(parts: Sequence[Part]) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure of parts below each other, and the panels of each."""
+    """Return a figure of parts in one column, and the panels of each."""
     width = max(part.columns * part.size[0] for part in parts)
     keys = [_key_columns(part.key, width) for part in parts]
     heights = [
@@ -128,24 +128,24 @@ def _key_columns(key: Sequence[Artist], width: float) -> int:
 
 
 def _length(text: str, points: float) -> float:
-    """Return how long a text will be, in, before it is drawn."""
+    """Return the estimated length of a text, in."""
     return sum(NARROW_EM if sign.islower() or sign == " " else WIDE_EM for sign in text) * points / 72
 
 
 def write_across(panel: Axes, values: Values, wide: float) -> None:
-    """Write values at equal distances below a panel of a width, in."""
+    """Write values at equal distances below a panel of this width, in."""
     upright = values.is_upright(wide)
     places, texts = values.chosen(wide, LINE_IN if upright else values.longest + APART_IN)
     panel.set_xticks(places, texts, fontsize=LETTERS_PT, rotation=90 if upright else 0)
 
 
 def write_up(panel: Axes, values: Values, high: float) -> None:
-    """Write values at equal distances beside a panel of a height, in."""
+    """Write values at equal distances next to a panel of this height, in."""
     panel.set_yticks(*values.chosen(high, LINE_IN), fontsize=LETTERS_PT)
 
 
 def draw_map(panel: Axes, title: str, values: Floats, colours: Colormap, scale: Normalize) -> AxesImage:
-    """Draw the cells (rows, columns) of a map; what is not known is hatched."""
+    """Draw the cells (rows, columns) of a map; unknown cells are hatched."""
     panel.set_title(title, fontsize=TEXT_PT)
     panel.patch.set(facecolor="white", edgecolor=INK["hatching"], hatch="////", linewidth=0)
     panel.tick_params(labelsize=LETTERS_PT)
@@ -156,7 +156,7 @@ def draw_map(panel: Axes, title: str, values: Floats, colours: Colormap, scale: 
 
 
 def draw_scale(panels: Sequence[Axes], image: AxesImage) -> None:
-    """Draw the scale of maps beside them."""
+    """Draw the colour scale of maps next to them."""
     figure = panels[0].get_figure()
     if figure is not None:
         bar = figure.colorbar(image, ax=list(panels), aspect=30, pad=0.02)
@@ -165,7 +165,7 @@ def draw_scale(panels: Sequence[Axes], image: AxesImage) -> None:
 
 
 def finish(panel: Axes, across: str, up: str) -> None:
-    """Write the titles of a panel's axes, over a grid of heights."""
+    """Write the titles of a panel's axes, and draw a horizontal grid."""
     panel.set_xlabel(across)
     panel.set_ylabel(up)
     bare(panel, grid="y")
@@ -178,21 +178,21 @@ def draw_curve(
     colour: str,
     interval: tuple[Floats, Floats] | None = None,
 ) -> None:
-    """Draw a curve through points, with the interval around each if that is known."""
+    """Draw a curve through points, with the interval of each if known."""
     if interval is not None:
         panel.fill_between(x, *interval, color=colour, alpha=0.2, linewidth=0)
     panel.plot(x, y, color=colour, marker="o", markersize=3, linewidth=1.5)
 
 
 def draw_boxes(panel: Axes, ends: Floats, x: Floats, width: float, colour: str) -> None:
-    """Draw a row of boxes, of which a handful of artists is drawn many times faster than one for every line.
+    """Draw a row of boxes with few artists, which is much faster than one artist per line.
 
     Args:
-        panel: Where.
-        ends: (5, N): lower whisker, lower edge, median, upper edge, upper whisker.
-        x: (N,) Middles.
-        width: Of what a box stands in.
-        colour: Of the boxes.
+        panel: The panel.
+        ends: (5, N) lower whisker, lower edge, median, upper edge, upper whisker.
+        x: (N,) centres of the boxes.
+        width: Width available for a box.
+        colour: Colour of the boxes.
     """
     low, lower, median, upper, high = ends
     panel.bar(x, upper - lower, 0.85 * width, lower, color=colour, alpha=0.6, edgecolor="black", linewidth=0.8)
@@ -208,14 +208,14 @@ def draw_differences(
     is_filled: Bools,
     colour: str,
 ) -> None:
-    """Draw differences with their intervals; filled where they count.
+    """Draw differences with their intervals, filled where significant.
 
     Args:
-        panel: Where.
-        x: (N,) Places.
+        panel: The panel.
+        x: (N,) places.
         differences: Mean, lower and upper end, (N,) each.
-        is_filled: (N,).
-        colour: Of all.
+        is_filled: (N,) whether to fill the marker.
+        colour: Colour of all markers.
     """
     mean, low, high = differences
     panel.vlines(x, low, high, color=colour, linewidth=1.2)
@@ -225,7 +225,7 @@ def draw_differences(
 
 
 def key_line(text: str, colour: str, *, size: float = 3, is_box: bool = False) -> Line2D:
-    """Return what a key shows of a curve or of a row of boxes."""
+    """Return the entry of a curve or a row of boxes in a legend."""
     if is_box:
         return Line2D([], [], color=colour, label=text, linewidth=6, alpha=0.6)
     return Line2D([], [], color=colour, label=text, marker="o", markersize=size)

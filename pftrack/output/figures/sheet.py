@@ -1,6 +1,6 @@
-"""The sheet: plots of a run below each other over one axis of frames, as wide as the text of a printed page.
+"""The sheet: plots of a run in one column over a common axis of frames, as wide as the text of a printed page.
 
-Lengths are inches, sizes of letters points. Bands are grey where the target is hidden and red where it is lost.
+Lengths are in inches, font sizes in points. Bands are grey where the target is hidden and red where it is lost.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -26,8 +26,8 @@ from pftrack.runs.run import Run
 
 # Kinds of plot, each drawn into axes over the frames of a run.
 #
-# A kind is a function of the axes, the run and the declaration; what shades and what a key says, the sheet adds. Limits
-# follow the page in that what is never negative begins at 0.
+# A kind is a function of the axes, the run and the declaration; the sheet adds shaded bands and the legend. As on the
+# page, an axis of non-negative values begins at 0.
 
 
 Draw: TypeAlias = Callable[[Axes, Run, Plot], None]
@@ -37,28 +37,28 @@ TRUTH: dict[str, Any] = {"color": INK["truth"], "linewidth": THIN, "linestyle": 
 AREA: dict[str, Any] = {"color": INK["estimate"], "alpha": 0.22, "linewidth": 0}
 SHADES = {"hidden": 0.2, "lost": 0.16}
 FAINTEST = 0.06
-"""What is hardly probable at all is still seen."""
+"""Smallest opacity, so that even improbable hypotheses are visible."""
 FREE = 0.12
-"""Within the row of a feature the line leaves this free above and below."""
+"""Share of a feature's row that stays free above and below its line."""
 
 
 def frames(run: Run) -> Ints:
-    """Return the (L,) indices of the frames that were computed."""
+    """Return the (L,) indices of the computed frames."""
     return np.arange(run.computed + 1)
 
 
 def errors(run: Run) -> Floats:
-    """Return (L,) distances of the estimate from the truth."""
+    """Return the (L,) distances of the estimate from the truth."""
     return np.array([np.nan if row.error is None else row.error for row in run.diagnostics])
 
 
 def sigmas(run: Run) -> Floats:
-    """Return (L,) the largest standard deviation of each frame."""
+    """Return the (L,) largest standard deviation of each frame."""
     return np.array([max(row.sigma, default=np.nan) for row in run.diagnostics])
 
 
 def hidden_frames(run: Run) -> Bools:
-    """Return (L,) whether the target is known to be out of sight."""
+    """Return for each frame (L,) whether the target is known to be out of sight."""
     return np.array([row.hidden is True for row in run.diagnostics])
 
 
@@ -68,13 +68,13 @@ def find_series(run: Run, name: str) -> Series:
 
 
 def of_role(run: Run, role: str) -> list[Series]:
-    """Return the series of a role that some frame has."""
+    """Return the series of a role that have a value in any frame."""
     declared = [one for one in run.experiment.all_series() if one.role == role]
     return [one for one in declared if any(one.name in row.series for row in run.diagnostics)]
 
 
 def measure(run: Run, name: str) -> Floats:
-    """Return the values of a series, (L,) numbers, or (L, d) vectors and intervals; (L,) NaN where no frame has any."""
+    """Return the values of a series: (L,) numbers, (L, d) vectors or intervals, or (L,) NaN without any value."""
     values = [row.series.get(name) for row in run.diagnostics]
     if not name or all(value is None for value in values):
         return np.full(len(values), np.nan)
@@ -82,12 +82,12 @@ def measure(run: Run, name: str) -> Floats:
 
 
 def hypotheses(run: Run, name: str) -> list[Hypotheses]:
-    """Return the hypotheses of each frame, without any where it has none."""
+    """Return the hypotheses of each frame, empty where it has none."""
     return [row.hypotheses(name) or Hypotheses((), ()) for row in run.diagnostics]
 
 
 def thresholds(run: Run, of: str) -> Iterator[tuple[list[int], list[float]]]:
-    """Yield of each parameter that limits a series the frames from which a value is in force, and the values."""
+    """Yield for each parameter that limits a series its values and the frames from which they are in force."""
     changes = sorted({0, *(change.frame for change in run.timeline.changes if change.frame <= run.computed)})
     steps = [*changes, run.computed]
     for item in run.experiment.declarations(type(run.setup.parameters)):
@@ -149,7 +149,7 @@ def _band(axes: Axes, run: Run, plot: Plot) -> None:
     axes.fill_between(frames(run), value - 2 * sd, value + 2 * sd, **AREA, label="two standard deviations")
     _line(axes, run, value, "estimate")
     _truth(axes, run, truth)
-    # The band may be as wide as it likes: the axis follows what is estimated and what is true.
+    # The axis follows the estimate and the truth, however wide the band is.
     known = np.concatenate([value, truth])
     known = known[np.isfinite(known)]
     if len(known):
@@ -173,7 +173,7 @@ def _features(axes: Axes, run: Run, plot: Plot) -> None:
     names = plot.row_titles or find_series(run, plot.series[0]).components
     values = np.atleast_2d(measure(run, plot.series[0]).T)
     seen, made_out = (_rows(measure(run, name), values) for name in (plot.visible, plot.recognised))
-    # Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
+    # Without a truth the tracker's own report is shown, in another colour because it is not the same.
     states = {"hidden": seen == 0, "lost": np.isnan(seen) & (made_out == 0)}
     labels = {"hidden": "hidden", "lost": "unrecognised"}
     x = frames(run)
@@ -210,7 +210,7 @@ def _hypotheses(axes: Axes, run: Run, plot: Plot) -> None:
         before = known[frame - 1].values if frame else ()
         for place, (value, weight) in enumerate(zip(here.values, here.weights, strict=True)):
             y = value[plot.component]
-            # One that begins in a frame begins in the middle before it.
+            # A hypothesis that begins in a frame starts halfway before it.
             begin = (frame - 1, before[place][plot.component]) if place < len(before) else (frame - 0.5, y)
             lines.append((begin, (frame, y)))
             colours.append(to_rgba(INK["estimate"], FAINTEST + (1 - FAINTEST) * weight))
@@ -240,7 +240,7 @@ def _tree(axes: Axes, run: Run, plot: Plot) -> None:
 
 
 def _way_back(known: list[Hypotheses]) -> Floats:
-    """Return (n, 2) frame and row of the most probable hypothesis of the newest frame, and before it its parents."""
+    """Return frame and row (n, 2) of the most probable hypothesis of the newest frame and of its ancestors."""
     way: list[tuple[int, int]] = []
     place = int(np.argmax(known[-1].weights)) if known[-1].weights else -1
     for frame in range(len(known) - 1, -1, -1):
@@ -253,14 +253,14 @@ def _way_back(known: list[Hypotheses]) -> Floats:
 
 
 def _fade(weights: Floats) -> Floats:
-    """Return (n, 4) colours, the more opaque the greater the weight."""
+    """Return colours (n, 4), more opaque for greater weights."""
     colours = np.tile(to_rgba(INK["estimate"]), (len(weights), 1))
     colours[:, 3] = FAINTEST + (1 - FAINTEST) * weights
     return colours
 
 
 def _rows(values: Floats, like: Floats) -> Floats:
-    """Return (rows, L) values of features, NaN where there are none."""
+    """Return the values (rows, L) of features, NaN where missing."""
     return values.T if values.ndim > 1 else np.full(like.shape, np.nan)
 
 
@@ -276,7 +276,7 @@ def _line(axes: Axes, run: Run, values: Floats, label: str = "", **look: Any) ->
         "solid_joinstyle": "round",
         "label": label or "_",
     }
-    # A single frame is a line of no length: it is seen as a point.
+    # A single frame would be a line of zero length, so it is drawn as a point.
     axes.plot(frames(run), values, **{**own, "marker": "." if run.computed == 0 else "", **look})
 
 
@@ -301,26 +301,26 @@ HEAD_IN, FOOT_IN, BETWEEN_IN = 0.2, 0.42, 0.34
 LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN = 0.62, 1.25, 0.12
 TITLE_PT = 9
 MOST_MARKS = 200_000
-"""So many nodes or segments are drawn; more can be neither told apart nor opened by another program."""
+"""Most nodes or segments in a picture; more cannot be distinguished, or opened by other programs."""
 
 SHADED = {"error": ("hidden", "lost"), "band": ("lost",), "interval": ("lost",), "hypotheses": ("lost",)}
-"""By kind, which bands are behind it."""
+"""Shaded bands behind each kind of plot."""
 
 
 def drawable(run: Run) -> tuple[Plot, ...]:
-    """Return the plots for which the frames of a run have something to draw, as the page shows them."""
+    """Return the plots for which a run has values, in the order of the page."""
     return tuple(plot for plot in run.experiment.display.plots if _has_numbers(run, plot))
 
 
 def figure_of(run: Run, plot: str | None = None) -> Figure:
-    """Draw a plot of a run, or all that it has something for below each other.
+    """Draw one plot of a run, or all plots with values in one column.
 
     Args:
-        run: As far as it has been computed.
-        plot: Id of the one that is wanted.
+        run: The run; its computed part is drawn.
+        plot: Id of the one plot to draw (default: all).
 
     Raises:
-        ConflictError: The experiment has no such plot, or the run has nothing for it.
+        ConflictError: The experiment has no such plot, or the run has no values for it.
     """
     known = {it.id: it for it in run.experiment.display.plots}
     if plot is not None and plot not in known:
@@ -349,7 +349,7 @@ def figure_of(run: Run, plot: str | None = None) -> Figure:
 
 
 def picture_of(run: Run, form: PictureForm, plot: str | None = None) -> bytes:
-    """Return the same as the content of a file, which holds the run's manifest.
+    """Return the figure as the content of a file with the run's manifest.
 
     Raises:
         ConflictError: See `figure_of`.
@@ -389,14 +389,14 @@ def _bands(run: Run, plot: Plot) -> dict[str, Bools]:
 
 
 def _shade(axes: Axes, name: str, where: Bools) -> Patch:
-    """Shade the frames in which something holds, each as wide as it is; return what the key shows of it."""
+    """Shade some frames, each one frame wide, and return the entry for the legend."""
     for first, last in spans(where):
         axes.axvspan(first - 0.5, last + 0.5, color=INK[name], alpha=SHADES[name], linewidth=0, zorder=0)
     return Patch(color=INK[name], alpha=SHADES[name], linewidth=0, label=name)
 
 
 DRAWN_ROLE: Mapping[PlotKind, SeriesRole] = {"sample size": "ess", "samplers": "share", "innovation": "nis"}
-"""Of kinds that read series by role, the one without which there is nothing to draw."""
+"""The role of series that a kind of plot needs, for kinds that read series by role."""
 
 
 def _has_numbers(run: Run, plot: Plot) -> bool:

@@ -1,8 +1,8 @@
-"""The style of all figures in print: sizes, letters, colours, frames of panels; and a failing run beside its cure.
+"""The style of all printed figures: sizes, fonts, colours and panel frames; and the figure of a failure and its cure.
 
-Runs, sweeps, reproductions and lessons draw in it, with matplotlib but without pyplot, so that nothing is kept behind.
-Lengths are inches, sizes of letters points. matplotlib is loaded by the code that draws: a process that computes needs
-none.
+Runs, sweeps, reproductions and lessons use it, with matplotlib but without pyplot, which would keep figures alive.
+Lengths are in inches, font sizes in points. Only the functions that draw import matplotlib, so that a process that
+computes does not need it.
 """
 
 import io
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ONE_COLUMN_IN, TWO_COLUMNS_IN = 3.5, 7.2
-"""Width of a figure that stands in one column of a journal's page, and in both."""
+"""Width of a figure in one column, and in both columns, of a journal."""
 LETTERS_PT, TEXT_PT, TITLE_PT, HEADING_PT = 8, 9, 10, 11
-"""Of numbers and keys, of what is written beside them, of a panel's title, and of what stands above several panels."""
+"""Font sizes of numbers and legends, of text, of a panel's title, and of the heading over several panels."""
 
 GRID_PT = 0.6
 
 INK = {name: hexadecimal(colour) for name, colour in {**COLOURS, **NEUTRALS}.items()}
-"""Colours by what they mean, and greys by use, as on the pages."""
+"""Colours by meaning and greys by use, as on the pages."""
 CURVE_COLOURS = tuple(hexadecimal(colour) for colour in CURVES)
-"""Of things side by side that have no meaning of their own, such as methods, in their order."""
+"""Colours, in order, for items without a colour of their own, such as methods."""
 
 
 def new_figure(
@@ -40,11 +40,11 @@ def new_figure(
     """Return a figure with its panels, row after row.
 
     Args:
-        height: Of the figure.
-        width: Of the figure.
-        rows: How many panels stand above each other.
-        columns: How many stand side by side.
-        share: Which axes all panels have in common: "x", "y" or "xy".
+        height: Height of the figure.
+        width: Width of the figure.
+        rows: Number of rows of panels.
+        columns: Number of columns of panels.
+        share: Axes that all panels share: "x", "y" or "xy".
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 - see the module
 
@@ -56,11 +56,11 @@ def new_figure(
 
 
 def bare(axes: "Axes", *, grid: str = "both") -> None:
-    """Leave of a panel's frame the two sides with numbers, over a faint grid.
+    """Keep only the two sides of a panel's frame that have numbers, and draw a faint grid.
 
     Args:
-        axes: Of the panel.
-        grid: Lines of which axis: "x", "y" or "both".
+        axes: Axes of the panel.
+        grid: Axis of the grid lines: "x", "y" or "both".
     """
     axes.grid(visible=True, axis=grid, color=INK["grid"], linewidth=GRID_PT)  # type: ignore[arg-type]
     axes.set_axisbelow(True)
@@ -73,19 +73,19 @@ def bare(axes: "Axes", *, grid: str = "both") -> None:
 
 
 def write_title(panel: "Axes", text: str) -> None:
-    """Write above a panel what it shows."""
+    """Write the title of a panel."""
     panel.set_title(text, fontsize=TITLE_PT)
 
 
 def write_heading(figure: "Figure", text: str) -> None:
-    """Write above all panels of a figure what they show."""
+    """Write the heading over all panels of a figure."""
     figure.suptitle(text, fontsize=HEADING_PT)
 
 
 def draw_scale(
     figure: "Figure", panels: "Sequence[Axes]", colours: "Colormap", ends: tuple[float, float], text: str
 ) -> None:
-    """Draw beside panels which amounts their colours stand for, from the lowest to the highest."""
+    """Draw the colour scale of panels next to them, from the lowest to the highest value."""
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - see the module
     from matplotlib.colors import Normalize  # noqa: PLC0415
 
@@ -93,20 +93,20 @@ def draw_scale(
 
 
 def explain_below(figure: "Figure", panel: "Axes", columns: int) -> None:
-    """Write below a figure what the lines of a panel are, which stand for those of all."""
+    """Draw below a figure the legend of one panel, which is valid for all."""
     handles, names = panel.get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=columns, frameon=False, fontsize=LETTERS_PT)
 
 
 def viridis(*, is_reversed: bool = False) -> "Colormap":
-    """Return the map of amounts, on which more is brighter, or darker if it is reversed."""
+    """Return the colour map of amounts, brighter for larger ones, or darker if reversed."""
     import matplotlib as mpl  # noqa: PLC0415 - see the module
 
     return mpl.colormaps["viridis_r" if is_reversed else "viridis"]
 
 
 def diverging() -> "Colormap":
-    """Return the map of differences, from the second ahead to the first ahead, with a neutral middle."""
+    """Return the colour map of differences, from "second better" to "first better", with a neutral middle."""
     from matplotlib.colors import LinearSegmentedColormap  # noqa: PLC0415 - see the module
 
     return LinearSegmentedColormap.from_list("first-second", [hexadecimal(stop.light) for stop in DIVERGING])
@@ -118,14 +118,14 @@ HIGH_IN = 2.4
 def draw_failure(
     failing: Sequence[float | None], cured: Sequence[float | None], *, title: str, unit: str, frame: int
 ) -> "Figure":
-    """Draw both errors in one column of a journal's page.
+    """Draw the errors of a failing and a cured run, one journal column wide.
 
     Args:
-        failing: Error of each frame of the run that fails; None where it is not known.
-        cured: Of the other one.
-        title: What fails.
-        unit: Of the errors.
-        frame: The one before it happens; it is marked.
+        failing: Error of the failing run in each frame; None where unknown.
+        cured: Error of the cured run.
+        title: Title of the failure.
+        unit: Unit of the errors.
+        frame: The marked frame, just before the failure.
     """
     figure, (panel,) = new_figure(HIGH_IN, width=ONE_COLUMN_IN)
     panel.axvline(frame, color=INK["frame"], linewidth=0.8, linestyle=":")
@@ -139,17 +139,17 @@ def draw_failure(
     return figure
 
 
-# Figures as pictures: the content of a PNG, SVG or PDF file that says what it shows and carries a manifest.
+# Figures as pictures: PNG, SVG or PDF files with a title and a manifest.
 
 PictureForm: TypeAlias = Literal["png", "svg", "pdf"]
 
 SUFFIXES: Mapping[str, PictureForm] = MappingProxyType({".png": "png", ".svg": "svg", ".pdf": "pdf"})
-"""Of the files that can be made of a figure."""
+"""File suffixes of pictures, with their formats."""
 
 DOTS_PER_INCH = 300
-"""As printers ask for."""
+"""Resolution for print."""
 SCREEN_DOTS_PER_INCH = 160
-"""Enough for a page or a notebook."""
+"""Resolution for pages and notebooks."""
 
 
 def encode(
@@ -159,19 +159,19 @@ def encode(
     manifest: Mapping[str, Any] = MappingProxyType({}),
     dots_per_inch: int = DOTS_PER_INCH,
 ) -> bytes:
-    """Return a figure as the content of a file; the same figure gives the same bytes, and letters in SVG stay letters.
+    """Return a figure as the content of a file. Equal figures give equal bytes, and text in SVG stays text.
 
     Args:
-        figure: Drawn.
-        form: Kind of the file.
-        title: What it shows, in one line.
-        manifest: JSON values; PNG has them as the text `pftrack`, SVG as its description, PDF as its subject.
-        dots_per_inch: Of a PNG.
+        figure: The drawn figure.
+        form: Format of the file.
+        title: Title in one line.
+        manifest: JSON values, stored in PNG as the text `pftrack`, in SVG as its description, in PDF as its subject.
+        dots_per_inch: Resolution of a PNG.
     """
     import matplotlib as mpl  # noqa: PLC0415 - see `style`
 
     told, data = json.dumps(dict(manifest)) if manifest else "", io.BytesIO()
-    # Without a date, and with names of parts that are no random numbers.
+    # Without a date, and with fixed names of parts instead of random ones.
     metadata: dict[PictureForm, dict[str, str | None]] = {
         "png": {"Title": title, **({"pftrack": told} if told else {})},
         "svg": {"Title": title, "Date": None} | ({"Description": told} if told else {}),
@@ -183,15 +183,15 @@ def encode(
 
 
 def encode_as(figure: "Figure", suffix: str, title: str) -> bytes:
-    """Return a figure as the content of a file for a screen, the same bytes whenever it is drawn.
+    """Return a figure as the content of a file for screens; equal figures give equal bytes.
 
     Args:
-        figure: Drawn.
+        figure: The drawn figure.
         suffix: One of `SUFFIXES`.
-        title: What it shows, in one line.
+        title: Title in one line.
 
     Raises:
-        ValueError: The suffix is none of them.
+        ValueError: The suffix is unknown.
     """
     if suffix not in SUFFIXES:
         raise ValueError(f"a figure is written as {', '.join(SUFFIXES)}, got {suffix!r}")
@@ -199,7 +199,7 @@ def encode_as(figure: "Figure", suffix: str, title: str) -> bytes:
 
 
 def save(figure: "Figure", path: Path, title: str) -> None:
-    """Write a figure as a PNG for a screen.
+    """Write a figure as a PNG for screens.
 
     Raises:
         OSError: The file cannot be written.
