@@ -357,7 +357,7 @@ FORMATS = tuple(it for it in EVERY if it.name in WRITERS)
 BELIEVED, TRUE = (tuple(it for it in EVERY if it.group == group) for group in ("boxes", "truth"))
 """Additional formats of runs whose target has a box."""
 
-# While a recording is written, the scene follows its newest frame. The recorder reports each write; the complete part of
+# While a recording is written, the scene follows its newest frame. The recorder reports each write; the whole part of
 # the file is read, and its newest frames become a run that replaces the shown one. The recording loop never waits.
 
 SPAN = 1000
