@@ -60,8 +60,7 @@ class Bank:
 
     @property
     def estimate(self) -> NDArray[np.float64]:
-        best: NDArray[np.float64] = self.places[int(self.weights.argmax())]
-        return best
+        return self.places[int(self.weights.argmax())]
 
     @property
     def sigma(self) -> NDArray[np.float64]:

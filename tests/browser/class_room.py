@@ -40,8 +40,7 @@ class Follower(View):
     @property
     def frame(self) -> str | None:
         """The number of the frame that is painted."""
-        painted: str | None = self.page.locator(".flat-canvas").get_attribute("data-frame")
-        return painted
+        return self.page.locator(".flat-canvas").get_attribute("data-frame")
 
 
 class Lecturer(SessionPage):

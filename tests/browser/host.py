@@ -59,7 +59,6 @@ class Server:
             self._process = subprocess.Popen(
                 self.command(), stdout=subprocess.PIPE, stderr=log, text=True, env=self._environment
             )
-        assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if "http://" not in line:
             self.stop()
@@ -121,7 +120,6 @@ class Server:
 
     def start_session(self, **wish: Any) -> dict[str, Any]:
         """Start a session; the ball's unless told otherwise."""
-        assert self._process is not None
         before = set(descendants(self._process.pid))
         session: dict[str, Any] = self.post(
             "sessions", session_request({"experiment": "ball", "seed": 5, "frames": 90, **wish})
@@ -130,8 +128,7 @@ class Server:
         return session
 
     def session(self, session: str) -> dict[str, Any]:
-        found: dict[str, Any] = self.get(f"sessions/{session}")
-        return found
+        return self.get(f"sessions/{session}")
 
     def seek(self, session: str, frame: int) -> None:
         self.post(f"sessions/{session}/commands", {"kind": "seek", "frame": frame})
@@ -139,8 +136,7 @@ class Server:
     def column(self, session: str, name: str, branch: str | None = None) -> list[Any]:
         """Return one column of the diagnostics of a branch, the active one unless told otherwise."""
         branch = branch or self.session(session)["branch"]
-        column: list[Any] = self.get(f"sessions/{session}/diagnostics?branch={branch}")["columns"][name]
-        return column
+        return self.get(f"sessions/{session}/diagnostics?branch={branch}")["columns"][name]
 
     def end_sessions(self, keep: int = 0) -> None:
         """End all sessions but the newest `keep`."""
@@ -156,7 +152,6 @@ class Server:
 
     def kill_worker(self, session: str) -> None:
         """Kill the process that runs a session's tracker: the newest one that appeared when the session began."""
-        assert self._process is not None
         living = self._born[session] & set(descendants(self._process.pid))
         assert living, "the worker has ended already"
         newest(living).kill()
@@ -164,7 +159,6 @@ class Server:
     @contextmanager
     def freeze_newest(self) -> Iterator[None]:
         """Have the newest process compute nothing meanwhile; it must take less time than a worker may be silent."""
-        assert self._process is not None
         process = newest(descendants(self._process.pid))
         process.suspend()
         try:

@@ -18,8 +18,6 @@ from pftrack.teaching.lessons.figure import (
     Tree,
 )
 
-__all__ = ["EVERY", "cloud"]
-
 RNG = np.random.default_rng(5)
 X = np.linspace(-4.0, 4.0, 161)
 
@@ -159,34 +157,3 @@ EVERY: dict[str, Figure] = {
     "bars": Figure(panels=(SCHEMES, SHARES, ANCESTRY)),
 }
 """Between them every kind of trace."""
-
-
-def cloud(count: int) -> Figure:
-    """Return a figure of so many points, a line through as many, a histogram and a curve."""
-    draws = np.random.default_rng(1).normal(0, 1, (2, count))
-    panels = (
-        Panel(
-            id="cloud",
-            title="Draws",
-            x=Axis(title="x", low=-4, high=4),
-            y=Axis(title="y", low=-4, high=4),
-            traces=(Scatter(title="draws", x=draws[0], y=draws[1]),),
-        ),
-        Panel(
-            id="running",
-            title="Mean so far",
-            x=Axis(title="draws", low=1, high=count),
-            y=Axis(title="mean", low=-0.5, high=0.5),
-            traces=(Curve(title="mean", x=np.arange(count) + 1, y=np.cumsum(draws[0]) / (np.arange(count) + 1)),),
-            row=1,
-        ),
-        Panel(
-            id="stems",
-            title="Weights",
-            x=Axis(title="x", low=-4, high=4),
-            y=Axis(title="weight", low=0, high=4),
-            traces=(Stems(title="weights", x=draws[0], y=np.abs(draws[1])),),
-            row=1,
-        ),
-    )
-    return Figure(panels=panels)

@@ -60,14 +60,12 @@ PLACES = """(parts) => [...document.querySelectorAll(parts)]
 
 def faults(page: Any) -> list[str]:
     """Return what is wrong with the page as it stands."""
-    found: list[str] = page.evaluate(FAULTS, LEAST_PX)
-    return found
+    return page.evaluate(FAULTS, LEAST_PX)
 
 
 def places(page: Any) -> list[str]:
     """Return where the parts of the page stand, to be compared."""
-    found: list[str] = page.evaluate(PLACES, PARTS)
-    return found
+    return page.evaluate(PLACES, PARTS)
 
 
 def settled_places(page: Any) -> list[str]:

@@ -24,7 +24,17 @@ def test_the_start_page(gallery: Gallery) -> None:
 
 NOTHING = "0123456789abcdef"
 PLAIN_PAGES = [
-    *("work", "references", "glossary", "failures", "failures/look-alike-capture", "compare", "sweep/new", "lectures"),
+    *(
+        "work",
+        "references",
+        "glossary",
+        "failures",
+        "failures/look-alike-capture",
+        "failures/of-my-own",
+        "compare",
+        "sweep/new",
+        "lectures",
+    ),
     *(f"sweep/{NOTHING}", f"sweep/{NOTHING}/run/0", f"session/{NOTHING}", f"lectures/{NOTHING}"),
     *("docs", "help", "help/start.html"),
 ]

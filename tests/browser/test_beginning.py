@@ -14,7 +14,6 @@ VERSIONED = re.compile(r"^.*/static/version/\w+/")
 PAGES = Path(__file__).parents[2] / "frontend_static"
 
 PLACES = "[...document.querySelectorAll('.plots, .deck')].map((it) => it.getBoundingClientRect().toJSON())"
-NARROW = (800, 700), (400, 800)
 NAMED = "[...document.querySelectorAll('link[rel=modulepreload]')].map((it) => new URL(it.href).pathname)"
 
 # Where the picture lies in the page, by the library's drawing and by the scene: [left, top, width, height].
@@ -79,21 +78,6 @@ def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, h
     gallery.until(lambda: not shown.session["playing"], "it pauses")
     the_scene_takes_over(shown, held)
     assert shown.in_scene(PARTICLES, 0) > 0
-
-
-@pytest.mark.slow
-@pytest.mark.scene
-@pytest.mark.parametrize("size", NARROW)
-def test_the_scene_takes_over_from_the_picture(page: Any, held: Held, server: Server, size: tuple[int, int]) -> None:
-    """The picture gives way to the scene at its camera; the plots come into a place that was kept for them."""
-    page.set_viewport_size({"width": size[0], "height": size[1]})
-    session = server.start_session()
-    page.goto(session["page"], wait_until="commit")
-    shown = SessionPage(page, server)
-    shown.until(lambda: still(page), "the run's picture is in the scene's place")
-    shown.until(lambda: held, "the scene was asked for")
-    shown.until(lambda: shown.verdict in {"held (by truth)", "hidden (by truth)"}, "the readings have their lines")
-    the_scene_takes_over(shown, held)
 
 
 def the_scene_takes_over(shown: SessionPage, held: Held) -> None:

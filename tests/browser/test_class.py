@@ -19,16 +19,6 @@ COVERED = """() => {
     const height = Math.min(picture.bottom, poll.bottom) - Math.max(picture.top, poll.top);
     return Math.max(0, width) * Math.max(0, height) / (picture.width * picture.height);
 }"""
-# The lecturer's poll fills a window of this size; its bars, and the sentence below, are in sight and not covered.
-RESULT_FILLS = """([across, down]) => {
-    const poll = document.querySelector('.lead-poll').getBoundingClientRect();
-    return innerWidth === across && poll.width === across && innerHeight === down && poll.height > 0.8 * down
-        && [...document.querySelectorAll('.lead-poll :is(.poll-track, .hint)')].every((it) => {
-            const { left, right, top, bottom } = it.getBoundingClientRect();
-            const inside = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
-            return inside && it.contains(document.elementFromPoint((left + right) / 2, (top + bottom) / 2));
-        });
-}"""
 STEER = """async ([session, kind]) => {
     const path = `${location.pathname}/api/v1/sessions/${session}/commands`;
     const body = JSON.stringify({ kind });
@@ -137,7 +127,13 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     lecturer.press("f")
     lecturer.page.get_by_role("button", name="Reveal").click()
     lecturer.until(lambda: lecturer.page.locator(".lead-poll .poll-bar:visible").count() == 2, "the bars are unfolded")
-    result_fills_the_stage(lecturer)
+    frame = lecturer.position
+    lecturer.press("ArrowRight")
+    lecturer.until(
+        lambda: lecturer.page.locator(".lead-poll .poll-bar:visible").count() == 0, "it is in its place again"
+    )
+    assert lecturer.position == frame, "the key does nothing else"
+    lecturer.press("f")
     said = "Most answered “No”, 2 of 3; “Yes” 1."
     all_of(followers, lambda one: said in one.text(".poll"), "what was answered is told in words")
     lecturer.until(lambda: said in lecturer.page.inner_text(".lead-poll"), "the lecturer's page says so, too")
@@ -148,18 +144,6 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     assert "No · your answer" in first.text(".poll")
     lecturer.page.locator(".lead-poll").get_by_role("button", name="Close").click()
     all_of(followers, lambda one: one.page.locator(".poll").is_hidden(), "the poll is gone")
-
-
-def result_fills_the_stage(lecturer: Lecturer) -> None:
-    """Presented, what was answered is as large as the page at any size, until the next key, which does nothing else."""
-    page, frame = lecturer.page, lecturer.position
-    for size in ((1920, 1080), (1280, 720), WIDE):
-        page.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
-        lecturer.until(lambda size=size: page.evaluate(RESULT_FILLS, list(size)), f"it fills {size[0]} x {size[1]}")
-    lecturer.press("ArrowRight")
-    lecturer.until(lambda: page.locator(".lead-poll .poll-bar:visible").count() == 0, "it is in its place again")
-    assert lecturer.position == frame
-    lecturer.press("f")
 
 
 def taken_along(lecturer: Lecturer, followers: list[Follower]) -> None:

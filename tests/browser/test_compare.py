@@ -49,8 +49,7 @@ class ComparePage(View):
 
     @property
     def frames(self) -> list[int]:
-        found: list[int] = self.page.evaluate(FRAMES)
-        return found
+        return self.page.evaluate(FRAMES)
 
     def button(self, name: str) -> Any:
         return self.page.get_by_role("button", name=name)
@@ -232,10 +231,8 @@ def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complai
 def save(server: Server, tracker: str) -> str:
     """Save a run of 30 frames, and return its name."""
     session = server.start_session(tracker=tracker, seed=7, frames=30, position=29)["id"]
-    name: str = server.post("runs", {"session": session})["id"]
-    return name
+    return server.post("runs", {"session": session})["id"]
 
 
 def lines(page: Any) -> dict[str, int]:
-    found: dict[str, int] = page.evaluate(LINES)
-    return found
+    return page.evaluate(LINES)

@@ -9,7 +9,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.experiments.own.extension import example_of
 from tests.browser.host import Server
-from tests.browser.views import SessionPage, View
+from tests.browser.views import SessionPage
 
 TEXT = example_of(find("ball"))
 TOKEN = "a token of the owner"
@@ -69,33 +69,3 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
     shown.until(lambda: noise.input_value() == "6", "its default is in force")
     page.get_by_role("button", name="Close the editor").click()
     page.locator(".editor").wait_for(state="hidden")
-
-
-def test_a_filter_is_swept_from_the_form(owner: Server, tmp_path: Path, chromium: Any) -> None:
-    """It is a tracker beside the others; a mistake in it is told with its line, and a mended file fills its map."""
-    page = chromium.new_context(viewport={"width": 1280, "height": 720}).new_page()
-    page.goto(f"{owner.url}/?token={TOKEN}")
-    page.get_by_role("link", name="Open mine.py").wait_for()
-    file = tmp_path / "mine.py"
-    file.write_text(TEXT + "def broken(:\n")
-    page.goto(f"{owner.url}/sweep/new")
-    page.wait_for_selector(".plan-size")
-    page.get_by_label("Experiment", exact=True).select_option("ball")
-    methods = page.locator("[data-field=trackers]")
-    for box in methods.locator("input").all():
-        box.uncheck()
-    methods.locator("input[value=mine]").check()
-    for name, value in {"axes.0.values": "5, 55", "axes.1.values": "1, 20"}.items():
-        page.locator(f"[data-field='{name}']").fill(value)
-    page.locator("[data-field=trials] input").fill("1")
-    page.locator("[data-field=frames] input").fill("8")
-    form = View(page)
-    line = f"mine.py, line {len(TEXT.splitlines()) + 1}"
-    form.until(lambda: line in methods.inner_text(), "the mistake is told")
-    file.write_text(TEXT)
-    page.locator("[data-field=trials] input").fill("2")
-    form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "8 runs", "the form tells the number of runs")
-    page.click("text=Start the sweep")
-    page.wait_for_url("**/sweep/*")
-    form.until(lambda: page.inner_text(".bar-words").startswith("Complete"), "the sweep is complete")
-    assert page.locator("[data-map=mine]").count() == 1

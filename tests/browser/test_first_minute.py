@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import pytest
-
 from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
@@ -100,21 +98,6 @@ INSIDE = """(() => {
 
 
 # test_failures.py has a server that is full.
-@pytest.mark.slow
-def test_the_tour_waits_for_a_place(
-    server: Server, fill: Callable[..., list[dict[str, Any]]], page: Any, complaints: Any
-) -> None:
-    """On a full server the page says so and where sessions can be ended, and the tour begins when there is room."""
-    complaints.expected = ("503",)
-    taken = fill()
-    page.goto("./")
-    page.locator("[data-role=tour]").click()
-    page.get_by_text(f"All {len(taken)} places are taken").wait_for()
-    assert page.get_by_role("link", name="Running sessions").get_attribute("href") == "work?show=sessions"
-    server.delete(f"sessions/{taken[0]['id']}")
-    TourPage(page, server).note("A tracker at work")
-
-
 def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     """What is typed is looked for and stands in the address; other kinds are a step that one may go back."""
     ball, sine = server.start_session(seed=8), server.start_session(experiment="sine", seed=8)
@@ -191,47 +174,24 @@ def test_a_note_on_compiling_goes_away_when_nothing_is_known(page: Any, complain
     assert page.locator("[data-part=compiling][role=status]").inner_text() == ""
 
 
-def test_presented_the_picture_is_the_hero(watch: Watch) -> None:
-    """F makes the type large and the picture wide, in full screen where that is allowed; Escape ends it."""
-    shown = watch(seed=0, frames=None)
-    page = shown.page
-    size = "parseFloat(getComputedStyle(document.querySelector('.verdict')).fontSize)"
-    place = "document.querySelector('.flat-place').clientWidth"
-    before = page.evaluate(f"[{size}, {place}]")
-    shown.press("f")
-    shown.until(lambda: page.evaluate(size) > 1.4 * before[0], "the type is large")
-    shown.until(lambda: page.evaluate(place) > before[1], "the picture is wider")
-    shown.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing is cut off")
-    page.get_by_role("button", name="Leave the presentation").wait_for()
-    page.evaluate("document.fullscreenElement && document.exitFullscreen()")
-    shown.press("Escape")
-    shown.until(lambda: page.evaluate(size) == before[0], "all is as before")
-    left_at_once_it_leaves_the_whole_screen(shown)
-
-
-def left_at_once_it_leaves_the_whole_screen(shown: SessionPage) -> None:
-    """F can be pressed twice without a wait for the browser in between."""
-    shown.page.evaluate("""() => {
-        window.changes = 0;
-        document.addEventListener('fullscreenchange', () => (window.changes += 1));
-    }""")
-    shown.press("f")
-    shown.press("f")
-    shown.until(lambda: shown.page.evaluate("changes") == 2, "the whole screen was taken and given back")
-    assert shown.page.evaluate("document.fullscreenElement === null")
-
-
 def test_the_frame_is_told_in_words_when_the_run_stands(watch: Watch, server: Server) -> None:
-    """Who cannot see the scene hears what the box of numbers says, of the scene and of each plot."""
+    """Who cannot see the scene hears what the box of numbers says, of the scene, of each plot and of the run so far."""
     shown = watch()
-    server.seek(shown.id, 12)
+    server.seek(shown.id, 59)
     words = shown.page.locator("[data-role=in-words]")
-    shown.until(lambda: words.inner_text().startswith("Frame 12 of 90; "), "the frame is told")
+    shown.until(lambda: words.inner_text().startswith("Frame 59 of 90; "), "the frame is told")
     assert f"; {shown.verdict}; estimate " in words.inner_text()
     plot = shown.plot("ess").get_by_role("img")
-    shown.until(lambda: "In frame 12 ESS" in (plot.get_attribute("aria-label") or ""), "the plot is told")
+    shown.until(lambda: "In frame 59 ESS" in (plot.get_attribute("aria-label") or ""), "the plot is told")
     canvas = shown.page.locator(".flat-canvas")
-    shown.until(lambda: "frame 12" in (canvas.get_attribute("aria-label") or ""), "the picture is told")
+    shown.until(lambda: "frame 59" in (canvas.get_attribute("aria-label") or ""), "the picture is told")
+    leading, listed = shown.page.locator(".measures"), shown.page.locator(".measures dl")
+    shown.until(lambda: "hit rate" in leading.inner_text() and "100 %" in leading.inner_text(), "it is said first")
+    leading.locator("summary").click()
+    shown.until(lambda: "of 60" in listed.inner_text(), "frames to failure are told of how many")
+    known = server.get(f"sessions/{shown.id}")["measured"]
+    assert f"inside the true box\n{100 * known['inside_share']:.0f} %" in listed.inner_text()
+    assert f"{known['median_error_px']:.1f} px" in listed.inner_text()
 
 
 def test_the_keyboard_alone_starts_a_session(gallery: Gallery, server: Server) -> None:

@@ -130,8 +130,7 @@ def centre(image: Image) -> NDArray[np.float64]:
     """Centre of the ink, (x, y) px."""
     weights = blue(image)
     places = np.indices(weights.shape)[::-1]
-    found: NDArray[np.float64] = (places * weights).sum(axis=(1, 2)) / weights.sum()
-    return found
+    return (places * weights).sum(axis=(1, 2)) / weights.sum()
 
 
 def apart(one: Image, other: Image) -> NDArray[np.float64]:

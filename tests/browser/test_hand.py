@@ -1,22 +1,16 @@
 """A hand in the browser: the tree of what is kept, a film on which an open hand is found, and a real one."""
 
-from pathlib import Path
-
-import cv2
 import numpy as np
 import pytest
 
 from pftrack.core.model.source import History
 from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
-from pftrack.vision.film import FilmWriter
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 from tests.making import encoded
 
 FRAMES = 6
-CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "hand_silhouette" / "img"
-
 SCENE = HandSceneParameters(motion="occlusion")
 HAND = HandSource(1, SCENE)
 WRIST_PX = 155
@@ -86,7 +80,6 @@ def test_a_hand_that_is_not_found_is_marked_by_a_person(gallery: Gallery) -> Non
     go = page.locator("button:has-text('Track it')")
     handles = page.locator(".point[data-handle]")
     tips = HandTips.of_target(HAND.frame(0, History(((0, SCENE),))).target)
-    assert tips is not None
     area = page.locator(".mark-surface").bounding_box()
     scale = area["width"] / HAND.size[0]
     for left, (name, (x, y)) in zip((4, 3, 2, 1, 0), tips.points.items(), strict=True):
@@ -100,34 +93,3 @@ def test_a_hand_that_is_not_found_is_marked_by_a_person(gallery: Gallery) -> Non
     assert handles.count() == 5
     gallery.until(lambda: page.get_attribute(".suits-words", "data-grade") == "well", "it is judged by the marks")
     assert go.is_enabled()
-
-
-@pytest.mark.slow
-def test_a_real_hand_with_two_raised_fingers_is_followed_once_its_tips_are_confirmed(
-    gallery: Gallery, server: Server, tmp_path: Path
-) -> None:
-    """Two tips are seen and the others guessed, which is shown; a person touches these, and the hand is followed."""
-    if not CLIP.exists():
-        pytest.skip("the sample clips are not beside this checkout")
-    path = tmp_path / "raised.mp4"
-    with FilmWriter(path, 10.0) as film:
-        for picture in sorted(CLIP.iterdir())[:FRAMES]:
-            film.write(cv2.cvtColor(cv2.imread(str(picture)), cv2.COLOR_BGR2RGB))
-    page = gallery.page
-    gallery.choose(path.name, path.read_bytes(), "video/mp4")
-    page.locator(".mark-surface").wait_for()
-    page.select_option("#target-experiment", "hand")
-    guessed = page.locator(".point.placed")
-    gallery.until(lambda: guessed.count() == 3, "three tips are guessed")
-    assert page.locator(".point[data-handle]").count() == 5
-    for _ in range(3):
-        tip = page.locator(f".point[data-handle='{guessed.first.get_attribute('data-handle')}']")
-        for key in ("ArrowUp", "ArrowDown"):
-            tip.press(key)
-    assert guessed.count() == 0
-    page.click("button:has-text('Track it')")
-    shown = SessionPage(page, server).ready()
-    shown.play_to_the_end()
-    rows = server.column(shown.id, "series")
-    assert len(rows) == FRAMES
-    assert max(row["difference"] for row in rows[1:]) < 25.0

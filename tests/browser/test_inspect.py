@@ -7,7 +7,6 @@ import pytest
 
 from tests.browser.host import Server
 from tests.browser.test_flat import FlatPage
-from tests.browser.views import SessionPage
 
 # How many pixels of the canvas have the colour of what is looked at.
 RING = """(() => {
@@ -74,60 +73,3 @@ def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], s
     view.until(lambda: view.page.evaluate(RING) == 0, "nothing of it is drawn any more")
     assert "purple" not in view.page.inner_text(".flat-caption")
     assert view.page.locator(".plots").is_visible()
-
-
-def test_a_particle_of_a_feature_is_told_with_its_feature(opened: Callable[..., FlatPage], server: Server) -> None:
-    """Which corner it is of, what has drawn it, and the ancestors of that corner's particles alone."""
-    view = opened(experiment="prism", tracker="alpha-1", seed=3)
-    server.seek(view.id, 4)
-    view.paints(4)
-    view.press("i")
-    view.page.get_by_role("button", name="Particle", exact=True).click()
-    card = view.page.locator(".inspection-card")
-    view.until(lambda: "the solid's pose" in card.inner_text(), "what has drawn it is told")
-    assert "of 50, x" in card.inner_text()
-    assert "none: it was drawn without a parent" in card.inner_text()
-    assert not view.page.locator(".inspection-genealogy").is_visible()
-
-
-# Of the particles within the picture the furthest from all: its place there, and where it is seen, CSS pixels.
-SEEN = """() => {
-    const { camera, nodeRefFromName } = window.__viserMutable ?? {};
-    const canvas = document.querySelector('canvas[data-engine]')?.getBoundingClientRect();
-    let found = null;
-    nodeRefFromName?.['/particles']?.traverse((item) => {
-        if (!item.isPoints) return;
-        const { array, count } = item.geometry.attributes.position;
-        const place = (n) => [array[3 * n], array[3 * n + 1], array[3 * n + 2]];
-        const all = Array.from({ length: count }, (_, n) => place(n));
-        const [middle, level] = [0, 1].map((axis) => all.reduce((sum, each) => sum + each[axis], 0) / count);
-        const off = ([x, y]) => Math.hypot(x - middle, y - level);
-        const inside = all.filter(([x, y]) => x > 20 && x < 300 && y < -20 && y > -220);
-        const furthest = inside.reduce((one, other) => (
-            off(one) < off(other) ? other : one));
-        const seen = item.localToWorld(camera.position.clone().set(...furthest)).project(camera);
-        const [x, y] = [(seen.x + 1) / 2 * canvas.width, (1 - seen.y) / 2 * canvas.height];
-        found = { at: [furthest[0], -furthest[1]], x, y };
-    });
-    return found;
-}"""
-
-
-@pytest.mark.scene
-def test_a_click_in_the_scene_takes_the_particle_that_it_hits(
-    watch: Callable[..., SessionPage], server: Server
-) -> None:
-    """In three dimensions as in the flat picture: the particle that is hit is told."""
-    view = watch(tracker="condensation", seed=3)
-    server.seek(view.id, 20)
-    view.stands_at(20)
-    view.page.keyboard.press("i")
-    view.page.get_by_role("button", name="Particle", exact=True).click()
-    card = view.page.locator(".inspection-card")
-    view.until(lambda: "drawn by" in card.inner_text(), "some particle is told")
-    view.until(lambda: view.in_scene("window.pftrackScene?.drawn()", None) == "in place", "the picture stands still")
-    seen = view.in_scene(f"({SEEN})()", None)
-    frame = view.page.locator(".scene-frame").bounding_box()
-    view.page.mouse.click(frame["x"] + seen["x"], frame["y"] + seen["y"])
-    wanted = "particle at {:.1f}, {:.1f} px".format(*seen["at"])
-    view.until(lambda: wanted in card.inner_text(), f"the {wanted} is told")

@@ -4,15 +4,14 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.browser.host import Server
-from tests.browser.views import Gallery, SessionPage, View
+from tests.browser.views import Gallery, SessionPage
 
 Watch = Callable[..., SessionPage]
 OVERFLOW = "document.documentElement.scrollWidth - innerWidth"
 
 
 def box(page: Any, selector: str) -> dict[str, float]:
-    found: dict[str, float] = page.locator(selector).bounding_box()
-    return found
+    return page.locator(selector).bounding_box()
 
 
 def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
@@ -217,39 +216,6 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     assert "second run" not in legend.inner_text()
 
 
-def test_names_are_written_out_where_there_is_room(watch: Watch) -> None:
-    """On a wide screen the features of a face have words for names, and all plots keep one axis of frames."""
-    shown = watch(experiment="head", frames=20)
-    names = "[...document.querySelectorAll('.plots .figure-up')].map((it) => it.textContent)"
-    borders = "[...new Set([...document.querySelectorAll('.plots .figure-plot')].map((it) => it.dataset.left))].length"
-    shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names")
-    shown.page.set_viewport_size({"width": 1920, "height": 900})
-    shown.until(lambda: "right eye, outer corner" in shown.page.evaluate(names), "the names are written out")
-    shown.until(lambda: shown.page.evaluate(borders) == 1, "all plots keep one axis")
-    assert shown.page.evaluate(OVERFLOW) <= 0
-    shown.page.set_viewport_size({"width": 1280, "height": 800})
-    shown.until(lambda: "rlc" in shown.page.evaluate(names), "short names again")
-
-
-APART = """Math.max(...[...document.querySelectorAll('.card')].map((card) => {
-    const [title, preset] = ['h4', '.presets a'].map((it) => card.querySelector(it).getBoundingClientRect());
-    return preset.top - title.bottom;
-}))"""
-
-
-def test_the_gallery_fits(gallery: Gallery) -> None:
-    """Cards with picture, question and, right below it, presets; no sideways scrolling at any width."""
-    page = gallery.page
-    card = gallery.card("ball")
-    card.locator("img").wait_for()
-    gallery.until(lambda: page.evaluate("document.querySelector('.card img').naturalWidth > 0"), "it is drawn")
-    for width in (1280, 800, 400):
-        page.set_viewport_size({"width": width, "height": 800})
-        assert card.locator(".presets a").count() >= 2
-        assert page.evaluate(APART) < 80  # a question of three lines
-        gallery.until(lambda: page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
-
-
 def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) -> None:
     """The choice outlives a reload; without a choice the system decides."""
     page = gallery.page
@@ -266,18 +232,6 @@ def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) ->
     gallery.until(lambda: background() != light, "dark was chosen")
 
 
-def test_the_references_are_readable_at_any_width(page: Any) -> None:
-    """The page of references has its title, and every citation within the page."""
-    page.goto("references")
-    page.get_by_role("button", name="Copy").first.wait_for()
-    names = [button.get_attribute("aria-label") for button in page.get_by_role("button", name="Copy").all()]
-    assert len(set(names)) == len(names)
-    for width in (1280, 390):
-        page.set_viewport_size({"width": width, "height": 800})
-        assert page.get_by_role("heading", name="References", exact=True).is_visible()
-        View(page).until(lambda: page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
-
-
 def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
     """Once the run has played for five seconds of its own."""
     shown = watch(seed=0, frames=None)
@@ -286,17 +240,3 @@ def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
     shown.page.select_option(".transport select", "0")
     shown.page.locator(".play").click()
     words.wait_for(state="hidden")
-
-
-def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch) -> None:
-    """What there is to read can be scrolled to."""
-    shown = watch(frames=20)
-    page = shown.page
-    page.set_viewport_size({"width": 390, "height": 844})
-    shown.until(lambda: page.evaluate(OVERFLOW) <= 0, "nothing is wider")
-    page.locator(".plots.sparklines").wait_for()
-    plot = shown.plot("error")
-    plot.scroll_into_view_if_needed()
-    shown.until(lambda: plot.bounding_box()["height"] > 40, "a plot can be seen")
-    assert page.locator(".readout dt", has_text="estimate").is_visible()
-    assert page.locator(".play").bounding_box()["y"] < 844

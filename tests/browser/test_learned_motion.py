@@ -29,7 +29,6 @@ def test_a_learned_motion_is_taken_away_and_brought_in(
     waiting.value.save_as(place)
     text = place.read_text()
     guidance = find("ball").guidance
-    assert guidance is not None
     assert guidance.parse(text).tracks == 1
 
     picker = unchosen.locator("[data-file=learned]")

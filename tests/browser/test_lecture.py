@@ -165,21 +165,6 @@ def test_a_page_becomes_an_item(page: Any, server: Server, kind: str) -> None:
     server.delete(f"lectures/{made['id']}")
 
 
-def test_a_saved_comparison_becomes_an_item(page: Any, server: Server) -> None:
-    """It is listed by its title, and its runs become what makes them."""
-    runs = [{"recipe": ball()}, {"recipe": ball("condensation")}]
-    saved = server.post("comparisons/saved", {"title": "Alike", "runs": runs})
-    made = server.post("lectures", {"title": "Both"})
-    page.goto(made["page"])
-    LecturePage(page).add("comparisons", "Add Alike")
-    address = f"lectures/{made['id']}"
-    until(lambda: server.get(address)["items"], "the comparison is saved")
-    [item] = server.get(address)["items"]
-    assert (item["title"], len(item["item"]["comparison"]["runs"])) == ("Alike", 2)
-    server.delete(address)
-    server.delete(f"comparisons/saved/{saved['id']}")
-
-
 def folded_above(page: Any) -> bool:
     """Whether the folded poll ends where the page's own begins."""
     line, first = (page.locator(each).bounding_box() for each in (".lead-poll[data-folded]", "main"))

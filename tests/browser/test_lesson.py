@@ -132,20 +132,3 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
     assert server.column(shown.id, "error", second)[: at + 1] == server.column(shown.id, "error", first)[: at + 1]  # type: ignore[operator]
     shown.until(lambda: shown.lines.get(f"error {second}") == 90, "the second branch is a line of its own")
     shown.until(lambda: shown.lines.get(f"error {first}") == 90, "the first one's is still there")
-
-
-def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> None:
-    """The past is the past: a parameter changed there counts from there on, under a new name and colour."""
-    shown = watch()
-    server.seek(shown.id, 20)
-    shown.stands_at(20)
-    server.seek(shown.id, 10)
-    shown.stands_at(10)
-    particles = shown.page.locator(".controls").get_by_label("Particles", exact=True).first
-    particles.fill("200")
-    particles.press("Enter")
-    shown.until(lambda: shown.page.locator(".branches .chip").count() == 2, "two branches are listed")
-    assert shown.session["branches"][1]["frame"] == 10
-    shown.page.locator(".branches .chip").first.click()
-    shown.until(lambda: shown.session["branch"] == shown.session["branches"][0]["id"], "the first branch is back")
-    shown.stands_at(10)

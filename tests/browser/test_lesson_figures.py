@@ -9,7 +9,7 @@ from pftrack.core.model.drawing import COLOURS, VIRIDIS
 from pftrack.teaching.lessons.figure import Figure, Panel, Trace
 from tests.browser.accessible import check
 from tests.browser.host import Server
-from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT, cloud
+from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT
 from tests.browser.views import View
 
 BARE = """<head><title>Figures</title><link rel="stylesheet" href="static/shared/palette.css">
@@ -79,8 +79,7 @@ class FigurePage(View):
     @property
     def heard(self) -> list[list[Any]]:
         """What the figure told since it was last asked."""
-        told: list[list[Any]] = self.page.evaluate("heard.splice(0)")
-        return told
+        return self.page.evaluate("heard.splice(0)")
 
     def handle(self, parameter: str) -> Any:
         return self.page.locator(f".figure-grip[data-parameter={parameter}]")
@@ -298,15 +297,6 @@ def test_axe_finds_nothing_in_a_figure_that_is_asked_about_and_marked(figures: F
     figures.page.evaluate("figure.ask({ panel: 'stems', along: 'x' })")
     figures.page.evaluate("figure.mark({ panel: 'densities', along: 'y', at: 0.3, exact: 0.84 })")
     check(figures.page)
-
-
-def test_thousands_of_points_look_like_few(figures: FigurePage) -> None:
-    """Points that are stamped stand where those do that are drawn, the denser the darker."""
-    figures.show(cloud(2000))
-    panel = cloud(10).panels[0]
-    assert figures.has(panel, 0, 0, COLOURS["estimate"])
-    assert figures.has(panel, 0, 0.2, COLOURS["estimate"])
-    assert not figures.has(panel, -3.8, -3.8, COLOURS["estimate"])
 
 
 def test_it_leaves_nothing_behind(figures: FigurePage) -> None:

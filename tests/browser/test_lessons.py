@@ -1,6 +1,5 @@
 """Lessons as a person takes them: predict, then see, then turn everything; and what may go wrong on the way."""
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +12,6 @@ from tests.browser.host import Server
 from tests.browser.views import View
 
 SHOW, SKIP = ".question button[type=submit]", ".question button.quiet"
-STORE = "localStorage['pftrack-lessons']"
 BROKEN = "---\ntitle: A lesson with a mistake\nexperiment: ball\nsead: 3\n---\nNothing is right here.\n"
 
 # Remembers what was asked for, and how many requests were under way at one time.
@@ -45,8 +43,7 @@ class LessonPage(View):
 
     @property
     def stage(self) -> str | None:
-        stage: str | None = self.page.locator("[data-part=question]").get_attribute("data-stage")
-        return stage
+        return self.page.locator("[data-part=question]").get_attribute("data-stage")
 
     @property
     def shown(self) -> int:
@@ -179,19 +176,6 @@ def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
     lesson.until(lambda: "nowhere yet" not in lesson.words, "the place is told")
     lesson.page.click(SHOW)
     lesson.until(lambda: lesson.stage in {"right", "wrong"}, "it is judged")
-
-
-def test_a_store_that_is_damaged_is_taken_up(lesson: LessonPage) -> None:
-    """What can be read of it counts, and the rest is asked again."""
-    text = json.dumps({"version": 9, "lessons": {"sir": {"given": 2, "right": True, "stars": 3}, "joint": 5}})
-    lesson.page.goto("healthz")
-    lesson.page.evaluate(f"(text) => {{ {STORE} = text; }}", text)
-    lesson.page.goto("learn")
-    assert "answered correctly" in lesson.page.inner_text("[data-lesson=sir]")
-    lesson.open("joint")
-    lesson.page.click(SKIP)
-    lesson.becomes("skipped")
-    assert json.loads(lesson.page.evaluate(STORE))["lessons"]["joint"] == {"skipped": True}
 
 
 def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, broken: Path, complaints: Complaints) -> None:

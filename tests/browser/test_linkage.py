@@ -1,20 +1,13 @@
 """A chain in the browser: regions split while one watches and one is refuted; arms on films are followed."""
 
-from itertools import islice
 from pathlib import Path
 
-import av
 import numpy as np
-import pytest
 
-from pftrack.vision.film import FilmWriter
 from tests.arm import FRAMES, film, joints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
-CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "ball_green_hand" / "clip.mp4"
-REAL_FRAMES = range(140, 152)
-REAL_JOINTS = {"root": (622, 85), "second joint": (430, 100), "third joint": (385, 88), "tip": (336, 77)}
 """In the first of these frames: cuff, wrist, knuckles and ball, px."""
 
 
@@ -68,38 +61,3 @@ def test_an_arm_is_marked_and_followed(gallery: Gallery, server: Server, tmp_pat
     seen = np.linalg.norm(np.diff(joints(0), axis=0), axis=1)
     assert (lengths[:, 1] > seen).all()
     assert len(rows) == FRAMES
-
-
-@pytest.mark.slow
-def test_a_real_arm_is_marked_and_followed(gallery: Gallery, server: Server, tmp_path: Path) -> None:
-    """The handles are dragged to the cuff, the wrist, the knuckles and the ball, and none of them is lost."""
-    if not CLIP.exists():
-        pytest.skip("the sample clips are not beside this checkout")
-    path = tmp_path / "arm.mp4"
-    with av.open(str(CLIP)) as clip, FilmWriter(path, 30.0) as film:
-        for frame in islice(clip.decode(video=0), REAL_FRAMES.start, REAL_FRAMES.stop):
-            film.write(frame.to_ndarray(format="rgb24"))
-    page = gallery.page
-    gallery.choose(path.name, path.read_bytes(), "video/mp4")
-    surface = page.locator(".mark-surface")
-    surface.wait_for()
-    page.select_option("#target-experiment", "linkage")
-    gallery.until(lambda: page.locator(".point[data-handle]").count() == 4, "four points are offered")
-    surface.scroll_into_view_if_needed()
-    area = surface.bounding_box()
-    for name, (x, y) in REAL_JOINTS.items():
-        handle = page.locator(f".point[data-handle='points.{name}']").bounding_box()
-        page.mouse.move(handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2)
-        page.mouse.down()
-        page.mouse.move(area["x"] + (x + 0.5) / 640 * area["width"], area["y"] + (y + 0.5) / 360 * area["height"])
-        page.mouse.up()
-    page.click("button:has-text('Track it')")
-    shown = SessionPage(page, server).ready()
-    points = shown.session["recipe"]["footage"]["mark"]["points"]
-    assert all(points[name] == pytest.approx(place, abs=1.5) for name, place in REAL_JOINTS.items())
-    caption = page.locator(".flat-caption")
-    for frame in (1, 2, 3, 7, len(REAL_FRAMES) - 1):
-        server.seek(shown.id, frame)
-        caption.get_by_text(f"frame {frame} ·").wait_for()
-        assert "not seen" not in caption.inner_text(), frame
-    assert len(server.column(shown.id, "series")) == len(REAL_FRAMES)

@@ -1,8 +1,6 @@
 """Runs that take long to compute: the page shows how far they are, and a button stops them."""
 
 import re
-import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +12,7 @@ from pftrack.runs import record
 from pftrack.runs.run import Run
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
-from tests.browser.views import Gallery, SessionPage
-
-Watch = Callable[..., SessionPage]
+from tests.browser.views import Gallery
 
 HEAVY = {"sample_count": 100_000}
 FAR = 24
@@ -29,30 +25,6 @@ WORDS = re.compile(r"Computing frame \d+ of (\d+)")
 
 
 # An import below shows and stops the same bar; tests/server/sessions/test_reopening.py has the way back.
-@pytest.mark.slow
-def test_a_session_that_comes_back(watch: Watch, server: Server, complaints: Complaints) -> None:
-    """A session that was stopped shows how far it is on its way back, and stays where it has come to on request."""
-    shown = watch(tracker="upf", frames=60, parameters=HEAVY)
-    server.seek(shown.id, FAR)
-    shown.stands_at(FAR)
-    complaints.expected = ("status of 503",)  # whatever the page was just asking of the worker
-    server.kill_worker(shown.id)
-    shutil.rmtree(server.data / "states" / shown.id, ignore_errors=True)
-    shown.page.locator(".notice button").click()
-    bar = shown.page.locator(".on-the-way")
-    bar.wait_for()
-    with server.freeze_newest():
-        found = WORDS.match(bar.locator("p").inner_text())
-        assert found
-        assert found.group(1) == str(FAR)
-        bar.locator("button").click()
-    bar.wait_for(state="hidden")
-    shown.page.locator(".notice").wait_for(state="hidden")
-    shown.until(lambda: shown.session["goal"] is None, "it has stopped")
-    assert 0 < shown.session["position"] == shown.session["computed"] < FAR
-    shown.stands_at(shown.session["position"])
-
-
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A saved run that takes some seconds to compute."""

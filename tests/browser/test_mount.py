@@ -156,35 +156,6 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     assert {server.session(it)["state"] for it in (one, other)} <= {"ready", "ended"}
 
 
-def test_a_session_has_the_parts_that_were_asked_for(several: Several) -> None:
-    """A session started from a recipe, with a transport and a readout alone, works without a scene."""
-    page = several.page
-    request = {"recipe": {"experiment": "ball", "seed": 3, "frames": 40}, "play": True}
-    several.mount("a", {"recipe": request, "parts": ["transport", "readout"]})
-    several.until(lambda: several.position("a") > 3, "it plays")
-    parts = page.evaluate("[...document.querySelectorAll('[data-part]')].map((it) => it.dataset.part)")
-    assert parts == ["readout", "transport"]
-    assert page.locator("iframe, canvas").count() == 0
-    several.until(lambda: "px" in page.inner_text("[data-part=readout]"), "the numbers of the frame are there")
-
-
-def test_a_panel_stands_alone(several: Several, server: Server) -> None:
-    """A panel without a scene turns the session's parameters; a flat scene without a panel has none."""
-    page = several.page
-    session = server.start_session()["id"]
-    several.mount("a", {"session": session, "parts": ["panel", "transport"]})
-    several.mount("b", {"session": session, "parts": ["scene"], "view": "flat"})
-    box = page.get_by_label("Particles").first
-    box.fill("250")
-    box.press("Enter")
-    several.until(lambda: server.session(session)["parameters"]["sample_count"] == 250, "the parameter is in force")
-    several.until(lambda: page.locator("#b canvas").count() == 1, "the flat view is there")
-    assert page.locator("#b .controls").count() == 0
-    several.dispose("a")
-    several.dispose("b")
-    assert page.locator("main *").count() == 2
-
-
 def test_keys_go_to_the_session_that_has_the_focus(several: Several, server: Server) -> None:
     """Of two sessions that are not in step the keys move the one in which they are pressed."""
     page = several.page

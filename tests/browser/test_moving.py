@@ -6,9 +6,29 @@ import pytest
 
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
-from tests.browser.test_inspect import SEEN
 from tests.browser.views import SessionPage
 
+# Of the particles within the picture the furthest from all: its place there, and where it is seen, CSS pixels.
+SEEN = """() => {
+    const { camera, nodeRefFromName } = window.__viserMutable ?? {};
+    const canvas = document.querySelector('canvas[data-engine]')?.getBoundingClientRect();
+    let found = null;
+    nodeRefFromName?.['/particles']?.traverse((item) => {
+        if (!item.isPoints) return;
+        const { array, count } = item.geometry.attributes.position;
+        const place = (n) => [array[3 * n], array[3 * n + 1], array[3 * n + 2]];
+        const all = Array.from({ length: count }, (_, n) => place(n));
+        const [middle, level] = [0, 1].map((axis) => all.reduce((sum, each) => sum + each[axis], 0) / count);
+        const off = ([x, y]) => Math.hypot(x - middle, y - level);
+        const inside = all.filter(([x, y]) => x > 20 && x < 300 && y < -20 && y > -220);
+        const furthest = inside.reduce((one, other) => (
+            off(one) < off(other) ? other : one));
+        const seen = item.localToWorld(camera.position.clone().set(...furthest)).project(camera);
+        const [x, y] = [(seen.x + 1) / 2 * canvas.width, (1 - seen.y) / 2 * canvas.height];
+        found = { at: [furthest[0], -furthest[1]], x, y };
+    });
+    return found;
+}"""
 GRIPS = "Boolean(window.__viserMutable?.nodeRefFromName?.['/grips'])"
 EYE = "window.__viserMutable.camera.position.toArray().map((value) => Math.round(value))"
 
@@ -28,6 +48,7 @@ def test_a_particle_is_dragged_with_shift_and_the_camera_turns_without(
     frame, mouse = view.page.locator(".scene-frame").bounding_box(), view.page.mouse
     seen = view.in_scene(f"({SEEN})()", None)
     at = frame["x"] + seen["x"], frame["y"] + seen["y"]
+    a_click_takes_the_particle_that_it_hits(view, at, seen["at"])
 
     def drag(across: float, down: float) -> None:
         mouse.move(*at)
@@ -51,3 +72,16 @@ def test_a_particle_is_dragged_with_shift_and_the_camera_turns_without(
     drag(40.0, -60.0)
     view.until(lambda: view.in_scene(EYE, None) != eye, "the camera turns")
     assert view.session["timeline"] == [change]
+
+
+def a_click_takes_the_particle_that_it_hits(view: SessionPage, at: tuple[float, float], place: list[float]) -> None:
+    """In three dimensions as in the flat picture: the particle that is hit is told."""
+    view.press("i")
+    view.page.get_by_role("button", name="Particle", exact=True).click()
+    card = view.page.locator(".inspection-card")
+    view.until(lambda: "drawn by" in card.inner_text(), "some particle is told")
+    view.page.mouse.click(*at)
+    wanted = "particle at {:.1f}, {:.1f} px".format(*place)
+    view.until(lambda: wanted in card.inner_text(), f"the {wanted} is told")
+    view.press("i")
+    card.wait_for(state="hidden")

@@ -58,8 +58,6 @@ def hypotheses_and_intervals_are_drawn_as_they_were_written_down(shown: SessionP
     branch = shown.session["branch"]
     shown.until(lambda: shown.lines.get(f"range {branch} low 0") == 40, "the interval is drawn")
     found, truth = shown.trace("range band 0"), shown.trace("range truth")
-    assert found is not None
-    assert truth is not None
     assert list(zip(found["low"], found["high"], strict=True)) == [tuple(row["range"]) for row in rows]
     assert truth["y"] == [row["truth"] for row in rows]
 
@@ -70,7 +68,6 @@ def what_a_method_does_not_have_is_not_shown(shown: SessionPage) -> None:
     shown.until(lambda: readings(shown) == ["estimate", "most probable", "range", "step"], "and only these readings")
     shown.until(lambda: "threshold" in shown.plot("sigma").inner_text(), "the threshold is told")
     threshold = shown.trace("thresholds")
-    assert threshold is not None
     assert set(threshold["y"]) == {0.3}
 
 
@@ -80,8 +77,6 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     count = sum(len(row["bank"]["weights"]) for row in rows)
     shown.until(lambda: len((shown.trace("tree") or {"y": []})["y"]) == count, "all possibilities are drawn")
     way, edges = shown.trace("tree way"), shown.trace("tree edges")
-    assert way is not None
-    assert edges is not None
     # From frame 39 back to 31, whose best comes from the mirror image, which comes from the first, and so on.
     expected = [2 if frame % 10 == 0 and frame < 39 else 1 for frame in range(39, -1, -1)]
     assert [way["x"], way["y"]] == [list(range(39, -1, -1)), expected]
@@ -99,21 +94,3 @@ def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, server: Server)
     tree.press("ArrowUp")
     assert len(shown.session["branches"]) == 1
     assert shown.position == 20
-
-
-def test_a_method_may_take_over_that_reports_something_else(page: Any, server: Server) -> None:
-    """What a method does not report is left out of its frames; the curves of the frames before stay."""
-    shown = opened(page, server, tracker="plain")
-    shown.until(lambda: shown.plots == ["sigma"], "a method that reports nothing has what all have")
-    shown.until(lambda: readings(shown) == ["estimate", "step"], "the readings as well")
-    server.seek(shown.id, 10)
-    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"tracker": "bank"}})
-    shown.play_to_the_end()
-    shown.until(lambda: shown.plots == ["hypotheses", "tree", "range", "sigma"], "now there is more to see")
-    rows = server.column(shown.id, "series")
-    assert ["bank" in row for row in rows] == [False] * 11 + [True] * 29
-    branch = shown.session["branch"]
-    shown.until(lambda: shown.lines.get(f"range {branch} low 0") == 40, "the interval is drawn")
-    found = shown.trace(f"range {branch} low 0")
-    assert found is not None
-    assert np.isnan(np.array(found["y"], dtype=np.float64)).tolist() == [True] * 11 + [False] * 29

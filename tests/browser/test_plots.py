@@ -3,34 +3,22 @@
 from collections.abc import Callable
 from typing import Any
 
-import httpx
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.vision.face import FEATURES
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
-from tests.experiments.head.heads import empty, pictures, simulated
-from tests.making import encoded
 
 Watch = Callable[..., SessionPage]
 HEAD = find("head")
 UNMEASURED = ("own_share", "shape_error", "free_energy")
 """Plots of the head that only a growing face has numbers for."""
 CUT_OFF = "(header) => header.scrollWidth > header.clientWidth"
+
+
 # How many px of the scrubber's lowest band have the colour of what is lost.
-LOST_PX = """(() => {
-    const canvas = document.querySelector('.scrubber-canvas');
-    const row = Math.round(71 * canvas.height / canvas.clientHeight);
-    const { data } = canvas.getContext('2d').getImageData(0, row, canvas.width, 1);
-    let count = 0;
-    for (let i = 0; i < data.length; i += 4) if (data[i] > 200 && data[i + 1] < 110 && data[i + 2] < 20) count += 1;
-    return count;
-})()"""
-
-
 def series(server: Server, session: str, name: str, branch: str | None = None) -> NDArray[np.float64]:
     rows = server.column(session, "series", branch)
     return np.array([row[name] for row in rows], dtype=np.float64)
@@ -48,8 +36,7 @@ def alpha_on_the_page(shown: SessionPage) -> NDArray[np.float64]:
 
 
 def on_screen(shown: SessionPage, place: Any) -> dict[str, float]:
-    area: dict[str, float] = place.bounding_box()
-    return area
+    return place.bounding_box()
 
 
 def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
@@ -60,7 +47,6 @@ def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
     a_pose_has_a_band_around_it_and_the_truth_in_it(shown, server)
     a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown)
     calibration_is_the_share_so_far(shown, server)
-    at_800_they_are_one_row(shown)
 
 
 def alpha_is_a_row_for_each_corner(shown: SessionPage, server: Server) -> None:
@@ -77,9 +63,6 @@ def a_pose_has_a_band_around_it_and_the_truth_in_it(shown: SessionPage, server: 
     branch = shown.session["branch"]
     shown.until(lambda: len((shown.trace(f"yaw {branch}") or {"x": []})["x"]) == 40, "yaw is drawn")
     drawn, band, truth = (shown.trace(f"yaw {name}") for name in (branch, "band 0", "truth"))
-    assert drawn is not None
-    assert band is not None
-    assert truth is not None
     yaw, sd = (series(server, shown.id, name) for name in ("yaw_deg", "yaw_deg_sd"))
     assert np.allclose(drawn["y"], yaw)
     assert np.allclose(band["high"], yaw + 2 * sd)
@@ -93,7 +76,6 @@ def calibration_is_the_share_so_far(shown: SessionPage, server: Server) -> None:
         line = f"calibration {shown.session['branch']} {name}"
         shown.until(lambda line=line: shown.lines.get(line) == 40, "the share is drawn")  # type: ignore[misc]
         drawn = shown.trace(line)
-        assert drawn is not None
         inside = series(server, shown.id, name).mean(axis=1)
         assert np.allclose(drawn["y"], 100 * np.cumsum(inside) / np.arange(1, 41))
 
@@ -110,20 +92,8 @@ def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: Sessi
     colours = {branch["id"]: branch["colour"] for branch in shown.session["branches"]}
     for branch in (first, second):
         drawn = shown.trace(f"yaw {branch}")
-        assert drawn is not None
         assert drawn["ink"] == colours[branch]
     shown.until(lambda: (shown.trace("alpha x1") or {}).get("ink") == colours[second], "alpha is the second branch's")
-
-
-def at_800_they_are_one_row(shown: SessionPage) -> None:
-    """The plots of a pose fold into one row of sparklines, which scrolls sideways while the page does not."""
-    page = shown.page
-    page.set_viewport_size({"width": 800, "height": 700})
-    tops = lambda: {round(on_screen(shown, place)["y"]) for place in page.locator(".plots .figure-panel").all()}  # noqa: E731
-    shown.until(lambda: len(tops()) == 1, "the plots stand side by side")
-    assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
-    assert on_screen(shown, page.locator(".scene"))["height"] > 230
-    assert min(on_screen(shown, place)["width"] for place in page.locator(".plots .figure-panel").all()) >= 120
 
 
 def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> None:
@@ -154,76 +124,6 @@ def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
     assert [title.inner_text() for title in titles if title.evaluate(CUT_OFF)] == []
 
 
-def test_a_face_behind_a_pillar_is_looked_for_and_found_again(watch: Watch, server: Server) -> None:
-    """The page says that the tracker looks for the face, who says what, and when it is back that it was found again."""
-    shown = watch(
-        experiment="head", frames=110, parameters={"image_width_px": 320, "find_again": True, "amplitude": 0.3}
-    )
-    first = shown.session["branch"]
-
-    def go(frame: int) -> None:
-        server.seek(shown.id, frame)
-        shown.stands_at(frame)
-
-    go(10)
-    shown.until(lambda: shown.verdict == "held (by truth)", "the face is tracked")
-    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"pillar_width_px": 300}})
-    go(35)
-    searching = server.column(shown.id, "searching")
-    assert searching[35] is True
-    said = "held (by truth), looking for the face (by the tracker)"
-    shown.until(lambda: shown.verdict == said, "the page says that the tracker looks for it where it was")
-    slider = shown.page.locator(".scrubber")
-    shown.until(lambda: "no face" in (slider.get_attribute("aria-valuetext") or ""), "the scrubber says so, too")
-    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"pillar_width_px": 0}})
-    go(60)
-    again = len(searching) + server.column(shown.id, "searching")[len(searching) :].index(False)
-    go(again)
-    shown.until(lambda: shown.verdict == "face found again (by truth)", "the page says that it was found")
-    go(again + 31)
-    shown.until(lambda: shown.verdict == "held (by truth)", "after a second it is tracked as before")
-    yaw = series(server, shown.id, "yaw_deg_sd", first)
-    assert yaw[again - 1] > 2 * yaw[10]
-    assert yaw[-1] < 0.5 * yaw[again - 1]
-
-
-@pytest.fixture(scope="module")
-def clip() -> bytes:
-    """A face that is there, away for 20 frames, and there again, 320 x 240 px."""
-    shown = pictures(60)
-    return encoded([empty(picture) if 20 <= index < 40 else picture for index, picture in enumerate(shown)])
-
-
-def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watch, server: Server, clip: bytes) -> None:
-    """What nobody knows is said to be unknown; the loss is told all the same, and one can go back to before it."""
-    target = simulated(60)[0].target
-    assert target is not None
-    assert target.landmarks is not None
-    low, high = target.landmarks.points_px.min(axis=0), target.landmarks.points_px.max(axis=0)
-    side = 1.4 * float((high - low).max())
-    x, y = ((low + high) / 2 - side / 2).tolist()
-    answer = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("face.mp4", clip))], timeout=60)
-    shown = watch(experiment="head", upload=answer.json()["id"], box=[x, y, side, side], frames=None)
-    shown.play_to_the_end()
-    assert set(server.column(shown.id, "lost")) == {None}
-    searching = server.column(shown.id, "searching")
-    since = searching.index(True)
-    server.seek(shown.id, since + 2)
-    said = f"lost since {since}, looking for the face (by the tracker)"
-    shown.until(lambda: shown.verdict == said, "the page says that it is lost")
-    shown.until(lambda: "unrecognised" in shown.plot("alpha").inner_text(), "the shading is the tracker's account")
-    assert not shown.plot("alpha").locator("header").evaluate(CUT_OFF)
-    shown.until(lambda: "no truth known" in shown.plot("error").inner_text(), "so is the error")
-    width = on_screen(shown, shown.page.locator(".scrubber"))["width"] - 114
-    marked = sum(searching) / len(searching)
-    shown.until(lambda: abs(shown.page.evaluate(LOST_PX) / width - marked) < 0.03, "the scrubber marks those frames")
-    shown.page.click("text=Before the loss")
-    shown.until(lambda: (shown.position or 99) < since, "the page stands before the loss")
-    shown.until(
-        lambda: shown.verdict == "followed (by the tracker)", "the face is there, and nobody else knows how well"
-    )
-
-
 def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     """The wheel with Ctrl zooms all plots at the pointer, dragging moves them, a double click shows all."""
     shown = watch(frames=60)
@@ -236,7 +136,6 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
 
     plot = shown.plot("error").locator(".figure-plot")
     drawn = shown.trace(f"error {branch}")
-    assert drawn is not None
     plot.hover(position=shown.place_in("error", 30, drawn["y"][30]))
     shown.until(lambda: "frame 30 · error" in page.locator(".tooltip:visible").inner_text(), "the value is told")
     page.keyboard.down("Control")

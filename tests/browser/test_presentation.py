@@ -46,6 +46,19 @@ def test_the_next_page_goes_on_presenting(watch: Callable[..., SessionPage]) -> 
     page.goto("learn/1")
     page.get_by_role("button", name="Present in large type").wait_for()
     assert not page.evaluate(PRESENTS), "Escape has ended it everywhere"
+    left_at_once_it_leaves_the_whole_screen(shown)
+
+
+def left_at_once_it_leaves_the_whole_screen(shown: SessionPage) -> None:
+    """F can be pressed twice without a wait for the browser in between."""
+    shown.page.evaluate("""() => {
+        window.changes = 0;
+        document.addEventListener('fullscreenchange', () => (window.changes += 1));
+    }""")
+    shown.press("f")
+    shown.press("f")
+    shown.until(lambda: shown.page.evaluate("changes") == 2, "the whole screen was taken and given back")
+    assert shown.page.evaluate("document.fullscreenElement === null")
 
 
 @pytest.fixture

@@ -123,14 +123,6 @@ def test_a_layer_can_be_switched_off(opened: tuple[Any, list[str]]) -> None:
     _wait(page, f"{PICTURE} === {before!r}")
 
 
-def test_light_and_dark_can_be_chosen(opened: tuple[Any, list[str]]) -> None:
-    """The button goes round the system's colours, light and dark."""
-    page, _ = opened
-    for theme in ("light", "dark", None):
-        page.click("[data-role='theme']")
-        assert page.evaluate("document.documentElement.dataset.theme ?? null") == theme
-
-
 def test_the_page_says_what_it_is(run: Run, opened: tuple[Any, list[str]]) -> None:
     """Title, recipe, hash, citation and manifest are in it, to be read without running anything."""
     page, _ = opened

@@ -163,8 +163,6 @@ def test_a_complete_sweep_is_looked_at(sweep: SweepPage, page: Any, server: Serv
     the_other_methods_are_one_click_away(sweep, page, server)
     it_fits_and_can_be_used_by_everybody(sweep, page)
     a_measure_is_chosen(sweep, page, server)
-    two_methods_are_compared_by_a_measure(sweep, page)
-    page.select_option("select[aria-label='Compared by']", "success")
     there_are_several_ways_to_see_it(sweep, page)
     my_work_lists_it(sweep, page)
 
@@ -253,23 +251,6 @@ def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
     sweep.until(lambda: sweep.colours("h-spf") != shown, "another measure is another map")
 
 
-def two_methods_are_compared_by_a_measure(sweep: SweepPage, page: Any) -> None:
-    """Difference and significance are of any measure that the sweep has, beside the maps of that measure."""
-    sweep.show("Difference")
-    page.select_option("select[aria-label='Compared by']", "median_error_px")
-    words = "Median error, mean of all runs"
-    sweep.until(lambda: words in page.inner_text(".sweep-legend"), "the legend says so")
-    sweep.until(lambda: "px" in page.locator(".legend-key", has_text="Difference").inner_text(), "it has its unit")
-    assert page.locator("select[aria-label='Which measure']").count() == 0
-    sweep.show("Significance")
-    sweep.until(lambda: "not significant" in page.inner_text("[data-part=maps]"), "the verdicts are counted")
-    assert page.locator("select[aria-label='Test']").count() == 0
-    page.reload()
-    by = page.locator("select[aria-label='Compared by']")
-    sweep.until(lambda: by.count() == 1 and by.input_value() == "median_error_px", "a link shows the same")
-    sweep.until(lambda: words in page.inner_text(".sweep-legend"), "in the legend as well")
-
-
 def test_errors_stand_beside_their_field(page: Any, complaints: Complaints) -> None:
     """What is wrong in the form is said beside the field, before and without starting anything."""
     complaints.expected = ("422",)
@@ -290,28 +271,6 @@ def test_errors_stand_beside_their_field(page: Any, complaints: Complaints) -> N
         form.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
 
 
-# tests/server/sweeps/test_sweep_recovery.py cancels and resumes; the buttons are pressed by the visitor.
-@pytest.mark.slow
-def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints) -> None:
-    """A running sweep is cancelled, resumed and deleted with a button each, and the page says how it stands."""
-    complaints.expected = ("404", "WebSocket")
-    begun = server.post("sweeps", {**SMALL, "trials": 400, "frames": 120, "parameters": {}})
-    page.goto(begun["page"])
-    sweep = SweepPage(page)
-    sweep.until(
-        lambda: " of 4,800 runs" in sweep.words and "left" in sweep.words, "the rate and the time left are told"
-    )
-    page.click("[data-role=cancel]")
-    sweep.until(lambda: sweep.words.startswith("Stopped"), "the page says that it stopped")
-    page.locator(".sweep-bar .note", has_text="was cancelled").wait_for()
-    page.click("[data-role=resume]")
-    sweep.until(lambda: page.locator("[data-role=cancel]").is_visible(), "it runs again")
-    page.click("[aria-label='Delete this sweep']")
-    page.click("text=Delete it")
-    page.wait_for_url("**/", wait_until="commit")
-    assert begun["id"] not in [item["id"] for item in server.get("sweeps")]
-
-
 def it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> None:
     """On a wide screen, a narrow one and a phone nothing hangs out at the side; axe finds nothing, light and dark."""
     sweep.show("Significance")
@@ -321,15 +280,6 @@ def it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> None:
         page.set_viewport_size({"width": width, "height": 800})
         sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
     check(page)
-
-
-def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
-    """A sweep that is not there is said not to be there, with the way back."""
-    complaints.expected = ("404",)
-    page.goto("sweep/0123456789abcdef")
-    page.get_by_role("heading", name="Couldn't show this sweep").wait_for()
-    page.click("text=Back to the experiments")
-    page.wait_for_url("**/", wait_until="commit")
 
 
 def my_work_lists_it(sweep: SweepPage, page: Any) -> None:

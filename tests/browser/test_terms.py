@@ -45,20 +45,6 @@ def test_a_word_is_explained_by_pointer_keys_and_finger(watch: Watch, server: Se
     shown.until(lambda: "particles" in meaning.inner_text().lower(), "a parameter is explained")
 
 
-def test_a_finger_needs_no_pointer_that_hovers(server: Server, chromium: Any) -> None:
-    """On a phone a tap shows it, and a tap elsewhere puts it away."""
-    session = server.start_session(frames=10)
-    context = chromium.new_context(viewport={"width": 390, "height": 844}, has_touch=True, base_url=f"{server.url}/")
-    context.add_init_script("localStorage['pftrack-view'] ??= 'flat'")
-    page = context.new_page()
-    page.goto(session["page"])
-    page.locator(".scrubber-rows .term", has_text="P(lost)").tap()
-    page.locator("#meaning").wait_for()
-    page.locator(".top").tap(position={"x": 2, "y": 2})
-    page.locator("#meaning").wait_for(state="hidden")
-    context.close()
-
-
 def test_the_glossary_is_a_page(page: Any) -> None:
     """What all share, and what each experiment declares; the keys of a session and the start page lead there."""
     page.goto("./")

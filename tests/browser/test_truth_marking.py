@@ -44,8 +44,7 @@ def click_disc(shown: SessionPage, frame: int) -> None:
 
 def table(shown: SessionPage, upload: str) -> list[str]:
     where = f"api/v1/uploads/{upload}/truth.csv?experiment=ball"
-    lines: list[str] = shown.page.request.get(where).text().split()
-    return lines
+    return shown.page.request.get(where).text().split()
 
 
 def test_truth_is_clicked_frame_by_frame_and_measures_the_run(shown: SessionPage, server: Server, upload: str) -> None:

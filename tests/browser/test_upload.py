@@ -10,7 +10,7 @@ from pftrack.vision.face import gaze
 from tests.browser.accessible import check, fits
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
-from tests.experiments.head.heads import empty, film, marked, pictures, simulated
+from tests.experiments.head.heads import film, marked, pictures, simulated
 from tests.making import disc_film
 
 FRAMES = 30
@@ -146,8 +146,7 @@ class Form(View):
 
     @property
     def points(self) -> dict[str, list[float]]:
-        points: dict[str, list[float]] = self.page.evaluate(SHOWN)
-        return points
+        return self.page.evaluate(SHOWN)
 
     def drag(self, name: str, right: float, down: float) -> None:
         """Drag a point by so many px of the picture."""
@@ -190,7 +189,6 @@ def series(server: Server, session: str, name: str) -> NDArray[np.float64]:
 def true_poses() -> list[tuple[float, float, float]]:
     poses = []
     for frame in simulated(END, width=WIDTH)[BEGIN:]:
-        assert frame.target is not None
         yaw, pitch, roll = np.rad2deg(gaze(frame.target.position)).tolist()
         poses.append((yaw, pitch, roll))
     return poses
@@ -278,35 +276,6 @@ def test_a_face_is_proposed_unless_a_person_has_chosen(gallery: Gallery) -> None
     form.until(lambda: choice.input_value() == "head", "the head is proposed")
     form.page.locator(".target-choices", has_text="There is a face in the picture.").wait_for()
     form.settled()
-
-
-def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery) -> None:
-    """The first frame with a face is gone to; in a frame without one it is said so, and a box places the points."""
-    face = pictures(4, width=WIDTH)
-    gallery.choose("late.mp4", film([empty(face[0])] * 6 + face), "video/mp4")
-    form = Form(gallery.page)
-    form.follow_a_head()
-    form.settled()
-    start = form.page.locator("#target-start")
-    form.until(lambda: start.input_value() == "6", "the picture with the face is gone to")
-    form.page.locator(".finding", has_text="Starting at picture 0, the first suitable face is in picture 6.").wait_for()
-
-    start.fill("2")
-    form.page.locator("text=found none in the picture").wait_for()
-    assert form.points == {}
-    assert form.page.locator("button:has-text('Track it')").is_disabled()
-    form.page.click("text=Draw a box around the face…")
-    surface = form.page.locator("[data-mark=box] .mark-surface")
-    form.until(lambda: surface.bounding_box()["height"] > 100, "the picture is shown")
-    area = surface.bounding_box()
-    form.page.mouse.move(area["x"] + 0.3 * area["width"], area["y"] + 0.2 * area["height"])
-    form.page.mouse.down()
-    form.page.mouse.move(area["x"] + 0.6 * area["width"], area["y"] + 0.8 * area["height"], steps=4)
-    form.page.mouse.up()
-    form.page.click("text=Place the features of the face")
-    placed = form.settled()
-    assert all(0.3 * WIDTH < x < 0.6 * WIDTH for x, _ in placed.values())
-    assert form.page.locator(".point.placed").count() == 11
 
 
 def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:

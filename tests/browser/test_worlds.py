@@ -1,12 +1,9 @@
 """Worlds beside the picture: seen from their viewpoints, and from wherever somebody turns them to."""
 
-import io
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
@@ -149,17 +146,3 @@ def it_makes_room(view: WorldPage) -> None:
         apart = lambda: not view.page.evaluate(OVERLAP, [".flat-canvas", ".world"])  # noqa: E731 - one line of reading
         view.until(apart, f"it stands {place} the picture")
     assert view.page.evaluate("document.documentElement.scrollWidth") <= 390
-
-
-def test_in_the_dark_it_is_dark(view: WorldPage) -> None:
-    """A world is drawn on white; in the dark theme it is seen on the surface of the page, and lines stay brighter."""
-
-    def ground() -> float:
-        shot = np.asarray(Image.open(io.BytesIO(view.canvas.screenshot())).convert("L"))
-        return float(np.median(shot))
-
-    view.canvas.wait_for()
-    assert ground() > 240
-    view.page.emulate_media(color_scheme="dark")
-    view.until(lambda: ground() < 40, "the ground is dark")
-    view.page.emulate_media(color_scheme="light")

@@ -168,18 +168,15 @@ class SessionPage(View):
 
     @property
     def lines(self) -> dict[str, int]:
-        lines: dict[str, int] = self.page.evaluate(LINES)
-        return lines
+        return self.page.evaluate(LINES)
 
     def trace(self, name: str) -> dict[str, Any] | None:
         """Return a trace of the plots; None while it is not there."""
-        found: dict[str, Any] | None = self.page.evaluate(TRACE, name)
-        return found
+        return self.page.evaluate(TRACE, name)
 
     def place_in(self, plot: str, x: float, y: float) -> dict[str, float]:
         """Return where values lie in a plot, px of its `.figure-plot`."""
-        place: dict[str, float] = self.page.evaluate(PLACE, [plot, x, y])
-        return place
+        return self.page.evaluate(PLACE, [plot, x, y])
 
     def plot(self, name: str) -> Any:
         """Return a plot with its title."""

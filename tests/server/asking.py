@@ -6,8 +6,7 @@ import httpx
 
 
 def get(client: httpx.Client, session: str) -> dict[str, Any]:
-    found: dict[str, Any] = client.get(f"/api/v1/sessions/{session}").json()
-    return found
+    return client.get(f"/api/v1/sessions/{session}").json()
 
 
 def timeline_of(session: dict[str, Any]) -> list[dict[str, Any]]:
@@ -17,5 +16,4 @@ def timeline_of(session: dict[str, Any]) -> list[dict[str, Any]]:
 
 def columns(client: httpx.Client, session: str, branch: str | None = None) -> dict[str, list[Any]]:
     query = {"branch": branch} if branch else {}
-    found: dict[str, list[Any]] = client.get(f"/api/v1/sessions/{session}/diagnostics", params=query).json()["columns"]
-    return found
+    return client.get(f"/api/v1/sessions/{session}/diagnostics", params=query).json()["columns"]

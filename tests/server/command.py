@@ -106,7 +106,6 @@ def refused(*wishes: Wish) -> list[str]:
 
 def link(process: subprocess.Popen[str]) -> str:
     """Return the address that a server prints when it can be reached."""
-    assert process.stdout is not None
     line = process.stdout.readline()
     found = re.search(r"http://\S+", line)
     assert found, line

@@ -20,8 +20,7 @@ KINDS: dict[str, type[Primitive]] = {kind.__name__.lower(): kind for kind in get
 def messages_of(message: bytes) -> list[dict[str, Any]]:
     """Return what was told up to a drawing, from the drawing's message."""
     _, length = START.unpack_from(message)
-    messages: list[dict[str, Any]] = json.loads(message[START.size : START.size + length])["messages"]
-    return messages
+    return json.loads(message[START.size : START.size + length])["messages"]
 
 
 class Reader:

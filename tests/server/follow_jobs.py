@@ -10,8 +10,7 @@ from tests.waiting import wait_for
 
 def asked(client: httpx.Client, begun: dict[str, Any]) -> dict[str, Any]:
     """Return what a job tells now."""
-    found: dict[str, Any] = client.get(f"/api/v1/jobs/{begun['id']}").json()
-    return found
+    return client.get(f"/api/v1/jobs/{begun['id']}").json()
 
 
 def ended(client: httpx.Client, begun: httpx.Response | dict[str, Any]) -> dict[str, Any]:
@@ -26,8 +25,7 @@ def ended(client: httpx.Client, begun: httpx.Response | dict[str, Any]) -> dict[
         told = asked(client, job)
         return None if told["state"] == "working" else told
 
-    found: dict[str, Any] = wait_for(over, 60, what="the job has ended")
-    return found
+    return wait_for(over, 60, what="the job has ended")
 
 
 def written(client: httpx.Client, begun: httpx.Response) -> httpx.Response:
@@ -51,8 +49,7 @@ def bring_in(client: httpx.Client, content: bytes, name: str = "x.pft") -> dict[
     """Send a saved run, and return it once it has been computed."""
     told = ended(client, send_run(client, content, name))
     assert told["state"] == "done", told["error"]
-    run: dict[str, Any] = told["result"]
-    return run
+    return told["result"]
 
 
 def import_refusal(client: httpx.Client, content: bytes) -> str:

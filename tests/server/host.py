@@ -66,8 +66,7 @@ class Server:
 
     def pid_of(self, session: str) -> int:
         """The worker's process number."""
-        pid: int = self.manager.get(session).worker.pid
-        return pid
+        return self.manager.get(session).worker.pid
 
     def start(self) -> None:
         self.thread.start()
@@ -99,16 +98,14 @@ def begin(client: httpx.Client, **body: Any) -> dict[str, Any]:
     """Start a session."""
     answer = client.post("/api/v1/sessions", json=session_request({"experiment": "ball", "seed": 7, **body}))
     assert answer.status_code == 201, answer.text
-    started: dict[str, Any] = answer.json()
-    return started
+    return answer.json()
 
 
 def steer(client: httpx.Client, session: str, action: str, **more: Any) -> dict[str, Any]:
     """Steer a session."""
     answer = command(client, session, action, **more)
     assert answer.status_code == 200, answer.text
-    steered: dict[str, Any] = answer.json()
-    return steered
+    return answer.json()
 
 
 def command(client: httpx.Client, session: str, kind: str, **more: Any) -> httpx.Response:

@@ -37,13 +37,11 @@ def begin_sweep(client: httpx.Client, **changes: Any) -> dict[str, Any]:
     """Start a sweep, the small one unless told otherwise."""
     answer = client.post("/api/v1/sweeps", json={**SMALL, **changes})
     assert answer.status_code == 201, answer.text
-    begun: dict[str, Any] = answer.json()
-    return begun
+    return answer.json()
 
 
 def show(client: httpx.Client, sweep: str) -> dict[str, Any]:
-    shown: dict[str, Any] = client.get(f"/api/v1/sweeps/{sweep}").json()
-    return shown
+    return client.get(f"/api/v1/sweeps/{sweep}").json()
 
 
 def until_state(client: httpx.Client, sweep: str, state: str, seconds: float = 60) -> dict[str, Any]:
@@ -61,8 +59,7 @@ def until_some(client: httpx.Client, sweep: str, runs: int = 1) -> int:
 def rows(client: httpx.Client, sweep: str, **query: Any) -> dict[str, Any]:
     answer = client.get(f"/api/v1/sweeps/{sweep}/rows", params=query)
     assert answer.status_code == 200, answer.text
-    found: dict[str, Any] = answer.json()
-    return found
+    return answer.json()
 
 
 def drivers(server: int) -> list[psutil.Process]:

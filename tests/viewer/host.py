@@ -237,7 +237,6 @@ class Site:
 
     async def _asset(self, name: str) -> Response:
         file = client_asset(name)
-        assert file is not None
         return Response(file.content, media_type=file.media_type)
 
     async def _bridge(self, websocket: WebSocket) -> None:

@@ -4,7 +4,6 @@ Software rendering is slow, so content is awaited and never counted by the secon
 """
 
 import contextlib
-import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -147,29 +146,6 @@ def test_the_front_preset_fits_the_picture_to_the_window(scene: Any) -> None:
     until(scene, f"{reach} > 0.9 && {reach} <= 1.0")
 
 
-def test_a_dragged_slider_calls_on_change(session: Session, page: Any, scene: Any) -> None:
-    """The value under the mouse reaches the session and stays in the control."""
-    track = row(scene, "Occluder width (px)").locator(".mantine-Slider-track").bounding_box()
-    middle = track["y"] + track["height"] / 2
-    page.mouse.move(track["x"] + 0.2 * track["width"], middle)
-    page.mouse.down()
-    for share in (0.3, 0.4, 0.5):
-        page.mouse.move(track["x"] + share * track["width"], middle)
-        page.wait_for_timeout(100)
-    page.mouse.up()
-    wait_for(lambda: abs(float(session.values["occlusion_width_px"]) - 100.0) <= 4.0)
-    page.wait_for_timeout(800)
-    assert float(box(scene, "Occluder width (px)").input_value()) == session.values["occlusion_width_px"]
-
-
-def test_a_slider_moves_by_the_keyboard(session: Session, page: Any, scene: Any) -> None:
-    """Arrow keys on a slider are the slider's, not the run's."""
-    row(scene, "Occluder width (px)").locator("[role=slider]").focus()
-    page.keyboard.press("ArrowRight")
-    wait_for(lambda: session.values["occlusion_width_px"] == 41.0)
-    assert page.evaluate("heard") == []
-
-
 def test_a_typed_number_counts_when_it_is_finished(session: Session, page: Any, scene: Any) -> None:
     """On the way from 800 to 250 nobody runs with 2 particles."""
     field = box(scene, "Particles")
@@ -200,17 +176,6 @@ def test_what_is_being_typed_is_not_written_over(session: Session, page: Any, sc
     wait_for(lambda: session.changes == [{"sample_count": 250}])
 
 
-def test_a_refused_value_springs_back(session: Session, page: Any, scene: Any) -> None:
-    """The box shows what is in force again, and a note says what was wrong."""
-    session.accept = lambda _: "sample_count must be at most 500, got 900"
-    field = box(scene, "Particles")
-    field.fill("900")
-    field.press("Enter")
-    scene.get_by_text("sample_count must be at most 500, got 900").wait_for(timeout=60_000)
-    wait_for_value(page, field, "800")
-    assert session.changes == [{"sample_count": 900}]
-
-
 def test_a_number_that_is_selected_is_typed_over_whatever_it_becomes(session: Session, page: Any, scene: Any) -> None:
     """An answer that comes between the click and the first digit does not leave its own digits before it."""
     field = box(scene, "Particles")
@@ -221,25 +186,6 @@ def test_a_number_that_is_selected_is_typed_over_whatever_it_becomes(session: Se
     page.keyboard.type("55")
     page.keyboard.press("Enter")
     wait_for(lambda: session.changes == [{"sample_count": 55}])
-
-
-def test_a_typed_seed_begins_the_run_anew(session: Session, page: Any, scene: Any) -> None:
-    """It counts when it is finished, as one whole number."""
-    session.transport.clear()
-    field = box(scene, "Seed")
-    field.fill("4242")
-    field.press("Enter")
-    wait_for(lambda: session.transport == [{"kind": "restart", "seed": 4242}])
-    session.tell(PanelValues({}, "h-spf", 4242))
-    wait_for_value(page, field, "4242")
-
-
-def test_the_authoritative_value_appears_without_coming_back(session: Session, page: Any, scene: Any) -> None:
-    """A change by REST is shown, and is not proposed again."""
-    session.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
-    wait_for_value(page, box(scene, "Particles"), "321")
-    page.wait_for_timeout(300)
-    assert session.changes == []
 
 
 def test_keys_are_handed_to_the_page(page: Any, scene: Any) -> None:
@@ -267,15 +213,6 @@ def test_keys_in_a_box_stay_in_the_box(page: Any, scene: Any) -> None:
     page.keyboard.press("Escape")
     page.wait_for_timeout(200)
     assert page.evaluate("heard") == []
-
-
-def test_the_trackers_controls_follow_the_tracker(session: Session, scene: Any) -> None:
-    """Another tracker shows what it reads, and nothing else."""
-    scene.get_by_text("Threshold", exact=True).wait_for()
-    session.tell(PanelValues({}, "condensation", 7))
-    scene.get_by_text("Threshold", exact=True).wait_for(state="detached")
-    session.tell(PanelValues({}, "h-spf", 7))
-    scene.get_by_text("Threshold", exact=True).wait_for()
 
 
 def test_a_frame_without_focus_reconnects(session: Session, page: Any, scene: Any) -> None:
@@ -354,67 +291,6 @@ def wait_for_value(page: Any, field: Any, value: str) -> None:
 
 def _await(page: Any, condition: Callable[[], bool]) -> None:
     wait_for(condition, pause=lambda rest: page.wait_for_timeout(1000 * rest))
-
-
-# Of each picture that is drawn from now on: the place of the mesh's first vertex, and its colour there, if it is there.
-WATCH_MESH = """(() => {
-    const { scene, nodeRefFromName: nodes } = window.__viserMutable;
-    const before = scene.onBeforeRender;
-    window.drawnMeshes = [];
-    scene.onBeforeRender = function (...given) {
-        before?.apply(this, given);
-        let found = null;
-        nodes['/mesh']?.traverse((item) => {
-            if (!item.isMesh) return;
-            const { position, color } = item.geometry.attributes;
-            found = [position.getX(0), color && item.material.vertexColors ? color.getX(0) : -1];
-        });
-        drawnMeshes.push(found);
-    };
-})()"""
-
-
-MESH_IS_THERE = """(() => {
-    let found = false;
-    window.__viserMutable.nodeRefFromName['/mesh']?.traverse((item) => (found ||= item.isMesh));
-    return found;
-})()"""
-
-
-def coloured(number: int) -> Mesh:
-    """A mesh whose first vertex is the redder the further to the right it is."""
-    corners = np.array(((60 + number, 60, 2), (200, 60, 2), (60, 180, 2)), dtype=np.float32)
-    colours = np.array(((5 * number, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
-    return Mesh(corners, np.array(((0, 1, 2),), dtype=np.int32), colours, 0.9, "estimate")
-
-
-# Many pictures drawn in software; the next test has the same mesh in one.
-@pytest.mark.slow
-def test_a_mesh_that_changes_never_flickers(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
-    """Each picture that is drawn has the mesh in it, with the colours that belong to its vertices."""
-    shown = drawing(3)
-
-    def show(number: int) -> None:
-        session.show(replace(shown, primitives={**shown.primitives, "mesh": coloured(number)}), 3)
-
-    show(0)
-    until(scene, MESH_IS_THERE)
-    scene.evaluate(WATCH_MESH)
-    for number in itertools.count(1):
-        show(number % 21)
-        opened[0].wait_for_timeout(60)
-        if number % 21 == 20 and scene.evaluate("drawnMeshes.length") > 5:
-            break
-    until(scene, "Math.round(drawnMeshes.at(-1)?.[0]) === 80")
-    drawn = scene.evaluate("drawnMeshes")
-    assert None not in drawn, f"the mesh is missing in {drawn.count(None)} of {len(drawn)} pictures"
-    for place, red in drawn:
-        assert red == pytest.approx(linear(5 * (place - 60) / 255), abs=2e-3)
-
-
-def linear(srgb: float) -> float:
-    """Return an sRGB value in proportion to light (IEC 61966-2-1)."""
-    return srgb / 12.92 if srgb <= 0.04045 else ((srgb + 0.055) / 1.055) ** 2.4
 
 
 def test_a_mesh_has_the_colours_of_its_vertices(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:

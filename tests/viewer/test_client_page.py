@@ -23,7 +23,6 @@ def test_letters_of_the_page_leave_the_scene() -> None:
     """Each letter that the page's help lists is handed on from the scene's frame, with shift or without."""
     listed = set(re.findall(r'keys: "([A-Z])"', PAGE_KEYS.read_text(encoding="utf-8")))
     handed = re.search(r'\.\.\."([^"]+)"', (CLIENT / "keys.js").read_text(encoding="utf-8"))
-    assert handed is not None
     assert len(listed) > 8
     assert listed | {letter.lower() for letter in listed} <= set(handed[1])
 

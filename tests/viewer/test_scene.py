@@ -47,7 +47,6 @@ def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -
     picture = peer.nodes["/picture"]
     assert (picture["_format"], picture["render_width"], picture["render_height"]) == ("jpeg", 320.0, 240.0)
     decoded = cv2.imdecode(np.frombuffer(picture["_data"], dtype=np.uint8), cv2.IMREAD_COLOR)
-    assert decoded is not None
     np.testing.assert_allclose(decoded[30, 30, ::-1], (208, 32, 32), atol=12)
 
 

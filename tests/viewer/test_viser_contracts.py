@@ -250,5 +250,4 @@ def test_the_clients_page_has_the_places_where_something_is_put() -> None:
 def test_the_client_still_uses_the_words_that_the_scripts_know(word: str, use: str) -> None:
     """A name that is gone from the client means that what rests on it does nothing any more."""
     parts = client_parts()
-    assert parts is not None
     assert word.encode() in parts.script.content, f"the client of {VERSION} knows no {word}: {use}"

@@ -45,7 +45,6 @@ def test_a_scene_is_sent_files_and_no_pixels() -> None:
     picture = sent.pictures["picture"]
     assert (picture.width, picture.height) == (80, 60)
     seen = cv2.imdecode(np.frombuffer(picture.file, np.uint8), cv2.IMREAD_COLOR)
-    assert seen is not None
     assert seen.shape == (60, 80, 3)
     np.testing.assert_allclose(seen[30, 30, ::-1], (200, 40, 90), atol=4)
 

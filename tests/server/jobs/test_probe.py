@@ -38,10 +38,7 @@ def probe(
 ) -> FrameIndex:
     """Probe a file within the usual budget, but for what is told."""
     wanted = Budget(**{name: getattr(BUDGET, name) for name in Budget.__slots__} | budget)
-    found: FrameIndex = run(
-        module.probe(ChildTasks(Queues()), path, limits, budget=wanted, columns=columns, stopped=stopped)
-    )
-    return found
+    return run(module.probe(ChildTasks(Queues()), path, limits, budget=wanted, columns=columns, stopped=stopped))
 
 
 @pytest.fixture(scope="module")

@@ -41,8 +41,7 @@ def occupied(server: Server, *names: str) -> Iterator[None]:
 
 
 def before(client: httpx.Client, ticket: str) -> int:
-    place: int = client.get(f"/api/v1/queue/{ticket}").json()["before"]
-    return place
+    return client.get(f"/api/v1/queue/{ticket}").json()["before"]
 
 
 def send_film(server: Server, ticket: str) -> httpx.Response:

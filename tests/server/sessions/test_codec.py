@@ -13,8 +13,6 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as model
-from pftrack.experiments import find
-from pftrack.runs.run import Run
 from pftrack_server.sessions.worker.codec import DrawingEncoder
 from tests.server.drawings import decode, messages_of
 
@@ -181,36 +179,6 @@ def test_numbers_can_be_rounded_to_a_share_of_themselves(places: NDArray[np.floa
     drawing = model.Drawing(9, 9, {"a": model.Points(places, np.zeros((5, 3), np.uint8), 2.0)})
     read = decode(DrawingEncoder(bits=10).encode(drawing, 0).message())[1].primitives["a"].positions
     np.testing.assert_allclose(read, places, rtol=2.0**-10, atol=1e-40)
-
-
-@pytest.mark.parametrize("experiment_id", ["ball", "head", "structure"])
-def test_what_experiments_draw_is_small_and_whole(experiment_id: str) -> None:
-    """Frames with pictures, surfaces and worlds arrive whole.
-
-    Pictures come as JPEG, anything else once and in no more than its own bytes. A grainy picture takes up to a
-    quarter of its raw bytes. Each primitive has a name and a style besides.
-    """
-    experiment = find(experiment_id)
-    run = Run(experiment, experiment.simulate(), seed=5)
-    run.seek(3)
-    drawing = experiment.draw(run.current, run.diagnostics)
-    message = DrawingEncoder().encode(drawing, 3).message()
-    _, read, files = decode(message)
-    assert {name: type(item) for name, item in read.primitives.items()} == {
-        name: type(item) for name, item in drawing.primitives.items()
-    }
-    drawn = [*drawing.primitives.values(), *(item for world in drawing.worlds for item in world.primitives.values())]
-    pictures = [item.image_rgb.nbytes for item in drawn if isinstance(item, model.Picture)]
-    others = [bytes_of(item) for item in drawn if not isinstance(item, model.Picture)]
-    jpeg = sum(len(file) for file in files.values())
-    assert jpeg < 0.25 * sum(pictures)
-    assert len(message) - jpeg < sum(others) + 500 * len(drawn)
-
-
-def bytes_of(item: model.Primitive) -> int:
-    """Return how many bytes the arrays of a primitive have."""
-    values = (getattr(item, field.name) for field in dataclasses.fields(item))
-    return sum(value.nbytes for value in values if isinstance(value, np.ndarray))
 
 
 def test_what_was_told_up_to_it_is_in_its_head() -> None:

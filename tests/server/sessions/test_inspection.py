@@ -10,7 +10,7 @@ from pftrack.core.model.drawing import Drawing, Ellipse, Picture, Polyline
 from pftrack.core.refusal import ParameterError
 from pftrack_server.sessions.worker.protocol import Inspect
 from pftrack_server.sessions.worker.run_tree import RunTree
-from tests.server.host import command, error_of, steer
+from tests.server.host import command, steer
 from tests.server.sessions.test_run_tree import config, forward
 
 
@@ -96,9 +96,3 @@ class TestRoute:
         lineage = found["genealogy"]
         assert (lineage["first"], len(lineage["counts"])) == (0, 11)
         assert all(len(line) == 11 for line in lineage["lines"])
-
-    def test_nonsense_is_refused(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """A place that is not a number, and a particle that is not there, are refused with the field's name."""
-        assert command(client, session["id"], "inspect", place=[1e9, 0]).status_code == 422
-        refused = command(client, session["id"], "inspect", particle=10**6)
-        assert (refused.status_code, error_of(refused, 422)["field"]) == (422, "particle")

@@ -178,7 +178,7 @@ def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -
 
 
 def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
-    """At the limit a suspended session without name and bookmarks ends for a new one, but not for a follower's copy."""
+    """At the limit a plain suspended session ends for a new one, but neither for a copy nor for a name in use."""
     with start_server(max_stored_sessions=2) as (server, client):
         named, plain = (begin(client)["id"] for _ in range(2))
         client.patch(f"/api/v1/sessions/{named}", json={"name": "Keep"})
@@ -186,6 +186,8 @@ def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
         assert "My work" in error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
         for name in (named, plain):
             server.run(server.manager.get(name).suspend("Nobody is here."))
+        error_of(client.post("/api/v1/sessions", json={**body, "id": named}), 409)
+        assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {named, plain}
         with follower(server, lead(client, named)) as one, one.socket():
             refused = error_of(one.ask("POST", "follow/fork", session=named), 503)
         assert "Ask the lecturer" in refused["message"]
@@ -226,13 +228,3 @@ def test_what_somebody_looks_at_and_what_is_made_stay(start_server: Any) -> None
             assert "My work" in error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
             gate.open()
             assert made.result().status_code == 201
-
-
-def test_a_name_that_is_taken_ends_nothing(start_server: Any) -> None:
-    """At the limit a client that asks for the same session twice is refused before another one gives way."""
-    with start_server(max_stored_sessions=2) as (server, client):
-        taken, plain = (begin(client)["id"] for _ in range(2))
-        server.run(server.manager.get(plain).suspend("Nobody is here."))
-        body = session_request({"experiment": "ball"})
-        error_of(client.post("/api/v1/sessions", json={**body, "id": taken}), 409)
-        assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {taken, plain}

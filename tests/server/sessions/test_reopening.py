@@ -31,20 +31,17 @@ HELD = 5
 
 
 def shown(client: httpx.Client, session: str) -> dict[str, Any]:
-    found: dict[str, Any] = client.get(f"/api/v1/sessions/{session}").json()
-    return found
+    return client.get(f"/api/v1/sessions/{session}").json()
 
 
 def resume(client: httpx.Client, session: str) -> dict[str, Any]:
     answer = client.post(f"/api/v1/sessions/{session}/resume")
     assert answer.status_code == 200, answer.text
-    resumed: dict[str, Any] = answer.json()
-    return resumed
+    return answer.json()
 
 
 def states_of(data: Path, session: dict[str, Any]) -> Path:
-    folder: Path = data / "data" / "states" / session["id"]
-    return folder
+    return data / "data" / "states" / session["id"]
 
 
 def kill(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:

@@ -73,8 +73,7 @@ class Theatre:
 
     def open(self) -> Puppet:
         assert self.scene_feed.open(DESCRIPTION, PanelValues({"n": 1}, "apf", 7)) is ENDPOINT
-        puppet: Any = self.scene_feed._viewer
-        return puppet
+        return self.scene_feed._viewer
 
 
 @pytest.fixture

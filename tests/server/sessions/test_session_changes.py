@@ -3,62 +3,9 @@
 from typing import Any
 
 import httpx
-import pytest
 
 from tests.server.asking import get
-from tests.server.host import change_values, command, error_of, steer
-
-
-class TestParameters:
-    @pytest.mark.parametrize(
-        ("values", "field"),
-        [
-            ({"sample_count": 0}, "sample_count"),
-            ({"sample_count": 10**30}, "sample_count"),
-            ({"sample_count": "abc"}, "sample_count"),
-            ({"sample_count": None}, "sample_count"),
-            ({"sample_count": [1]}, "sample_count"),
-            ({"sample_count": {"a": 1}}, "sample_count"),
-            ({"sample_count": 1.5}, "sample_count"),
-            ({"tracker": "magic"}, "tracker"),
-            ({"tracker": None}, "tracker"),
-            ({"tracker": 3}, "tracker"),
-            ({"nonsense": 1}, "nonsense"),
-            ({"": 1}, ""),
-            ({"gamma_min_px": 9, "gamma_max_px": 3}, None),
-            ({"sample_count": 100, "occlusion_width_px": "wide"}, "occlusion_width_px"),
-        ],
-    )
-    def test_refuses(
-        self, client: httpx.Client, session: dict[str, Any], values: dict[str, Any], field: str | None
-    ) -> None:
-        """A value that cannot be accepted is refused whole, with field, bound and value, and nothing changes."""
-        error = error_of(change_values(client, session["id"], values), 422)
-        assert error["bound"]
-        if field is None:
-            assert error["field"] in values
-        else:
-            assert error["field"] == field
-        assert get(client, session["id"])["parameters"] == session["parameters"]
-
-    @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999"])
-    def test_refuses_what_is_no_number(self, client: httpx.Client, session: dict[str, Any], number: str) -> None:
-        """A number that is not finite is refused with field, bound and value."""
-        headers = {"content-type": "application/json"}
-        url = f"/api/v1/sessions/{session['id']}/commands"
-        for name in ("sample_count", "gamma_px"):
-            body = f'{{"kind": "change", "values": {{"{name}": {number}}}}}'
-            error = error_of(client.post(url, content=body, headers=headers), 422)
-            assert error["field"] == name
-            assert "value" in error
-
-    @pytest.mark.parametrize(
-        "body", ["", "{", "[]", "null", "7", '"x"', '{"a": 1', "\x00", '{"kind": "change", "values": {"a": "\\ud800"}}']
-    )
-    def test_refuses_what_is_no_object(self, client: httpx.Client, session: dict[str, Any], body: str) -> None:
-        """A body that is not a JSON object is refused in the one error shape."""
-        url = f"/api/v1/sessions/{session['id']}/commands"
-        error_of(client.post(url, content=body, headers={"content-type": "application/json"}), 422)
+from tests.server.host import command, error_of, steer
 
 
 class TestBranches:
@@ -89,16 +36,6 @@ class TestBranches:
             command(client, session["id"], "activate", branch=before)
             shown = command(client, session["id"], "activate", branch="b0").json()["branches"]
             assert {branch["id"]: branch["colour"] for branch in shown}[before] == "#009e73"
-
-    def test_refuses(self, client: httpx.Client, session: dict[str, Any]) -> None:
-        """A branch from a frame that has not been computed, or with a wrong value, is refused and leaves no trace."""
-        assert error_of(command(client, session["id"], "branch", frame=5), 422)["field"] == "frame"
-        for name, value in (("tracker", "magic"), ("sample_count", 0)):
-            refused = command(client, session["id"], "branch", frame=0, values={name: value})
-            assert error_of(refused, 422)["field"] == name
-        assert len(get(client, session["id"])["branches"]) == 1
-        error_of(command(client, session["id"], "activate", branch="b9"), 404)
-        error_of(client.get(f"/api/v1/sessions/{session['id']}/diagnostics?branch=b9"), 404)
 
 
 class TestMoves:

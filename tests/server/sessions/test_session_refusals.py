@@ -10,72 +10,135 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack_server.core.bodies import RequestBody
+from tests.server.asking import get
 from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.session_requests import session_request
 
-
-class TestBadWishes:
-    @pytest.mark.parametrize(
-        ("body", "field"),
-        [
-            ({}, "experiment"),
-            ({"experiment": "chess"}, "experiment"),
-            ({"experiment": "ball", "tracker": "magic"}, "tracker"),
-            ({"experiment": "ball", "seed": -1}, "seed"),
-            ({"experiment": "ball", "seed": "x"}, "seed"),
-            ({"experiment": "ball", "seed": 2**70}, "seed"),
-            ({"experiment": "ball", "frames": 0}, "frames"),
-            ({"experiment": "ball", "frames": 10**6}, "frames"),
-            ({"experiment": "ball", "parameters": {"sample_count": 0}}, "sample_count"),
-            ({"experiment": "ball", "parameters": [1]}, "timeline.0.values"),
-            ({"experiment": "ball", "upload": "nothing", "box": [0, 0, 9, 9]}, "upload"),
-            ({"experiment": "ball", "upload": "nothing"}, "upload"),
-            ({"experiment": "ball", "box": [0, 0, 9, 9]}, "upload"),
-            ({"experiment": "ball", "upload": "x", "box": [0, 0, 0, 9]}, "upload"),
-            ({"experiment": "ball", "timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "sample_count"),
-            ({"experiment": "ball", "surprise": 1}, "surprise"),
-        ],
-    )
-    def test_refuses(self, client: httpx.Client, body: dict[str, Any], field: str) -> None:
-        """A session that cannot be is refused with the field's name, and leaves no session behind."""
-        before = len(client.get("/api/v1/sessions").json())
-        assert error_of(client.post("/api/v1/sessions", json=session_request(body)), 422)["field"] == field
-        assert len(client.get("/api/v1/sessions").json()) == before
-
-    def test_too_many_particles(self, start_server: Any) -> None:
-        """The server's own limit of particles counts besides the parameter's."""
-        with start_server(max_particles=500) as (_, client):
-            session = begin(client, parameters={"sample_count": 500})
-            answer = change_values(client, session["id"], {"sample_count": 501})
-            assert error_of(answer, 422)["bound"] == "at most 500 on this server"
-
-    def test_too_many_branches(self, start_server: Any) -> None:
-        """A session's branches are limited, with a clear sentence; a change at the end of a run needs one more."""
-        with start_server(max_branches=2) as (_, client):
-            session = begin(client, frames=5)
-            assert command(client, session["id"], "branch", frame=0).status_code == 200
-            steer(client, session["id"], "seek", frame=4)
-            changed = change_values(client, session["id"], {"sample_count": 50})
-            for answer in (command(client, session["id"], "branch", frame=0), changed):
-                assert "at most 2 branches" in error_of(answer, 409)["message"]
-
-
-def test_unknown_session(server: Server, client: httpx.Client) -> None:
-    """A session that is not there is a 404 in the one error shape, whatever is asked of it."""
-    for method, path in [
-        ("GET", ""),
-        ("DELETE", ""),
-        ("POST", "/resume"),
-        ("GET", "/diagnostics"),
-        ("GET", "/frame.png"),
-        ("GET", "/explanation"),
-        ("POST", "/bookmarks"),
-        ("POST", "/commands"),
-    ]:
-        error_of(client.request(method, f"/api/v1/sessions/0123456789abcdef{path}"), 404)
-
-
+HEADERS = {"content-type": "application/json"}
 LONG = "9" * 5000
+
+BEGUN: list[tuple[Any, str]] = [
+    ({}, "experiment"),
+    ({"experiment": "chess"}, "experiment"),
+    ({"tracker": "magic"}, "tracker"),
+    ({"seed": -1}, "seed"),
+    ({"seed": "x"}, "seed"),
+    ({"seed": 2**70}, "seed"),
+    ({"frames": 0}, "frames"),
+    ({"frames": 10**6}, "frames"),
+    ({"parameters": {"sample_count": 0}}, "sample_count"),
+    ({"parameters": [1]}, "timeline.0.values"),
+    ({"upload": "nothing", "box": [0, 0, 9, 9]}, "upload"),
+    ({"upload": "nothing"}, "upload"),
+    ({"box": [0, 0, 9, 9]}, "upload"),
+    ({"upload": "x", "box": [0, 0, 0, 9]}, "upload"),
+    ({"timeline": [{"frame": 3, "values": {"sample_count": 0}}]}, "sample_count"),
+    ({"frames": 40, "timeline": [{"frame": 40, "values": {"sample_count": 150}}]}, "timeline"),
+    ({"surprise": 1}, "surprise"),
+    (f'{{"recipe": {{"experiment": "ball", "seed": -{LONG}}}}}', "seed"),
+]
+"""Sessions that cannot be, on the ball unless told otherwise, and the field that is to blame."""
+
+CHANGES: list[tuple[Any, str]] = [
+    *(({"sample_count": value}, "sample_count") for value in (0, 10**30, "abc", None, [1], {"a": 1}, 1.5)),
+    *(({"tracker": value}, "tracker") for value in ("magic", None, 3)),
+    ({"nonsense": 1}, "nonsense"),
+    ({"": 1}, ""),
+    ({"gamma_min_px": 9, "gamma_max_px": 3}, "gamma_min_px"),
+    ({"sample_count": 100, "occlusion_width_px": "wide"}, "occlusion_width_px"),
+    *((f'{{"gamma_px": {number}}}', "gamma_px") for number in ("NaN", "Infinity", "-Infinity", "1e999")),
+    (f'{{"sample_count": {LONG}}}', "sample_count"),
+]
+"""Values that a session does not take, as such or as text."""
+
+COMMANDS: list[tuple[Any, str | None]] = [
+    *(({"kind": "restart", "seed": seed}, "seed") for seed in (-1, 2**53, 1.5, "seven")),
+    ({"kind": "fly"}, "kind"),
+    ({}, "kind"),
+    ({"kind": "seek"}, "frame"),
+    *(({"kind": "seek", "frame": frame}, "frame") for frame in (240, -1, "soon")),
+    ({"kind": "speed"}, "speed"),
+    *(({"kind": "speed", "speed": speed}, "speed") for speed in (11, 0.01, -1)),
+    ({"kind": "play", "warp": 9}, "warp"),
+    *(({"kind": "stop_at", "probability": wrong}, "probability") for wrong in (0, 1.5, "often")),
+    ({"kind": "branch", "frame": 5}, "frame"),
+    ({"kind": "branch", "frame": 0, "values": {"tracker": "magic"}}, "tracker"),
+    ({"kind": "branch", "frame": 0, "values": {"sample_count": 0}}, "sample_count"),
+    (f'{{"kind": "branch", "frame": 0, "values": {{"a": [1, {LONG}]}}}}', "a"),
+    ({"kind": "inspect", "place": [1e9, 0]}, "place.0"),
+    ({"kind": "inspect", "particle": 10**6}, "particle"),
+    *((text, None) for text in ("", "{", "[]", "null", "7", '"x"', '{"a": 1', "\x00")),
+    ('{"kind": "change", "values": {"a": "\\ud800"}}', None),
+]
+"""Commands that are none, or ask for what is not there."""
+
+
+@pytest.fixture(scope="module")
+def stays(server: Server) -> Iterator[tuple[httpx.Client, dict[str, Any]]]:
+    """One session to which all of it is said, and its client."""
+    with httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501 - a local server
+        session = begin(client)
+        yield client, session
+        assert get(client, session["id"]) == session, "nothing that was refused changed anything"
+        client.delete(f"/api/v1/sessions/{session['id']}")
+
+
+def refusal(client: httpx.Client, path: str, body: Any) -> dict[str, Any]:
+    said = {"content": body} if isinstance(body, str) else {"json": body}
+    error = error_of(client.post(f"/api/v1/sessions{path}", headers=HEADERS, **said), 422)
+    assert LONG not in str(body) or "at most 4300 digits" in error["message"]
+    return error
+
+
+@pytest.mark.parametrize(("body", "field"), BEGUN)
+def test_a_session_that_cannot_be(stays: tuple[httpx.Client, dict[str, Any]], body: Any, field: str) -> None:
+    """It is refused with the field's name, and leaves no session behind."""
+    client, session = stays
+    wish = body if isinstance(body, str) else session_request({"experiment": "ball", **body} if body else body)
+    assert refusal(client, "", wish)["field"] == field
+    assert [each["id"] for each in client.get("/api/v1/sessions").json()] == [session["id"]]
+
+
+@pytest.mark.parametrize(("values", "field"), CHANGES)
+def test_values_that_cannot_be(stays: tuple[httpx.Client, dict[str, Any]], values: Any, field: str) -> None:
+    """A value that cannot be accepted is refused whole, with field and bound."""
+    client, session = stays
+    body = {"kind": "change", "values": values}
+    text = f'{{"kind": "change", "values": {values}}}' if isinstance(values, str) else body
+    error = refusal(client, f"/{session['id']}/commands", text)
+    assert error["field"] == field
+    assert error.get("bound") or isinstance(values, str)
+
+
+@pytest.mark.parametrize(("body", "field"), COMMANDS)
+def test_commands_that_cannot_be(stays: tuple[httpx.Client, dict[str, Any]], body: Any, field: str | None) -> None:
+    """A wrong command is refused with the field's name, where it has one."""
+    client, session = stays
+    error = refusal(client, f"/{session['id']}/commands", body)
+    assert field is None or error["field"] == field
+
+
+def test_particles_and_branches_have_limits_of_the_server(start_server: Any) -> None:
+    """They count besides the parameter's own; a change at the end of a run needs one more branch."""
+    with start_server(max_particles=500, max_branches=2) as (_, client):
+        session = begin(client, frames=5, parameters={"sample_count": 500})
+        answer = change_values(client, session["id"], {"sample_count": 501})
+        assert error_of(answer, 422)["bound"] == "at most 500 on this server"
+        assert command(client, session["id"], "branch", frame=0).status_code == 200
+        steer(client, session["id"], "seek", frame=4)
+        changed = change_values(client, session["id"], {"sample_count": 50})
+        for answer in (command(client, session["id"], "branch", frame=0), changed):
+            assert "at most 2 branches" in error_of(answer, 409)["message"]
+
+
+def test_unknown_session_or_branch(stays: tuple[httpx.Client, dict[str, Any]]) -> None:
+    """What is not there is a 404 in the one error shape, whatever is asked of it."""
+    client, session = stays
+    paths = ["resume", "bookmarks", "commands", "diagnostics", "frame.png", "explanation", ""]
+    for method, path in [*zip(["POST"] * 3 + ["GET"] * 4, paths, strict=True), ("DELETE", "")]:
+        error_of(client.request(method, f"/api/v1/sessions/0123456789abcdef/{path}".rstrip("/")), 404)
+    error_of(command(client, session["id"], "activate", branch="b9"), 404)
+    error_of(client.get(f"/api/v1/sessions/{session['id']}/diagnostics?branch=b9"), 404)
 
 
 def bodies(base: type[BaseModel] = RequestBody) -> Iterator[type[BaseModel]]:
@@ -94,23 +157,3 @@ def test_true_is_not_the_number_one(model: type[Any]) -> None:
             with pytest.raises(ValidationError) as caught:
                 TypeAdapter(model).validate_python({name: True})
             assert name in {each["loc"][0] for each in caught.value.errors() if each["loc"]}, name
-
-
-@pytest.mark.parametrize(
-    ("method", "path", "body", "field"),
-    [
-        ("POST", "", f'{{"experiment": "ball", "seed": {LONG}}}', "seed"),
-        ("POST", "", f'{{"recipe": {{"experiment": "ball", "seed": -{LONG}}}}}', "seed"),
-        ("POST", "/{}/commands", f'{{"kind": "change", "values": {{"sample_count": {LONG}}}}}', "sample_count"),
-        ("POST", "/{}/commands", f'{{"kind": "branch", "frame": 0, "values": {{"a": [1, {LONG}]}}}}', "a"),
-    ],
-)
-def test_long_numbers(
-    client: httpx.Client, session: dict[str, Any], method: str, path: str, body: str, field: str
-) -> None:
-    """A number with more digits than can be read is refused by the name of its field."""
-    address = f"/api/v1/sessions{path.format(session['id'])}"
-    answer = client.request(method, address, content=body, headers={"content-type": "application/json"})
-    error = error_of(answer, 422)
-    assert error["field"] == field
-    assert "at most 4300 digits" in error["message"]

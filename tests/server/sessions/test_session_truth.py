@@ -19,8 +19,7 @@ def give(client: httpx.Client, session: str, table: str) -> httpx.Response:
 
 
 def columns(client: httpx.Client, session: str) -> dict[str, list[object]]:
-    found: dict[str, list[object]] = client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]
-    return found
+    return client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]
 
 
 def test_truth_is_added_and_replaced_while_a_session_lives(server: Server, client: httpx.Client, upload: str) -> None:

@@ -8,7 +8,7 @@ import httpx
 import pftrack
 from pftrack.runs.loss_probability import loss_probabilities
 from tests.server.asking import columns, get
-from tests.server.host import begin, command, error_of, steer
+from tests.server.host import begin, steer
 from tests.server.sessions.test_session_truth import give
 from tests.server.uploads.test_suitability import box
 from tests.server.uploads.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
@@ -69,13 +69,6 @@ def test_on_a_recording_a_mark_stops_it(client: httpx.Client, upload: str) -> No
     assert (stopped["position"], stopped["stopped"]) == (5, "Stopped: lost")
     assert columns(client, session["id"])["lost_by"][3:6] == ["truth", "", "truth"]
     assert not any("loss_probability" in one for one in columns(client, session["id"])["series"])
-
-
-def test_a_probability_is_between_nothing_and_certainty(client: httpx.Client, session: dict[str, Any]) -> None:
-    """Others are refused with the field's name."""
-    for wrong in (0, 1.5, "often"):
-        answer = command(client, session["id"], "stop_at", probability=wrong)
-        assert error_of(answer, 422)["field"] == "probability"
 
 
 def _still(client: httpx.Client, session: str) -> dict[str, Any] | None:

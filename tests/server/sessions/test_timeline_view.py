@@ -56,9 +56,5 @@ def test_a_threshold_holds_while_its_tracker_is_in_charge() -> None:
     assert (view.name, view.of) == ("gate", "sigma")
     assert [(step.frame, step.value) for step in view.steps] == [(0, 5.0), (10, 3.0), (20, None)]
     assert threshold_views(changes((0, {"tracker": "soft"})), {**FIRST, "tracker": "soft"}, DECLARATIONS) == []
-
-
-def test_a_run_without_changes_has_its_thresholds() -> None:
-    """Without any change the value of the beginning holds from the first frame on."""
     (view,) = threshold_views([], {**FIRST, "gate": 7.0}, DECLARATIONS)
     assert [(step.frame, step.value) for step in view.steps] == [(0, 7.0)]

@@ -141,8 +141,7 @@ def test_a_damaged_truth(start_server: Any, tmp_path: Path) -> None:
 def begin_with(client: httpx.Client, recipe: dict[str, Any], upload: str) -> dict[str, Any]:
     answer = client.post("/api/v1/sessions", json=session_request({"recipe": recipe, "upload": upload}))
     assert answer.status_code == 201, answer.text
-    started: dict[str, Any] = answer.json()
-    return started
+    return answer.json()
 
 
 def test_a_busy_database_is_not_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

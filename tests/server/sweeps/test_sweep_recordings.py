@@ -23,15 +23,13 @@ PLAN: dict[str, Any] = {
 
 @pytest.fixture
 def upload(client: httpx.Client) -> dict[str, Any]:
-    sent: dict[str, Any] = send(client, ("ball.mp4", video(12))).json()
-    return sent
+    return send(client, ("ball.mp4", video(12))).json()
 
 
 def begun(client: httpx.Client, upload: dict[str, Any], **changes: Any) -> dict[str, Any]:
     answer = client.post("/api/v1/sweeps", json={**PLAN, "upload": upload["id"], **changes})
     assert answer.status_code == 201, answer.text
-    made: dict[str, Any] = answer.json()
-    return made
+    return answer.json()
 
 
 def allow_all(server: Server) -> None:

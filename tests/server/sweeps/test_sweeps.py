@@ -11,7 +11,7 @@ import httpx
 import numpy as np
 import psutil
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from pftrack.experiments import EXPERIMENTS
@@ -21,7 +21,7 @@ from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from tests.server.host import Server, error_of, running, steer
 from tests.server.sessions.test_duplex import hear
-from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state
+from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, until_state
 from tests.waiting import wait_for
 
 
@@ -108,19 +108,14 @@ class TestPlanning:
             ({"experiment": "juggling"}, "experiment"),
             ({"axes": []}, "axes"),
             ({"axes": [{"name": "colour_of_the_sky", "values": [1]}]}, "axes.0.name"),
-            ({"axes": [{"name": "sample_count", "values": []}]}, "axes.0.values"),
             ({"axes": [{"name": "sample_count", "values": [10, 10]}]}, "axes.0.values"),
             ({"axes": [{"name": "sample_count", "values": [10, "many"]}]}, "axes.0.values"),
             ({"axes": [{"name": "sample_count"}]}, "axes.0"),
-            ({"axes": [{"name": "sample_count", "start": 1, "stop": 5}]}, "axes.0"),
             ({"axes": [{"name": "sample_count", "start": 1, "stop": 5, "step": 0}]}, "axes.0.step"),
-            ({"axes": [{"name": "sample_count", "start": 5, "stop": 1, "step": 1}]}, "axes.0.step"),
             ({"axes": [{"name": "occlusion_width_px", "start": -5, "stop": 1, "step": 1}]}, "axes.0.start"),
-            ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 1e7, "step": 1}]}, "axes.0.stop"),
             ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 100, "step": 1e-6}]}, "axes.0.stop"),
             ({"axes": [SMALL["axes"][0], SMALL["axes"][0]]}, "axes.1.name"),
             ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 500, "step": 0.01}], "trials": 1}, "axes"),
-            ({"trackers": []}, "trackers"),
             ({"trackers": ["hope"]}, "trackers"),
             ({"trials": 0}, "trials"),
             ({"trials": 100_000}, "trials"),
@@ -129,12 +124,6 @@ class TestPlanning:
             ({"parameters": {"sample_count": -1}}, "parameters.sample_count"),
             ({"parameters": {"sample_count": 5000}}, "sample_count"),
             ({"axes": [{"name": "sample_count", "values": [10, 4001]}], "parameters": {}}, "sample_count"),
-            (
-                {"experiment": "prism", "trackers": ["rb-pf"], "axes": [{"name": "distance_mm", "values": [70]}]},
-                "joint_sample_count",
-            ),
-            ({"parameters": {"hope": 1}}, "parameters.hope"),
-            ({"parameters": {"sample_count": None}}, "parameters.sample_count"),
             ({"trackers": [], "axes": [{"name": "tracker", "values": [["kalman"]]}]}, "axes.0.values"),
             ({"parameters": {"occlusion_width_px": 1}}, "parameters.occlusion_width_px"),
             ({"wind": 1}, "wind"),
@@ -259,18 +248,14 @@ class TestLooking:
         by_method = [rows(client, sweep["id"], i=1, j=1, tracker=name)["rows"] for name in ("h-spf", "pc-pf")]
         assert {row["seed"] for row in by_method[0]} == {row["seed"] for row in by_method[1]}
 
-    def test_unknown(self, client: httpx.Client, url: str) -> None:
-        """A sweep or a run that is not there is not found."""
+    def test_unknown_or_complete(self, client: httpx.Client, url: str) -> None:
+        """A sweep or a run that is not there is not found; a complete one can neither be cancelled nor resumed."""
         for path in ("", "/cells", "/rows", "/download"):
             error_of(client.get(f"/api/v1/sweeps/0123456789abcdef{path}"), 404)
         for action in ("cancel", "resume"):
             error_of(client.post(f"/api/v1/sweeps/nonsense/{action}"), 404)
-        error_of(client.post(f"{url}/rows/{RUNS}/open"), 404)
-
-    def test_nothing_to_do(self, client: httpx.Client, url: str) -> None:
-        """A complete sweep can neither be cancelled nor resumed."""
-        for action in ("cancel", "resume"):
             error_of(client.post(f"{url}/{action}"), 409)
+        error_of(client.post(f"{url}/rows/{RUNS}/open"), 404)
 
 
 class TestOpening:
@@ -310,12 +295,6 @@ class TestOpening:
 
 
 class TestTakingAway:
-    def test_csv(self, client: httpx.Client, url: str) -> None:
-        """As CSV there is one line a run under a line of names."""
-        lines = client.get(f"{url}/download", params={"format": "csv"}).text.strip().splitlines()
-        assert lines[0].startswith("run,occlusion_width_px,distracter_radius_px,tracker,trial,seed,success")
-        assert len(lines) == RUNS + 1
-
     def test_report(self, client: httpx.Client, served: Server) -> None:
         """The report is one page that needs nothing else, and its maps are pictures; nothing is left behind."""
         # Few measures: each has a picture, which takes half a second.
@@ -362,22 +341,17 @@ class TestStream:
             assert client.delete(f"/api/v1/sweeps/{begun['id']}").status_code == 204
             with pytest.raises(ConnectionClosed) as gone:
                 hear(socket)
-            assert gone.value.rcvd is not None
             assert gone.value.rcvd.code == 4404
         error_of(client.get(f"/api/v1/sweeps/{begun['id']}"), 404)
 
-    @pytest.mark.parametrize("query", ["?x=hope", "?x=hope&y=none", f"?x={'%E2%98%83' * 50}"])
-    def test_unknown_axes(self, served: Server, sweep: dict[str, Any], query: str) -> None:
-        """A stream over an axis that the sweep has not is closed with the reason."""
-        with connect(f"{served.ws}/api/v1/sweeps/{sweep['id']}/stream{query}") as socket:
-            with pytest.raises(ConnectionClosed) as refused:
+    def test_what_it_is_not_asked_for(self, served: Server, sweep: dict[str, Any]) -> None:
+        """A stream over an axis that the sweep has not is closed with the reason; a page that says no ping is, too."""
+        address = f"{served.ws}/api/v1/sweeps/{sweep['id']}/stream"
+        for query in ("?x=hope", "?x=hope&y=none", f"?x={'%E2%98%83' * 50}"):
+            with connect(f"{address}{query}") as socket, pytest.raises(ConnectionClosed) as refused:
                 hear(socket)
-            assert refused.value.rcvd is not None
             assert refused.value.rcvd.code == 4422
-
-    def test_only_pings(self, served: Server, sweep: dict[str, Any]) -> None:
-        """A page that says anything but a ping is sent away."""
-        with connect(f"{served.ws}/api/v1/sweeps/{sweep['id']}/stream") as socket:
+        with connect(address) as socket:
             hear(socket)
             socket.send("cancel")
             with pytest.raises(ConnectionClosed):
@@ -399,20 +373,6 @@ def test_nothing_is_left_behind(served: Server, client: httpx.Client, sweep: dic
     assert counts[-1][1] <= counts[0][1], counts
     names = {path.name.split(".")[0] for path in served.app.state.services.store.files.sweeps.iterdir()}
     assert names == {item["id"] for item in client.get("/api/v1/sweeps").json()}
-
-
-class TestStrangers:
-    @pytest.mark.parametrize("origin", ["http://evil.example", "null"])
-    def test_foreign_pages(self, served: Server, client: httpx.Client, sweep: dict[str, Any], origin: str) -> None:
-        """Another site's page starts, changes, deletes and hears nothing."""
-        url = f"/api/v1/sweeps/{sweep['id']}"
-        posts = ("/api/v1/sweeps", "/api/v1/sweeps/estimate", f"{url}/cancel", f"{url}/resume", f"{url}/rows/0/open")
-        for method, path in [*(("POST", path) for path in posts), ("DELETE", url)]:
-            error_of(client.request(method, path, headers={"origin": origin}, json=SMALL), 403)
-        with pytest.raises(InvalidStatus) as refusal, connect(f"{served.ws}{url}/stream", origin=origin):  # type: ignore[arg-type]
-            pass
-        assert refusal.value.response.status_code == 403
-        assert show(client, sweep["id"])["state"] == "done"
 
 
 def test_a_row_is_compared_with_another_method(client: httpx.Client, sweep: dict[str, Any]) -> None:

@@ -17,8 +17,7 @@ def lead(client: httpx.Client, *sessions: str, **wanted: Any) -> dict[str, Any]:
     """Let a class follow these sessions."""
     answer = client.post("/api/v1/follows", json={"sessions": sessions, **wanted})
     assert answer.status_code == 201, answer.text
-    follow: dict[str, Any] = answer.json()
-    return follow
+    return answer.json()
 
 
 def change(client: httpx.Client, follow: dict[str, Any], **wanted: Any) -> httpx.Response:

@@ -34,8 +34,7 @@ Nothing is right here.
 def figure(client: httpx.Client, lesson: str, **wanted: Any) -> dict[str, Any]:
     answer = client.post(f"{URL}/{lesson}/figure", json=wanted)
     assert answer.status_code == 200, answer.text
-    shown: dict[str, Any] = answer.json()
-    return shown
+    return answer.json()
 
 
 def traces(shown: dict[str, Any]) -> list[dict[str, Any]]:
@@ -130,7 +129,6 @@ def test_the_answer_of_a_scenario_comes_from_a_whole_run(client: httpx.Client) -
         return answer.json() if answer.status_code == 200 else None
 
     verdict = wait_for(judged)
-    assert verdict is not None
     assert verdict["right"]
     assert verdict["frame"] == verdict["exact"], "it is the frame that the question asks for"
     assert error_of(client.post(f"{URL}/colour/figure", json={}), 422)["message"].startswith("This lesson shows a run")
@@ -144,7 +142,6 @@ def test_checks_are_computed_once_and_kept(server: Server, client: httpx.Client)
         return found if found["done"] == found["total"] else None
 
     found = wait_for(checked)
-    assert found is not None
     assert [result["check"] for result in found["results"]] == [check.name for check in LESSONS["bayes"].checks]
     for result in found["results"]:
         assert result["passed"], result

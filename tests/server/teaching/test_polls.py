@@ -22,8 +22,7 @@ def ask(client: httpx.Client, follow: dict[str, Any], **wanted: Any) -> dict[str
     answers = [client.put(f"/api/v1/follows/{follow['id']}/poll", json=wanted)]
     wait_for(lambda: answers[-1].status_code != 202 or answers.append(client.put(answers[0].url, json=wanted)))
     assert answers[-1].status_code == 200, answers[-1].text
-    poll: dict[str, Any] = answers[-1].json()["poll"]
-    return poll
+    return answers[-1].json()["poll"]
 
 
 def vote(one: Follower, poll: dict[str, Any], answer: int) -> None:
@@ -31,8 +30,7 @@ def vote(one: Follower, poll: dict[str, Any], answer: int) -> None:
 
 
 def kept(client: httpx.Client, **query: Any) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = client.get("/api/v1/polls", params=query).json()
-    return found
+    return client.get("/api/v1/polls", params=query).json()
 
 
 def test_answers_outlive_class_and_server(tmp_path: Path) -> None:

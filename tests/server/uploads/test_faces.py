@@ -19,7 +19,6 @@ from tests.server.host import Server, begin, error_of, steer
 from tests.server.uploads.test_uploads import send
 from tests.server.work.test_runs import estimates, save
 from tests.session_requests import session_request
-from tests.waiting import wait_for
 
 FRAMES = 12
 
@@ -63,8 +62,7 @@ def known_late(server: Server, late: bytes) -> str:
 def put(client: httpx.Client, content: bytes, name: str = "face.mp4") -> dict[str, Any]:
     answer = send(client, (name, content))
     assert answer.status_code == 201, answer.text
-    upload: dict[str, Any] = answer.json()
-    return upload
+    return answer.json()
 
 
 def look(client: httpx.Client, upload: str, frame: int = 0, **more: Any) -> httpx.Response:
@@ -88,7 +86,6 @@ def poses(start: int = 0) -> str:
     """The true poses of the clip, as a file has them."""
     lines = ["frame,yaw_deg,pitch_deg,roll_deg"]
     for index, frame in enumerate(simulated(FRAMES)):
-        assert frame.target is not None
         yaw, pitch, roll = np.rad2deg(gaze(frame.target.position))
         lines.append(f"{start + index},{yaw + 3:.4f},{pitch - 5:.4f},{roll:.4f}")
     return "\n".join(lines)
@@ -163,11 +160,9 @@ class TestFound:
         ("change", "words"),
         [
             (empty, "found none in the picture"),
-            (lambda picture: np.ascontiguousarray(picture[:8, :8]), "at least 24 x 24 px"),
             (lambda picture: np.ascontiguousarray(picture[::-1, ::-1]), "upside down"),
-            (lambda picture: np.ascontiguousarray(picture[:, :160]), "whole face"),
         ],
-        ids=["nobody", "8x8", "upside down", "half a face"],
+        ids=["nobody", "upside down"],
     )
     def test_why_there_is_none(self, client: httpx.Client, shown: list[Picture], change: Any, words: str) -> None:
         """A picture without a face to be tracked is refused in a sentence, and a session on it in the same."""
@@ -197,9 +192,7 @@ class TestFound:
             ({"frame": 99}, None),
             ({"frame": -1}, "frame"),
             ({"hint": "1,2,3"}, "hint"),
-            ({"hint": "[" * 9000}, "hint"),
             ({"hint": '{"kind": "points", "points": {"nose": [1, 2]}}'}, None),
-            ({"hint": '{"kind": "box", "x": 1, "y": 2, "width": 3}'}, None),
             ({"hint": '{"kind": "box", "x": 300, "y": 200, "width": 90, "height": 90}'}, None),
             ({"experiment": "sine"}, "experiment"),
             ({"experiment": "ball"}, None),
@@ -238,17 +231,6 @@ class TestTracked:
         session = begin(client, experiment="head", upload=known, box=[90, 20, 130, 160])
         assert len(begun_at(session)[1]) == len(FEATURES)
 
-    def test_a_crash_changes_nothing(self, server: Server, client: httpx.Client, known_late: str) -> None:
-        """A worker that is killed and made again has the same face and gives the same numbers."""
-        session = begin(client, experiment="head", upload=known_late)
-        steer(client, session["id"], "seek", frame=9)
-        before = estimates(client, session["id"])
-        server.manager.get(session["id"]).worker.kill("by the test")
-        wait_for(lambda: client.get(f"/api/v1/sessions/{session['id']}").json()["state"] == "crashed")
-        again = client.post(f"/api/v1/sessions/{session['id']}/resume").json()
-        assert begun_at(again) == begun_at(session)
-        assert estimates(client, session["id"]) == before
-
     def test_the_server_may_be_restarted(self, start_server: Any, late: bytes) -> None:
         """A session on a face outlives the server, with its points and its truth."""
         with start_server() as (_, client):
@@ -269,10 +251,7 @@ class TestTracked:
             ({"nose": [10, 10]}, None, "at least two of nose"),
             ({"leye": [1, 1], "ear": [2, 2]}, "mark.points.ear", "one of nose"),
             ({"leye": [190, 90], "reye": [320, 90]}, "mark.points.reye", "within the picture of 320 x 240 px"),
-            ({"leye": [190, 90], "reye": [140, -3]}, "mark.points.reye", "within the picture"),
-            ({"leye": [190, 90], "reye": [140, 1e9]}, "mark.points.reye.1", "100000"),
             ({"leye": [190, 90], "reye": [140]}, "mark.points.reye.1", "required"),
-            ({"leye": [190, 90], "reye": "left"}, "mark.points.reye", "tuple"),
             ({"leye": [190, 90], "reye": [190, 90]}, None, "all at one place"),
             ({name: [100 + 9 * place, 100] for place, name in enumerate(FEATURES)}, None, "on one line"),
         ],
@@ -286,28 +265,20 @@ class TestTracked:
         assert error.get("field") == field
         assert words in error["message"]
 
-    def test_a_number_that_is_none(self, client: httpx.Client, known: str) -> None:
-        """A point that is not at two finite numbers is refused by its name."""
-        wish = {"experiment": "head", "upload": known, "points": {"leye": [math.nan, 1], "reye": [9, 9]}}
-        body = json.dumps(session_request(wish))
-        answer = client.post("/api/v1/sessions", content=body, headers={"content-type": "application/json"})
-        assert error_of(answer, 422)["field"] == "mark.points.leye.0"
-
-    @pytest.mark.parametrize(
-        ("body", "field"),
-        [
+    def test_what_does_not_go_together(self, client: httpx.Client, known: str) -> None:
+        """An upload, a box and points are refused by the one that is too much, missing or not finite."""
+        two = {"nose": [1, 1], "leye": [2, 2]}
+        wishes: list[tuple[dict[str, Any], str]] = [
             ({"experiment": "ball"}, "mark"),
-            ({"experiment": "ball", "points": {"nose": [1, 1], "leye": [2, 2]}}, "mark.kind"),
-            ({"upload": None, "points": {"nose": [1, 1], "leye": [2, 2]}}, "upload"),
+            ({"experiment": "ball", "points": two}, "mark.kind"),
+            ({"upload": None, "points": two}, "upload"),
             ({"upload": None, "box": [1, 1, 9, 9]}, "upload"),
-        ],
-    )
-    def test_what_does_not_go_together(
-        self, client: httpx.Client, known: str, body: dict[str, Any], field: str
-    ) -> None:
-        """An upload, a box and points that do not go together are refused by the one that is too much or missing."""
-        sound = {"experiment": "head", "upload": known}
-        assert error_of(client.post("/api/v1/sessions", json=session_request({**sound, **body})), 422)["field"] == field
+            ({"points": {"leye": [math.nan, 1], "reye": [9, 9]}}, "mark.points.leye.0"),
+        ]
+        for wish, field in wishes:
+            body = json.dumps(session_request({"experiment": "head", "upload": known, **wish}))
+            answer = client.post("/api/v1/sessions", content=body, headers={"content-type": "application/json"})
+            assert error_of(answer, 422)["field"] == field
 
 
 class TestKept:

@@ -44,7 +44,6 @@ def test_a_target_that_stands_out(client: httpx.Client, upload: str) -> None:
     assert found["better"] is None
     encoded = base64.b64decode(found["picture"].removeprefix("data:image/jpeg;base64,"))
     picture = cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_COLOR)
-    assert picture is not None
     assert picture.shape == (120, 160, 3)
     green = picture[:, :, 1].astype(int)  # what grows in viridis
     assert green[60, 40] > green[20, 120] + 60

@@ -17,8 +17,7 @@ def tracks(client: httpx.Client) -> dict[str, Any]:
     """An upload."""
     answer = send(client, ("prism.csv", table().encode()))
     assert answer.status_code == 201, answer.text
-    upload: dict[str, Any] = answer.json()
-    return upload
+    return answer.json()
 
 
 def wish(upload: dict[str, Any], experiment: str = "structure", **footage: Any) -> dict[str, Any]:

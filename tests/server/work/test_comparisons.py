@@ -26,19 +26,16 @@ def ball(tracker: str = "h-spf", frames: int = 30, **more: Any) -> dict[str, Any
 def compare(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
     answer = client.post("/api/v1/comparisons", json={"runs": list(runs)})
     assert answer.status_code == 202, answer.text
-    begun: dict[str, Any] = answer.json()
-    return begun
+    return answer.json()
 
 
 def outline(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
     """Return what is known of a comparison from the start."""
-    known: dict[str, Any] = compare(client, *runs)["result"]
-    return known
+    return compare(client, *runs)["result"]
 
 
 def refusal(client: httpx.Client, status: int, *runs: dict[str, Any]) -> str:
-    message: str = error_of(client.post("/api/v1/comparisons", json={"runs": list(runs)}), status)["message"]
-    return message
+    return error_of(client.post("/api/v1/comparisons", json={"runs": list(runs)}), status)["message"]
 
 
 def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client) -> None:

@@ -36,8 +36,7 @@ def heavy(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def send(client: httpx.Client, content: bytes) -> dict[str, Any]:
     answer = send_run(client, content, "heavy.pft")
     assert answer.status_code == 202, answer.text
-    begun: dict[str, Any] = answer.json()
-    return begun
+    return answer.json()
 
 
 def test_it_tells_how_far_it_is(client: httpx.Client, heavy: bytes) -> None:

@@ -22,8 +22,7 @@ from tests.server.uploads.test_uploads import send, video
 def save(client: httpx.Client, session: str, **more: Any) -> dict[str, Any]:
     answer = client.post("/api/v1/runs", json={"session": session, **more})
     assert answer.status_code == 201, answer.text
-    saved: dict[str, Any] = answer.json()
-    return saved
+    return answer.json()
 
 
 def made(client: httpx.Client) -> dict[str, Any]:
@@ -38,8 +37,7 @@ def made(client: httpx.Client) -> dict[str, Any]:
 
 
 def estimates(client: httpx.Client, session: str) -> list[list[float]]:
-    found: list[list[float]] = client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]["estimate"]
-    return found
+    return client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]["estimate"]
 
 
 def test_a_run_that_is_judged_by_its_end_says_so() -> None:

@@ -84,8 +84,7 @@ def test_the_lines_of_a_session_and_of_a_comparison(client: httpx.Client, tmp_pa
     def told(*runs: dict[str, Any], **more: Any) -> dict[str, str]:
         answer = client.post("/api/v1/source-code", json={"runs": list(runs), **more})
         assert answer.status_code == 200, answer.text
-        written: dict[str, str] = answer.json()
-        return written
+        return answer.json()
 
     one = told({"reference": f"{session['id']}:b0"}, frames=10)
     columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
