@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.source import History
-from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
@@ -13,24 +12,14 @@ from tests.making import encoded
 FRAMES = 6
 SCENE = HandSceneParameters(motion="occlusion")
 HAND = HandSource(1, SCENE)
-WRIST_PX = 155
 """Row of the scene's picture at which a hand without an arm ends."""
 
 
 @pytest.fixture(scope="module")
 def film() -> bytes:
     """The simulated hand, encoded."""
-    return encode()
-
-
-def encode(*, arm: bool = True) -> bytes:
-    """Return a film of the simulated hand, with its arm or cut off at the wrist."""
     history = History(((0, SCENE),))
-    pictures = [np.array(HAND.frame(frame, history).image_rgb) for frame in range(FRAMES)]
-    if not arm:
-        for picture in pictures:
-            picture[WRIST_PX:] = picture[0, 0]
-    return encoded(pictures, 10)
+    return encoded([np.array(HAND.frame(frame, history).image_rgb) for frame in range(FRAMES)], 10)
 
 
 def test_a_hand_is_kept_by_four_hypotheses_and_the_tree_shows_each(gallery: Gallery, server: Server) -> None:
@@ -66,30 +55,3 @@ def test_an_open_hand_is_found_on_a_film_and_followed(gallery: Gallery, server: 
     shown.play_to_the_end()
     rows = server.column(shown.id, "series")
     assert max(row["difference"] for row in rows[1:]) < 15.0
-
-
-def test_a_hand_that_is_not_found_is_marked_by_a_person(gallery: Gallery) -> None:
-    """Without its arm it seems to have six fingers: the page says what works, and takes five tips that are dragged."""
-    page = gallery.page
-    gallery.choose("cut.mp4", encode(arm=False), "video/mp4")
-    page.locator(".mark-surface").wait_for()
-    page.select_option("#target-experiment", "hand")
-    page.locator(".finding .wrong").wait_for()
-    assert "A plain background works best" in page.inner_text(".finding")
-    page.click("text=Mark the tips of the fingers…")
-    go = page.locator("button:has-text('Track it')")
-    handles = page.locator(".point[data-handle]")
-    tips = HandTips.of_target(HAND.frame(0, History(((0, SCENE),))).target)
-    area = page.locator(".mark-surface").bounding_box()
-    scale = area["width"] / HAND.size[0]
-    for left, (name, (x, y)) in zip((4, 3, 2, 1, 0), tips.points.items(), strict=True):
-        assert go.is_disabled()
-        from_ = page.locator(f"[data-handle='points.{name}']").bounding_box()
-        page.mouse.move(from_["x"] + from_["width"] / 2, from_["y"] + from_["height"] / 2)
-        page.mouse.down()
-        page.mouse.move(area["x"] + (x + 0.5) * scale, area["y"] + (y + 0.5) * scale)
-        page.mouse.up()
-        assert page.locator(".point.offered").count() == left
-    assert handles.count() == 5
-    gallery.until(lambda: page.get_attribute(".suits-words", "data-grade") == "well", "it is judged by the marks")
-    assert go.is_enabled()

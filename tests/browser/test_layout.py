@@ -163,43 +163,6 @@ def it_says_what_to_look_at(shown: SessionPage) -> None:
     shown.page.set_viewport_size({"width": 1280, "height": 800})
 
 
-# Values of controls that are wider than their place: of numbers the text is measured; choices may have two lines.
-CUT = """() => [...document.querySelectorAll('select, input[type=number]')].filter((it) => it.offsetParent !== null && {
-    SELECT: () => it.scrollWidth > it.clientWidth || it.scrollHeight > it.clientHeight,
-    INPUT: () => {
-        const style = getComputedStyle(it);
-        const text = new OffscreenCanvas(1, 1).getContext('2d');
-        text.font = `${style.fontSize} sans-serif`;
-        const inner = it.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight);
-        return text.measureText(it.value).width > inner;
-    },
-}[it.tagName]()).map((it) => it.value)"""
-
-
-def test_no_control_cuts_its_value(watch: Watch) -> None:
-    """Numbers and choices are whole in a narrow panel, and presented, where the letters are twice as large."""
-    shown = watch(tracker="pc-pf", frames=2, parameters={"gamma_px": 4.123})
-    page = shown.page
-    page.evaluate("Element.prototype.requestFullscreen = null")
-    shown.until(lambda: page.locator(".controls input[type=number]").count() > 8, "the panel is there")
-    page.evaluate("for (const it of document.querySelectorAll('.controls details')) it.open = true")
-    for width in (1000, 1280, 1920):
-        page.set_viewport_size({"width": width, "height": 1080})
-        shown.until(lambda: page.evaluate(CUT) == [], f"every value is whole at {width} px")
-    shown.press("f")
-    page.locator(".controls-opener").click()
-    shown.until(lambda: page.evaluate(CUT) == [], "every value is whole while the session is presented")
-
-    page.goto("learn/9")
-    page.locator(".lesson-question").get_by_role("button", name="Skip").click()
-    page.evaluate("document.documentElement.dataset.presenting = ''")
-    number = page.locator(".lesson-controls input[type=number]").first
-    for value in ("400", "1600"):
-        number.fill(value)
-        number.press("Enter")
-        shown.until(lambda: page.evaluate(CUT) == [], f"the number of particles is read as {value}")
-
-
 def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     """Error, losses and changes; a signal is neither hidden nor lost."""
     rows = "document.querySelector('.scrubber').dataset.rows ?? ''"

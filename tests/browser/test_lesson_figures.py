@@ -3,13 +3,27 @@
 from collections.abc import Iterator
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import COLOURS, VIRIDIS
-from pftrack.teaching.lessons.figure import Figure, Panel, Trace
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.figure import (
+    Axis,
+    Curve,
+    Figure,
+    Handle,
+    HeatMap,
+    Histogram,
+    Panel,
+    Rule,
+    Scatter,
+    Stems,
+    Trace,
+)
+from pftrack.teaching.lessons.lesson import Demonstration
 from tests.browser.accessible import check
 from tests.browser.host import Server
-from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT
 from tests.browser.views import View
 
 BARE = """<head><title>Figures</title><link rel="stylesheet" href="static/shared/palette.css">
@@ -43,6 +57,12 @@ AROUND = """([panel, across, down]) => {
     const [left_, top_] = [Math.round((x - 3) * scale), Math.round((y - 3) * scale)];
     const { data } = canvas.getContext('2d').getImageData(left_, top_, 7, 7);
     return Array.from({ length: 49 }, (_, at) => [...data.subarray(4 * at, 4 * at + 4)]);
+}"""
+
+IS_PAINTED = """(id) => {
+    const canvas = document.querySelector(`[data-panel=${id}] canvas:not(li canvas)`);
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    return data.some((value) => value > 0);
 }"""
 
 # Where a value of a panel lies in the window; shares as above.
@@ -113,29 +133,13 @@ def figures(opened: Any) -> Iterator[FigurePage]:
     assert complaints == []
 
 
-def test_a_number_in_the_key_moves_nothing(figures: FigurePage) -> None:
-    """A key that took two lines and takes one keeps its room, until the window is another."""
-    height = "document.querySelector('.figure-plot').clientHeight"
-
-    def show(error: str) -> None:
-        named = [trace.model_copy(update={"title": f"{trace.title} {error}"}) for trace in DENSITIES.traces]
-        figures.show(Figure(panels=(DENSITIES.model_copy(update={"traces": tuple(named)}),)))
-
-    show("0.1")
-    alone = figures.page.evaluate(height)
-    show("rms error 0.12345")
-    wrapped = figures.page.evaluate(height)
-    assert wrapped < alone
-    show("0.1")
-    assert figures.page.evaluate(height) == wrapped
-    figures.page.set_viewport_size({"width": 901, "height": 600})
-    figures.until(lambda: figures.page.evaluate(height) == alone, "it takes no more than it needs")
-
-
 def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
-    """Between them the figures show all kinds; each panel says them, its words and its axes to who cannot see it."""
+    """The figures of the course show all kinds; each panel says them, its words and its axes to who cannot see it."""
     seen = set()
-    for figure in EVERY.values():
+    for body in (lesson.body for lesson in LESSONS.values() if isinstance(lesson.body, Demonstration)):
+        figure = body.show(body.parameters, body.seed).figure
+        if not {trace.kind for panel in figure.panels for trace in panel.traces} - seen:
+            continue
         figures.show(figure)
         for panel in figure.panels:
             label = figures.page.locator(f"[data-panel={panel.id}] [role=img]").get_attribute("aria-label")
@@ -144,13 +148,7 @@ def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
             for trace in panel.traces:
                 seen.add(trace.kind)
                 assert f"({trace.kind})" in label or trace.title == ""
-            painted = figures.page.evaluate(
-                "(id) => { const canvas = document.querySelector(`[data-panel=${id}] canvas:not(li canvas)`);"
-                "const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);"
-                "return data.some((value) => value > 0) }",
-                panel.id,
-            )
-            assert painted, panel.id
+            assert figures.page.evaluate(IS_PAINTED, panel.id), panel.id
     assert seen == {trace.model_fields["kind"].default for trace in get_args(get_args(Trace)[0])}
 
 
@@ -287,7 +285,7 @@ def test_dark_large_and_narrow(figures: FigurePage) -> None:
     page.evaluate("document.documentElement.style.fontSize = ''")
     page.set_viewport_size({"width": 390, "height": 600})
     tops = "[...document.querySelectorAll('.figure-panel')].map((panel) => panel.getBoundingClientRect().top)"
-    figures.until(lambda: len(set(page.evaluate(tops))) == 4, "panels stand below each other")
+    figures.until(lambda: len(set(page.evaluate(tops))) == 3, "panels stand below each other")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
@@ -316,3 +314,66 @@ def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
         EVERY["curves"].model_dump(mode="json"),
     )
     assert gone == [0, 0]
+
+
+RNG = np.random.default_rng(5)
+X = np.linspace(-4.0, 4.0, 161)
+
+
+def _normal(x: np.ndarray, mean: float, sigma: float) -> np.ndarray:
+    return np.asarray(np.exp(-(((x - mean) / sigma) ** 2) / 2) / (sigma * np.sqrt(2 * np.pi)))
+
+
+BELOW = Axis(title="position", low=-4.0, high=4.0, unit="m")
+DENSITIES = Panel(
+    id="densities",
+    title="Belief before and after",
+    x=BELOW,
+    y=Axis(title="density", low=0.0, high=1.0, unit="1/m"),
+    traces=(
+        Histogram(
+            title="draws", ink="hidden", edges=np.linspace(-2, 2, 17), heights=_normal(np.linspace(-2, 2, 16), 0, 0.8)
+        ),
+        Curve(title="prior", ink="prediction", x=X, y=_normal(X, -1, 1), area=(-1.0, 1.0)),
+        Curve(title="likelihood", ink="observation", x=X, y=_normal(X, 1.5, 0.6)),
+        Curve(title="posterior", ink="estimate", x=X, y=_normal(X, 0.8, 0.5)),
+        Curve(title="exact", ink="truth", x=X, y=_normal(X, 0.84, 0.5), dashed=True),
+        Rule(title="mean", ink="estimate", at=0.8),
+    ),
+    handles=(Handle(parameter="z", at=1.5), Handle(parameter="height", at=0.25, along="y")),
+    words="The posterior lies between prior and likelihood, with its mean at 0.8 m.",
+)
+STEMS = Panel(
+    id="stems",
+    title="Weights",
+    x=BELOW,
+    y=Axis(title="weight", low=0.0, high=1.0, hidden=True),
+    traces=(Stems(title="draws", ink="second", x=RNG.normal(0, 1.2, 40), y=RNG.uniform(0.1, 0.9, 40)),),
+    words="Forty draws of unequal weight.",
+    row=1,
+    share=(0.6, 1.0),
+)
+PLANE = HeatMap(
+    title="joint density",
+    x=np.linspace(-3, 3, 61),
+    y=np.linspace(-3, 3, 61),
+    values=_normal(np.linspace(-3, 3, 61)[:, None] - 0.8 * np.linspace(-3, 3, 61), 0, 0.6)
+    * _normal(np.linspace(-3, 3, 61), 0, 1),
+)
+HEAT = Panel(
+    id="heat",
+    title="Over the plane",
+    x=Axis(title="z", low=-3.0, high=3.0),
+    y=Axis(title="x", low=-3.0, high=3.0),
+    traces=(
+        PLANE,
+        Curve(title="mean", ink="truth", x=[-3, 3], y=[-2.4, 2.4]),
+        Scatter(title="draws", ink="lost", x=RNG.normal(0, 1, 30), y=RNG.normal(0, 1, 30)),
+    ),
+    handles=(Handle(parameter="cut", at=1.2),),
+    words="A ridge from the lower left to the upper right.",
+)
+EVERY: dict[str, Figure] = {
+    "curves": Figure(panels=(DENSITIES, STEMS)),
+    "plane": Figure(panels=(HEAT, DENSITIES, STEMS)),
+}

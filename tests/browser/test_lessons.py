@@ -14,25 +14,8 @@ from tests.browser.views import View
 SHOW, SKIP = ".question button[type=submit]", ".question button.quiet"
 BROKEN = "---\ntitle: A lesson with a mistake\nexperiment: ball\nsead: 3\n---\nNothing is right here.\n"
 
+
 # Remembers what was asked for, and how many requests were under way at one time.
-COUNT = """(() => {
-    const real = window.fetch;
-    window.asked = [];
-    window.most = 0;
-    let now = 0;
-    window.fetch = async (address, options) => {
-        if (!String(address).endsWith('/figure')) return real(address, options);
-        window.asked.push(JSON.parse(options.body));
-        window.most = Math.max(window.most, now += 1);
-        try {
-            return await real(address, options);
-        } finally {
-            now -= 1;
-        }
-    };
-})()"""
-
-
 class LessonPage(View):
     """The page of a lesson."""
 
@@ -130,40 +113,6 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     assert card.inner_text().count("Ball behind an occluder") == 1, "two uses in one experiment are one link here"
 
 
-def test_a_slider_redraws_and_never_queues(lesson: LessonPage) -> None:
-    """However often a slider moves, one figure is computed at a time, and the last is that of the last value.
-
-    A new draw changes the seed alone, and the way back gives each value its default.
-    """
-    lesson.page.add_init_script(COUNT)
-    lesson.open("probability")
-    lesson.page.click(SKIP)
-    lesson.becomes("skipped")
-    lesson.until(lesson.is_open, "everything can be turned")
-    slider = lesson.page.locator("[data-control=count] input[type=range]")
-    before = lesson.page.evaluate("asked.length")
-    slider.evaluate("""(slider) => {
-        for (let value = 100; value <= 1000; value += 10) {
-            slider.value = String(value);
-            slider.dispatchEvent(new Event('input', { bubbles: true }));
-        }
-    }""")
-    last = slider.input_value()
-    newest = "asked.at(-1).parameters.count"
-    lesson.until(lambda: str(lesson.page.evaluate(newest)) == last, "the last value is asked for")
-    lesson.until(
-        lambda: lesson.page.locator("[data-control=count] input[type=number]").input_value() == last, "it is shown"
-    )
-    assert lesson.page.evaluate("most") == 1
-    assert lesson.page.evaluate("asked.length") - before <= 10
-
-    lesson.page.click("[data-role=draw]")
-    seed = lesson.page.locator("[data-control=seed] input")
-    lesson.until(lambda: seed.input_value() == "2", "another draw is shown")
-    lesson.page.click("[data-control=count] button")
-    lesson.until(lambda: lesson.page.evaluate(newest) == 500, "the default is asked for")
-
-
 def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
     """The figure asks for a place; what is placed by the arrow keys is judged."""
     lesson.open("estimate")
@@ -201,27 +150,6 @@ def test_checks_are_told_on_the_page(lesson: LessonPage) -> None:
     lesson.until(lambda: "checks pass" in lesson.page.inner_text("[data-part=text]"), "the checks are computed")
     for check in lesson.page.locator(".checks li").all():
         assert re.search(r"checked: \S+, exact \S+, within \S+ ✓", check.inner_text()), check.inner_text()
-
-
-def test_a_server_that_is_gone_is_told_and_tried_again(lesson: LessonPage, complaints: Complaints) -> None:
-    """A bar says so while sliders move; when it is back, the newest value is shown."""
-    complaints.expected = ("ERR_FAILED", "Failed to load resource")
-    lesson.open("bayes")
-    lesson.page.click(SKIP)
-    lesson.until(lesson.is_open, "everything can be turned")
-    lesson.drawn()
-    lesson.page.route("**/figure", lambda route: route.abort())
-    slider = lesson.page.locator("input[type=range]").first
-    slider.focus()
-    slider.press("ArrowRight")
-    bar = lesson.page.locator("[data-part=disconnected]")
-    bar.wait_for(state="visible")
-    slider.press("ArrowRight")
-    wanted, shown = slider.input_value(), lesson.shown
-    lesson.page.unroute("**/figure")
-    bar.wait_for(state="hidden")
-    lesson.until(lambda: lesson.shown > shown, "a figure is drawn again")
-    assert slider.input_value() == wanted
 
 
 def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPage, server: Server) -> None:

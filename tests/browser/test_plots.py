@@ -1,21 +1,17 @@
 """The plots of a pose: alpha of each feature, the pose with its band, and a face that is lost and found again."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.vision.face import FEATURES
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
 Watch = Callable[..., SessionPage]
 HEAD = find("head")
-UNMEASURED = ("own_share", "shape_error", "free_energy")
 """Plots of the head that only a growing face has numbers for."""
-CUT_OFF = "(header) => header.scrollWidth > header.clientWidth"
 
 
 # How many px of the scrubber's lowest band have the colour of what is lost.
@@ -33,10 +29,6 @@ def alpha_on_the_page(shown: SessionPage) -> NDArray[np.float64]:
     frames = min(map(len, drawn), default=0)
     rows = np.array([row[:frames] for row in drawn], dtype=np.float64)
     return ((np.arange(len(rows))[:, None] + 1 - 0.12 - rows) / 0.76).T
-
-
-def on_screen(shown: SessionPage, place: Any) -> dict[str, float]:
-    return place.bounding_box()
 
 
 def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
@@ -94,34 +86,6 @@ def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: Sessi
         drawn = shown.trace(f"yaw {branch}")
         assert drawn["ink"] == colours[branch]
     shown.until(lambda: (shown.trace("alpha x1") or {}).get("ink") == colours[second], "alpha is the second branch's")
-
-
-def test_frames_lie_at_one_place_and_what_does_not_fit_scrolls(watch: Watch) -> None:
-    """At 1280 px all plots begin and end at the same x, and the transport stays in sight."""
-    shown = watch(experiment="head", parameters={"image_width_px": 160, "face_model": "mean"}, frames=12)
-    shown.until(lambda: shown.trace("alpha nose"), "the plots are drawn")
-    drawn = shown.page.locator(".plots .figure-plot")
-    measured = len(HEAD.display.plots) - len(UNMEASURED)
-    shown.until(lambda: drawn.count() == measured, "what this method has no series for is hidden")
-    places = [on_screen(shown, place) for place in drawn.all()]
-    assert len({(place["x"], place["width"]) for place in places}) == 1
-    assert min(place["height"] for place in places) >= 40
-    assert on_screen(shown, shown.plot("alpha"))["height"] >= 15 * len(FEATURES)
-    deck = on_screen(shown, shown.page.locator(".deck"))
-    shown.plot("ess").scroll_into_view_if_needed()
-    assert on_screen(shown, shown.page.locator(".deck")) == deck
-    assert shown.page.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0
-
-
-def test_no_title_is_cut_off_at_1280(watch: Watch, server: Server) -> None:
-    """The key beside it leaves room for what a plot is of, those of a growing face included."""
-    values = {"image_width_px": 160, "face_model": "growing"}
-    shown = watch(experiment="head", parameters=values, frames=12)
-    server.seek(shown.id, 11)
-    shown.stands_at(11)
-    shown.until(lambda: len(shown.plots) == len(HEAD.display.plots), "all plots are there")
-    titles = shown.page.locator(".plots .figure-panel header").all()
-    assert [title.inner_text() for title in titles if title.evaluate(CUT_OFF)] == []
 
 
 def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:

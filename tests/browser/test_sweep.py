@@ -301,7 +301,6 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     """The form knows the clip and the parameters of recordings; the maps show what the trackers say of themselves."""
     sent = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("ball.mp4", video(16)))], timeout=60)
     shown = watch(experiment="histogram", upload=sent.json()["id"], box=[10, 20, 10, 10], frames=None)
-    what_is_brought_in_is_in_sight(shown)
     page.goto(shown.page.get_attribute("[data-tool=sweep]", "href"))
     form = Form(page)
     page.wait_for_selector(".plan-size")
@@ -324,13 +323,3 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     told = server.get(f"sweeps/{sweep.id}")
     assert (told["recording"], told["problems"], told["done"]) == ("ball.mp4", 0, 8)
     assert page.locator("text=Change and repeat").count() == 0
-
-
-def what_is_brought_in_is_in_sight(shown: SessionPage) -> None:
-    """On a low screen, too, nothing of the files has to be scrolled to."""
-    shown.page.set_viewport_size({"width": 1280, "height": 720})
-    shown.menu("files")
-    files = shown.page.locator("dialog[open]")
-    files.get_by_text("Truth, CSV").wait_for()
-    assert files.evaluate("(it) => it.scrollHeight <= it.clientHeight")
-    shown.press("Escape")

@@ -428,17 +428,6 @@ def draw(page: Any, x: float, y: float, width: float, height: float) -> None:
     page.mouse.up()
 
 
-def drag_corner_by_touch(page: Any, far: float) -> None:
-    """Drag the lower right corner of the box outwards with a finger, which is further from it than a mouse may be."""
-    box = page.locator(".mark-line").bounding_box()
-    x, y = box["x"] + box["width"] + 9, box["y"] + box["height"] + 9
-    fingers = page.context.new_cdp_session(page)
-    for kind, way in (("touchStart", 0.0), ("touchMove", far), ("touchEnd", None)):
-        at = [] if way is None else [{"x": x + way, "y": y + way}]
-        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
-    fingers.detach()
-
-
 def grade(page: Any) -> str:
     return str(page.get_attribute(".suits-words", "data-grade"))
 
@@ -475,10 +464,6 @@ def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes) -
     gallery.until(lambda: grade(page) == "not at all", "the ground does not")
     assert "separates not at all" in page.inner_text(".suits-remark").lower()
     assert "No smaller box separates better" in page.inner_text(".suits-words")
-    drag_corner_by_touch(page, 20)
-    gallery.until(lambda: not page.inner_text(".picture-words").startswith("30 × 30 px"), "a finger takes the corner")
-    assert int(page.inner_text(".picture-words").split()[0]) > 30
-    gallery.until(lambda: page.evaluate("document.documentElement.scrollWidth") <= 390, "nothing sticks out")
     assert page.locator("button:has-text('Track it')").is_enabled()
 
 

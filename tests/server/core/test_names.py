@@ -80,13 +80,6 @@ def test_a_name_that_cannot_be_seen_is_none(client: httpx.Client, session: dict[
     assert client.patch(path, json={"name": "x" * 10_000}).status_code == 422
 
 
-def test_a_session_has_a_picture(client: httpx.Client, session: dict[str, object]) -> None:
-    """That of the frame that is shown."""
-    answer = client.get(f"/{session['thumbnail']}")
-    assert answer.headers["content-type"] == "image/png"
-    assert answer.content.startswith(b"\x89PNG")
-
-
 def test_names_of_files_are_plain() -> None:
     """Whatever people call a run, and whatever says no more than the experiment."""
     title = find("ball").title

@@ -117,12 +117,6 @@ def test_a_refusal_comes_through(tmp_path: Path, content: bytes, sentence: str) 
     assert str(tmp_path) not in str(refusal.value)
 
 
-def test_limits_come_through(clip: Path) -> None:
-    """The limits of size hold in the process as they do here."""
-    with pytest.raises(RefusedError, match="at most 10 are allowed"):
-        probe(clip, Limits(frames=10))
-
-
 def test_any_name_may_be_probed(clip: Path, tmp_path: Path) -> None:
     """Names that look like options, addresses or no text at all are just names."""
     for name in ("-c import os", "http:x?y#z", "a\udcff\n.mp4"):

@@ -253,38 +253,6 @@ def test_who_comes_sees_the_frame_that_is_shown(
         assert drawing.caption.startswith("frame 9 ")
 
 
-def test_every_seek_is_seen_by_everybody(
-    client: httpx.Client, session: dict[str, Any], look: Callable[[], Page]
-) -> None:
-    """Two pages see the same frames, in whatever order they came, and one that comes back sees where the run is now."""
-    with look() as first:
-        first.until(0)
-        steer(client, session["id"], "seek", frame=4)
-        first.until(4)
-        with look() as second:
-            second.until(4)
-            steer(client, session["id"], "seek", frame=2)
-            assert first.until(2).caption == second.until(2).caption
-    steer(client, session["id"], "seek", frame=7)
-    with look() as again:
-        again.until(7)
-
-
-def test_a_run_that_plays_is_sent_frame_by_frame(
-    client: httpx.Client, session: dict[str, Any], look: Callable[[], Page]
-) -> None:
-    """A page that keeps up with seven frames a second is sent most of them, each once and in order."""
-    steer(client, session["id"], "speed", speed=0.25)
-    with look() as page:
-        page.until(0)
-        steer(client, session["id"], "play")
-        while page.frames[-1] < 12:
-            page.read()
-        assert page.frames == sorted(set(page.frames))
-        assert len(page.frames) > 6
-        assert page.positions == page.frames
-
-
 def test_who_comes_back_is_greeted_with_a_picture(
     client: httpx.Client, session: dict[str, Any], server: Server, look: Callable[[], Page]
 ) -> None:

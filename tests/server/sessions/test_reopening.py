@@ -18,6 +18,7 @@ from websockets.sync.client import connect
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.run_tree import RunTree
 from pftrack_server.sessions.worker.worker import KEEP_AFTER_S, Checkpoints
+from tests.server.asking import get
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
 from tests.server.host import Server, begin, steer
 from tests.server.sessions.test_crashes import diagnostics, state
@@ -28,10 +29,6 @@ from tests.waiting import wait_for
 FAR = 20
 HELD = 5
 """The frame at which workers stand still."""
-
-
-def shown(client: httpx.Client, session: str) -> dict[str, Any]:
-    return client.get(f"/api/v1/sessions/{session}").json()
 
 
 def resume(client: httpx.Client, session: str) -> dict[str, Any]:
@@ -85,8 +82,8 @@ class TestResuming:
             computed = [frame for frame in told if frame > 0]
             assert computed == sorted(computed)
             assert len(set(computed)) > 5
-            wait_for(lambda: shown(client, session["id"])["goal"] is None)
-            arrived = shown(client, session["id"])
+            wait_for(lambda: get(client, session["id"])["goal"] is None)
+            arrived = get(client, session["id"])
             assert (arrived["position"], arrived["computed"], arrived["goal"]) == (FAR - 5, FAR, None)
             assert diagnostics(client, session["id"]) == before
 
@@ -123,10 +120,10 @@ class TestResuming:
             assert resume(client, session["id"])["goal"] == FAR
             assert steer(client, session["id"], "speed", speed=2)["goal"] == FAR
             first = pool.submit(steer, client, session["id"], "step")
-            wait_for(lambda: shown(client, session["id"])["goal_position"] == FAR - 4)
+            wait_for(lambda: get(client, session["id"])["goal_position"] == FAR - 4)
             second = pool.submit(steer, client, session["id"], "seek", frame=2)
             assert first.result()["goal"] == FAR
-            wait_for(lambda: shown(client, session["id"])["goal_position"] == 2)
+            wait_for(lambda: get(client, session["id"])["goal_position"] == 2)
             allow(tmp_path / "data")
             arrived = second.result()
             assert (arrived["position"], arrived["computed"], arrived["goal"]) == (2, FAR, None)
@@ -144,8 +141,8 @@ class TestResuming:
             kill(server, client, session)
             allow(tmp_path / "data", 0)
             assert resume(client, session["id"])["computed"] == FAR
-            wait_for(lambda: shown(client, session["id"])["goal"] is None, 30)
-            assert shown(client, session["id"])["position"] == FAR
+            wait_for(lambda: get(client, session["id"])["goal"] is None, 30)
+            assert get(client, session["id"])["position"] == FAR
             assert diagnostics(client, session["id"]) == before
             client.delete(f"/api/v1/sessions/{session['id']}")
             assert not states_of(tmp_path, session).exists()

@@ -1,18 +1,24 @@
-"""The state: what of all that a worker tells is news."""
+"""A session without a worker: what is news of all that a worker tells, what ends with it, and its timeline."""
 
+import asyncio
 import json
 import math
 from typing import Any
 
 import pytest
 
+from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack_server.core.panel import TrackerPublic
+from pftrack_server.core.settings import Settings
 from pftrack_server.sessions import spec as snapshots
+from pftrack_server.sessions.session import Session
+from pftrack_server.sessions.spec import BranchSpec, Phase, SessionSpec
 from pftrack_server.sessions.state import MOST_BOOKMARKS, History, SessionState
-from pftrack_server.sessions.worker.protocol import Ready
+from pftrack_server.sessions.worker.description import threshold_views, timeline_view
+from pftrack_server.sessions.worker.protocol import Described, Ready
 
 BALL = find("ball")
 DESCRIPTION = snapshots.SessionDescription(
@@ -283,3 +289,113 @@ def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     told = ear.state.columns("b0")["lost_since"]
     assert told == [None] * 18 + [18] * 12
     assert ear.state.columns("b0")["lost_by"] == ["truth"] * 30
+
+
+class Curtain:
+    """A viewer that needs a while to close."""
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+        self.ended = asyncio.Event()
+
+    def tell(self, in_force: object) -> None:
+        self.told.append(in_force)
+
+    def refuse(self, message: str) -> None:
+        self.told.append(message)
+
+    async def close(self) -> None:
+        await asyncio.sleep(0.01)
+        self.ended.set()
+
+
+def session_with(curtain: Curtain) -> Session:
+    async def config_of(spec: SessionSpec) -> Any:
+        raise AssertionError(spec)
+
+    made = Session(SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)}), Settings(), config_of)
+    made.enter(Phase.STARTING)
+    made.begin(Ready(DESCRIPTION, START, [row(0)]))
+    made.scene_feed._viewer = curtain  # type: ignore[assignment]
+    return made
+
+
+async def test_other_trackers_need_another_scene() -> None:
+    """Its panel is made anew; until the old one has closed the session has not ended either."""
+    curtain = Curtain()
+    session = session_with(curtain)
+    session._event(Described(DESCRIPTION))
+    await asyncio.sleep(0)
+    assert session.scene_feed._viewer is None
+    await session.close("Ended.")
+    assert curtain.ended.is_set()
+
+
+async def test_a_scene_ends_with_its_session_or_its_worker() -> None:
+    """What the panel still asks for is refused, and nothing is left to be done."""
+    for end in (Session.suspend, Session.close):
+        curtain = Curtain()
+        session = session_with(curtain)
+        await session._command_lock.acquire()
+        session.scene_feed.ask({"kind": "change", "values": {"n": 3}})
+        ending = asyncio.ensure_future(end(session, "Ended."))
+        await asyncio.sleep(0)
+        session._command_lock.release()
+        await ending
+        assert curtain.ended.is_set()
+        assert any("resume it first" in str(told) for told in curtain.told)
+        assert not session.scene_feed._commands
+
+
+DECLARATIONS = [
+    Declaration(
+        name="gate",
+        title="Gate",
+        description="",
+        unit="",
+        kind="number",
+        default=5.0,
+        role="threshold",
+        threshold_of="sigma",
+        trackers=("hard",),
+    ),
+    Declaration(name="count", title="Count", description="", unit="", kind="integer", default=800, role="particles"),
+]
+
+
+FIRST: dict[str, Any] = {"gate": 5.0, "count": 800, "tracker": "hard"}
+
+
+def changes(*all_of_them: tuple[int, dict[str, Any]]) -> list[Change]:
+    return [Change(frame, values) for frame, values in all_of_them]
+
+
+def test_a_change_is_told_with_what_it_replaced() -> None:
+    """Each change names the values before it: those of the beginning, or those of the change before."""
+    told = timeline_view(
+        changes((0, {"gate": 4.0}), (10, {"gate": 3.0, "count": 200}), (20, {"gate": 2.0, "tracker": "soft"})),
+        {**FIRST, "gate": 4.0},
+    )
+    assert [change.before for change in told] == [
+        {},
+        {"gate": 4.0, "count": 800},
+        {"gate": 3.0, "tracker": "hard"},
+    ]
+
+
+def test_what_was_moved_is_told_in_words() -> None:
+    """It has no value before; one of the estimate is told without a particle."""
+    moves = [{"particle": 7, "place": [312.0, 140.25]}, {"particle": None, "place": [0.42]}]
+    (told,) = timeline_view(changes((10, {"gate": 3.0, "move": moves})), FIRST)
+    assert told.moved == ["Particle 7 moved to (312, 140.2)", "Estimate moved to 0.42"]
+    assert (told.values, told.before) == ({"gate": 3.0}, {"gate": 5.0})
+
+
+def test_a_threshold_holds_while_its_tracker_is_in_charge() -> None:
+    """A threshold has a step for each change, and none where another tracker is in charge; others are not told."""
+    (view,) = threshold_views(changes((10, {"gate": 3.0}), (20, {"tracker": "soft"})), FIRST, DECLARATIONS)
+    assert (view.name, view.of) == ("gate", "sigma")
+    assert [(step.frame, step.value) for step in view.steps] == [(0, 5.0), (10, 3.0), (20, None)]
+    assert threshold_views(changes((0, {"tracker": "soft"})), {**FIRST, "tracker": "soft"}, DECLARATIONS) == []
+    (view,) = threshold_views([], {**FIRST, "gate": 7.0}, DECLARATIONS)
+    assert [(step.frame, step.value) for step in view.steps] == [(0, 7.0)]

@@ -5,6 +5,7 @@ import json
 import httpx
 
 from pftrack_server.store.database import SessionRow
+from tests.server.asking import columns
 from tests.server.host import Server, error_of, steer
 from tests.server.uploads.test_suitability import box
 from tests.server.uploads.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
@@ -16,10 +17,6 @@ POLYGONS = "frame,x1,y1,x2,y2,x3,y3\n" + "".join(f"{frame},100,10,110,30,90,30\n
 
 def give(client: httpx.Client, session: str, table: str) -> httpx.Response:
     return client.put(f"/api/v1/sessions/{session}/truth", files={"file": ("truth.csv", table.encode())})
-
-
-def columns(client: httpx.Client, session: str) -> dict[str, list[object]]:
-    return client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]
 
 
 def test_truth_is_added_and_replaced_while_a_session_lives(server: Server, client: httpx.Client, upload: str) -> None:

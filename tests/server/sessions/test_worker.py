@@ -1,22 +1,42 @@
-"""The worker's loop, in a thread of its own behind a real pipe."""
+"""The worker: its loop behind a real pipe, how its answers are read, and what the fork server has ready for it."""
 
 import asyncio
 import contextlib
+import gc
+import os
+import socket
 import threading
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numba
+import psutil
 import pytest
 
-from pftrack.process import AsyncEnd, BlockingEnd
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.parameters import Value
+from pftrack.core.numerics.compiled import FUNCTIONS
+from pftrack.doctor.compiling import cases, run_case
+from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
+from pftrack.process import AsyncEnd, BlockingEnd, ForkServer
 from pftrack.process.child import pair
-from pftrack_server.sessions.worker import protocol
+from pftrack_server.core.errors import ApiError
+from pftrack_server.jobs.child_tasks import ChildTasks, Queues
+from pftrack_server.sessions import worker_handle
+from pftrack_server.sessions.worker import protocol, worker
+from pftrack_server.sessions.worker.protocol import Event, Heartbeat, Play, Reply
 from pftrack_server.sessions.worker.run_tree import RunTree
-from pftrack_server.sessions.worker.worker import Worker
+from pftrack_server.sessions.worker.worker import NICENESS, Worker, load_compiled
+from pftrack_server.sessions.worker_handle import WorkerHandle
 from tests.apart import run
+from tests.process.test_fork_server import has_ended, leave_another
+from tests.server.host import Server
 from tests.server.sessions.test_run_tree import config
+from tests.waiting import wait_for
 
 SLOW = 0.03
 """Times real time: a frame a second, so that a change has a while until the next one."""
@@ -192,3 +212,96 @@ def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyP
     save = protocol.Save("x.pftrack") if place == "save" else None
     run(play(heard, compiles_nothing_more, lambda _: monkeypatch.setattr(RunTree, place, compiling), save))
     assert [event.changes["compiling"] for event in heard if "compiling" in event.changes] == [0, None]
+
+
+class Deaf:
+    """An end of a pipe that nobody listens at."""
+
+    def send(self, message: object) -> None:
+        del message
+
+
+def test_an_answer_is_as_the_command_left_the_run() -> None:
+    """A frame that is computed before the requester wakes up is not in the answer: it came after the command."""
+
+    async def ask() -> int:
+        heard: list[Event] = []
+        config: Any = None
+        handle = WorkerHandle(config, heard.append, lambda reason: None)
+        handle._end = Deaf()  # type: ignore[assignment]
+        asking = asyncio.create_task(handle.request(Play(), lambda _: len(heard)))
+        await asyncio.sleep(0)
+        for event in (Heartbeat(), Reply(1), Heartbeat(), Heartbeat()):
+            handle._event(event)
+        return await asking
+
+    assert run(ask()) == 1
+
+
+async def test_what_a_worker_has_started_ends_with_the_fork_server(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a filter has ended the fork server, and with it its worker, nothing else of its group is left."""
+    fork_server, told = ForkServer("pftrack.process"), []
+    monkeypatch.setattr(worker_handle, "FORK_SERVER", fork_server)
+    monkeypatch.setattr(worker_handle, "load_compiled", len)
+    monkeypatch.setattr(worker_handle, "main", leave_another)
+    config: Any = SimpleNamespace(run=SimpleNamespace(recipe=SimpleNamespace(experiment="ball")), session="s")
+
+    handle = WorkerHandle(config, told.append, lambda reason: None)
+    with pytest.raises(ApiError, match="worker"):
+        await handle.start()
+    fork_server.close()
+    wait_for(lambda: has_ended(told[0]))
+
+
+def test_a_workers_garbage_collector_leaves_what_is_shared_alone() -> None:
+    """Otherwise its first full collection copies the pages of everything that was preloaded."""
+    frozen = run(ChildTasks(Queues()).run(gc.get_freeze_count))
+    assert frozen > 100_000
+
+
+def tell_loaded(end: socket.socket, name: str) -> None:
+    """Tell which compiled functions a child has at first, and which it loads for an experiment as it is by default."""
+    at_first = loaded()
+    run_case(EXPERIMENTS[name], *next(cases(EXPERIMENTS[name])))
+    BlockingEnd(end).send((at_first, loaded() - at_first))
+
+
+def loaded() -> set[str]:
+    return {f"{function}{types}" for function in FUNCTIONS for types in function.signatures}
+
+
+def test_a_session_leaves_what_it_has_loaded_to_the_next() -> None:
+    """The first session of an experiment has the fork server load it; later children need nothing else."""
+    made = ForkServer("pftrack_server.web.preload")
+    try:
+        for load, is_loaded in ((None, False), ((load_compiled, "ball"), True), (None, True)):
+            child = made.fork(tell_loaded, "ball", load=load)
+            with child.end:
+                at_first, more = BlockingEnd(child.end).receive()
+            assert (at_first != set(), more == set()) == (is_loaded, is_loaded)
+    finally:
+        made.close()
+
+
+@pytest.mark.parametrize(("is_kept", "trackers"), [(True, 1), (False, len(EXPERIMENTS["sine"].trackers))])
+def test_where_nothing_can_be_kept_all_is_compiled_at_once(
+    is_kept: bool, trackers: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise each worker would compile for itself what its tracker calls beyond the default."""
+    ran = []
+
+    def watched(experiment: Experiment, tracker: str, values: Mapping[str, Value]) -> Drawing:
+        ran.append(tracker)
+        return run_case(experiment, tracker, values)
+
+    monkeypatch.setattr(worker, "run_case", watched)
+    monkeypatch.setattr(worker, "cache_folder", lambda: tmp_path if is_kept else None)
+    load_compiled("sine")
+    assert len(set(ran)) == trackers
+
+
+def test_a_worker_gives_way_to_who_serves_everybody(server: Server, session: dict[str, Any]) -> None:
+    """In a crowd the web process is not kept waiting by what single sessions compute, nor these by explorations."""
+    pid = server.pid_of(session["id"])
+    assert psutil.Process(pid).nice() == psutil.Process().nice() + NICENESS
+    assert os.getsid(pid) == os.getpgid(pid) == pid  # what is beside it divides no weight with it

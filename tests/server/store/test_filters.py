@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
@@ -11,6 +10,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.experiments.own.extension import example_of
 from pftrack_server.core.settings import Settings
+from tests.server.asking import get
 from tests.server.follow_jobs import bring_in, import_refusal
 from tests.server.host import Server, begin, change_values, command, error_of, running, steer
 from tests.waiting import wait_for
@@ -40,10 +40,6 @@ def client(owner: Server) -> Iterator[httpx.Client]:
         yield connected
 
 
-def shown(client: httpx.Client, session: str) -> dict[str, Any]:
-    return client.get(f"/api/v1/sessions/{session}").json()
-
-
 def test_saving_the_file_changes_the_running_session(client: httpx.Client, file: Path) -> None:
     """From the frame where it stands, as a branch; new parameters are there, and new defaults in force."""
     listed = next(each for each in client.get("/api/v1/experiments").json() if each["id"] == "ball")
@@ -54,12 +50,12 @@ def test_saving_the_file_changes_the_running_session(client: httpx.Client, file:
     steer(client, session["id"], "seek", frame=20)
 
     file.write_text(TEXT.replace("noise_px: float = 3.0", "extra: int = 7  # of no use\n    noise_px: float = 4.5"))
-    wait_for(lambda: len(shown(client, session["id"])["branches"]) == 2)
-    told = shown(client, session["id"])
+    wait_for(lambda: len(get(client, session["id"])["branches"]) == 2)
+    told = get(client, session["id"])
     assert (told["position"], told["parameters"]["mine_version"]) == (20, 2)
     assert (told["parameters"]["noise_px"], told["parameters"]["extra"]) == (4.5, 7)
     extra = wait_for(
-        lambda: next((it for it in shown(client, session["id"])["declarations"] if it["name"] == "extra"), None)
+        lambda: next((it for it in get(client, session["id"])["declarations"] if it["name"] == "extra"), None)
     )
     assert (extra["description"], extra["maximum"]) == ("Of no use.", 70)
     steer(client, session["id"], "seek", frame=30)
@@ -76,12 +72,10 @@ def test_saving_leaves_what_was_chosen(client: httpx.Client, file: Path, frame: 
     change_values(client, session, {"sample_count": 350})
     steer(client, session, "seek", frame=frame)
     change_values(client, session, {"tracker": "condensation", "sample_count": 444})
-    chosen = shown(client, session)
+    chosen = get(client, session)
 
     file.write_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 4.5"))
-    told = wait_for(
-        lambda: len(shown(client, session)["branches"]) > len(chosen["branches"]) and shown(client, session)
-    )
+    told = wait_for(lambda: len(get(client, session)["branches"]) > len(chosen["branches"]) and get(client, session))
     assert told["tracker"] == "condensation"
     assert told["parameters"] == chosen["parameters"] | {"mine_version": 2, "noise_px": 4.5}
 
@@ -91,23 +85,23 @@ def test_a_mistake_is_told_with_its_line_and_the_run_stands(client: httpx.Client
     session = begin(client, tracker="mine")["id"]
     steer(client, session, "seek", frame=5)
     file.write_text(TEXT + "def broken(:\n")
-    told = wait_for(lambda: shown(client, session)["problem"])
+    told = wait_for(lambda: get(client, session)["problem"])
     assert (told["file"], told["line"]) == ("mine.py", len(TEXT.splitlines()) + 1)
-    assert shown(client, session)["branch"] == "b0"
+    assert get(client, session)["branch"] == "b0"
     onward = steer(client, session, "seek", frame=6)
     assert onward["problem"] == told, "it is told as long as the file is as it is"
     steer(client, session, "seek", frame=5)
 
     file.write_text(FAILING)
-    wait_for(lambda: shown(client, session)["branch"] == "b1")
+    wait_for(lambda: get(client, session)["branch"] == "b1")
     refused = error_of(command(client, session, "seek", frame=9), 422)
     assert "log_likelihood returned NaN" in refused["message"]
-    told = shown(client, session)
+    told = get(client, session)
     assert (told["position"], told["computed"], told["state"]) == (5, 5, "ready")
     assert told["problem"]["line"] == FAILING_LINE
 
     file.write_text(TEXT)
-    wait_for(lambda: shown(client, session)["branch"] == "b2")
+    wait_for(lambda: get(client, session)["branch"] == "b2")
     assert steer(client, session, "seek", frame=9)["problem"] is None
 
 
@@ -116,12 +110,12 @@ def test_a_saved_file_is_tried_at_once(client: httpx.Client, file: Path, tracker
     """While the run is paused, also under another tracker; no frame is computed, and the newest mistake stands."""
     session = begin(client, tracker=tracker)["id"]
     steer(client, session, "seek", frame=5)
-    problem = lambda: shown(client, session)["problem"]  # noqa: E731 - one line of reading
+    problem = lambda: get(client, session)["problem"]  # noqa: E731 - one line of reading
     file.write_text(FAILING)
     told = wait_for(problem)
     assert (told["file"], told["line"]) == ("mine.py", FAILING_LINE)
     assert "log_likelihood returned NaN" in told["text"]
-    assert (shown(client, session)["position"], shown(client, session)["computed"]) == (5, 5)
+    assert (get(client, session)["position"], get(client, session)["computed"]) == (5, 5)
 
     file.write_text(TEXT + "def broken(:\n")
     wait_for(lambda: problem()["line"] == len(TEXT.splitlines()) + 1)
@@ -166,7 +160,7 @@ def test_a_page_on_this_machine_writes_the_file(owner: Server, client: httpx.Cli
     body = {"text": changed, "before": told["digest"]}
     assert httpx.put(f"{owner.url}/api/v1/filters/mine", json=body).status_code == 401
     assert client.put("/api/v1/filters/mine", json=body).json()["text"] == changed == file.read_text()
-    wait_for(lambda: shown(client, session)["branch"] == "b1")
+    wait_for(lambda: get(client, session)["branch"] == "b1")
     assert "changed by somebody else" in error_of(client.put("/api/v1/filters/mine", json=body), 409)["message"]
     assert client.put("/api/v1/filters/other", json=body).status_code == 404
 

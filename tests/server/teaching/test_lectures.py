@@ -37,14 +37,12 @@ HOSTILE = {
     "not text": (b"---\ntitle: \xff\xfe\n---\n", "Line 2: this is not UTF-8"),
     "bomb": (f"---\ntitle: x\n{BOMB}\n---\n", "Line 3: references"),
     "tag": ("---\ntitle: !!python/object/apply:os.getcwd []\n---\n", "Line 2: the tag"),
-    "deep": (f"---\ntitle: x\nitems: {'[' * 90}{']' * 90}\n---\n", "nested more than"),
     "no title": ("---\nitems: []\n---\n", "`title` is missing; docs/how-to/lectures.md"),
     "unknown key": ("---\ntitle: x\nitems:\n- leson: bayes\n---\n", "Line 4: there is no `items.0.leson` in a lecture"),
     "two kinds": (
         "---\ntitle: x\nitems:\n- lesson: a\n- lesson: a\n  failure: b\n---\n",
         "Line 5: `items.1` does not fit",
     ),
-    "no answers": ("---\ntitle: x\nitems:\n- poll: Why?\n---\n", "Line 4: `items.0` does not fit"),
     "tracker": ("---\ntitle: x\nitems:\n- session: {recipe: {experiment: ball, tracker: none}}\n---\n", "Line 4: "),
     "minutes": ("---\ntitle: x\nitems:\n- lesson: a\n  minutes: -3\n---\n", "Line 5: `items.0.minutes` does not fit"),
     "too many": (

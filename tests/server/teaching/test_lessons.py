@@ -3,7 +3,6 @@
 import asyncio
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -21,14 +20,6 @@ from tests.waiting import wait_for
 
 URL = "/api/v1/lessons"
 DEMONSTRATIONS = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
-
-BROKEN = """---
-title: A lesson with a mistake
-experiment: ball
-sead: 3
----
-Nothing is right here.
-"""
 
 
 def figure(client: httpx.Client, lesson: str, **wanted: Any) -> dict[str, Any]:
@@ -153,12 +144,12 @@ def test_checks_are_computed_once_and_kept(server: Server, client: httpx.Client)
     )
 
 
-@pytest.mark.parametrize("name", ["bayes", "colour"])
-def test_a_notebook_of_a_lesson_can_be_taken_away(client: httpx.Client, name: str) -> None:
+def test_a_notebook_of_a_lesson_can_be_taken_away(client: httpx.Client) -> None:
     """It is JSON of Jupyter's format under the lesson's name, of a demonstration and of a run."""
-    answer = client.get(f"{URL}/{name}/notebook.ipynb")
-    assert f'filename="{name}.ipynb"' in answer.headers["content-disposition"]
-    assert answer.json()["nbformat"] == 4
+    for name in ("bayes", "colour"):
+        answer = client.get(f"{URL}/{name}/notebook.ipynb")
+        assert f'filename="{name}.ipynb"' in answer.headers["content-disposition"]
+        assert answer.json()["nbformat"] == 4
 
 
 def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Client) -> None:
@@ -169,22 +160,6 @@ def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Clien
     assert client.get("/learn/9").headers["location"].endswith("/learn/sir")
     assert client.get("/learn/sir").status_code == 200
     assert client.get("/learn").status_code == 200
-
-
-def test_a_broken_file_is_told_with_its_line_and_spoils_nothing_else(server: Server, client: httpx.Client) -> None:
-    """A lecturer's file with a mistake is a problem of the list; all other lessons are there."""
-    path: Path = server.app.state.services.settings.data_dir / "lessons" / "mistaken.md"
-    before = len(client.get(URL).json()["lessons"])
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(BROKEN)
-    try:
-        listed = client.get(URL).json()
-    finally:
-        path.unlink()
-    assert len(listed["lessons"]) == before
-    assert {problem["origin"] for problem in listed["problems"]} == {"mistaken.md"}
-    assert any(problem["line"] == 4 and "sead" in problem["message"] for problem in listed["problems"])
-    assert client.get(URL).json()["problems"] == []
 
 
 def test_a_worker_that_compiles_gives_signs_of_life(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,22 +1,30 @@
-"""The parts of a class by themselves: followers, forks, poll, and where the server is reached."""
+"""The parts of a class by themselves: followers, forks, poll, links, what a page sends, and results that are kept."""
 
 import asyncio
 import functools
+import json
 from collections.abc import Callable, Coroutine
 from contextlib import ExitStack
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
+from pydantic import BaseModel, ValidationError
 
 from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack_server.core.errors import ApiError
 from pftrack_server.core.settings import Settings
+from pftrack_server.jobs.child_tasks import ChildTasks
+from pftrack_server.jobs.results import DiskCache
+from pftrack_server.sessions.duplex import encode
 from pftrack_server.teaching import links as found
 from pftrack_server.teaching.access import AccessGuard
 from pftrack_server.teaching.follow import LECTURER, MOST_SCENES, MOST_SOCKETS, UNUSED_S, Followers, Forks
 from pftrack_server.teaching.follows import Follows
-from pftrack_server.teaching.links import NOTICE, addresses
+from pftrack_server.teaching.lessons import LessonResults
+from pftrack_server.teaching.links import LETTERS, NOTICE, Claim, Links, addresses
+from pftrack_server.teaching.messages import FollowCreate, FollowUpdate, PollCreate
 from pftrack_server.teaching.polls import Poll
 from tests.apart import run
 
@@ -262,3 +270,187 @@ class TestAddresses:
         bound = Settings(host="2001:db8::5", token=TOKEN)
         assert found._names(bound) == ["2001:db8::5"]
         assert addresses("http://[::1]:1", bound)[0].base == "http://[2001:db8::5]:1"
+
+
+@pytest.fixture(scope="module")
+def links() -> Links:
+    return Links()
+
+
+def test_a_link_says_class_and_role(links: Links) -> None:
+    """What was signed is read, and the roles have links of their own."""
+    follower, owner = links.of("k7q2", "follower"), links.of("k7q2", "owner")
+    assert links.read(follower) == Claim("k7q2", "follower", follower)
+    assert links.read(owner) == Claim("k7q2", "owner", owner)
+    assert len(follower) == 14
+    assert follower[:5] == owner[:5] == "k7q2-"
+    assert owner[5:].startswith(follower[5:]) is False
+
+
+def test_a_link_is_read_however_it_is_typed(links: Links) -> None:
+    """Capitals, missing dashes and letters that look alike lead to the same class."""
+    name = next(name for name in iter(links.new_name, None) if {"0", "1"} & set(links.of(name, "follower")))
+    link = links.of(name, "follower")
+    for typed in (
+        link.upper(),
+        link.replace("-", ""),
+        link.replace("-", " "),
+        link.replace("0", "O"),
+        link.replace("1", "l"),
+    ):
+        claim = links.read(typed)
+        assert claim.link == link
+
+
+def test_every_other_letter_is_refused(links: Links) -> None:
+    """A link with any one letter changed is refused."""
+    link = links.of("k7q2", "follower").replace("-", "")
+    others = [
+        link[:at] + letter + link[at + 1 :] for at in range(len(link)) for letter in LETTERS if letter != link[at]
+    ]
+    assert len(others) == 12 * 31
+    assert [other for other in others if links.read(other)] == []
+
+
+@pytest.mark.parametrize("typed", ["", "k7q2", "-", "k7q2-" * 50, "k7q2-\N{SNOWMAN}", "\ud800", "../../etc", "%00"])
+def test_what_is_no_link(links: Links, typed: str) -> None:
+    """Nothing else is read as one."""
+    assert links.read(typed) is None
+
+
+def test_a_part_of_a_lecturers_link_is_no_followers(links: Links) -> None:
+    """Each role is signed for itself, and a signature that is cut or longer does not hold."""
+    owner, follower = (links.of("k7q2", role).replace("-", "") for role in ("owner", "follower"))  # type: ignore[arg-type]
+    assert all(links.read(owner[:length]) is None for length in range(len(owner)))
+    assert links.read(follower + "0") is None
+    assert links.read(follower[:-1]) is None
+
+
+def test_another_server_signs_otherwise(links: Links) -> None:
+    """The key is a server's own, and of one life."""
+    assert Links().read(links.of("k7q2", "follower")) is None
+
+
+def test_a_seat_belongs_to_one_class(links: Links) -> None:
+    """What a browser keeps is read for the class that gave it, and not when it was changed."""
+    kept = links.new_seat("k7q2")
+    seat = links.read_seat("k7q2", kept)
+    assert seat
+    assert links.new_seat("k7q2") != kept
+    assert links.read_seat("m4xb", kept) is None
+    assert links.read_seat("k7q2", kept.replace(".", ".A")) is None
+    assert links.read_seat("k7q2", "other." + kept.partition(".")[2]) is None
+    assert [links.read_seat("k7q2", text) for text in ("", ".", "\N{SNOWMAN}", seat, "\ud800")] == [None] * 5
+
+
+class Told(BaseModel):
+    """Any message that carries an arrangement."""
+
+    arrangement: dict[str, Any]
+
+
+@pytest.mark.parametrize(
+    "arrangement",
+    [
+        {"x": "\ud800"},
+        {"\ud800": 1},
+        {"x": "y" * 17_000},
+        {"x": ["\N{SNOWMAN}" * 6_000]},
+        {"x": json.loads("[" * 900 + "]" * 900)},
+    ],
+)
+def test_arrangements_that_cannot_be_passed_on(arrangement: dict[str, Any]) -> None:
+    """Half a character, too much, or too deep."""
+    with pytest.raises(ValidationError):
+        FollowUpdate(arrangement=arrangement)
+
+
+@pytest.mark.parametrize(
+    "arrangement", [{}, {"x": [None, 1.5, {"y": "\N{SNOWMAN}"}]}, {"x": float("nan")}, {"x": 10**400}]
+)
+def test_arrangements_that_are_passed_on(arrangement: dict[str, Any]) -> None:
+    """Whatever is accepted can be told."""
+    kept = FollowUpdate(arrangement=arrangement).arrangement
+    assert kept is not None
+    assert json.loads(encode(Told(arrangement=kept)))["arrangement"].keys() == arrangement.keys()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {},
+        {"sessions": ["a", "b", "c", "d", "e"]},
+        {"sessions": ["a", "a"]},
+        {"sessions": ["a"], "most_followers": -1},
+        {"sessions": ["a"], "most_followers": 1001},
+        {"sessions": ["a"], "hours": float("nan")},
+        {"sessions": ["a"], "hours": 0},
+        {"sessions": ["a"], "title": ""},
+        {"sessions": ["a"], "title": "\ud800"},
+        {"sessions": ["a"], "surprise": 1},
+    ],
+)
+def test_follows_that_are_none(wrong: dict[str, Any]) -> None:
+    """Nothing to follow, too many, limits out of bounds."""
+    with pytest.raises(ValidationError):
+        FollowCreate(**wrong)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"answers": ["a"]}, {"answers": ["a"] * 9}, {"question": ""}, {"question": "x" * 301}, {"answers": ["", "b"]}],
+)
+def test_polls_that_are_none(wrong: dict[str, Any]) -> None:
+    """A question has words and two to eight answers."""
+    with pytest.raises(ValidationError):
+        PollCreate(**{"question": "?", "answers": ["a", "b"], **wrong})
+
+
+class Answers:
+    """Children that answer at once, or never."""
+
+    async def run_beside(self, function: Callable[[], Any], **_: object) -> dict[str, list[int]]:
+        if function is heavy:
+            await asyncio.Event().wait()
+        if function is refused:
+            raise RefusedError("There is nothing to compute")
+        return {"numbers": [1]}
+
+
+def heavy() -> None:
+    """What takes minutes."""
+
+
+def light() -> None:
+    """What takes a moment."""
+
+
+def refused() -> None:
+    """What cannot be computed."""
+
+
+async def answer_beside(folder: Path, monkeypatch: Any) -> None:
+    results = LessonResults(DiskCache(folder), cast("ChildTasks", Answers()))
+    slow = [await results.get(f"slow {number}", heavy) for number in range(2)]
+    job = await results.get("quick", light)
+    await results.jobs.wait(job.id, 60)
+    assert job.result == {"numbers": [1]}
+    assert [each.result for each in slow] == [None, None]
+    failed = await results.get("refused", refused)
+    await results.jobs.wait(failed.id, 60)
+    assert (failed.result, failed.error) == (None, "There is nothing to compute")
+    assert await results.get("refused", refused) is failed, "nobody tries again at once"
+    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.001)
+    left = await results.get("left alone", heavy)
+    await results.jobs.wait(left.id, 60)
+    again = (await results.get("left alone", heavy)).state
+    assert (left.state, again) == ("failed", "working"), "the next visitor has not left it"
+    results.jobs._kept_s = -1.0
+    assert await results.get("refused", refused) is not failed
+    await results.jobs.close()
+
+
+def test_a_light_answer_does_not_wait_for_heavy_ones(tmp_path: Path, monkeypatch: Any) -> None:
+    """However many lessons take minutes; one that is refused says why, and one that was left alone begins anew."""
+    monkeypatch.setattr("pftrack_server.teaching.lessons.MOMENT_S", 0.05)
+    run(answer_beside(tmp_path / "kept", monkeypatch))

@@ -1,4 +1,4 @@
-"""Uploaded recordings of beliefs: through the door of videos, to a session like any."""
+"""Uploaded recordings of beliefs and tables of tracks: through the door of videos, to a session like any."""
 
 import json
 from pathlib import Path
@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 import pftrack
-from tests.server.follow_jobs import ended
+from tests.server.follow_jobs import ended, taken
 from tests.server.host import error_of, steer
 from tests.server.uploads.test_uploads import send, video
 from tests.server.work.test_explorations import explore
 from tests.session_requests import session_request
+from tests.tracks import table
 
 FRAMES = 12
 
@@ -96,3 +97,100 @@ def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
     client.delete(f"/api/v1/sessions/{session['id']}")
     refusal = error_of(send(client, *files, ("other.txt", truth[1])), 422)["message"]
     assert "call the truth gt.txt" in refusal
+
+
+@pytest.fixture
+def tracks(client: httpx.Client) -> dict[str, Any]:
+    """An upload."""
+    answer = send(client, ("prism.csv", table().encode()))
+    assert answer.status_code == 201, answer.text
+    return answer.json()
+
+
+def wish(upload: dict[str, Any], experiment: str = "structure", **footage: Any) -> dict[str, Any]:
+    return {"recipe": {"experiment": experiment, "footage": footage}, "upload": upload["id"]}
+
+
+def test_a_table_becomes_a_session(client: httpx.Client, tracks: dict[str, Any]) -> None:
+    """It is told what was found in it, its frames can be seen, and a session follows its points without a mark."""
+    assert (tracks["name"], tracks["kind"], tracks["frames"], tracks["warnings"]) == ("prism.csv", "tracks", 26, [])
+    picture = client.get(f"/api/v1/uploads/{tracks['id']}/frames/3.jpg")
+    assert picture.content.startswith(b"\xff\xd8")
+    answer = client.post("/api/v1/sessions", json=session_request(wish(tracks, start=2)))
+    assert answer.status_code == 201, answer.text
+    session = answer.json()
+    assert (session["frames"], session["recipe"]["footage"]["start"]) == (24, 2)
+    steer(client, session["id"], "seek", frame=23)
+    columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+    assert len(columns["estimate"][23]) == 3 * 14
+    strengths = [row.get("depth_strength") for row in columns["series"]]
+    assert strengths[10] is None
+    assert strengths[23] > 5
+    client.delete(f"/api/v1/sessions/{session['id']}")
+
+
+def test_a_point_keeps_its_name(client: httpx.Client) -> None:
+    """A point may be called as a file is on the disk of the server; it is spoken of by that name."""
+    rows = [line.split(",") for line in table().splitlines()]
+    never = [",".join([frame, "000000", *[""] * (len(rows[0]) - 2)]) for frame in {row[0] for row in rows[1:]}]
+    answer = send(client, ("prism.csv", "\n".join([table().rstrip("\n"), *never]).encode()))
+    assert answer.status_code == 201, answer.text
+    assert "Never seen and left out: 000000." in answer.json()["warnings"]
+
+
+def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict[str, Any]) -> None:
+    """Tracks where pictures are wanted, pictures where tracks are, a mark where there is nothing to mark."""
+    for experiment, words in (("ball", "must be pictures"), ("head", "must be pictures"), ("sine", "no recording")):
+        assert (
+            words
+            in error_of(client.post("/api/v1/sessions", json=session_request(wish(tracks, experiment))), 422)["message"]
+        )
+    clip = send(client, ("walk.mp4", video(4))).json()
+    assert (
+        "must be tracks" in error_of(client.post("/api/v1/sessions", json=session_request(wish(clip))), 422)["message"]
+    )
+    box = {"kind": "box", "x": 1, "y": 1, "width": 9, "height": 9}
+    error_of(client.post("/api/v1/sessions", json=session_request(wish(tracks, mark=box))), 422)
+    question = {"experiment": "head", "frame": 0}
+    error_of(client.get(f"/api/v1/uploads/{tracks['id']}/mark", params=question), 422)
+    assert client.get(f"/api/v1/uploads/{tracks['id']}/truth", params={"experiment": "structure"}).json() is None
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("frame,point,left,top\n0,1,2,3\n", "the table has the columns frame, point, left, top; expected frame, point"),
+        ("frame,point,x,y\n0,1,2,3\n", "at least 2 frames in which points are seen"),
+        ("frame,point,x,y\n0,1,left,3\n", "line 2: x must be a number, got 'left'"),
+        ("a,b,c\n1,2,3\n", "the file is a text"),
+    ],
+)
+def test_a_table_that_is_none_is_refused_in_a_sentence(client: httpx.Client, text: str, words: str) -> None:
+    """The sentence says what the file has and what is expected."""
+    message = error_of(send(client, ("tracks.csv", text.encode())), 422)["message"]
+    assert words in message[0].lower() + message[1:]
+
+
+def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
+    """A table of one point becomes a session that follows it, gaps included; for a shape it has too few."""
+    rows = "".join(f"{3 * n},{'' if n == 5 else n * n / 9}\n" for n in range(20))
+    path = send(client, ("mouse.csv", ("x,y\n" + rows).encode())).json()
+    refused = error_of(client.post("/api/v1/sessions", json=session_request(wish(path))), 422)["message"]
+    assert "must be the tracks of 4 to 100 points" in refused
+    answer = client.post("/api/v1/sessions", json=session_request(wish(path, "trajectories")))
+    assert answer.status_code == 201, answer.text
+    session = answer.json()["id"]
+    steer(client, session, "seek", frame=19)
+    rows = taken(client, session, "paths").text.splitlines()
+    assert (len(rows), rows[0].split(",")[:4]) == (21, ["frame", "track", "x", "y"])
+    assert rows[6].startswith("5,1,,,")
+    client.delete(f"/api/v1/sessions/{session}")
+
+
+def test_experiments_say_what_they_take(client: httpx.Client) -> None:
+    """Kinds of recording and columns of truth are told with each experiment."""
+    told = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
+    assert told["structure"]["footage"] == ["tracks"]
+    assert told["structure"]["truth_columns"] == []
+    assert told["ball"]["footage"] == ["video", "gif", "images"]
+    assert told["sine"]["footage"] == []

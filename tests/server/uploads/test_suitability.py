@@ -82,14 +82,6 @@ def test_questions_that_make_no_sense(
     assert words in answer.json()["error"]["message"]
 
 
-def test_experiments_say_whether_they_can_tell(client: httpx.Client) -> None:
-    """Those that take recordings can, and a signal cannot."""
-    told = {one["id"]: one["suits"] for one in client.get("/api/v1/experiments").json()}
-    assert told["ball"]
-    assert told["head"]
-    assert not told["sine"]
-
-
 def test_the_verdict_changes_while_tracking(client: httpx.Client) -> None:
     """A disc that loses its colour separates no more, and the session says so and since when."""
     colours = [(210, 40, 40)] * FRAMES + [(112, 110, 110)] * FRAMES

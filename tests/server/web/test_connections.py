@@ -1,4 +1,4 @@
-"""Connections and bodies that say nothing, or too much, keep nobody else out."""
+"""Connections and bodies that say nothing, too much, or end before they are answered, keep nobody else out."""
 
 import asyncio
 import contextlib
@@ -6,17 +6,28 @@ import errno
 import http.client
 import json
 import socket
+import threading
 import time
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
+import uvicorn
+from fastapi import FastAPI, WebSocket
 from starlette.exceptions import HTTPException
+from starlette.types import Message, Receive, Scope, Send
+from structlog.testing import capture_logs
+from uvicorn.protocols.utils import ClientDisconnected
 
 from pftrack_server.core.requests import BodyLimit
 from pftrack_server.core.settings import Settings
+from pftrack_server.sessions.duplex import converse
 from pftrack_server.web import serving
+from pftrack_server.web.errors import ErrorBoundary, install
+from pftrack_server.web.middleware import HeadAsGet
+from pftrack_server.web.serving import configuration
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server import hostile
@@ -207,3 +218,125 @@ def test_a_client_that_hangs_up_leaves_no_session_of_a_saved_run(
         wait_for(lambda: record.read_bytes().isdigit(), what="a child is asked to compare, and writes its number there")
         assert len(server.manager.all) == 2
     wait_for(lambda: [each.spec.id for each in server.manager.all] == [session["id"]], what="it has ended")
+
+
+async def endless(scope: Scope, receive: Receive, send: Send) -> None:
+    """Answer GET piece by piece, until the client is gone."""
+    assert scope["method"] == "GET"
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"9")]})
+    await send({"type": "http.response.body", "body": b"first", "more_body": True})
+    for _ in range(1000):
+        await send({"type": "http.response.body", "body": b"piece", "more_body": True})
+        if (await receive())["type"] == "http.disconnect":
+            return
+    raise AssertionError("nobody said that the client is gone")
+
+
+async def asked() -> list[Message]:
+    sent: list[Message] = []
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    await HeadAsGet(endless)({"type": "http", "method": "HEAD"}, receive, send)
+    return sent
+
+
+def test_an_answer_without_end_ends_with_its_head() -> None:
+    """Its headers go out, nothing of its body, and it is told to stop after the first piece."""
+    start, body = run(asked())
+    assert (start["status"], start["headers"]) == (200, [(b"content-length", b"9")])
+    assert (body["body"], body.get("more_body", False)) == (b"", False)
+
+
+def test_a_page_that_is_left_is_no_error_of_the_system() -> None:
+    """It is left to the server below, which ends the connection quietly, and the log says nothing of a disk."""
+    app = FastAPI()
+    install(app)
+
+    @app.websocket("/stream")
+    async def accept(socket: WebSocket) -> None:
+        await socket.accept()
+
+    async def receive() -> Message:
+        return {"type": "websocket.connect"}
+
+    async def send(_: Message) -> None:
+        raise ClientDisconnected
+
+    scope: dict[str, Any] = {"type": "websocket", "path": "/stream", "headers": [], "query_string": b""}
+    with capture_logs() as logged, pytest.raises(ClientDisconnected):
+        run(app(scope, receive, send))
+    assert logged == []
+
+
+async def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
+    """Uvicorn cancels what takes too long when it stops; that is an answer, and no traceback."""
+    sent: list[Message] = []
+
+    async def wait_for_ever(*_: object) -> None:
+        await asyncio.Event().wait()
+
+    async def receive() -> Message:
+        return {"type": "http.request"}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    async def begin(_scope: object, _receive: object, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await wait_for_ever()
+
+    for app in (wait_for_ever, begin):
+        request = asyncio.ensure_future(ErrorBoundary(app)({"type": "http"}, receive, send))
+        await asyncio.sleep(0)
+        request.cancel()
+        await asyncio.wait({request})
+    assert [each.get("status") for each in sent] == [503, None, 200], "an answer that has begun is only cut off"
+    assert b"being stopped" in sent[1]["body"]
+
+
+OPENING = (
+    b"GET /stream HTTP/1.1\r\nHost: here\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+def test_a_page_that_takes_nothing_leaves_no_traceback() -> None:
+    """It answers no ping, so its connection ends; what is still to be sent then ends the stream without an error."""
+    app, ended = FastAPI(), threading.Event()
+
+    @app.websocket("/stream")
+    async def stream(websocket: WebSocket) -> None:
+        await websocket.accept()
+        await converse(websocket, messages(), "")
+        ended.set()
+
+    async def messages() -> AsyncIterator[bytes]:
+        # More than the system takes, and less than makes uvicorn wait.
+        yield bytes(55_000)
+        while True:
+            yield b"more"
+            await asyncio.sleep(0.01)
+
+    with socket.socket() as listening, socket.socket() as page, capture_logs() as logged:
+        for each, size in ((listening, socket.SO_SNDBUF), (page, socket.SO_RCVBUF)):
+            each.setsockopt(socket.SOL_SOCKET, size, 4096)
+        listening.bind(("127.0.0.1", 0))
+        server = uvicorn.Server(configuration(app, ws_ping_interval=0.1, ws_ping_timeout=0.1))
+        serving = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        serving.start()
+        try:
+            wait_for(lambda: server.started)
+            page.connect(listening.getsockname())
+            page.sendall(OPENING)
+            assert ended.wait(20)
+            wait_for(lambda: not server.server_state.connections)
+        finally:
+            server.should_exit = True
+            page.close()
+            serving.join()
+    assert logged == []

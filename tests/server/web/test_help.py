@@ -111,12 +111,6 @@ def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest
     assert "make docs" in answer.text
 
 
-def test_the_header_of_every_page_leads_to_it() -> None:
-    """The one list of links that all headers show has it, relative to the base."""
-    navigation = (pages.FRONTEND / "shared" / "page.js").read_text("utf-8")
-    assert '{ id: "help", title: "Help", href: "help/" }' in navigation
-
-
 def test_the_rest_reference_shows_text_as_text() -> None:
     """Nothing that the description of the interface says becomes markup, as an experiment of another package could."""
     said = '<b>"'

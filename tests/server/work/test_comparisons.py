@@ -105,6 +105,7 @@ def test_a_recording_is_found_and_named_where_it_is_missing(client: httpx.Client
         ([ball(), {"recipe": {"experiment": "nothing"}}], 422, "nothing"),
         ([ball(), ball(timeline=[{"frame": 0, "values": {"sample_count": -3}}])], 422, "ample_count must be"),
         ([ball(), ball(frames=900_000)], 422, "on this server"),
+        ([ball(), ball("viterbi")], 422, "viterbi"),
         ([ball(), {"reference": "0123456789abcdef"}], 404, "saved run '0123456789abcdef' is not here"),
         ([ball(), {"reference": "0123456789abcdef:b0"}], 404, "branch 'b0' of a session"),
         ([ball(), {"reference": "0123456789abcdef:3"}], 404, "sweep does not exist"),
@@ -117,21 +118,6 @@ def test_what_cannot_be_compared_is_said(
 ) -> None:
     """Wrong numbers of runs, other units, unknown and deleted runs and values out of bounds: a sentence each."""
     assert said in refusal(client, status, *runs)
-
-
-def test_a_tracker_that_an_experiment_lacks_is_refused(client: httpx.Client, session: dict[str, Any]) -> None:
-    """The sentence lists those that there are."""
-    said = refusal(client, 422, ball(), {"reference": f"{session['id']}:b0:viterbi"})
-    assert "h-spf" in said
-    assert "viterbi" in said
-
-
-def test_a_comparison_that_is_cancelled_is_gone(client: httpx.Client) -> None:
-    """Its computing ends with it."""
-    begun = compare(client, ball(frames=20_000), ball("apf", frames=20_000))
-    assert begun["state"] == "working"
-    assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
-    error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)
 
 
 SAVED = "/api/v1/comparisons/saved"

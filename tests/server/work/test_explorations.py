@@ -1,4 +1,4 @@
-"""What else a session's run might have been, asked through the REST interface."""
+"""What else a session's run might have been, and which noises fit it, asked through the REST interface."""
 
 from typing import Any
 
@@ -99,15 +99,6 @@ def test_a_run_that_holds_is_told_so(client: httpx.Client) -> None:
     assert (found["state"], found["error"]) == ("failed", "The run has not lost its target so far")
 
 
-def test_what_is_cancelled_is_gone(client: httpx.Client) -> None:
-    """Nothing goes on, and nobody can ask for it."""
-    session = lost_session(client)
-    begun = explore(client, session, kind="what-if", seconds=300)
-    address = f"/api/v1/jobs/{begun['id']}"
-    assert client.delete(address).status_code == 204
-    assert "job does not exist" in error_of(client.get(address), 404)["message"]
-
-
 def test_an_exploration_ends_with_its_session(client: httpx.Client) -> None:
     """Its processes are gone long before its time is over, since nobody can ask for what they find."""
     session = lost_session(client)
@@ -127,3 +118,34 @@ def test_a_session_asks_a_few_questions_at_a_time(client: httpx.Client) -> None:
     for each in begun:
         client.delete(f"/api/v1/jobs/{each['id']}")
     assert explore(client, session, kind="ensemble")["state"] == "working"
+
+
+WRONG = {"assumed_noise_sd": 0.4}
+
+
+def fitted(client: httpx.Client, session: dict[str, Any], *numbers: str) -> dict[str, Any]:
+    return ended(client, client.post(f"/api/v1/sessions/{session['id']}/fits", json={"numbers": numbers}))
+
+
+def test_a_fit_says_what_the_library_says(client: httpx.Client) -> None:
+    """To the bit, of the frames that were computed; which numbers there are, the session tells by tracker."""
+    session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG, seed=3)
+    assert session["fittable"]["kalman"] == ["process_noise_sd", "assumed_noise_sd"]
+    steer(client, session["id"], "seek", frame=80)
+    told = fitted(client, session, "assumed_noise_sd")
+    run = pftrack.run("sine", tracker="kalman", seed=3, frames=81, **WRONG)
+    assert told["state"] == "done"
+    assert told["result"] == pftrack.fit(run, ["assumed_noise_sd"]).as_dict()
+    assert told["done"] <= told["total"]
+
+
+def test_what_cannot_be_fitted_is_told(client: httpx.Client) -> None:
+    """A short run and a number that is none say why; a fit that was cancelled is gone."""
+    session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG)
+    assert "at least 41 frames" in fitted(client, session, "assumed_noise_sd")["error"]
+    assert "Kalman filter has no number 'sample_count'" in fitted(client, session, "sample_count")["error"]
+    address = f"/api/v1/sessions/{session['id']}/fits"
+    error_of(client.post(address, json={"numbers": []}), 422)
+    begun = client.post(address, json={"numbers": ["assumed_noise_sd"]}).json()
+    assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
+    error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)

@@ -9,13 +9,11 @@ import cv2
 import httpx
 import numpy as np
 import pandas as pd
-import pytest
 
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.output.exports.formats import FORMATS, exports_of
 from pftrack.runs.run import Run
-from tests.notebooks import executed
 from tests.server.follow_jobs import asked, ended, taken, written
 from tests.server.host import begin, change_values, error_of, steer
 
@@ -47,16 +45,6 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
     assert said["frames"] == 3
 
 
-def test_what_cannot_be_made_of_these_frames_is_told(client: httpx.Client) -> None:
-    """A learned motion needs more frames than the first: it is refused with the reason, and the session goes on."""
-    session = begin(client)
-    said = ended(client, client.post(f"/api/v1/sessions/{session['id']}/exports/learned"))["error"]
-    assert "xpected at least 10 frames with two frames known before them, got 0" in said
-    steer(client, session["id"], "seek", frame=40)
-    learned = find("ball").guidance.parse(taken(client, session["id"], "learned").text)
-    assert (learned.tracks, learned.experiment) == (1, "ball")
-
-
 def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
     """A file is taken up in a session as a parameter is, whose numbers are the library's; a wrong one is refused."""
     session = begin(client, tracker="guided")
@@ -74,31 +62,6 @@ def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
     run.seek(12)
     columns = client.get(f"{address}/diagnostics").json()
     assert columns["columns"]["estimate"][12] == list(run.current.diagnostics.estimate)
-
-
-def test_a_session_is_taken_away_as_a_notebook_with_its_numbers(client: httpx.Client) -> None:
-    """What was changed on the way is in it; run, it gives the estimates that the session has."""
-    session = begin(client, experiment="sine", seed=5)
-    address = f"/api/v1/sessions/{session['id']}"
-    steer(client, session["id"], "seek", frame=3)
-    assert change_values(client, session["id"], {"sample_count": 40}).status_code == 200
-    steer(client, session["id"], "seek", frame=9)
-    answer = taken(client, session["id"], "notebook")
-    assert answer.headers["content-type"] == "application/x-ipynb+json"
-    printed = executed(answer.content)
-    assert "The same estimates as in the run that was exported.\n" in printed
-    table = next(text for text in printed if "log_evidence" in text).splitlines()
-    said = client.get(f"{address}/diagnostics").json()["columns"]["log_evidence"]
-    place = table[0].split().index("log_evidence")
-    assert [float(row.split()[place]) for row in table[1:]] == pytest.approx(said, rel=1e-4)
-
-
-def test_what_is_not_offered_is_not_there(client: httpx.Client) -> None:
-    """An unknown name is told with a sentence, also where an experiment offers nothing of its own."""
-    session = begin(client, experiment="sine")
-    assert [one["name"] for one in session["exports"]] == [one.name for one in FORMATS]
-    answer = client.post(f"/api/v1/sessions/{session['id']}/exports/face-obj")
-    assert "xport must be one of csv" in error_of(answer, 404)["message"]
 
 
 def pictures_in(film: Path) -> int:

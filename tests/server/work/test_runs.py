@@ -178,12 +178,6 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     assert answer.json()["upload"] == again["id"]
 
 
-def test_saving_nothing(client: httpx.Client) -> None:
-    """A session that is not there cannot be saved."""
-    error_of(client.post("/api/v1/runs", json={"session": "0123456789abcdef"}), 404)
-    error_of(client.post("/api/v1/runs", json={}), 422)
-
-
 def test_runs_outlive_the_server(start_server: Any) -> None:
     """Saved runs and uploads are there after a restart of the server."""
     with start_server() as (_, client):
