@@ -84,23 +84,9 @@ def on_a_phone(shown: SessionPage) -> None:
 def test_a_preset_leaves_room_and_says_what_it_is_about(watch: Watch, server: Server) -> None:
     """Words, picture and panel of a preset in one visit; another run than a preset's has no words."""
     shown = watch(seed=0, frames=None)
-    the_picture_has_six_tenths_of_the_width(shown)
     it_says_what_to_look_at(shown)
     the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown, server)
     assert not watch(seed=5).page.locator(".look-at").is_visible()
-
-
-def the_picture_has_six_tenths_of_the_width(shown: SessionPage) -> None:
-    """Beside a panel and plots, which stay within the page, the picture's place is the widest by far."""
-    page = shown.page
-    for width in (1280, 1000):
-        page.set_viewport_size({"width": width, "height": 800})
-        inside = f"innerWidth === {width} && document.querySelector('.flat-place').clientWidth >= {0.6 * width}"
-        shown.until(lambda inside=inside: page.evaluate(inside), "the picture has its share")
-        assert box(page, ".controls")["width"] > 150
-        assert page.evaluate(OVERFLOW) <= 0
-        for selector in (".controls", ".plots", ".readout"):
-            assert page.evaluate(f"(e => e.scrollWidth - e.clientWidth)(document.querySelector('{selector}'))") <= 0
 
 
 def change_in_the_past(shown: SessionPage, server: Server, value: int) -> None:

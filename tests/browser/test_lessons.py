@@ -11,7 +11,7 @@ from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import View
 
-SHOW, SKIP = ".question button[type=submit]", ".question button.quiet"
+SHOW = ".question button[type=submit]"
 BROKEN = "---\ntitle: A lesson with a mistake\nexperiment: ball\nsead: 3\n---\nNothing is right here.\n"
 
 

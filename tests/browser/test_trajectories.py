@@ -5,17 +5,6 @@ from typing import Any
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
-JUMPS = (20, 40)
-
-
-def path() -> str:
-    """A path of sixty frames without frames or names, with two jumps and a gap."""
-    lines = ["x,y"]
-    for frame in range(60):
-        aside = 70.0 if frame in JUMPS else 0.0
-        lines.append(f"{100 + 4 * frame},{'' if frame == 30 else 80 + 0.05 * frame**2 + aside}")
-    return "\n".join(lines) + "\n"
-
 
 def test_tracks_are_followed_while_one_watches(gallery: Gallery, server: Server) -> None:
     """Opened from the gallery, tracks go straight through outliers, and errors of all of them are plotted."""
@@ -38,27 +27,3 @@ def worlds_are_within(page: Any) -> bool:
     place = page.locator(".flat-main").bounding_box()
     boxes = [world.bounding_box() for world in page.locator(".world").all()]
     return len(boxes) == 2 and all(box[side] >= place[side] for box in boxes for side in "xy")
-
-
-def test_a_path_is_brought_in_and_smoothed(gallery: Gallery, server: Server) -> None:
-    """A table of a single path is chosen as a file; jumps and a gap are bridged, and the smoothed path can be taken."""
-    page = gallery.page
-    gallery.choose("mouse.csv", path().encode(), "text/csv")
-    go = page.locator("button:has-text('Track it')")
-    go.wait_for()
-    assert "mouse.csv, 60 frames of tracks" in page.inner_text(".target header")
-    choice = page.locator("#target-experiment")
-    assert choice.input_value() == "trajectories"
-    choice.select_option("structure")
-    assert page.locator("#target-truth").count() == 0
-    choice.select_option("trajectories")
-    page.locator("img.target-picture").wait_for()
-    go.click()
-    shown = SessionPage(page, server).ready()
-    shown.play_to_the_end()
-    outliers = [row.get("outlier_share") for row in server.column(shown.id, "series")]
-    assert [outliers[frame] for frame in JUMPS] == [1.0, 1.0]
-    table = server.export(shown.id, "paths").text.splitlines()
-    smoothed = [float(line.split(",")[7]) for line in table[1:]]
-    assert len(smoothed) == 60
-    assert all(abs(y - 80 - 0.05 * frame**2) < 6.0 for frame, y in enumerate(smoothed[:40]))
