@@ -90,10 +90,12 @@ describe("runs that begin at different pictures", () => {
     const sought = [];
     const steering = { seek: (frame) => sought.push(frame), setSpeed: () => {}, pause: () => {} };
     const { signal } = new AbortController();
-    const [lead, other] = [session(), session({ position: 3 })];
+    const [lead, other] = [session({ frame_rate_hz: 30 }), session({ position: 3, frame_rate_hz: 30 })];
     keepUp({ store: other, steering, first: 3 }, lead, signal);
     lead.receive({ type: "changes", session: { position: 5 }, rows: [] });
     assert.deepEqual(sought, [8]);
+    lead.receive({ type: "changes", session: { position: 40, playing: true }, rows: [] });
+    assert.deepEqual(sought, [8, 43], "also where they play");
   });
 });
 

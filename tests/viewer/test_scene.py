@@ -195,7 +195,8 @@ def test_a_picture_arrives_as_the_worker_has_encoded_it(session: Session, peer: 
 def test_a_primitive_that_cannot_be_shown_ends_nothing(session: Session, peer: Peer) -> None:
     """What comes after it is shown to the end, which is the caption, whether it is still there or not."""
     wrong = Text(np.zeros(3, dtype=np.float32), "APF", COLOURS["estimate"], "estimate", anchor=cast("Any", "nowhere"))
-    session.show(with_item(drawing(0, 50), "wrong", wrong), 0)
+    bad = Points(np.zeros((3, 3), dtype=np.float32), np.zeros((2, 3), dtype=np.uint8), 1.0)
+    session.show(with_item(with_item(drawing(0, 50), "wrong", wrong), "bad", bad), 0)
     wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 50)
     session.show(drawing(1, 60), 1)
     wait_for(lambda: any("Frame 1" in str(item.get("content")) for item in list(peer.controls.values())))
@@ -261,21 +262,13 @@ def dark(size: tuple[int, int] = (240, 320)) -> Picture:
     return Picture(np.full((*size, 3), 20, dtype=np.uint8))
 
 
-def test_a_drawing_that_cannot_be_shown_does_not_end_the_picture(session: Session, peer: Peer) -> None:
-    """The next good one is shown."""
-    bad = Points(np.zeros((3, 3), dtype=np.float32), np.zeros((2, 3), dtype=np.uint8), 1.0)
-    session.show(with_item(drawing(), "bad", bad), 0)
-    session.show(drawing(1, 77), 1)
-    wait_for(lambda: "/particles" in peer.nodes and len(points(peer)) == 77)
-
-
 def triangle(side: float) -> Mesh:
     vertices = np.array(((0, 0, 1), (side, 0, 9), (0, side, 5)), dtype=np.float32)
     return Mesh(vertices, np.array(((0, 1, 2),), dtype=np.int32), COLOURS["estimate"], 0.5, "head")
 
 
-def test_of_a_mesh_that_moves_only_the_vertices_are_sent(session: Session, peer: Peer) -> None:
-    """Its triangles, which are most of it, stay what they were until there are others."""
+def test_of_a_mesh_only_what_changes_is_sent(session: Session, peer: Peer) -> None:
+    """Its vertices, or its colour; its triangles, which are most of it, stay what they were until there are others."""
     session.show(with_item(drawing(), "mesh", triangle(3.0)), 0)
     wait_for(lambda: "/mesh" in peer.nodes)
     node = peer.nodes["/mesh"]
@@ -283,21 +276,12 @@ def test_of_a_mesh_that_moves_only_the_vertices_are_sent(session: Session, peer:
     session.show(with_item(drawing(1), "mesh", triangle(5.0)), 1)
     wait_for(lambda: np.frombuffer(node["vertices"], dtype=np.float32)[3] == 5.0)
     assert node["faces"] is faces
-    other = replace(triangle(5.0), faces=np.array(((0, 2, 1),), dtype=np.int32), colour=COLOURS["lost"])
-    session.show(with_item(drawing(2), "mesh", other), 2)
-    wait_for(lambda: node["faces"] is not faces and tuple(node["color"]) == COLOURS["lost"])
-
-
-def test_of_a_mesh_that_changes_its_colour_only_that_is_sent(session: Session, peer: Peer) -> None:
-    """It stands where it stood."""
-    mesh = triangle(3.0)
-    session.show(with_item(drawing(), "mesh", mesh), 0)
-    wait_for(lambda: "/mesh" in peer.nodes)
-    node = peer.nodes["/mesh"]
-    vertices = node["vertices"]
-    session.show(with_item(drawing(1), "mesh", replace(mesh, colour=COLOURS["lost"])), 1)
+    vertices, lost = node["vertices"], replace(triangle(5.0), colour=COLOURS["lost"])
+    session.show(with_item(drawing(2), "mesh", lost), 2)
     wait_for(lambda: tuple(node["color"]) == COLOURS["lost"])
-    assert node["vertices"] is vertices
+    assert (node["vertices"] is vertices, node["faces"] is faces) == (True, True)
+    session.show(with_item(drawing(3), "mesh", replace(lost, faces=np.array(((0, 2, 1),), dtype=np.int32))), 3)
+    wait_for(lambda: node["faces"] is not faces)
 
 
 def test_a_mesh_with_colours_of_its_own_is_updated_in_place(session: Session, peer: Peer) -> None:
