@@ -19,17 +19,19 @@ def wait_for(
 ) -> Found:
     """Ask again and again until something holds, and return it.
 
-    It is asked ever more seldom: asking takes processor time from those who are to bring it about.
+    It is asked ever more seldom: asking takes processor time from those who are to bring it about. What counts is how
+    long it has rested, not the clock: on a loaded machine, where all takes longer, there is as much more time.
 
     Args:
         condition: Is asked, and holds as soon as its result is true.
-        seconds: How long to ask.
+        seconds: How long to rest in all.
         what: Is waited for, to be said if it is in vain.
         pause: Waits so many seconds.
     """
-    end, rest = time.monotonic() + seconds, FIRST_S
+    rested, rest = 0.0, FIRST_S
     while not (found := condition()):
-        assert time.monotonic() < end, f"waited in vain until {what}"
+        assert rested < seconds, f"waited in vain until {what}"
         pause(rest)
+        rested += rest
         rest = min(GROWTH * rest, LONGEST_S)
     return found

@@ -4,7 +4,6 @@ import asyncio
 import socket
 import tempfile
 import threading
-import time
 from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +17,7 @@ from pftrack_server.core.base_path import encode_path
 from pftrack_server.core.settings import Settings
 from pftrack_server.web.serving import configuration
 from tests.session_requests import session_request
+from tests.waiting import wait_for
 
 
 class _Uvicorn(uvicorn.Server):
@@ -70,11 +70,8 @@ class Server:
 
     def start(self) -> None:
         self.thread.start()
-        deadline = time.monotonic() + 60
-        while not self.uvicorn.started:
-            assert self.thread.is_alive(), "the server did not start"
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+        wait_for(lambda: self.uvicorn.started or not self.thread.is_alive(), what="the server has started")
+        assert self.thread.is_alive(), "the server did not start"
 
     def stop(self) -> None:
         self.uvicorn.should_exit = True
