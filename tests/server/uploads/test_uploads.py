@@ -221,7 +221,7 @@ class TestLimits:
             assert "at most 3 files" in error_of(answer, 413)["message"]
             assert send(client, ("ball.mp4", clip)).status_code == 201
             error_of(send(client, ("long.mp4", video(25))), 422)
-            error_of(send(client, *[(f"{number}.png", png(number, (64, 49))) for number in range(2)]), 422)
+            error_of(send(client, *[(f"Picture {number}.png", png(number, (64, 49))) for number in range(2)]), 422)
 
     def test_a_browser_that_vanishes(self, server: Server, client: httpx.Client) -> None:
         """An upload whose sender vanishes leaves nothing behind."""
