@@ -145,7 +145,7 @@ class TestSuspending:
             pid = server.pid_of(session["id"])
             wait_for(lambda: state(client, session["id"]) == "suspended")
             wait_for(lambda: not psutil.pid_exists(pid))
-            assert "Nobody was connected" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
+            assert "paused after inactivity" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
             with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
                 until(socket, lambda m: m["type"] == "hello" and m["session"]["state"] == "ready")
                 visited = server.manager.get(session["id"]).left
