@@ -82,7 +82,7 @@ export interface CellsPublic {
   comparison: ComparisonPublic | null;
 }
 
-/** Values that take effect in computing a frame. */
+/** Values that take effect in a frame. */
 export interface Change {
   frame: number;
   values: Record<string, unknown>;
@@ -285,7 +285,7 @@ export interface ComputingPublic {
   total: number;
 }
 
-/** What several things had their share in. */
+/** Contributions of several items. */
 export interface Contributions {
   title: string;
   columns: string[];
@@ -663,7 +663,7 @@ export interface FigureShown {
   figure: Record<string, unknown>;
 }
 
-/** A kind of file that can be made of a run, or of a comparison. */
+/** A file format for runs or comparisons. */
 export interface FileKind {
   name: string;
   title: string;
@@ -832,7 +832,7 @@ export interface FollowedPublic {
   title: string;
 }
 
-/** A recording, and what is said of the target in it. */
+/** A recording with its target. */
 export interface Footage {
   sha256: string | null;
   name: string;
@@ -844,7 +844,7 @@ export interface Footage {
   square: boolean | null;
 }
 
-/** A recording, and what is said of the target in it. */
+/** A recording with its target. */
 export interface FootageRequest {
   sha256?: string | null;
   name?: string;
@@ -907,7 +907,7 @@ export interface Hint {
   about: string;
 }
 
-/** Shares found beside shares expected. */
+/** Found and expected shares of bins. */
 export interface Histograms {
   title: string;
   expected: number[];
@@ -1493,7 +1493,7 @@ export interface Reading {
   sd: string;
 }
 
-/** What makes a run, to the bit. */
+/** Everything that determines a run, bit for bit. */
 export interface Recipe {
   experiment: string;
   tracker: string | null;
@@ -1505,7 +1505,7 @@ export interface Recipe {
   defaults: Record<string, boolean | number | string>;
 }
 
-/** What makes a run, to the bit. */
+/** Everything that determines a run, bit for bit. */
 export interface RecipeRequest {
   experiment: string;
   tracker?: string | null;
@@ -1557,7 +1557,7 @@ export interface Report {
   findings: ToldFinding[];
 }
 
-/** A number found beside the one expected. */
+/** A found and an expected number. */
 export interface Residual {
   title: string;
   found: number | null;

@@ -1,8 +1,8 @@
-"""What a likelihood says of any state, for people who want to look into it; the particles of a state, and their lines.
+"""Inspecting likelihoods: their value and parts for any state; the particles of a state, and their genealogies.
 
-A filter asks its likelihood p(z_t | x_t) at its particles alone. A person who wants to know why a target was lost asks
-it elsewhere: at the target, at a look-alike, all over the picture (`pftrack.core.model.model.Model`). The answer is a
-number, and the parts that it is made of, such as the histogram of a window beside the model's.
+A filter evaluates its likelihood p(z_t | x_t) only at its particles. To see why a target was lost, people evaluate it
+elsewhere: at the target, at a look-alike, all over the picture (`pftrack.core.model.model.Model`). The result is a
+number and its parts, such as the histogram of a window with that of the model.
 """
 
 import math
@@ -19,8 +19,8 @@ from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.drawing import hexadecimal
 from pftrack.core.model.series import Known
 
-# A likelihood compares what it expects with what it finds; each kind of comparison is a kind of part, which a page or a
-# notebook knows how to draw.
+# A likelihood compares expected with found quantities. Each kind of comparison is a kind of part, which pages and
+# notebooks can draw.
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +28,10 @@ class Amount:
     """A number.
 
     Attributes:
-        title: What it is, a few words.
-        value: NaN where it is not known.
-        unit: Of it; empty for a pure number.
-        limit: What it should not be above; None where there is no such limit.
+        title: Title in a few words.
+        value: The number; NaN where unknown.
+        unit: Unit; empty for a pure number.
+        limit: Upper limit; None without one.
     """
 
     title: str
@@ -43,14 +43,14 @@ class Amount:
 
 @dataclass(frozen=True, slots=True)
 class Residual:
-    """A number found beside the one expected.
+    """A found and an expected number.
 
     Attributes:
-        title: What it is, a few words.
-        found: NaN where nothing is found.
-        expected: Of it.
+        title: Title in a few words.
+        found: The found number; NaN if nothing was found.
+        expected: The expected number.
         sd: Standard deviation of the difference.
-        unit: Of all three; empty for a pure number.
+        unit: Unit of all three; empty for a pure number.
     """
 
     title: str
@@ -63,13 +63,13 @@ class Residual:
 
 @dataclass(frozen=True, slots=True)
 class Histograms:
-    """Shares found beside shares expected.
+    """Found and expected shares of bins.
 
     Attributes:
-        title: What is counted, a few words.
-        expected: (B,) of the model.
-        found: (B,), as many.
-        colours: (B,) RGB of what is counted, 0..255, "#rrggbb" in JSON; empty where it has no colour.
+        title: Title in a few words.
+        expected: (B,) shares of the model.
+        found: (B,) found shares.
+        colours: (B,) RGB of the bins, 0..255, "#rrggbb" in JSON; empty for bins without colours.
     """
 
     title: str
@@ -81,12 +81,12 @@ class Histograms:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patches:
-    """A piece of a picture beside the one expected.
+    """A found and an expected piece of a picture.
 
     Attributes:
-        title: What they show, a few words.
-        expected_rgb: (h, w, 3).
-        found_rgb: (h', w', 3); empty where it lies outside the picture.
+        title: Title in a few words.
+        expected_rgb: (h, w, 3) expected piece.
+        found_rgb: (h', w', 3) found piece; empty outside the picture.
     """
 
     title: str
@@ -96,14 +96,14 @@ class Patches:
 
 @dataclass(frozen=True, slots=True)
 class Contributions:
-    """What several things had their share in.
+    """Contributions of several items.
 
     Attributes:
-        title: What they contributed to, a few words.
-        columns: What is said of each; a unit stands in brackets.
-        names: Of the F things.
-        rows: (F, len(columns)) numbers; NaN where one is not known.
-        arrows: (F, 4) where each stands in the picture and where it pulls to, x, y, x, y, px; empty without, not in
+        title: Title in a few words.
+        columns: Titles of the columns, with units in brackets.
+        names: Names of the F items.
+        rows: (F, len(columns)) numbers; NaN where unknown.
+        arrows: (F, 4) position of each item in the picture and end of its pull, x, y, x, y, px; may be empty; not in
             JSON.
     """
 
@@ -118,7 +118,7 @@ class Contributions:
 Part: TypeAlias = Amount | Residual | Histograms | Patches | Contributions
 
 LOWEST = -20.0
-"""Of the logarithm of a likelihood beside the greatest on a map: what is less probable is as good as impossible."""
+"""Lowest log likelihood on a map, relative to its maximum; lower values count as impossible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class Component:
     """One coordinate of a state.
 
     Attributes:
-        name: As an array's column is called.
+        name: Name of the array's column.
         unit: "px", "rad"; empty for a pure number.
     """
 
@@ -136,11 +136,11 @@ class Component:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LikelihoodMap:
-    """A likelihood all over a picture.
+    """A likelihood over a picture.
 
     Attributes:
-        log_likelihoods: (rows, columns), the first in the middle of the first cell.
-        step_px: Sides of a cell, px.
+        log_likelihoods: (rows, columns) values at the centres of the cells.
+        step_px: Side of a cell, px.
     """
 
     log_likelihoods: Floats
@@ -148,7 +148,7 @@ class LikelihoodMap:
 
     @property
     def range(self) -> tuple[float, float]:
-        """The lowest and the highest number that colours tell apart; equal where all are the same or impossible."""
+        """Lowest and highest value of the colour scale; equal if all values are equal or impossible."""
         finite = self.log_likelihoods[np.isfinite(self.log_likelihoods)]
         if not len(finite):
             return 0.0, 0.0
@@ -157,21 +157,21 @@ class LikelihoodMap:
 
     @property
     def levels(self) -> Floats:
-        """(rows, columns) from 0 for the lowest of the range and below to 1 for the highest."""
+        """(rows, columns) levels from 0 (lowest of the range or below) to 1 (highest)."""
         low, high = self.range
         spread = high - low if high > low else 1.0
         return np.clip((self.log_likelihoods - low) / spread, 0.0, 1.0)
 
 
 def lattice(size: tuple[int, int], most: int) -> tuple[Floats, tuple[int, int], int]:
-    """Return places all over a picture, in the middles of equal cells.
+    """Return the centres of equal cells that cover a picture.
 
     Args:
         size: Width and height of the picture, px.
-        most: How many places at the most.
+        most: Largest number of cells.
 
     Returns:
-        The places (rows * columns, 2), px, row after row; how many rows and columns; and the sides of a cell, px.
+        The centres (rows * columns, 2), px, row by row; the numbers of rows and columns; and the side of a cell, px.
     """
     width, height = size
     step = max(math.isqrt(max(width * height // most, 1)), 1)
@@ -182,10 +182,9 @@ def lattice(size: tuple[int, int], most: int) -> tuple[Floats, tuple[int, int], 
     return np.column_stack([across.ravel(), down.ravel()]), (len(rows), len(columns)), step
 
 
-# A state keeps its particles in a form of its own; its tracker says how to see them (`Tracker.cloud`). General code
-# asks little of them: how probable each is, which particle of the frame before it descends from, and which sampler has
-# drawn it. Where several targets or parts of one have a filter each, their particles lie in one cloud, filter by
-# filter.
+# Each state stores its particles in its own form; `Tracker.cloud` returns them in a common one. General code needs only
+# the weight of each particle, its parent in the frame before, and the proposal that drew it. If several targets or
+# parts have a filter each, one cloud holds the particles of all filters in order.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,20 +192,20 @@ class Cloud:
     """N particles of one frame.
 
     Attributes:
-        states: (N, d) in the units of the model.
-        log_weights: (N,) logarithms of weights that sum to one, in each filter.
-        ancestors: (N,) place of each particle's parent in the cloud of the frame before, -1 of one that has none; None
-            where that is not known.
-        counts: How many of them each sampler has drawn, those of the first sampler first, and so in each filter; empty
-            where there is but one sampler.
-        samplers: Names of these samplers.
-        components: Coordinates of the states, in order, where they are not those of which the tracker's likelihood is
-            asked, as of particles of points below a pose; such particles are not asked.
-        places: (N, 2) where these are in the picture, px; None of all others.
-        resampled: Whether parents were drawn in this frame; else weights are those of the frame before, times what the
-            frame says.
-        filters: Names of the filters that have drawn them, equally many each, in order; empty where there is but one.
-        log_likelihoods: (N,) what the frame says of each, where that is not known from the tracker's likelihood.
+        states: (N, d) states in the units of the model.
+        log_weights: (N,) logarithms of weights that sum to one in each filter.
+        ancestors: (N,) index of each particle's parent in the cloud of the frame before, -1 without a parent; None if
+            unknown.
+        counts: Number of particles from each proposal, in the order of the particles of each filter; empty if there is
+            only one proposal.
+        samplers: Names of these proposals.
+        components: Coordinates of the states in order, if they differ from those of the tracker's likelihood, such as
+            points below a pose; the likelihood cannot be evaluated at such particles.
+        places: (N, 2) places of such particles in the picture, px; otherwise None.
+        resampled: Whether resampling took place in this frame; if not, weights are those of the frame before times the
+            likelihood.
+        filters: Names of the filters in order, each with the same number of particles; empty if there is only one.
+        log_likelihoods: (N,) log likelihoods, if the tracker's likelihood does not give them.
     """
 
     states: Floats
@@ -221,37 +220,37 @@ class Cloud:
     log_likelihoods: Floats | None = None
 
     def __len__(self) -> int:
-        """Return the number of particles N, of all filters."""
+        """Return the number of particles N of all filters."""
         return len(self.log_weights)
 
     def siblings(self, particle: int) -> slice:
-        """Return where the particles are that the same filter has drawn as this one, itself among them."""
+        """Return the range of particles of the same filter."""
         count = len(self) // max(len(self.filters), 1)
         first = particle // count * count
         return slice(first, first + count)
 
     def filter(self, particle: int) -> str:
-        """Return the name of the filter that has drawn a particle; empty where there is but one."""
+        """Return the name of the filter of a particle; empty if there is only one."""
         return self.filters[self.siblings(particle).start * len(self.filters) // len(self)] if self.filters else ""
 
     def rank(self, particle: int) -> int:
-        """Return the place of a particle in its filter, from 1, the heaviest; equal ones share the first place."""
+        """Return the rank of a particle in its filter by weight; the heaviest has 1, equal ones share the best."""
         return 1 + int(np.count_nonzero(self.log_weights[self.siblings(particle)] > self.log_weights[particle]))
 
     def sampler(self, particle: int) -> str:
-        """Return the name of the sampler that has drawn a particle; empty where there is but one."""
+        """Return the name of the proposal that drew a particle; empty if there is only one."""
         if not self.samplers:
             return ""
         return self.samplers[int(np.searchsorted(np.cumsum(self.counts), particle, "right")) % len(self.samplers)]
 
 
-# Genealogies: each resampling lets some particles have many children and others none, so the further one looks back,
-# the fewer ancestors the present generation has, until all descend from one: there their lines coalesce, and the cloud
-# knows nothing of the past but one path (Kitagawa 1996; Jacob, Murray, Rubenthaler 2015, "Path storage in the particle
-# filter"). How soon that happens is impoverishment, made visible.
+# Genealogies: in each resampling some particles have many children and others none, so the present generation has ever
+# fewer ancestors in earlier frames, until all descend from one. There the lines coalesce, and the cloud has one path of
+# the past (Kitagawa 1996; Jacob, Murray, Rubenthaler 2015, "Path storage in the particle filter"). The number of
+# frames until then shows impoverishment.
 #
-# A particle that is drawn without a parent, as from an observation or by another tracker, begins a line of its own: its
-# parent is -1, and so is its ancestor in all frames before.
+# A particle without a parent, drawn from an observation or by another tracker, begins a new line: its parent is -1, and
+# so is its ancestor in all earlier frames.
 
 
 @dataclass(frozen=True)
@@ -259,9 +258,9 @@ class Genealogy:
     """The ancestors of N particles over L frames.
 
     Attributes:
-        last: The frame of the present generation.
-        places: (L, N) for each frame, the oldest first, which of its particles the ancestor of each present one is, -1
-            before its line began; the last row counts the present ones themselves.
+        last: Frame of the present generation.
+        places: (L, N) for each frame, oldest first, the index of the ancestor of each present particle, -1 before its
+            line began; the last row holds the present particles themselves.
     """
 
     last: int
@@ -269,26 +268,26 @@ class Genealogy:
 
     @property
     def frames(self) -> range:
-        """The frames, the oldest first."""
+        """The frames, oldest first."""
         return range(self.last + 1 - len(self.places), self.last + 1)
 
     @cached_property
     def counts(self) -> Ints:
-        """(L,) how many different ancestors the present generation has in each frame."""
+        """(L,) number of different ancestors of the present generation in each frame."""
         return np.array([len(np.unique(row[row >= 0])) for row in self.places], np.int64)
 
     @property
     def coalesced(self) -> int | None:
-        """The newest frame in which one particle is the ancestor of all; None if they do not go back so far."""
+        """Newest frame in which one particle is the ancestor of all; None if there is none."""
         alone = np.flatnonzero((self.counts == 1) & (self.places >= 0).all(axis=1))
         return None if not len(alone) or len(self.places[0]) == 1 else self.frames[int(alone[-1])]
 
     @cached_property
     def heights(self) -> Floats:
-        """(L, N) where the line of each particle is drawn in each frame, 0..1, so that lines meet and never cross.
+        """(L, N) height of the line of each particle in each frame, 0..1, so that lines meet and never cross.
 
-        NaN before it began. The present ones are in the order of their ancestors, equally far apart; an ancestor is in
-        the middle of those that descend from it.
+        NaN before the line began. Present particles are in the order of their ancestors at equal distances; an ancestor
+        is in the middle of its descendants.
         """
         length, count = self.places.shape
         rows = np.empty(count)
@@ -301,21 +300,21 @@ class Genealogy:
         return heights
 
     def lines(self, most: int) -> Floats:
-        """Return the heights (L, K) of at most so many of the lines, evenly chosen from the lowest to the highest."""
+        """Return the heights (L, K) of at most `most` lines, chosen evenly from the lowest to the highest."""
         count = self.places.shape[1]
         chosen = np.argsort(self.heights[-1], kind="stable")
         return self.heights[:, chosen[:: -(-count // most)]]
 
 
 def trace(last: int, ancestors: Sequence[Ints], count: int, among: slice = slice(None)) -> Genealogy:
-    """Trace particles back.
+    """Trace particles back to their ancestors.
 
     Args:
-        last: The frame of the present generation.
-        ancestors: (N_t,) of the frames that end with it, the oldest first: the place of each particle's parent in the
-            frame before, -1 without one. It is followed no further back than to where the oldest line begins.
-        count: How many present particles there are.
-        among: Which of the present particles are traced, as those of one of several filters; all if not given.
+        last: Frame of the present generation.
+        ancestors: (N_t,) for the frames up to it, oldest first: index of each particle's parent in the frame before, -1
+            without one. Tracing ends where the oldest line begins.
+        count: Number of present particles.
+        among: Present particles to trace, such as those of one of several filters (default: all).
 
     Raises:
         ValueError: The last frame has another number of particles.
@@ -332,11 +331,11 @@ def trace(last: int, ancestors: Sequence[Ints], count: int, among: slice = slice
 
 
 def count_descendants(particle: int, ancestors: Sequence[Ints]) -> list[int]:
-    """Return how many particles of each further frame descend from one.
+    """Return the number of descendants of a particle in each later frame.
 
     Args:
-        particle: Its place.
-        ancestors: (N_t,) of the frames after it, in order.
+        particle: Index of the particle.
+        ancestors: (N_t,) parents in the later frames, in order.
     """
     counts, family = [], np.array([particle])
     for parents in ancestors:

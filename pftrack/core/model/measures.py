@@ -1,34 +1,34 @@
-"""Measures: one number each for a whole run beside its truth, as benchmarks of the field define them.
+"""Measures: numbers that compare a complete run with its truth, as benchmarks of the field define them.
 
 An experiment declares the measures that make sense for its target, as it declares its series; summaries, sweeps, pages
-and exports take them from there and know none by name. All count the labelled frames alone, those whose truth is known,
-the first one included. A measure that a run has no truth for is absent, never 0.
+and exports take them from there. All measures count only labelled frames, those with known truth, including the first
+one. Without a truth a measure is absent, never 0.
 
-A measure looks at every frame by itself and then puts the frames together in one of four ways:
+A measure has a value in every frame and combines the frames in one of four ways:
 
-| how | of the frames | the measure |
+| how | value of a frame | the measure |
 |---|---|---|
-| share | 1 or 0 | share of the labelled frames that have a 1 |
+| share | 1 or 0 | share of the labelled frames with a 1 |
 | median | a number | median over the labelled frames |
 | mean | a number from 0 to 1 | mean over the labelled frames |
-| until | 1 where the target was missed | frames before the first 1; all frames of the run where there is none |
+| until | 1 where the target was missed | number of frames before the first 1, or of all frames without one |
 
-Sources, by the names that `Measure.source` uses:
+Sources, as named in `Measure.source`:
 
 - Wu, Lim, Yang, "Online object tracking: a benchmark", 2013 (OTB): precision is the share of frames whose estimate is
-  within a threshold of the centre of the true box, with 20 px for the figure that trackers are ranked by.
+  within a threshold of the centre of the true box; trackers are ranked at 20 px.
 - Čehovin, Leonardis, Kristan, "Visual object tracking performance measures revisited", 2016: centre error and centre
   error divided by the size of the target; tracking length, the number of frames from the start to the first failure.
 - Kristan et al., "A novel performance evaluation methodology for single-target trackers", 2016 (VOT): a tracker has
-  failed when its region does not overlap the true one any more.
+  failed when its region no longer overlaps the true one.
 - Zhang, Bargal, Lin, Brandt, Shen, Sclaroff, "Top-down neural attention by excitation backprop", 2018 (the pointing
   game): the share of points that lie within the true region, for methods that answer with a point.
 - Fanelli, Dantone, Gall, Fossati, Van Gool, "Random forests for real time 3D face analysis", 2013: the share of
   pictures whose head pose is within 10 degrees.
 
-OTB and VOT overlap regions. Of a tracker that estimates a point alone a region of the true size is taken to lie around
-it: what is measured is where the target was believed to be, not how well its size was followed. One that believes in a
-size as well reports it as a series of the role "extent", and is measured by the overlap of its own box.
+OTB and VOT use the overlap of regions. A tracker that estimates only a point gets a box of the true size around it, so
+the overlap measures its position and not its size. A tracker that also estimates a size reports it as a series of the
+role "extent", and the overlap uses its own box.
 """
 
 import math
@@ -52,28 +52,28 @@ How: TypeAlias = Literal["share", "median", "mean", "until"]
 PRECISE_PX, PRECISE_DEG = 20.0, 10.0
 
 HELD_WITHIN = 0.5
-"""A target with a true box on a recording is held within so many widths and heights of its centre: inside the box."""
+"""Largest distance from the true box's centre, in widths and heights, at which a target is held: inside the box."""
 
 END_FRAMES = 10
-"""So many last frames say whether a target is held at the end."""
+"""Number of last frames that decide whether a target is held at the end."""
 
 
 @dataclass(frozen=True, slots=True)
 class EvaluatedRun:
-    """A run of L frames beside its truth, in the experiment's unit; NaN where the truth is not known.
+    """A run of L frames with its truth, in the experiment's unit; NaN where the truth is unknown.
 
     Attributes:
-        estimates: (L, d).
-        truths: (L, d).
-        errors: (L,) distance of the estimate from the truth; infinite where the estimate is not finite.
-        lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
-        extents: (L, 2) width and height of the box around the target, px; NaN for one without such a box.
-        believed: (L, 2) width and height that the tracker believes the target has, px; NaN for one that does not say.
-        searching: (L,) 1 where the tracker looks for its target by its own account, else 0, NaN for one that does not
-            say; None where that is not kept.
-        deviations: (L,) root mean square of the posterior standard deviations; None where they are not kept.
-        loss_probabilities: (L,) how probable it is that the target is lost, NaN where that is not known; None where it
-            was not asked for.
+        estimates: (L, d) estimates.
+        truths: (L, d) true positions.
+        errors: (L,) distances of the estimates from the truth; infinite where the estimate is not finite.
+        lost: (L,) whether the target is lost, False where the truth is unknown; None if the experiment does not define
+            a loss.
+        extents: (L, 2) width and height of the box around the target, px; NaN without a box.
+        believed: (L, 2) width and height that the tracker estimates, px; NaN for a tracker without a size.
+        searching: (L,) 1 where the tracker reports that it searches for its target, else 0, NaN without a report; None
+            if it is not kept.
+        deviations: (L,) root mean square of the posterior standard deviations; None if they are not kept.
+        loss_probabilities: (L,) probability that the target is lost, NaN where unknown; None if not requested.
     """
 
     estimates: Floats
@@ -94,13 +94,13 @@ class Measure:
 
     Attributes:
         name: Key in summaries, columns of sweeps and exports.
-        title: What it is, a few words.
-        description: Its definition, one sentence.
-        how: How the frames are put together.
-        frames: Course -> (L,) value of each frame, NaN where it is not known.
-        unit: Of the number; empty for a share, 0..1, or a pure number.
+        title: Title in a few words.
+        description: Definition in one sentence.
+        how: How frames are combined.
+        frames: Course -> (L,) value of each frame, NaN where unknown.
+        unit: Unit; empty for a share, 0..1, or a pure number.
         better: Whether a "higher" or a "lower" number is better.
-        source: Author, title and year of whoever defined it; empty for this project.
+        source: Author, title and year of its definition; empty for this project.
     """
 
     name: str
@@ -118,9 +118,9 @@ class Measure:
         return {name: getattr(self, name) for name in names}
 
     def values(self, course: EvaluatedRun) -> Floats:
-        """Return the values of the frames, (L,), all NaN where the declaration's `frames` fails; the log says so once.
+        """Return the values of the frames, (L,); if `frames` fails, all are NaN and the log reports it once.
 
-        Experiments of other packages declare measures, too, and none of them must end a run.
+        Experiments of other packages declare measures, too, and a faulty one must not stop a run.
         """
         unknown, what = np.full(len(course.errors), np.nan), f"the measure {self.name}"
         try:
@@ -134,7 +134,7 @@ class Measure:
         return values
 
     def of(self, course: EvaluatedRun) -> float | int | None:
-        """Return the measure of a run; None where nothing is known, or it is not finite."""
+        """Return the measure of a run; None if it is unknown or not finite."""
         values = self.values(course)
         known = values[~np.isnan(values)]
         if not len(known):
@@ -153,7 +153,7 @@ class Measure:
 
 
 def evaluate(measures: Sequence[Measure], course: EvaluatedRun) -> Mapping[str, float | int]:
-    """Return the measures of a run by name, without those that it has no truth for or that come to no finite number."""
+    """Return the measures of a run by name, without those that are unknown or not finite."""
     values = {measure.name: measure.of(course) for measure in measures}
     return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
 
@@ -162,12 +162,12 @@ def is_success(measure: Measure, course: EvaluatedRun, allowed_share: float) -> 
     """Return whether a share is high enough.
 
     Args:
-        measure: A "share".
+        measure: A measure of the kind "share".
         course: The run.
         allowed_share: Share of the labelled frames, 0..1, that may have a 0.
 
     Returns:
-        The verdict; None where nothing is known.
+        The verdict; None if the share is unknown.
     """
     values = measure.values(course)
     known = values[~np.isnan(values)]
@@ -192,21 +192,21 @@ def _missed(course: EvaluatedRun) -> Floats:
 
 
 def _has_box(course: EvaluatedRun) -> Bools:
-    """Return in which frames a position and the box around it are known."""
+    """Return for each frame whether position and box are known."""
     return np.asarray(np.isfinite(np.column_stack([course.extents, course.truths])).all(axis=1))
 
 
 def _offsets(estimates: Floats, centres: Floats, extents: ArrayLike) -> Floats:
-    """Return how far estimates (..., 2) are from the centres of true boxes, in widths and heights of the box."""
+    """Return the distances of estimates (..., 2) from the centres of true boxes, in widths and heights of the box."""
     return np.asarray(np.abs(estimates[..., :2] - centres[..., :2]) / np.asarray(extents))
 
 
 def is_inside(estimates: Floats, centres: Floats, extents: ArrayLike) -> Bools:
-    """Return which estimates (..., 2) lie inside true boxes, their edge included; one that is not finite does not.
+    """Return which estimates (..., 2) lie inside or on the edge of true boxes; non-finite ones do not.
 
     Args:
-        estimates: Places in the picture.
-        centres: (..., 2) of the true boxes.
+        estimates: Positions in the picture.
+        centres: (..., 2) centres of the true boxes.
         extents: (..., 2) their widths and heights.
     """
     return np.asarray((_offsets(estimates, centres, extents) <= HELD_WITHIN).all(axis=-1))
@@ -223,7 +223,7 @@ def _failed(course: EvaluatedRun) -> Floats:
 
 
 def _overlap(course: EvaluatedRun) -> Floats:
-    """Return the intersection over the union of the believed box and the true one, (L,)."""
+    """Return the intersection over union of the estimated and the true box, (L,)."""
     off = np.abs(course.estimates[:, :2] - course.truths[:, :2])
     common = np.minimum(course.extents, course.believed)
     common = np.minimum(common, (course.extents + course.believed) / 2.0 - off)
@@ -276,7 +276,7 @@ FRAMES: Mapping[str, Callable[[EvaluatedRun], Floats]] = {
     "mean_deviation": _deviation,
     "mean_loss_probability": _loss_probability,
 }
-"""The values of the frames, (L,), by the names of `measures.yaml`, where the words and definitions stand."""
+"""Functions for the values of the frames, (L,), by the names of `measures.yaml`, which has titles and definitions."""
 
 _DECLARED = {
     each.name: each
@@ -289,11 +289,11 @@ _DECLARED = {
 }
 
 HIT_RATE = _DECLARED["hit_rate"]
-"""Of every experiment with a notion of lost, declared or not."""
+"""The hit rate, which every experiment that defines a loss has, declared or not."""
 
 
 def held_at_end(frames: int = END_FRAMES) -> Measure:
-    """Return the hit rate of the last labelled frames, so many: in between the target may be lost."""
+    """Return the hit rate of the last labelled frames; before them the target may be lost."""
 
     def values(course: EvaluatedRun) -> Floats:
         held, last = _held(course), np.flatnonzero(~np.isnan(course.errors))[-frames:]
@@ -309,48 +309,48 @@ def held_at_end(frames: int = END_FRAMES) -> Measure:
 _PICTURE = ("inside_share", "precision_20px", "normalised_error", "median_error_px", "frames_to_failure")
 
 PICTURE_MEASURES = tuple(_DECLARED[name] for name in _PICTURE)
-"""Of a target with a position and a box around it in the picture."""
+"""Measures of a target with a position and a box in the picture."""
 
 MEAN_IOU = _DECLARED["mean_iou"]
-"""Of the same, where a tracker believes in a size."""
+"""Additional measure for trackers that estimate a size."""
 
 POSE_MEASURES = (
     _DECLARED["precision_10deg"],
     _DECLARED["median_error_deg"],
     replace(_DECLARED["frames_to_loss"], name="frames_to_failure"),
 )
-"""Of a target whose pose is estimated, in degrees: what has no box cannot be inside one."""
+"""Measures of a target whose pose is estimated, in degrees; it has no box."""
 
 MEAN_LOSS_PROBABILITY = _DECLARED["mean_loss_probability"]
 
-# Measures of what a tracker says of itself are those of all runs on a recording whose truth is not known. The tracker
-# may be wrong: one that follows the wrong thing says that it follows. So these numbers compare trackers and parameters,
-# and prove nothing. How true its probability is that the target is lost was measured in simulated scenes
-# (`pftrack.experiments.shared.loss_probability`); it is a measure of a run there where a sweep asks for it.
+# On a recording without a truth, runs are measured by the tracker's own reports. These may be wrong: a tracker that
+# follows the wrong thing reports that it follows. So these numbers compare trackers and parameters, and prove nothing.
+# P(lost) was calibrated in simulated scenes (`pftrack.experiments.shared.loss_probability`), where a sweep can request
+# it as a measure.
 
 
 def own_account(unit: str) -> tuple[Measure, ...]:
-    """Return the measures of a run by the tracker's own account.
+    """Return the measures of a run by the tracker's own reports.
 
     Args:
-        unit: Of its estimates.
+        unit: Unit of the estimates.
     """
     return _DECLARED["following_share"], replace(_DECLARED["mean_deviation"], unit=unit)
 
 
-# The one rule of who says that a target is lost: the truth where it is known, which may be a person's marks in a few
-# pictures; elsewhere the tracker, if it gives an account of its own; else nobody.
+# The only rule on who judges a loss: the truth where it is known, which may be a person's marks in a few pictures;
+# elsewhere the tracker, if it reports losses; else nobody.
 
 Witness: TypeAlias = Literal["truth", "tracker", ""]
-"""The truth, the tracker's own account, or nobody."""
+"""The truth, the tracker's own report, or nobody."""
 
 
 class LossVerdict(NamedTuple):
-    """What is said of a frame.
+    """The verdict on a frame.
 
     Attributes:
-        lost: Whether the target is lost; None where nobody says.
-        witness: Who says so.
+        lost: Whether the target is lost; None without a judge.
+        witness: The judge.
     """
 
     lost: bool | None
@@ -358,11 +358,11 @@ class LossVerdict(NamedTuple):
 
 
 def judge_loss(lost: bool | None, searching: bool | None) -> LossVerdict:
-    """Return whether a target is lost in a frame, and who says so.
+    """Return whether a target is lost in a frame, and the judge.
 
     Args:
-        lost: By the truth; None where that is not known.
-        searching: Whether the tracker looks for the target by its own account; None for one that always follows.
+        lost: Whether it is lost by the truth; None where the truth is unknown.
+        searching: Whether the tracker reports that it searches for the target; None for one without such a report.
     """
     if lost is not None:
         return LossVerdict(lost, "truth")

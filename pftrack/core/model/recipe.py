@@ -1,12 +1,12 @@
-"""Recipes: the whole of what makes a run, one frozen value with one JSON form, and the timeline of its changes.
+"""Recipes: everything that determines a run, as one frozen value with one JSON form, and the timeline of changes.
 
 A saved run, a request for a session, a stored session, a worker's configuration, a run of a sweep and a share link all
-hold a recipe rather than its parts. It is also a file that people write:
+hold a recipe. People can also write one as a file:
 
     {"experiment": "ball", "seed": 3, "timeline": [{"frame": 0, "values": {"sample_count": 400}}]}
 
-Everything but the experiment may be left out. Of a recording it says in `footage` which file it is and what is marked
-in it; the file itself is found by the code that makes the run.
+Everything except the experiment is optional. For a recording, `footage` identifies the file and holds the mark; the
+code that makes the run finds the file.
 """
 
 import re
@@ -34,24 +34,24 @@ if TYPE_CHECKING:
     from pftrack.core.model.marks import Mark
     from pftrack.core.model.source import FrameSequence, Truth
 
-# A timeline says which parameters, tracker and random numbers are in force in which frame. It is a value: a change
-# makes another timeline, or is refused whole, and what two branches share is shared.
+# A timeline holds the parameters, tracker and random seed in force in each frame. It is immutable: a change gives a new
+# timeline or is refused as a whole, and branches share their common part.
 
 LONGEST_RUN = 1_000_000
 
 NO_PARAMETERS = frozenset({"tracker", "seed", "move"})
-"""What a change may name beside parameters."""
+"""Names in a change that are not parameters."""
 
 MOST_MOVES = 100
-"""Before one frame."""
+"""Most moves before one frame."""
 
 
 class Move(BaseModel):
-    """A particle or the estimate moved by hand, in the belief of the frame before; the next step starts from there.
+    """A move of a particle or of the estimate by hand, in the belief from which the next step starts.
 
     Attributes:
-        particle: Its number; None for all of them, which are shifted until the estimate lies at the place.
-        place: Where to, in the coordinates and units of the estimate: px of the picture, or the values of a signal.
+        particle: Number of the particle; None shifts all of them until the estimate is at the place.
+        place: New place in coordinates and units of the estimate: px of the picture, or values of a signal.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -61,7 +61,7 @@ class Move(BaseModel):
 
     @property
     def words(self) -> str:
-        """What was done, as "Particle 7 moved to (312, 140)"."""
+        """Description of the move, such as "Particle 7 moved to (312, 140)"."""
         what = "Estimate" if self.particle is None else f"Particle {self.particle}"
         place = ", ".join(f"{value:.4g}" for value in self.place)
         return f"{what} moved to {place if len(self.place) == 1 else f'({place})'}"
@@ -72,13 +72,13 @@ _MOVES: TypeAdapter[tuple[Move, ...]] = TypeAdapter(tuple[Move, ...])
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Values that take effect in computing a frame.
+    """Values that take effect in a frame.
 
     Attributes:
         frame: The first frame computed with them.
-        values: By parameter name; `tracker` names the tracker, and `seed` is that of the tracker's random numbers from
-            this frame on. The scene keeps the seed of the run: what the tracker looks at is the same. `move` is a
-            `Move`, or several, made once before this frame is computed.
+        values: Values by parameter name. `tracker` names the tracker, and `seed` is the tracker's random seed from this
+            frame on; the scene keeps the seed of the run, so the tracker sees the same frames. `move` is a `Move`, or
+            several, made once before this frame is computed.
     """
 
     frame: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN), NOT_BOOLEAN]
@@ -87,7 +87,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """What is in force from a frame on; the seed is None for that of the run, and moves are made before the first."""
+    """Values in force from a frame on; seed None means that of the run, and moves are made before the first frame."""
 
     start: int
     parameters: Any
@@ -98,13 +98,13 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """The changes of a run, and what they amount to.
+    """The changes of a run, and the values in force.
 
     Attributes:
-        changes: By ascending frame; those of frame 0 are the run's initial values.
-        segments: What is in force, by ascending frame; the first begins at frame 0.
-        trackers: Names of the trackers that there are.
-        history: The parameters alone, as a source looks at them.
+        changes: Changes in ascending order of frames; those of frame 0 are the initial values.
+        segments: Values in force in ascending order of frames; the first segment begins at frame 0.
+        trackers: Names of the available trackers.
+        history: The parameters alone, for a source.
     """
 
     changes: tuple[Change, ...]
@@ -116,10 +116,10 @@ class Timeline:
     def begin(
         cls, parameters: Parameters, tracker: str, trackers: Collection[str], changes: Iterable[Change] = ()
     ) -> "Timeline":
-        """Return the timeline that begins with these parameters and this tracker and then has these changes.
+        """Return the timeline with these initial parameters, this tracker and these changes.
 
         Raises:
-            ParameterError: A name or a value is refused.
+            ParameterError: A name or value is refused.
         """
         check_tracker(trackers, tracker)
         timeline = _timeline((), (Segment(0, parameters, tracker),), tuple(trackers))
@@ -136,16 +136,16 @@ class Timeline:
         return self._segment(frame).tracker
 
     def seed_at(self, frame: int) -> int | None:
-        """Return the seed of the tracker's random numbers in a frame; None for that of the run."""
+        """Return the random seed of the tracker in a frame; None means that of the run."""
         return self._segment(frame).seed
 
     def moves_at(self, frame: int) -> tuple[Move, ...]:
-        """Return what a person has moved in the belief of the frame before."""
+        """Return the moves in the belief of the frame before."""
         segment = self._segment(frame)
         return segment.moves if segment.start == frame else ()
 
     def insert(self, change: Change) -> "Timeline":
-        """Return the timeline with a further change at its place; what is to change later stays.
+        """Return the timeline with one more change at its frame; later changes stay.
 
         Raises:
             ParameterError: A name or a value is refused.
@@ -159,11 +159,11 @@ class Timeline:
         return timeline
 
     def in_force_until(self, frame: int) -> tuple[tuple[str, Any], ...]:
-        """Return each tracker, by name, and the parameters with it that are in force in any frame up to one."""
+        """Return name of tracker and parameters of each segment up to a frame."""
         return tuple((one.tracker, one.parameters) for one in self.segments if one.start <= frame)
 
     def changes_until(self, frame: int) -> tuple[Change, ...]:
-        """Return the changes up to a frame: those that a branch leaving there has as well."""
+        """Return the changes up to a frame, which a branch from there shares."""
         return tuple(change for change in self.changes if change.frame <= frame)
 
     def _segment(self, frame: int) -> Segment:
@@ -177,7 +177,7 @@ def check_tracker(trackers: Collection[str], name: object) -> str:
     """Return the name of a tracker.
 
     Raises:
-        ParameterError: There is none of that name.
+        ParameterError: The name is unknown.
     """
     if not isinstance(name, str) or name not in trackers:
         raise ParameterError("tracker", name, f"one of {', '.join(trackers)}")
@@ -185,7 +185,7 @@ def check_tracker(trackers: Collection[str], name: object) -> str:
 
 
 def parameter_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those values of a change that are of parameters."""
+    """Return the values of a change that belong to parameters."""
     return {name: value for name, value in values.items() if name not in NO_PARAMETERS}
 
 
@@ -213,7 +213,7 @@ def _timeline(changes: tuple[Change, ...], segments: tuple[Segment, ...], tracke
 
 
 def _append(timeline: Timeline, change: Change) -> Timeline:
-    """Return the timeline with a change at its end."""
+    """Return the timeline with a change at the end."""
     if change.frame < 0:
         raise ParameterError("frame", change.frame, "a whole number, not negative")
     newest = timeline.segments[-1]
@@ -252,7 +252,7 @@ def _check_live(parameters: Parameters, values: Mapping[str, object]) -> None:
 
 
 def check_timeline(timeline: Iterable[Change], frames: int) -> None:
-    """Refuse a change that no frame of the run would ever see.
+    """Refuse a change after the last frame.
 
     Raises:
         ParameterError: A change lies beyond the last frame.
@@ -263,7 +263,7 @@ def check_timeline(timeline: Iterable[Change], frames: int) -> None:
 
 
 FILTER_HASH = re.compile(r"sha256:[0-9a-f]{64}")
-"""How a recipe names the text of a filter by its hash, where that text is known already."""
+"""Form of a hash that stands for the known text of a filter."""
 
 
 def _check_filter(text: str) -> str:
@@ -278,18 +278,18 @@ Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED), NOT_BOOLEAN]
 
 
 class Footage(BaseModel):
-    """A recording, and what is said of the target in it.
+    """A recording with its target.
 
     Attributes:
-        sha256: Of the file's content, in hexadecimal digits; None if any content will do.
-        name: What people call the file.
-        path: Where the file is, seen from the file that holds the recipe; None where it is found by its content.
-        start: Number of the first picture that is used, or from which on the target is looked for.
-        mark: The target in that picture, as its kind writes it; None to have it found.
-        truth: Numbers by number of the picture, as the experiment's kind of truth has them, where it is known.
-        labelled: Whether the recording brings a truth of its own.
-        square: Whether pixels that are not square were made square, so that mark and truth are in those; None for
-            whatever is done with a recording that is new.
+        sha256: Hash of the file's content in hexadecimal digits; None accepts any content.
+        name: Name of the file for people.
+        path: Path of the file relative to the file of the recipe; None to find it by its content.
+        start: Number of the first picture to use, or from which to search for the target.
+        mark: The target in that picture; None to search for it.
+        truth: Known truth by number of the picture, in the experiment's own form.
+        labelled: Whether the recording has a truth of its own.
+        square: Whether oblong pixels were made square, so that mark and truth refer to square ones; None for the
+            present default.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -315,7 +315,7 @@ class Footage(BaseModel):
 
     @classmethod
     def of(cls, sequence: "FrameSequence", mark: "Mark | None", start: int, truth: "Truth | None" = None) -> Self:
-        """Return the footage of a sequence from the picture `start` on, with the mark in it if there is one."""
+        """Return the footage of a sequence from the picture `start` on, with its mark, if any."""
         rows = dict(truth.rows) if truth else None
         return cls(
             sha256=sequence.sha256,
@@ -328,19 +328,19 @@ class Footage(BaseModel):
 
 
 class Recipe(BaseModel):
-    """What makes a run, to the bit.
+    """Everything that determines a run, bit for bit.
 
     Attributes:
-        experiment: Its name.
-        tracker: Name of the tracker at frame 0; None for the experiment's own choice.
-        seed: Of all randomness.
-        frames: Length; None for the recording's or the experiment's own.
-        timeline: Changes by ascending frame; those of frame 0 are the initial values.
+        experiment: Name of the experiment.
+        tracker: Name of the tracker at frame 0; None for the experiment's default.
+        seed: Random seed.
+        frames: Length of the run; None for that of the recording or the experiment.
+        timeline: Changes in ascending order of frames; those of frame 0 are the initial values.
         footage: The recording; None for the experiment's simulated scene.
-        filters: Texts of files with filters of a person's own, or their hashes (`FILTER_HASH`), by the name of their
-            tracker: all versions that the run may take, the first first.
-        defaults: Values of the parameters that the timeline does not set, where the run has to come to the same numbers
-            with a version that has other defaults. What that version does not have any more counts for nothing.
+        filters: Texts of filter files, or their hashes (`FILTER_HASH`), by the name of their tracker: all versions that
+            the run may use, in order.
+        defaults: Values of parameters that the timeline does not set, so that versions with other defaults give the
+            same numbers. Parameters that a version no longer has are ignored.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -368,7 +368,7 @@ class Recipe(BaseModel):
         """Read a recipe from JSON values.
 
         Raises:
-            ParameterError: They are none; it names the field.
+            ParameterError: The values are not a recipe; it names the field.
         """
         try:
             return cls.model_validate(raw)
@@ -382,10 +382,10 @@ class Recipe(BaseModel):
             raise ParameterError(place, first["input"], f"as a recipe has it ({message})") from None
 
     def changes(self, known: Mapping[str, Value]) -> tuple[Change, ...]:
-        """Return the timeline, its beginning filled with those of the recipe's defaults that are other ones today.
+        """Return the timeline, with the recipe's defaults at frame 0 where they differ from present ones.
 
         Args:
-            known: Today's values by name.
+            known: Present defaults by name.
         """
         first = self.timeline[0] if self.timeline and self.timeline[0].frame == 0 else Change(0, {})
         moved = {name: value for name, value in self.defaults.items() if name in known and known[name] != value}
@@ -395,11 +395,11 @@ class Recipe(BaseModel):
         return (Change(0, {**moved, **first.values}), *later)
 
     def with_footage(self, **changes: Any) -> Self:  # noqa: ANN401 - fields of the footage
-        """Return the recipe with other fields of its footage; the same recipe if it has none."""
+        """Return the recipe with changed fields of its footage; without footage, the same recipe."""
         if self.footage is None:
             return self
         return self.model_copy(update={"footage": self.footage.model_copy(update=changes)})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the JSON form, without what has its default value."""
+        """Return the JSON form without default values."""
         return self.model_dump(mode="json", exclude_defaults=True)

@@ -1,10 +1,10 @@
-"""Setups: a source wired for an experiment, a simulated scene or a recording, and what the experiment offers of it.
+"""Setups: a simulated scene or a recording wired for an experiment, with what the experiment offers for it.
 
-- Suitability: can this target be followed by this likelihood? Asked before tracking, not after.
-- Finders: how a target is found on a recording that nobody has marked.
-- Exports: files of a frame and of those before it. A run is saved, and its series are written as columns, without
-  anybody's help. What a belief has beyond that and is worth taking to another program, such as the model of a head, its
-  experiment declares; commands and pages list what there is.
+- Suitability: can this likelihood follow this target? It is judged before tracking.
+- Finders: how to find the target of a recording without a mark.
+- Exports: files of a frame and the frames before it. Saved runs and columns of series need no declaration; an
+  experiment declares further files that are useful in other programs, such as the model of a head, and commands and
+  pages list them.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -26,12 +26,12 @@ from pftrack.core.model.source import Frame, FrameSequence, Source
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.refusal import ParameterError
 
-# An experiment that takes recordings may declare how it looks at a target that was marked or found
-# (`Experiment.suits`). The answer is a number from 0 to 1, the words that go with it, and what would help.
-# `docs/reference/measures.md` says how well the number predicts whether the target is lost.
+# An experiment for recordings may declare how to judge a marked or found target (`Experiment.suits`). The result is a
+# number from 0 to 1, its description, and advice. `docs/reference/measures.md` says how well the number predicts
+# whether the target is lost.
 #
-# The look of a target changes, and so does what is around it. On a recording a run therefore measures in every frame
-# how likely what is around the estimate is beside the estimate itself (`BESIDE`, by `Setup.beside`).
+# The appearance of a target and of its surroundings changes. So on a recording a run measures in every frame how likely
+# the surroundings of the estimate are in relation to the estimate itself (`BESIDE`, by `Setup.beside`).
 
 Grade: TypeAlias = Literal["well", "poorly", "not at all", "no verdict"]
 
@@ -40,23 +40,23 @@ WELL, NOT_AT_ALL = 0.6, 0.3
 (`benchmarks/suitability.py`); between them a tracker may hold or lose its target."""
 
 BESIDE = Series("beside", "likelihood around the estimate, over that on it")
-"""Below 1 - `WELL` the target separates well, above 1 - `NOT_AT_ALL` not at all."""
+"""Series whose values mean "separates well" below 1 - `WELL` and "not at all" above 1 - `NOT_AT_ALL`."""
 
 SETTLED = 5
-"""So many frames, this one the last, say together how a target separates: the middle one of their values."""
+"""Number of last frames whose median value says how well a target separates."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Suitability:
-    """What came of looking at a target.
+    """The suitability of a target.
 
     Attributes:
-        value: 0..1, the higher the better.
-        remark: What was found, a sentence without its capital and full stop.
-        advice: What would help, a clause each.
-        better: A mark of the same target that suits better, where one was found.
-        likelihood: (height, width) over the picture in which the target is marked, 0..1 relative to its peak, of a
-            large picture every so-many-th pixel; None for a likelihood that is not one of places in the picture.
+        value: Suitability, 0..1; higher is better.
+        remark: The finding, a sentence without capital and full stop.
+        advice: Advice, one clause each.
+        better: A more suitable mark of the same target, if found.
+        likelihood: (height, width) over the picture with the mark, 0..1 relative to its peak, at every n-th pixel of a
+            large picture; None if the likelihood is not a function of places in the picture.
         tells: Whether the value predicts loss; if not, the grade is "no verdict".
     """
 
@@ -69,23 +69,23 @@ class Suitability:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What was found, and what would help, a sentence each."""
+        """The finding and the advice, one sentence each."""
         return tuple(f"{said[:1].upper()}{said[1:]}." for said in (self.remark, *self.advice))
 
     @property
     def grade(self) -> Grade:
-        """The number in words."""
+        """The value in words."""
         return _in_words(self.value) if self.tells else "no verdict"
 
 
 def describe_course(beside: Sequence[float]) -> str:
-    """Say how a target separates from its surroundings in the last of some frames, and since when.
+    """Describe how well a target separates from its surroundings in the last frame, and since when.
 
     Args:
-        beside: Values of `BESIDE` in the frames from 0 on, NaN where they are not known.
+        beside: Values of `BESIDE` in the frames from 0 on, NaN where unknown.
 
     Returns:
-        A sentence without its full stop; empty where nothing is known of the last frame.
+        A sentence without its full stop; empty if the last value is unknown.
     """
     found = _settled(beside, len(beside) - 1)
     if found is None:
@@ -111,30 +111,29 @@ def _in_words(value: float) -> Grade:
 
 
 def grade(value: float, unusable: float, usable: float) -> float:
-    """Return how suitable a quantity is, 0..1, of which more is better.
+    """Return the suitability, 0..1, for a quantity of which more is better.
 
     Args:
-        value: What was measured.
-        unusable: Below this it is suitable "not at all".
-        usable: From here on it is "well"; twice as much is as good as it gets.
+        value: Measured value.
+        unusable: Bound of "not at all".
+        usable: Bound of "well"; at twice this value the suitability is 1.
     """
     return float(np.interp(value, (0.0, unusable, usable, 2.0 * usable), (0.0, NOT_AT_ALL, WELL, 1.0)))
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A source wired for one experiment, with the defaults that suit it.
+    """A source wired for one experiment, with its defaults.
 
     Attributes:
         open_source: (seed, parameters of frame 0) -> source.
-        parameters: Defaults in force for this source; one flat model of scene and tracker.
-        footage: What a recipe says of the recording, with the target where it was marked or found; None for a
-            simulated scene.
-        success: Name of the measure that decides on success, a share: its frames that miss are counted against the
-            parameter with the role "loss_share".
-        units: Parameters of frame 0 -> units that this source has for itself, by the name of a plot, and by "estimate"
-            that of the estimate and its error; None where the experiment's own hold.
-        beside: (frame, state, parameters) -> the value of `BESIDE`, where a target's likelihood is one of places.
+        parameters: Defaults for this source; one flat model of scene and tracker.
+        footage: The recording with its target, marked or found; None for a simulated scene.
+        success: Name of the measure that decides on success, a share; the parameter with the role "loss_share" limits
+            its missed frames.
+        units: Parameters of frame 0 -> units of this source, by the name of a plot, and under "estimate" the unit of
+            estimate and error; None if the experiment's own units hold.
+        beside: (frame, state, parameters) -> value of `BESIDE`, if the likelihood is a function of places.
     """
 
     open_source: Callable[[int, Any], Source[Any]]
@@ -146,28 +145,28 @@ class Setup:
 
 
 class Suits(Protocol):
-    """Look whether a target in a recording can be followed, before it is tracked."""
+    """Judge whether a target in a recording can be followed, before tracking."""
 
     def __call__(self, sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - the experiment's own model
-        """Return how suitable it is.
+        """Return the suitability of a target.
 
         Args:
             sequence: The pictures.
-            footage: What a setup says of the recording: where it starts, and the target's mark there.
-            parameters: Of frame 0.
+            footage: The recording with its first picture and mark.
+            parameters: Parameters of frame 0.
         """
 
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """What came of looking for a target in one picture of a recording.
+    """The result of searching for a target in one picture of a recording.
 
     Attributes:
         frame: Number of the picture.
         mark: The target; None if it was not found.
-        sure: Whether the picture has shown it, wholly or in part, rather than a model has placed all of it.
-        placed: Names of the mark's handles that a model has placed rather than the picture shown.
-        remarks: What a person should look at, or why there is nothing, one sentence each.
+        sure: Whether the picture shows at least a part of the target; if not, a model placed all of it.
+        placed: Names of the mark's handles that a model placed.
+        remarks: Points for a person to check, or why nothing was found, one sentence each.
     """
 
     frame: int
@@ -178,30 +177,30 @@ class Sighting:
 
 
 class Search(Protocol):
-    """Look for a target through a recording."""
+    """Search for a target through a recording."""
 
     def __call__(self, sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
-        """Look into one picture after the other.
+        """Search one picture after the other.
 
         Args:
             sequence: The pictures.
-            frames: Which of them, in this order. Only of the first is it said why there is nothing, since that takes
-                several times as long as looking.
+            frames: Numbers of the pictures, in this order. Only the first result says why nothing was found, because
+                that takes several times as long as the search.
         """
 
 
 @dataclass(frozen=True, slots=True)
 class Finder:
-    """How an experiment finds its target on a recording by itself.
+    """How an experiment finds its target in a recording.
 
     Attributes:
-        frames: (first, last) -> numbers of the pictures to look into, as many as can be looked into in some seconds.
-        search: Look into pictures.
-        better: (sequence, sighting) -> one soon after it that is a better start, or the same.
-        kind: Of the marks that it gives.
-        within: (sequence, frame, mark of another kind that a person has made) -> the target there, if need be all of
-            it placed.
-        hints: Kinds of mark that `within` takes.
+        frames: (first, last) -> numbers of the pictures to search, as many as some seconds allow.
+        search: Searches pictures.
+        better: (sequence, sighting) -> a better sighting soon after it, or the same.
+        kind: Kind of the resulting marks.
+        within: (sequence, frame, mark of another kind by a person) -> the target there, if necessary placed completely
+            by a model.
+        hints: Kinds of mark that `within` accepts.
     """
 
     frames: Callable[[int, int], Sequence[int]]
@@ -218,14 +217,14 @@ Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """A file that can be made of a frame.
+    """A file format for a frame.
 
     Attributes:
         name: Name in commands and addresses.
-        title: What it is, a few words.
-        suffix: Of the file's name, without the dot; no other export of the experiment has it.
-        media_type: Of the file.
-        make: What makes it.
+        title: Title in a few words.
+        suffix: Suffix of the file name without the dot, unique among the exports of the experiment.
+        media_type: Media type of the file.
+        make: Function that makes its content.
     """
 
     name: str
@@ -237,12 +236,12 @@ class Export:
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """What came of an export.
+    """The result of an export.
 
     Attributes:
-        files: The file, and that of its manifest where it has one of its own.
-        frames: How much of the run they hold, in words.
-        complete: Whether that is all of it.
+        files: The file, and its separate manifest, if any.
+        frames: The exported part of the run in words.
+        complete: Whether it is the complete run.
     """
 
     files: tuple[Path, ...]
@@ -251,7 +250,7 @@ class Exported:
 
 
 class Named(Protocol):
-    """What has the name and the suffix of an export."""
+    """An object with the name and the suffix of an export."""
 
     @property
     def name(self) -> str:
@@ -259,17 +258,17 @@ class Named(Protocol):
 
     @property
     def suffix(self) -> str:
-        """Of the file's name, without the dot."""
+        """Suffix of the file name, without the dot."""
 
 
 N = TypeVar("N", bound=Named)
 
 
 def find_export(exports: Iterable[N], name: str) -> N:
-    """Return the export of a name, or with a suffix.
+    """Return the export with a name or suffix.
 
     Raises:
-        ParameterError: No export has it; the sentence lists all of them.
+        ParameterError: No export has it; the message lists all of them.
     """
     offered = tuple(exports)
     for one in offered:

@@ -1,7 +1,7 @@
-"""What a source is: frames with what is known to be true of them, and the history of parameters that it looks at.
+"""Sources: frames with their known truth, and the history of the parameters that a source reads.
 
-A frame may also hold beliefs that another loop, or another tracker, has computed. A recording is a source's pictures by
-number, with the index of what decodes, and with its truth. `pftrack.sources.sequence` opens, surveys and decodes files;
+A frame may also hold beliefs that another loop or tracker computed. A recording gives pictures by number, with an index
+of the frames that decode, and its truth. `pftrack.sources.sequence` opens, surveys and decodes files;
 `pftrack.sources.truth` reads tables of truth.
 """
 
@@ -20,18 +20,18 @@ from pftrack.core.model.parameters import Parameters
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Belief:
-    """What is believed of one target, or what is true of it: all that was said, and None for what was not.
+    """A belief about one target, or its truth; fields that were not given are None.
 
     Attributes:
-        target: Number of the target, as whoever computed it has it.
+        target: Number of the target in the recording.
         particles: (N, d) states.
-        log_weights: (N,) logarithms of their weights, which need not sum to one; None for equal ones.
-        ancestors: (N,) place of each particle's parent in the frame before.
-        mean: (d,) of the state, or of a position.
-        covariance: (d, d) of the same.
+        log_weights: (N,) logarithms of their weights, which need not sum to one; None for equal weights.
+        ancestors: (N,) index of each particle's parent in the frame before.
+        mean: (d,) mean of the state or of a position.
+        covariance: (d, d) its covariance.
         box: (4,) left and upper edge, width and height, px; the first pixel is 0.
-        score: How sure the tracker says it is of the box; NaN if it does not say.
-        label: Name of the target; empty if it has none.
+        score: Confidence that the tracker gives for the box; NaN without one.
+        label: Name of the target; empty without one.
     """
 
     target: int = 0
@@ -46,17 +46,17 @@ class Belief:
 
     @property
     def centre(self) -> Floats | None:
-        """(2,) middle of the box, px: a box covers whole pixels, and positions count from the centre of the first."""
+        """(2,) centre of the box, px; a box covers whole pixels, and positions count from the centre of the first."""
         return None if self.box is None else self.box[:2] + (self.box[2:] - 1.0) / 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class Plane:
-    """Where two components of states are drawn that have no picture: px = scale * state + shift.
+    """Plane on which to draw two components of states without a picture: px = scale * state + shift.
 
     Attributes:
-        size: Width and height of the paper, px.
-        scale: (2,) px for a unit, across and down.
+        size: Width and height of the plane, px.
+        scale: (2,) px per unit, across and down.
         shift: (2,) px.
     """
 
@@ -67,17 +67,17 @@ class Plane:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beliefs:
-    """What is believed of all targets of a frame, and what is true of them as far as it is known.
+    """Beliefs about all targets of a frame, and their known truth.
 
     Attributes:
-        selected: Of the target that is looked at; the last one known, or else the first, where it is not `present`.
-        present: Whether anything is said of it in this frame.
-        others: Of the other targets.
-        truths: What is true, of as many as there are.
-        switches: How many true targets have another number in this frame than they had before.
-        components: (tracked,) which components of the state the estimate is.
-        names: Of all components; empty where they have none.
-        plane: Where states are drawn.
+        selected: Belief about the selected target; if it is not `present`, its last known belief, else its first.
+        present: Whether this frame has a belief about the selected target.
+        others: Beliefs about the other targets.
+        truths: Truth of each target.
+        switches: Number of true targets whose number in the tracker's output changed in this frame.
+        components: (tracked,) components of the state that form the estimate.
+        names: Names of all components; empty without names.
+        plane: Plane on which states are drawn.
     """
 
     selected: Belief
@@ -95,10 +95,10 @@ class Landmarks:
     """Named points of a solid target.
 
     Attributes:
-        points_px: (F, 2) where they are in the picture.
-        visible: (F,) whether each is seen.
-        model_mm: (F, 3) where they are in the target's own frame, as far as that is known.
-        names: Of the points.
+        points_px: (F, 2) positions in the picture.
+        visible: (F,) whether each point is visible.
+        model_mm: (F, 3) positions in the target's own frame, if known.
+        names: Names of the points.
     """
 
     points_px: Floats
@@ -109,12 +109,12 @@ class Landmarks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurements:
-    """Positions of F points as they were measured, with noise that is known.
+    """Measured positions of F points with known noise.
 
     Attributes:
-        points_px: (F, 2) in the picture; NaN for a point that was not measured.
-        sd_px: (F,) standard deviation of each measurement, or (F, 2) where it is not the same across and down; infinite
-            for a point that was not measured.
+        points_px: (F, 2) positions in the picture; NaN for a point that was not measured.
+        sd_px: (F,) standard deviation of each measurement, or (F, 2) if it differs across and down; infinite for a
+            point that was not measured.
     """
 
     points_px: Floats
@@ -123,14 +123,14 @@ class Measurements:
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Where the target truly is.
+    """The truth of a target.
 
     Attributes:
-        position: (d,) centre; (u, v) in px of the picture with u the column and v the row; or the signal's value; or
-            the pose of a solid, (theta_x, theta_y, theta_z) in rad.
+        position: (d,) centre (u, v) in px of the picture, with column u and row v; or the value of a signal; or the
+            pose of a solid, (theta_x, theta_y, theta_z) in rad.
         size: Longer side of the box around it, px; 0 for a signal.
-        hidden: Whether it is known to be out of sight; None for what cannot be, such as a signal.
-        landmarks: Its points, if it is a solid that is tracked by them.
+        hidden: Whether it is known to be out of sight; None for a target that cannot be, such as a signal.
+        landmarks: Points of a solid that is tracked by them.
         extent: Width and height of the box around it, px; None for a target without one, such as a signal or a pose.
     """
 
@@ -142,13 +142,13 @@ class Target:
 
 
 class Backdrop(Protocol):
-    """Pictures of a source that tell what is behind its target; it can be a key, and the same one has the same."""
+    """Pictures of a source that show the background of its target; equal backdrops have equal pictures."""
 
     def pictures(self, first: int) -> Iterator[NDArray[np.uint8]]:
-        """Return some of the first so many pictures (height, width, 3), or with 0 some of all, evenly."""
+        """Return evenly spaced ones of the first `first` pictures (height, width, 3), or of all if it is 0."""
 
     def __hash__(self) -> int:
-        """Return the same for the same pictures."""
+        """Return a hash that is equal for equal pictures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,10 +160,10 @@ class Frame:
         time_s: Time since frame 0, s.
         image_rgb: (height, width, 3) uint8, read-only, or None for a signal.
         signal: (d,) observed values, or None for a picture.
-        measurements: Measured points, or None where the picture is all there is.
-        target: The truth, or None where it is not known.
-        backdrop: Where to see what is behind the target, or None where nothing tells.
-        beliefs: What others believe of it, or None where nothing but the frame is given.
+        measurements: Measured points, or None if there is only the picture.
+        target: The truth, or None if unknown.
+        backdrop: Pictures of the background, or None.
+        beliefs: Recorded beliefs, or None.
     """
 
     index: int
@@ -177,10 +177,10 @@ class Frame:
 
     @property
     def picture(self) -> NDArray[np.uint8]:
-        """The picture (height, width, 3), where one is needed.
+        """The picture (height, width, 3).
 
         Raises:
-            ValueError: The frame has none.
+            ValueError: The frame has no picture.
         """
         if self.image_rgb is None:
             raise ValueError("a picture is needed, got a frame without one")
@@ -193,10 +193,10 @@ P_contra = TypeVar("P_contra", bound=Parameters, contravariant=True)
 
 @dataclass(frozen=True, slots=True)
 class History(Generic[P_co]):
-    """Which parameters were in force when: piecewise constant, newest last.
+    """Parameters in force over time, piecewise constant, newest last.
 
     Attributes:
-        segments: Pairs of the first frame and the parameters from there on; the first frame of all is 0.
+        segments: Pairs of a first frame and the parameters from there on; the first pair begins at frame 0.
     """
 
     segments: tuple[tuple[int, P_co], ...]
@@ -209,12 +209,12 @@ class History(Generic[P_co]):
         raise IndexError(f"a history begins at frame 0, got {frame}")
 
     def spans(self, frame: int, *names: str) -> list[tuple[int, P_co]]:
-        """Return how many of the steps 1..frame each of the parameters governed.
+        """Return the parameters in force during the steps 1..frame, each with the number of its steps.
 
         Args:
             frame: The last step.
-            names: Of the parameters that matter; spans that follow each other and have these alike are one. So what
-                adds up over them is the same, to the bit, where only others were changed, as those of the tracker.
+            names: Names of the relevant parameters; consecutive spans in which they are equal are merged. So sums over
+                spans stay the same bit for bit when only other parameters change, such as those of the tracker.
         """
         starts = [max(start, 1) for start, _ in self.segments if start <= frame]
         ends = [*starts[1:], frame + 1]
@@ -233,10 +233,10 @@ class Source(Protocol[P_contra]):
 
     Attributes:
         size: Width and height of the picture, px.
-        frame_rate_hz: Frames a second at which it is meant to be seen.
-        frame_count: Number of frames, or None if it never ends.
-        start: Where the target is at frame 0.
-        noisy: Whether the frames depend on the seed; if not, all runs of a batch see the same.
+        frame_rate_hz: Frame rate, Hz.
+        frame_count: Number of frames, or None if there is no end.
+        start: The target at frame 0.
+        noisy: Whether the frames depend on the seed; if not, all runs of a batch see the same frames.
     """
 
     size: tuple[int, int]
@@ -246,7 +246,7 @@ class Source(Protocol[P_contra]):
     noisy: bool
 
     def frame(self, index: int, history: History[P_contra]) -> Frame:
-        """Return a frame; the same arguments give the same frame, to the bit."""
+        """Return a frame; equal arguments give equal frames, bit for bit."""
 
 
 Kind: TypeAlias = Literal["video", "gif", "images", "tracks", "beliefs"]
@@ -254,20 +254,20 @@ Kind: TypeAlias = Literal["video", "gif", "images", "tracks", "beliefs"]
 
 @dataclass(frozen=True, slots=True)
 class FrameIndex:
-    """What one pass over a sequence has found; opening with it again skips the pass.
+    """The result of one pass over a sequence; opening the sequence with it skips the pass.
 
     Attributes:
-        kind: What the sequence is made of.
-        sha256: Of the file's content; of a folder, of its pictures' digests in order.
-        width: Of every picture, turned upright, px.
-        height: Of every picture, turned upright, px.
-        frame_rate_hz: Frames a second; the mean where the rate varies.
-        times_s: When each frame is shown, from 0, s.
+        kind: Kind of the sequence.
+        sha256: Hash of the file's content, or of the digests of a folder's pictures in order.
+        width: Width of every upright picture, px.
+        height: Height of every upright picture, px.
+        frame_rate_hz: Frame rate, Hz; the mean if it varies.
+        times_s: Time of each frame, from 0, s.
         checksums: CRC-32 of each frame's RGB bytes.
-        stamps: Each frame's time in the container's own ticks, rising; empty where they cannot be used to seek.
+        stamps: Time stamp of each frame in ticks of the container, rising; empty if they cannot be used to seek.
         keyframes: Numbers of the frames at which decoding can begin.
-        orientation: How stored pictures are turned upright, see `pftrack.sources.video`.
-        warnings: Sentences for people about what is odd.
+        orientation: Rotation that turns stored pictures upright; see `pftrack.sources.video`.
+        warnings: Sentences for people about irregularities.
     """
 
     kind: Kind
@@ -284,7 +284,7 @@ class FrameIndex:
 
     @property
     def frame_count(self) -> int:
-        """How many frames there are."""
+        """Number of frames."""
         return len(self.checksums)
 
     @property
@@ -294,7 +294,7 @@ class FrameIndex:
 
     @property
     def duration_s(self) -> float:
-        """How long it lasts, s; the last frame is shown as long as the mean one."""
+        """Duration, s; the last frame is assumed to last as long as the mean one."""
         return self.times_s[-1] + 1 / self.frame_rate_hz
 
     def to_json(self) -> str:
@@ -303,10 +303,10 @@ class FrameIndex:
 
     @classmethod
     def from_json(cls, text: str) -> "FrameIndex":
-        """Read what `to_json` wrote.
+        """Read the result of `to_json`.
 
         Raises:
-            ValueError: It is something else.
+            ValueError: The text is something else.
         """
         index = _ADAPTER.validate_json(text)
         if len(index.times_s) != index.frame_count or len(index.stamps) not in {0, index.frame_count}:
@@ -321,8 +321,8 @@ class FrameSequence(ABC):
     """Random access to pictures of one size.
 
     Attributes:
-        name: The file's or folder's own name, without its path.
-        index: All that the survey found; what follows from it is below.
+        name: Name of the file or folder, without its path.
+        index: Result of the survey.
     """
 
     name: str
@@ -330,12 +330,12 @@ class FrameSequence(ABC):
 
     @property
     def frame_count(self) -> int:
-        """How many frames really decode."""
+        """Number of frames that decode."""
         return self.index.frame_count
 
     @property
     def frame_rate_hz(self) -> float:
-        """Frames a second; the mean where the rate varies."""
+        """Frame rate, Hz; the mean if it varies."""
         return self.index.frame_rate_hz
 
     @property
@@ -350,23 +350,23 @@ class FrameSequence(ABC):
 
     @property
     def times_s(self) -> Floats:
-        """When each frame is shown, (frame_count,), from 0, s."""
+        """Time of each frame, (frame_count,), from 0, s."""
         return np.array(self.index.times_s)
 
     @property
     def square(self) -> bool:
-        """Whether pixels are square, or were made so; an earlier version took oblong ones as they are stored."""
+        """Whether pixels are square or were made square; an earlier version kept oblong ones."""
         return True
 
     def picture(self, index: int) -> NDArray[np.uint8]:
         """Return a frame, (height, width, 3) RGB, read-only.
 
         Args:
-            index: Its number, from 0.
+            index: Number of the frame, from 0.
 
         Raises:
-            IndexError: There is no such frame.
-            RefusedError: The file has changed since it was surveyed.
+            IndexError: The number is out of range.
+            RefusedError: The file has changed since its survey.
         """
         if not 0 <= index < self.frame_count:
             raise IndexError(f"frame must be between 0 and {self.frame_count - 1}, got {index}")
@@ -374,23 +374,23 @@ class FrameSequence(ABC):
 
     @abstractmethod
     def _picture(self, index: int) -> NDArray[np.uint8]:
-        """Return a frame that there is."""
+        """Return a frame whose number is in range."""
 
     def close(self) -> None:
-        """Let go of files and cached pictures."""
+        """Release files and cached pictures."""
         return
 
 
 class Truth(Protocol):
-    """What is known of a recording: numbers by frame, and the target that they mean."""
+    """The truth of a recording: numbers by frame, and the target that they describe."""
 
     @property
     def rows(self) -> Mapping[int, tuple[float, ...]]:
-        """The numbers of each frame that has any, as the file has them."""
+        """The numbers of each frame that has any, as in the file."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was passed over in reading, one sentence each."""
+        """Parts that the reader skipped, in one sentence each."""
 
     def at(self, frame: int) -> Target | None:
-        """Return the target of a frame, or None where there is no truth."""
+        """Return the target of a frame, or None without a truth."""

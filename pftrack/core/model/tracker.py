@@ -1,4 +1,4 @@
-"""What a tracker is, and what its states offer to the code that runs, records and watches it."""
+"""Trackers, and the interface of their states for code that runs, records and shows them."""
 
 import math
 import re
@@ -23,37 +23,37 @@ from pftrack.core.numerics.random import Stream
 
 
 class TrackState(Protocol):
-    """The posterior of one frame, immutable; each family of trackers has its own.
+    """The immutable posterior of one frame; each family of trackers has its own class.
 
-    Particles, one Gaussian, a mixture, a set of ellipsoids or a beam of poses: general code needs no more of a belief
-    than this. What a kind of belief has beyond it, its trackers declare and report as series.
+    It may hold particles, a Gaussian, a mixture, a set of ellipsoids or a beam of poses. General code needs only these
+    members; trackers report further quantities as series.
     """
 
     @property
     def estimate(self) -> Floats:
-        """(d,) posterior mean of what the target's `position` is."""
+        """(d,) posterior mean of the target's `position`."""
 
     @property
     def sigma(self) -> Floats:
-        """(d,) posterior standard deviations; NaN of a number in another unit than the experiment's."""
+        """(d,) posterior standard deviations; NaN for components in another unit than the experiment's."""
 
     @property
     def log_evidence(self) -> float:
-        """Log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out."""
+        """Log p(z_t | z_{1:t-1}) up to a constant of the likelihood."""
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """Return the belief's arrays by name, for a file; empty if mean and covariance are all there is."""
+        """Return the arrays of the belief by name, for a file; empty if it has only mean and covariance."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fold:
-    """What comes of L frames taken at once.
+    """The result of L frames processed at once.
 
     Attributes:
-        state: Of the last frame.
+        state: State of the last frame.
         estimates: (L, tracked) posterior means.
-        series: (L,) numbers or (L, d) vectors of the tracker's series, by name; all that have a reduction, or the role
-            "extent", are there.
+        series: (L,) numbers or (L, d) vectors of the tracker's series, by name; it includes all series with a reduction
+            or the role "extent".
     """
 
     state: TrackState
@@ -69,28 +69,27 @@ EnsembleStep: TypeAlias = Callable[[Any, Iterable[Frame], History[Any], Sequence
 
 @dataclass(frozen=True)
 class Tracker:
-    """A named way of tracking.
+    """A named tracking method.
 
     Attributes:
         id: Name in commands, addresses and files.
         start: (target, frame 0, parameters, rng) -> state of frame 0.
         step: (state, frame, parameters, rng) -> state of that frame.
-        title: Name on the screen; `experiment.yaml` may say it instead.
-        description: One sentence on how it works; `experiment.yaml` may say it instead.
-        fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
-            same as of L steps but faster; None if these parameters do not allow it.
-        series: What it reports of its states.
-        measure: (state) -> the values of these series, by name; those that a state does not have are left out.
-        searching: (state) -> whether it has lost the target by its own account and looks for it; None for a tracker
-            that always follows, rightly or wrongly, as for a state of one that does so by its parameters.
-        model: What it believes of the world: its likelihood, its particles and what a step was made of can be looked
-            into; None where there is nothing to be seen.
-        replays: It says again what was recorded, whatever seed and settings are: nothing can be tried with it.
-        sampling: How it computes the posterior of its model: exactly, since that is linear with Gaussian noise; by
-            particles that are all drawn from the dynamics; or in another way.
-        ensemble: (state, frames to come, history of parameters, seeds) -> for each of these frames the estimates
-            (N, tracked) that steps come to with each of the N seeds, faster than by steps and without their states;
-            None for a tracker that knows no faster way.
+        title: Name on the screen; may stand in `experiment.yaml` instead.
+        description: How it works, in one sentence; may stand in `experiment.yaml` instead.
+        fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> the result of L steps,
+            computed faster; None if the parameters do not allow it.
+        series: Series that it reports.
+        measure: (state) -> values of these series by name, without those that the state does not have.
+        searching: (state) -> whether the tracker reports that it has lost its target and searches for it; None for a
+            tracker that never reports this, or does not with its present parameters.
+        model: Model of the tracker, for inspecting its likelihood, particles and steps; None if it has none.
+        replays: Whether it replays a recording, so that seed and settings have no effect.
+        sampling: How it computes the posterior of its model: exactly (linear with Gaussian noise), by particles drawn
+            from the dynamics, or in another way.
+        ensemble: (state, next frames, history of parameters, seeds) -> for each of these frames the estimates
+            (N, tracked) of steps with each of the N seeds, computed faster and without their states; None if there is
+            no faster way.
     """
 
     id: str
@@ -109,11 +108,11 @@ class Tracker:
 
     @property
     def evidence(self) -> Evidence:
-        """What the log evidence of its states is worth when settings are compared."""
+        """How the log evidence of its states may be used to compare settings."""
         return self.model.evidence if self.model is not None and self.sampling != "other" else ""
 
     def cloud(self, state: State) -> Cloud | None:
-        """Return the particles of a state, laid open; None of a state without."""
+        """Return the particles of a state; None for a state without particles."""
         return self.model.cloud(state) if self.model is not None else None
 
     def moved(self, state: State, moves: Iterable[Move]) -> State:
@@ -125,17 +124,17 @@ class Tracker:
 
     @property
     def term(self) -> Term:
-        """What the glossary says of it, under its title and the short name that the title has in brackets."""
+        """Its entry in the glossary, under its title and the abbreviation that the title has in brackets."""
         title = self.title or self.id
         return Term(title, self.description.removesuffix(".") or title, tuple(SHORT_NAME.findall(title)))
 
 
 def with_readers(declared: Sequence[Declaration], joined: Mapping[str, str]) -> tuple[Declaration, ...]:
-    """Return declarations that name trackers as readers that joined an experiment later.
+    """Return declarations that list trackers added to an experiment among the readers of parameters.
 
     Args:
-        declared: What the experiment's parameters declare.
-        joined: Names of such trackers, each with the one whose parameters it reads.
+        declared: Declarations of the experiment's parameters.
+        joined: Names of added trackers, each with the tracker whose parameters it reads.
     """
 
     def complete(each: Declaration) -> Declaration:
@@ -145,9 +144,8 @@ def with_readers(declared: Sequence[Declaration], joined: Mapping[str, str]) -> 
     return tuple(complete(each) for each in declared)
 
 
-# Diagnostics and steps: what is written down of every frame, and one frame of a run as all that shows it gets it.
-#
-# Diagnostics are small enough to keep for all frames.
+# Diagnostics are the recorded numbers of a frame, small enough to keep for all frames; a step is a frame of a run with
+# everything that views of it need.
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,14 +160,14 @@ class Diagnostics:
         log_evidence: log p(z_t | z_{1:t-1}) up to a constant of the likelihood; -inf if every weight was zero.
         truth: The true position; None where it is unknown.
         extent: Width and height of the true box, px; None where it is unknown, or there is none.
-        observation: What was seen of a signal; None for pictures.
+        observation: Observed value of a signal; None for pictures.
         error: Distance of the estimate from the truth, inf for an estimate that is not finite; None where the truth is
             unknown.
-        lost: Whether that counts as lost; None where the truth is unknown.
+        lost: Whether the target counts as lost by this error; None where the truth is unknown.
         hidden: Whether the target is known to be out of sight.
-        searching: Whether the tracker has lost the target by its own account; None for one that always follows.
-        step_ms: Time that the tracker took for the frame, ms.
-        series: What tracker and experiment have measured beside it, by name: that which they declare and have.
+        searching: Whether the tracker reports that it has lost the target; None for a tracker without such a report.
+        step_ms: Time of the tracker's step, ms.
+        series: Values by name of the series that tracker and experiment declare and have in this frame.
     """
 
     frame: int
@@ -189,26 +187,26 @@ class Diagnostics:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the target is lost: by the truth, or by the tracker's own account where the truth is unknown."""
+        """Whether the target is lost by the truth, or, where it is unknown, by the tracker's own report."""
         return judge_loss(self.lost, self.searching).lost is True
 
     def number(self, name: str) -> float:
-        """Return the value of a series of numbers; NaN where the frame has none."""
+        """Return the value of a series of numbers; NaN if the frame has none."""
         value = self.series.get(name, math.nan)
         return float(value) if isinstance(value, int | float) else math.nan
 
     def vector(self, name: str) -> tuple[float, ...] | None:
-        """Return the value of a series of vectors or intervals; None where the frame has none."""
+        """Return the value of a series of vectors or intervals; None if the frame has none."""
         value = self.series.get(name)
         return value if isinstance(value, tuple) else None
 
     def hypotheses(self, name: str) -> Hypotheses | None:
-        """Return the value of a series of hypotheses; None where the frame has none."""
+        """Return the value of a series of hypotheses; None if the frame has none."""
         value = self.series.get(name)
         return value if isinstance(value, Hypotheses) else None
 
     def as_dict(self) -> dict[str, object]:
-        """Return the values by name, ready for JSON: a number that is not finite becomes None."""
+        """Return the values by name for JSON, with None for a number that is not finite."""
         row: dict[str, object] = {}
         for it in fields(self):
             value = getattr(self, it.name)
@@ -226,16 +224,16 @@ def diagnose(
     searching: bool | None = None,
     series: Mapping[str, SeriesValue] | None = None,
 ) -> Diagnostics:
-    """Write down a frame.
+    """Return the diagnostics of a frame.
 
     Args:
-        frame: What was seen.
-        state: What is believed.
-        verdict: Error, and whether that is lost; None where unknown.
-        step_ms: Time that the tracker took, ms.
-        scale: What turns estimates and positions into the experiment's unit.
-        searching: Whether the tracker looks for a target that it has lost; None if it never does.
-        series: What tracker and experiment have measured.
+        frame: The observation.
+        state: The belief.
+        verdict: Error, and whether the target is lost; None where unknown.
+        step_ms: Time of the tracker's step, ms.
+        scale: Factor from estimates and positions to the experiment's unit.
+        searching: Whether the tracker searches for a lost target; None if it never does.
+        series: Values of the series of tracker and experiment.
     """
     target = frame.target
     error, lost = verdict
@@ -251,7 +249,7 @@ def diagnose(
         observation=tuple(frame.signal.tolist()) if frame.signal is not None else None,
         error=error,
         lost=lost,
-        hidden=None if hidden is None else bool(hidden),  # NumPy's own kind, which comparisons give, JSON does not know
+        hidden=None if hidden is None else bool(hidden),  # a comparison may give NumPy's bool, which JSON does not have
         searching=searching,
         step_ms=step_ms,
         series=series or {},
@@ -264,15 +262,15 @@ def _scale(values: Floats, scale: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One frame of a run: what was seen, what is believed, and the numbers of both.
+    """One frame of a run: the observation, the belief, and the numbers of both.
 
     Attributes:
-        frame: What the source showed.
-        state: The tracker's posterior, of the kind that the experiment's trackers have.
+        frame: The observation.
+        state: Posterior of the tracker.
         diagnostics: The numbers.
-        parameters: In force in this frame.
-        tracker: Name of the tracker that took the step.
-        tracker_title: Its title, as the experiment of the run has it.
+        parameters: Parameters in force in this frame.
+        tracker: Name of the tracker of this step.
+        tracker_title: Title of the tracker in the run's experiment.
     """
 
     frame: Frame
@@ -287,10 +285,10 @@ class Draw(Protocol):
     """Draw a frame."""
 
     def __call__(self, step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
-        """Return what is to be seen.
+        """Return the drawing of a frame.
 
         Args:
             step: The frame.
-            past: The run's diagnostics up to this frame, or further.
-            other: The diagnostics of the same frame in a second run, if there is one to compare with.
+            past: Diagnostics of the run up to this frame or further.
+            other: Diagnostics of the same frame in a second run for comparison.
         """
