@@ -14,41 +14,11 @@ They are imported when they are first asked for, so that `import pftrack` costs 
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from importlib.util import find_spec
+from pkgutil import iter_modules
 
 from pftrack.core.numerics import machine
 from pftrack.core.version import __version__
-
-if TYPE_CHECKING:
-    from pftrack.analysis.fitting import fit
-    from pftrack.api import compare, load, record, run
-    from pftrack.core.model.model import Model
-    from pftrack.core.model.recipe import Recipe
-    from pftrack.core.numerics.compiled import compiled
-    from pftrack.experiments.experiment import Experiment
-    from pftrack.experiments.own.code import slider
-    from pftrack.filters.alone import filter  # noqa: A004 - as users call it
-    from pftrack.output.exports.formats import show
-    from pftrack.runs.comparison import Comparison
-    from pftrack.runs.run import Run
-
-__all__ = [
-    "Comparison",
-    "Experiment",
-    "Model",
-    "Recipe",
-    "Run",
-    "__version__",
-    "compare",
-    "compiled",
-    "filter",
-    "fit",
-    "load",
-    "record",
-    "run",
-    "show",
-    "slider",
-]
 
 _HOMES = {
     "Comparison": "pftrack.runs.comparison",
@@ -66,21 +36,26 @@ _HOMES = {
     "show": "pftrack.output.exports.formats",
     "slider": "pftrack.experiments.own.code",
 }
-"""Where each name that is offered here comes from."""
+"""Where each name that is offered here comes from; `__init__.pyi` tells type checkers the same."""
+
+__all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - names of a dictionary are texts
 
 # Before any library is loaded that would choose by the processor how it computes.
 machine.settle()
 
 
 def __getattr__(name: str) -> object:
-    """Import a name when it is first asked for."""
-    if name not in _HOMES:
+    """Import a name, or a module of the library, when it is first asked for."""
+    if name in _HOMES:
+        found: object = getattr(import_module(_HOMES[name]), name)
+    elif name.startswith("_") or find_spec(f"{__name__}.{name}") is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(_HOMES[name]), name)
+    else:
+        found = import_module(f"{__name__}.{name}")
     globals()[name] = found
     return found
 
 
 def __dir__() -> list[str]:
     """List what is offered, imported or not."""
-    return list(__all__)
+    return [*__all__, *(each.name for each in iter_modules(__path__) if each.name[0] != "_")]

@@ -20,6 +20,7 @@ from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.core.model.source import FrameSequence
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import find, find_for
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import trust_filters
 from pftrack.experiments.own.extension import experiment_of, name_of
 from pftrack.output.exports.formats import Watcher
@@ -29,7 +30,7 @@ from pftrack.runs.reproduction import OpenSequence, make, wire
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder, Sources
 from pftrack.sources.formats import is_beliefs
-from pftrack.sources.limits import DEFAULT_LIMITS
+from pftrack.sources.limits import DEFAULT_LIMITS, LARGE_LIMITS, Limits
 from pftrack.sources.results.parts import Part, open_parts
 from pftrack.sources.sequence import open_sequence
 
@@ -47,7 +48,11 @@ def run(
     frames: int | None = None,
     recording: PathOrName | None = None,
     mark: Mapping[str, Any] | None = None,
-    start: int = 0,
+    box: Sequence[float] | None = None,
+    start: int | None = None,
+    truth: PathOrName | Mapping[int, Sequence[float]] | None = None,
+    large: bool = False,
+    finish: bool = True,
     **parameters: Value,
 ) -> Run:
     """Compute a run and return it, at its last frame.
@@ -62,7 +67,11 @@ def run(
             beliefs; the simulated scene without.
         mark: The target in the picture `start`, as its kind writes it, such as {"kind": "box", "x": 80, ...}; it is
             looked for if not given, where that can be done.
-        start: Number of the picture to begin with.
+        box: Short for a mark that is a box: x, y, width and height, px.
+        start: Number of the picture to begin with; the first with a truth, or 0, if not given.
+        truth: What is true of the pictures of the recording: a file, or values by number of the picture.
+        large: Whether pictures may have up to 8K and files 16 GiB, which take time and memory.
+        finish: Whether to compute all frames; else the run is at its frame 0.
         **parameters: Values of frame 0 by name, as the experiment declares them.
 
     Raises:
@@ -78,17 +87,28 @@ def run(
     wiring = experiment_of(recipe)
     chosen = wiring.preset_named(preset) if preset is not None else None
     values = {**(chosen.parameters if chosen else {}), **parameters}
+    if box is not None:
+        if mark is not None or len(box) != 4:
+            raise ParameterError("box", list(box), "x, y, width and height, and the only mark")
+        mark = dict(zip(("kind", "x", "y", "width", "height"), ("box", *box), strict=True))
+    rows = truth if truth is None or isinstance(truth, Mapping) else _read_truth(wiring, Path(truth))
+    if start is None and rows and not (recipe.footage and mark is None):
+        start = min(rows)
     said = {
         "tracker": (str(tracker) if tracker is not None else None) or (chosen.tracker if chosen else None),
         "seed": seed if seed is not None else (chosen.seed if chosen else None),
         "frames": frames,
         "timeline": (*recipe.timeline, Change(0, values)) if values else None,
-        "footage": None if recipe.footage and mark is None and not start else _footage(recording, mark, start),
+        "footage": _footage(recipe.footage, recording, {"mark": mark, "start": start, "truth": rows}),
     }
     changed = recipe.model_copy(update={name: it for name, it in said.items() if it is not None})
-    setup = wire(wiring, changed.footage, _opener(recording))
+    setup = wire(wiring, changed.footage, _opener(recording, limits=LARGE_LIMITS if large else DEFAULT_LIMITS))
     made = Run.from_recipe(changed, wiring, setup)
-    made.finish()
+    begun = changed.footage.start if changed.footage else 0
+    if rows and not any(begun <= frame < begun + made.frames for frame in rows):
+        raise RefusedError(f"expected a truth of frames {begun} to {begun + made.frames - 1}, got none of these")
+    if finish:
+        made.finish()
     return made
 
 
@@ -231,15 +251,28 @@ def _recipe(said: str | Recipe | Mapping[str, Any]) -> Recipe:
     return Recipe(experiment=find(said).id) if isinstance(said, str) else Recipe.read(dict(said))
 
 
-def _footage(recording: PathOrName | None, mark: Mapping[str, Any] | None, start: int) -> Footage | None:
-    if recording is None:
-        if mark is not None or start:
-            raise ParameterError("recording", None, "given: a mark and a start belong to a recording")
+def _read_truth(wiring: Experiment, file: Path) -> Mapping[int, Sequence[float]]:
+    if wiring.video.truth is None:
+        raise ParameterError("truth", str(file), f"left out: {wiring.id} takes none")
+    return wiring.video.truth.read(file).rows
+
+
+def _footage(known: Footage | None, recording: PathOrName | None, said: Mapping[str, Any]) -> Footage | None:
+    """Return the footage of a recipe, or of a new recording, with what is said of the target."""
+    changes = {name: value for name, value in said.items() if value is not None}
+    if known is None and recording is None:
+        if changes:
+            raise ParameterError("recording", None, f"given, for {' and '.join(changes)} belong to a recording")
         return None
-    return Footage(name=Path(recording).name, start=start, mark=dict(mark) if mark is not None else None)
+    if known is not None and not changes:
+        return None
+    begun = known if known is not None and "mark" not in changes else Footage(name=Path(recording or known.name).name)
+    return Footage.model_validate({**begun.model_dump(), **changes})
 
 
-def _opener(recording: PathOrName | None, folder: Path | None = None) -> OpenSequence | None:
+def _opener(
+    recording: PathOrName | None, folder: Path | None = None, limits: Limits = LARGE_LIMITS
+) -> OpenSequence | None:
     """Return how the pictures of a recipe are found: where somebody says, else beside the file that speaks of them."""
 
     def open_footage(footage: Footage) -> FrameSequence:
@@ -247,6 +280,6 @@ def _opener(recording: PathOrName | None, folder: Path | None = None) -> OpenSeq
         place = beside if recording is None else Path(recording)
         if not place.exists():
             raise RefusedError(f"the run was made on {place}, which is not there; say as `recording` where it is")
-        return open_sequence(place, square=footage.square)
+        return open_sequence(place, limits, square=footage.square)
 
     return open_footage if recording is not None or folder is not None else None

@@ -12,7 +12,7 @@ import { recordClip } from "./camera.js";
 
 /** @typedef {{name: string, words: string, share: number|null, stop: () => void}} Work What is on its way; its share is null while nobody knows it. */
 /** @typedef {{name: string, message: string}} Refusal */
-/** @typedef {{file: File, table: Preview, refusal: string}} Question What the columns of a table are that was not understood. */
+/** @typedef {{files: File[], file: File, table: Preview, refusal: string}} Question What the columns of a table are that was not understood. */
 
 const SILENT = "The server does not answer; trying again";
 const ACCEPTED = "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft";
@@ -87,13 +87,13 @@ function Invitation() {
 }
 
 /** @param {Question} props The form for a table's columns, below its first lines. */
-function Columns({ file, table, refusal }) {
+function Columns({ files, file, table, refusal }) {
   const form = useRef(/** @type {HTMLFormElement|null} */ (null));
   useEffect(() => form.current?.querySelector("select")?.focus(), []);
   const submit = (/** @type {Event & {currentTarget: HTMLFormElement}} */ event) => {
     event.preventDefault();
     const said = [...new FormData(event.currentTarget)].filter(([, place]) => place !== "");
-    sendUpload([file], Object.fromEntries(said.map(([meaning, place]) => [meaning, Number(place)])));
+    sendUpload(files, Object.fromEntries(said.map(([meaning, place]) => [meaning, Number(place)])));
   };
   const choice = (/** @type {ColumnMeaning} */ { name, title }) => html`<label>
     ${title}
@@ -196,17 +196,17 @@ async function tellPlace(transfer, tell, ended) {
   }
 }
 
-/** The question about a table with unknown columns; null if it is not a table.
+/** The question about a table with unknown columns; null if there is not one such table.
  *
  * @param {File[]} files
  * @param {string} refusal
  * @returns {Promise<Question|null>}
  */
 async function questionOf(files, refusal) {
-  const [file] = files;
-  if (files.length !== 1 || !TABLE.test(file.name)) return null;
+  const [file, ...others] = files.filter(({ name }) => TABLE.test(name));
+  if (!file || others.length > 0) return null;
   const table = await request("POST uploads/table", { body: { text: await file.slice(0, HEAD_BYTES).text() } }).catch(() => null);
-  return table && { file, table, refusal };
+  return table && { files, file, table, refusal };
 }
 
 /** Show the progress of a run that is computed before it is stored, and announce it when it is done.

@@ -59,7 +59,6 @@ app = typer.Typer(
     cls=_Commands,
     name="pftrack",
     help="Interactive tracking experiments with particle filters.",
-    add_completion=False,
     no_args_is_help=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

@@ -1,7 +1,7 @@
 """What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pftrack.core.model.recipe import Footage, Recipe
     from pftrack.core.model.setup import Setup
     from pftrack.core.model.source import FrameSequence, Kind
+    from pftrack.core.model.source import Truth as TrueRows
     from pftrack.experiments.experiment import Experiment
     from pftrack.runs.reproduction import OpenSequence
     from pftrack.sources.sequence import Recording
@@ -37,6 +38,9 @@ Start = Annotated[
 Truth = Annotated[Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")]
 
 
+Large = Annotated[
+    bool, typer.Option("--large", help="Allow pictures up to 8K and files up to 16 GiB; they take time and memory.")
+]
 Moved = Annotated[Path | None, typer.Option("--video", help="The run's video, if it was moved.")]
 
 
@@ -50,6 +54,7 @@ class FootageOptions:
         marks: (name of the option, kind of mark, text) of every mark given.
         start: Number of the picture with the mark.
         truth: File of what is true of it.
+        large: Whether it may be larger than usual.
     """
 
     video: Path | None
@@ -57,6 +62,7 @@ class FootageOptions:
     marks: tuple[tuple[str, str, str], ...]
     start: str | None
     truth: Path | None
+    large: bool = False
 
     @classmethod
     def of(
@@ -68,6 +74,7 @@ class FootageOptions:
         points: Points = None,
         start: Start = None,
         truth: Truth = None,
+        large: Large = False,
     ) -> "FootageOptions":
         """Gather the options; --box and --points are short for kinds of --mark."""
         if video is not None and tracks is not None:
@@ -82,7 +89,7 @@ class FootageOptions:
             marks.append(("--box", "box", box))
         if points is not None:
             marks.append(("--points", "points", str(points)))
-        return cls(video or tracks, "--tracks" if tracks else "--video", tuple(marks), start, truth)
+        return cls(video or tracks, "--tracks" if tracks else "--video", tuple(marks), start, truth, large)
 
 
 def open_setup(
@@ -110,22 +117,22 @@ def open_setup(
     place = said.video or folder / (footage.path or footage.name)
     if not place.exists():
         raise CommandError(f"{place} does not exist")
-    if said.truth is not None:
-        truth = _truth(experiment, said.truth)
-        changes["truth"] = truth
+    truth = None if said.truth is None else _truth(experiment, said.truth)
+    if truth is not None:
+        changes["truth"] = dict(truth.rows)
         if recipe.footage is None or said.marks:  # a recipe's own mark is on the frame that it names
-            changes["start"] = min(truth, default=0)
+            changes["start"] = min(truth.rows, default=0)
     if said.start is not None:
         changes["start"] = whole("--start", said.start, 0, LONGEST_RUN)
 
     sequences: list[FrameSequence] = []
 
     def opened(footage: "Footage") -> "FrameSequence":
-        sequence = open_footage(stack, place, square=footage.square)
+        sequence = open_footage(stack, place, square=footage.square, large=said.large)
         sequences.append(sequence)
         for warning in sequence.index.warnings:
             note(f"pftrack: {warning}")
-        _note_misfits(experiment, changes.get("truth", {}), sequence)
+        _note_misfits(experiment, truth, sequence)
         _demand_mark(experiment, said, footage, (sequence.index.kind,))
         return sequence
 
@@ -159,6 +166,7 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
         out: Where the result goes, from which the recording is found again.
     """
     from pftrack.core.model.recipe import Recipe
+    from pftrack.sources.limits import DEFAULT_LIMITS, LARGE_LIMITS
     from pftrack.sources.sequence import Recording
 
     with ExitStack() as stack:
@@ -170,7 +178,7 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
             setup.footage.model_copy(update={"path": path}),
             sequence.index.kind,
             frames_left(sequence, setup),
-            Recording(str(said.video), sequence.index.to_json()),
+            Recording(str(said.video), sequence.index.to_json(), LARGE_LIMITS if said.large else DEFAULT_LIMITS),
         )
 
 
@@ -184,13 +192,16 @@ def path_from(video: Path, out: Path) -> str:
     return os.path.relpath(video.absolute(), out.absolute().parent)
 
 
-def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) -> "FrameSequence":
+def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None, large: bool = False) -> "FrameSequence":
     """Open a recording, with pixels made square or not as a run says; it is closed with the stack."""
     from pftrack.core.refusal import RefusedError
+    from pftrack.sources.limits import DEFAULT_LIMITS, LARGE_LIMITS
     from pftrack.sources.sequence import open_sequence
 
     try:
-        return stack.enter_context(closing(open_sequence(path, square=square)))
+        return stack.enter_context(
+            closing(open_sequence(path, LARGE_LIMITS if large else DEFAULT_LIMITS, square=square))
+        )
     except RefusedError as error:
         raise CommandError(f"{path.name}: {error}") from None
 
@@ -220,7 +231,8 @@ def footage_of(stack: ExitStack, file: Path, video: Path | None) -> "OpenSequenc
     """
 
     def find(footage: "Footage") -> "FrameSequence":
-        return open_footage(stack, place_of(footage, file, video, "the run was made on"), square=footage.square)
+        place = place_of(footage, file, video, "the run was made on")
+        return open_footage(stack, place, square=footage.square, large=True)  # as the run was allowed
 
     return find
 
@@ -260,19 +272,17 @@ def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
         raise wrong_use(f"{option} {error}") from None
 
 
-def _truth(experiment: "Experiment", path: Path) -> dict[int, tuple[float, ...]]:
+def _truth(experiment: "Experiment", path: Path) -> "TrueRows":
     """Return what is true of each frame that a file lists."""
     if experiment.video.truth is None:
         raise wrong_use(f"{experiment.id} takes no --truth")
-    known = experiment.video.truth.read(path)
-    for warning in known.warnings:
-        note(f"pftrack: {warning}")
-    return dict(known.rows)
+    return experiment.video.truth.read(path)
 
 
-def _note_misfits(experiment: "Experiment", truth: Mapping[int, Sequence[float]], sequence: "FrameSequence") -> None:
-    """Say what makes it doubtful that a truth is of this recording."""
-    rows = [(frame, row) for frame, row in truth.items() if frame < sequence.frame_count]
-    if experiment.video.truth is not None:
-        for warning in experiment.video.truth.misfits(rows, sequence.index.width, sequence.index.height):
+def _note_misfits(experiment: "Experiment", truth: "TrueRows | None", sequence: "FrameSequence") -> None:
+    """Say how a truth was read, and what makes it doubtful that it is of this recording."""
+    from pftrack.sources.truth import within
+
+    if truth is not None and experiment.video.truth is not None:
+        for warning in within(experiment.video.truth, truth, sequence.frame_count, sequence.size)[1]:
             note(f"pftrack: {warning}")

@@ -39,6 +39,7 @@ Cluster = Annotated[
 Assignments = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
 ]
+WIDEST = 100_000  # letters of a line on a pipe, where nothing is folded
 FAILED = 1
 WRONG_USE = 2
 
@@ -189,7 +190,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
         shown.add_column(column, overflow="fold", no_wrap=column == "name")
     for row in rows:
         shown.add_row(*(Text(cell) for cell in row))
-    Console(highlight=False).print(shown)
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDEST).print(shown)
 
 
 def tell(value: object, columns: Sequence[str], rows: Iterable[Sequence[object]], *, json: bool) -> None:

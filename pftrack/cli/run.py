@@ -1,6 +1,7 @@
 """`run`, `replay`, `open` and `show-recipe`: compute a run from options, a recipe or a file, and say how it went."""
 
 import json as json_format
+import math
 import tempfile
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
@@ -240,6 +241,10 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
                 film.write(render_beside(drawing, layers=run.experiment.display.shown))
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
+    nothing = [row.frame for row in run.diagnostics if row.log_evidence == -math.inf]
+    if nothing:
+        many = f"{len(nothing):,} of {len(run.diagnostics):,} frames, first in frame {nothing[0]}"
+        output.note(f"pftrack: all weights were zero in {many}; equal weights took their place")
     said = run.experiment.measured.report(run.diagnostics) if run.experiment.measured.report else {}
     kept = reductions(run.experiment.all_series(), run.diagnostics[1:])
     known = {name: value for name, value in kept.items() if value is not None}
@@ -271,7 +276,7 @@ def _format_value(value: object) -> str:
         return ", ".join(f"{name}={_format_value(item)}" for name, item in value.items())
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_format_value, value))}]"
-    if isinstance(value, str) and len(value) > LONGEST_SHOWN:  # the text of a file
+    if isinstance(value, str) and len(value) > LONGEST_SHOWN and "\n" in value:  # the text of a file
         return f"{' '.join(value[:LONGEST_SHOWN].split())}..."
     return output.cell(value)
 
@@ -304,6 +309,7 @@ def open_results(
     from pftrack.experiments import find_for
     from pftrack.output.exports.formats import show as show_run
     from pftrack.runs.run import Run
+    from pftrack.sources.beliefs.sequence import BeliefSequence
     from pftrack.sources.results.table import FORMS
 
     if form is not None and form not in FORMS:
@@ -321,14 +327,21 @@ def open_results(
             sequence = _open_together(stack, file, video, truth)
         else:
             sequence = open_footage(stack, file)
-        if sequence.index.kind != "beliefs" or not experiment.accepts_video:
+        if not isinstance(sequence, BeliefSequence) or not experiment.accepts_video:
             raise output.CommandError(f"{file.name} holds no results; `pftrack run` tracks a recording")
         for warning in sequence.index.warnings:
             output.note(f"pftrack: {warning}")
         setup = experiment.video.on_video(sequence, None)
         values = output.values_of(setup.parameters, assignments or [])
         run = Run(experiment, setup, timeline=(Change(0, values),))
-        print_summary(compute_run(run, None, frames=run.frames), run, json=json)
+        targets = {
+            "targets": len(sequence.content.targets),
+            "measured_target": run.current.state.beliefs.selected.target,
+        }
+        if targets["targets"] > 1:
+            said = f"it has {targets['targets']} targets, and target {targets['measured_target']} is measured"
+            output.note(f"pftrack: {said}; --set selected_target=NUMBER chooses another")
+        print_summary({**compute_run(run, None, frames=run.frames), **targets}, run, json=json)
         write_exports(exports, run)
         if show and not json:
             shown = show_run(run)

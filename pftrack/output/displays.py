@@ -185,8 +185,9 @@ def summary_lines(run: Run) -> dict[str, str]:
     diagnosis = diagnose(run)
     if diagnosis.lost:
         lines["Why"] = diagnosis.sentence
-        if run.explained is not None and run.explained.diagnosis.frame == diagnosis.frame:
-            lines["What if"] = run.explained.what_if.sentence
+        known = run.explained
+        if known is not None and known.what_if is not None and known.diagnosis.frame == diagnosis.frame:
+            lines["What if"] = known.what_if.sentence
     if made.verdict.mean_error is not None:
         lines["Mean error"] = _with_unit(quantity(made.verdict.mean_error, unit), unit)
     for measure in experiment.run_measures:

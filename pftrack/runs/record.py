@@ -27,6 +27,7 @@ from pftrack.core.refusal import RefusedError, first_problem
 from pftrack.core.version import __version__
 from pftrack.experiments.own.code import with_texts
 from pftrack.runs.loss_probability import columns_of
+from pftrack.runs.table import clouds_of
 
 if TYPE_CHECKING:
     from pftrack.runs.run import Run
@@ -197,7 +198,7 @@ def _states(run: "Run") -> dict[str, np.ndarray[Any, Any]]:
     for frame in range(run.computed + 1):
         for name, array in twin.seek(frame).state.arrays().items():
             arrays[f"{name}_{frame}"] = array
-    return arrays
+    return arrays | clouds_of(twin)
 
 
 def _pack(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bytes:

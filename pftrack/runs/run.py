@@ -33,14 +33,20 @@ from pftrack.runs.checkpoint import Checkpoint, Keyframes
 from pftrack.runs.loss import judge_state
 from pftrack.runs.record import save
 from pftrack.runs.scoring import Summary, estimates_hash, evaluated_run, measurements, summarise
-from pftrack.runs.table import table_of
+from pftrack.runs.table import dataset_of, table_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from pftrack.analysis.explanation import Explanation
+
 
 class Run:
-    """A source tracked frame by frame, with its past kept."""
+    """A source tracked frame by frame, with its past kept.
+
+    Attributes:
+        explained: The last explanation with changes that would have saved the run; None if there is none for its state.
+    """
 
     def __init__(
         self,
@@ -76,7 +82,7 @@ class Run:
         self.frames = _check_length(frames, self.source.frame_count, experiment.frames)
         self._check_moves(self.timeline)
         self.diagnostics: list[Diagnostics] = []
-        self._explained: Any = None
+        self.explained: Explanation | None = None
         self._keyframes = Keyframes()
         self._declared = {series.name: series for series in self.experiment.all_series()}
         self.current = self._compute(0, None)
@@ -238,7 +244,7 @@ class Run:
         timeline = self.timeline.insert(Change(following, dict(values)))
         self._check_moves(timeline)
         self.timeline = timeline
-        self._explained = None  # trials may have gone beyond this frame
+        self.explained = None  # trials may have gone beyond this frame
         return next(change for change in self.timeline.changes if change.frame == following)
 
     @property
@@ -420,6 +426,14 @@ class Run:
         """
         return table_of(self)
 
+    def to_xarray(self, *, particles: bool = False) -> Any:  # noqa: ANN401 - xarray's, which is an extra
+        """Return the numbers of all frames that were computed as an `xarray.Dataset` (pip install pftrack[xarray]).
+
+        Args:
+            particles: Whether to add `cloud` (frame, particle, component), its log weights and its ancestors.
+        """
+        return dataset_of(self, particles=particles)
+
     def export(self, path: str | PathLike[str], *, plot: str | None = None) -> Exported:
         """Export the computed part of the run; the suffix of the path chooses the file type.
 
@@ -436,8 +450,8 @@ class Run:
         """
         return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))
 
-    def explain(self, frame: int | None = None, *, seeds: int = 0) -> Any:  # noqa: ANN401 - what explains runs lies above
-        """Explain why the target was lost in the computed part of the run (`pftrack.analysis.explanation.Explanation`).
+    def explain(self, frame: int | None = None, *, seeds: int = 0) -> "Explanation":
+        """Explain why the target was lost in the computed part of the run.
 
         The run keeps the changes that would have saved it, and notebooks and HTML exports show them.
 
@@ -448,19 +462,10 @@ class Run:
         Raises:
             ValueError: The frame has not been computed, or the number of seeds is negative.
         """
-        found = load(PRESENTERS, "explain")(self, frame, seeds=seeds)
+        found: Explanation = load(PRESENTERS, "explain")(self, frame, seeds=seeds)
         if found.what_if is not None:
             self.explained = found
         return found
-
-    @property
-    def explained(self) -> Any:  # noqa: ANN401 - what explains runs lies above
-        """The newest explanation with changes that would have saved the run; None if none since the last change."""
-        return self._explained
-
-    @explained.setter
-    def explained(self, found: Any) -> None:  # noqa: ANN401 - see above
-        self._explained = found
 
     def _compute(self, index: int, previous: TrackState | None) -> Step:
         """Return the step of a frame, and keep its numbers and state if it is new."""

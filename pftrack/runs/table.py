@@ -97,6 +97,39 @@ def table_of(run: "Run") -> "pa.Table":
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
+def clouds_of(run: "Run") -> dict[str, NDArray[Any]]:
+    """Return the particles of the L frames that a run has computed; nothing if it has none.
+
+    Returns:
+        `cloud` (L, n, d) in the units of the model, NaN where a frame has fewer; `cloud_log_weights` (L, n), -inf
+        there; `cloud_ancestors` (L, n), places in the frame before, -1 where they are not known.
+    """
+    found = [run.experiment.trackers[step.tracker].cloud(step.state) for step in run.replay(0, run.computed)]
+    known = [(frame, one) for frame, one in enumerate(found) if one is not None]
+    if not known:
+        return {}
+    count, dimension = np.max([one.states.shape for _, one in known], axis=0)
+    cloud = np.full((len(found), count, dimension), np.nan)
+    logs, parents = np.full(cloud.shape[:2], -np.inf), np.full(cloud.shape[:2], -1)
+    for frame, one in known:
+        n, d = one.states.shape
+        cloud[frame, :n, :d], logs[frame, :n] = one.states, one.log_weights
+        if one.ancestors is not None:
+            parents[frame, :n] = one.ancestors
+    return {"cloud": cloud, "cloud_log_weights": logs, "cloud_ancestors": parents}
+
+
+def dataset_of(run: "Run", *, particles: bool) -> Any:  # noqa: ANN401 - xarray's, which is an extra
+    """Return the frames that a run has computed as a dataset of xarray, with their particles if wanted."""
+    import xarray  # noqa: PLC0415 - only who wants it has to have it
+
+    about = {it.name: ("frame", it.values, {"long_name": it.title, "units": it.unit}) for it in columns_in(run)}
+    clouds = clouds_of(run) if particles else {}
+    spread = {name: (("frame", "particle", "component")[: array.ndim], array) for name, array in clouds.items()}
+    frame = {"frame": about.pop("frame")}
+    return xarray.Dataset({**about, **spread}, frame, {"recipe": run.recipe.model_dump_json()})
+
+
 def _origins(experiment: Experiment) -> Iterator[tuple[str, _Origin]]:
     for name, title in OWN.items():
         unit = experiment.judge.unit if name in IN_UNIT_OF_RUN else UNITS.get(name, "")

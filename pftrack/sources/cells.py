@@ -112,6 +112,24 @@ class Table(NamedTuple):
     start: int
 
 
+def content_of(path: Path, most_bytes: int) -> bytes:
+    """Return the content of a file.
+
+    Raises:
+        RefusedError: It cannot be read, or is larger than allowed.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(most_bytes + 1)
+    except FileNotFoundError:
+        raise RefusedError(f"the file {path} does not exist") from None
+    except OSError as error:
+        raise RefusedError(f"{path.name} cannot be read: {error.strerror}") from None
+    if len(data) > most_bytes:
+        raise RefusedError(f"{path.name} is larger than the {most_bytes // 1024**2} MiB allowed")
+    return data
+
+
 def decode(data: bytes) -> str:
     """Return text, by its mark of byte order, as UTF-8, or else as Windows has it in Western Europe."""
     for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):

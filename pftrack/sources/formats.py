@@ -58,6 +58,11 @@ def sniff(head: bytes) -> Format:
     for found, matches in _READABLE:
         if matches(head):
             return found
+    if contained := next((what for what, matches in _CONTAINED if matches(head)), None):
+        raise RefusedError(
+            f"the file is {contained}, which is not supported; put it into MP4 with `ffmpeg -i FILE -c copy clip.mp4`, "
+            "or without `-c copy` if MP4 does not take it"
+        )
     what = next((what for what, matches in _KNOWN if matches(head)), "of an unknown format")
     raise RefusedError(f"the file is {what}, which is not supported; expected {ALLOWED}")
 
@@ -111,6 +116,11 @@ def _transport_stream(head: bytes) -> bool:
     )
 
 
+def _raw(*units: bytes) -> Callable[[bytes], bool]:
+    """Look for the first unit of a raw stream, after its start code."""
+    return _starts(*(start + unit for start in (b"\0\0\1", b"\0\0\0\1") for unit in units))
+
+
 def _text(*words: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(words)
 
@@ -142,6 +152,19 @@ _READABLE: tuple[tuple[Format, Callable[[bytes], bool]], ...] = (
     (Format("beliefs", "recording of beliefs", ""), _recording),
     (Format("beliefs", "results of a tracker", "results"), lambda head: form_of(head) is not None),
 )
+
+_CONTAINED: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
+    ("H.265 (HEVC) in a raw stream", _raw(b"\x40\1", b"\x42\1", b"\x46\1", b"\x4e\1")),
+    ("H.264 in a raw stream", _raw(b"\x06", b"\x09", b"\x27", b"\x47", b"\x67")),
+    ("MPEG in a raw stream", _raw(b"\xb0", b"\xb3", b"\xb5")),
+    ("AV1 in a raw stream", _starts(b"\x12\0\x0a")),
+    ("an IVF file", _starts(b"DKIF")),
+    ("raw pictures (Y4M)", _starts(b"YUV4MPEG2")),
+    ("Flash video (FLV)", _starts(b"FLV\1")),
+    ("Windows Media (WMV, ASF)", _starts(b"\x30\x26\xb2\x75")),
+    ("MXF", _starts(b"\x06\x0e\x2b\x34")),
+)
+"""Videos that FFmpeg puts into a container that is read here."""
 
 _KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
     ("a list of other files (ffconcat)", _text(b"ffconcat")),

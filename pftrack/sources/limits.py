@@ -27,6 +27,12 @@ class Limits:
 
 
 DEFAULT_LIMITS = Limits()
+LARGE_LIMITS = Limits(pixels=8192 * 4320, file_bytes=16 * 1024**3, cache_bytes=512 * 1024**2)
+"""On a machine of one's own: pictures of 4K and 8K, which take time and memory."""
+SMALLER = (
+    "make it smaller with `ffmpeg -i FILE -vf scale=1920:-2 small.mp4`, or on your own machine allow it with --large, "
+    "in Python large=True"
+)
 
 
 def check_bytes(size_bytes: int, limits: Limits, subject: str) -> None:
@@ -37,7 +43,7 @@ def check_bytes(size_bytes: int, limits: Limits, subject: str) -> None:
     """
     if size_bytes > limits.file_bytes:
         size, most = (f"{number / 1024**2:.4g} MiB" for number in (size_bytes, limits.file_bytes))
-        raise RefusedError(f"{subject} {size}; at most {most} are allowed")
+        raise RefusedError(f"{subject} {size}; at most {most} are allowed; {SMALLER}")
 
 
 def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
@@ -49,9 +55,8 @@ def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
     if width <= 0 or height <= 0:
         raise RefusedError(f"{subject} no size that can be read; expected from 1 to {limits.pixels:,} pixels")
     if width * height > limits.pixels:
-        raise RefusedError(
-            f"{subject} {width} x {height} = {width * height:,} pixels; at most {limits.pixels:,} are allowed"
-        )
+        size = f"{width} x {height} = {width * height:,} pixels"
+        raise RefusedError(f"{subject} {size}; at most {limits.pixels:,} are allowed; {SMALLER}")
 
 
 def natural_order(name: str) -> tuple[tuple[int, str], ...]:

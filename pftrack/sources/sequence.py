@@ -121,7 +121,8 @@ def _inspect(file: BinaryIO, limits: Limits) -> Format:
     """Tell the format of an open file before any decoder sees it."""
     found = sniff(file.read(HEAD_BYTES))
     if found.kind == "picture":
-        raise RefusedError(f"the file is one {found.title} picture, not a sequence; expected {ALLOWED}")
+        one = f"one {found.title} picture, or an animation in that format, not a sequence that is read"
+        raise RefusedError(f"the file is {one}; expected {ALLOWED}")
     check_bytes(file.seek(0, os.SEEK_END), limits, "the file has")
     file.seek(0)
     return found

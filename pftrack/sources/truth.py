@@ -10,8 +10,9 @@ A person may also mark the target in pictures of the clip: a `TruthKind` says by
 values of a frame stand.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -22,7 +23,7 @@ from pftrack.core.files import csv_text
 from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.source import Target, Truth
 from pftrack.core.refusal import RefusedError
-from pftrack.sources.cells import Table, decode, frame_in, number_in
+from pftrack.sources.cells import Table, content_of, decode, frame_in, number_in
 from pftrack.sources.cells import read_table as read_cells
 from pftrack.sources.results.writing import read_results_file
 
@@ -65,24 +66,13 @@ def boxes_outside(boxes: Iterable[tuple[int, Sequence[float]]], width: int, heig
 
 def _frames(numbers: Iterable[int]) -> str:
     """Return numbers of frames in words, such as "frames 0 to 8 and 11"."""
-    spans = list(_spans(sorted(numbers)))
-    told = [f"{first}" if first == last else f"{first} to {last}" for first, last in spans[:LISTED]]
-    if more := sum(last - first + 1 for first, last in spans[LISTED:]):
+    stretches = groupby(enumerate(sorted(numbers)), lambda one: one[1] - one[0])
+    spans = [[number for _, number in stretch] for _, stretch in stretches]
+    told = [f"{span[0]}" if len(span) == 1 else f"{span[0]} to {span[-1]}" for span in spans[:LISTED]]
+    if more := sum(map(len, spans[LISTED:])):
         told.append(f"{more:,} more")
-    several = len(told) > 1 or spans[0][0] != spans[0][1]
     words = told[0] if len(told) == 1 else f"{', '.join(told[:-1])} and {told[-1]}"
-    return f"{'frames' if several else 'frame'} {words}"
-
-
-def _spans(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Yield first and last of each stretch of numbers without a gap."""
-    first = last = numbers[0]
-    for number in numbers[1:]:
-        if number != last + 1:
-            yield first, last
-            first = number
-        last = number
-    yield first, last
+    return f"{'frames' if sum(map(len, spans)) > 1 else 'frame'} {words}"
 
 
 LARGEST_FILE_BYTES = 16 * 1024 * 1024
@@ -190,6 +180,34 @@ class TruthKind(NamedTuple):
 BOXES = TruthKind(BOX_FORM, read_truth, TruthTable, Box, ("x", "y", "width", "height"), boxes_outside)
 
 
+def within(
+    kind: TruthKind, known: Truth, frames: int, size: tuple[int, int]
+) -> tuple[dict[int, tuple[float, ...]], list[str]]:
+    """Return the rows of the frames that a recording has, and what a person has to know of them, a sentence each.
+
+    Args:
+        kind: Of the truth.
+        known: All that is given.
+        frames: How many the recording has.
+        size: Width and height of its pictures, px.
+
+    Raises:
+        RefusedError: There are none.
+    """
+    rows = {frame: row for frame, row in known.rows.items() if frame < frames}
+    if not rows:
+        least = min(known.rows, default=None)
+        found = "lists none with any" if least is None else f"begins at frame {least}"
+        raise RefusedError(
+            f"expected {kind.form.several} of the recording's frames, 0 to {frames - 1}; the file {found}"
+        )
+    warnings = [*known.warnings]
+    if beyond := len(known.rows) - len(rows):  # the table may be of a longer clip
+        listed = "a frame" if beyond == 1 else f"{beyond:,} frames"
+        warnings.append(f"The file lists {listed} after the last of the recording, {frames - 1}; they are left out.")
+    return rows, [*warnings, *kind.misfits(rows.items(), *size)]
+
+
 def write_table(rows: Mapping[int, Sequence[float]], form: Form) -> str:
     """Return the text of a file of this form, which `read_table` reads to the same values.
 
@@ -212,15 +230,7 @@ def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[st
     Raises:
         RefusedError: The file is missing, is not such a table, or has a wrong line.
     """
-    name = path.name
-    try:
-        data = path.read_bytes() if path.stat().st_size <= LARGEST_FILE_BYTES else None
-    except FileNotFoundError:
-        raise RefusedError(f"the file {path} does not exist") from None
-    except OSError as error:
-        raise RefusedError(f"{path} cannot be read: {error.strerror}") from None
-    if data is None:
-        raise RefusedError(f"{name} is larger than the {LARGEST_FILE_BYTES // 1024**2} MiB allowed")
+    name, data = path.name, content_of(path, LARGEST_FILE_BYTES)
     try:
         found, left_out = _table(read_cells(decode(data)), form)
     except RefusedError as error:

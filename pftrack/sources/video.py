@@ -19,13 +19,16 @@ The decoder below is FFmpeg through PyAV, with a fixed format and strict limits:
 - One thread, so that the same bytes give the same pictures, also where they are damaged.
 """
 
+import os
+import struct
 import threading
 import weakref
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 from typing import BinaryIO, NoReturn, cast
 
 import av
@@ -42,38 +45,13 @@ from typing_extensions import override
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.refusal import RefusedError
+from pftrack.core.texts import read_texts
 from pftrack.sources.formats import ALLOWED, Format
 from pftrack.sources.images import on_paper
 from pftrack.sources.limits import Limits, check_pixels
 from pftrack.sources.sequence import BoundedCache
 
-_CODECS = {
-    "h264": "H.264",
-    "hevc": "H.265",
-    "av1": "AV1",
-    "libdav1d": "AV1",
-    "vp8": "VP8",
-    "libvpx": "VP8",
-    "vp9": "VP9",
-    "libvpx-vp9": "VP9",
-    "theora": "Theora",
-    "mpeg4": "MPEG-4",
-    "msmpeg4v2": "DivX 2",
-    "msmpeg4": "DivX 3",
-    "h263": "H.263",
-    "mpeg1video": "MPEG-1",
-    "mpeg2video": "MPEG-2",
-    "mjpeg": "Motion JPEG",
-    "prores": "ProRes",
-    "dnxhd": "DNxHD",
-    "ffv1": "FFV1",
-    "huffyuv": "HuffYUV",
-    "ffvhuff": "HuffYUV",
-    "utvideo": "Ut Video",
-    "png": "PNG",
-    "rawvideo": "raw pictures",
-    "gif": "GIF",
-}
+_CODECS = read_texts(Path(__file__).with_name("codecs.yaml"))[0]
 _MOST_OBLONG = 4
 _NEARLY_SQUARE = 0.01
 _HEADROOM = 16
@@ -241,6 +219,8 @@ class Decoder:
         if len(streams) > 1:
             place = streams.index(stream) + 1
             self.remarks.append(f"the file has {len(streams)} streams of pictures; number {place} was taken")
+        if stream.metadata.get("alpha_mode") == "1":
+            self.remarks.append("its transparency is not read: pictures are shown as stored below it")
         if context.color_trc in WIDE:
             self.remarks.append(PALE)
         for other in self._container.streams:
@@ -324,12 +304,13 @@ class Timing:
     warnings: tuple[str, ...]
 
 
-def measure(stamps: Sequence[int | None], decoder: Decoder) -> Timing:
-    """Judge the times of all frames that a pass has decoded.
+def measure(stamps: Sequence[int | None], decoder: Decoder, *, whole: bool) -> Timing:
+    """Judge the times of frames that a pass has decoded.
 
     Args:
         stamps: One a frame, in the container's ticks, as decoded.
         decoder: The one that made the pass.
+        whole: Whether these are all of its frames.
     """
     tick_s = float(decoder.stream.time_base or 0)
     declared = decoder.stream.average_rate or decoder.stream.guessed_rate
@@ -350,7 +331,8 @@ def measure(stamps: Sequence[int | None], decoder: Decoder) -> Timing:
         warnings.append(f"the frame rate is given as {rate_hz:.4g} Hz; {USUAL_RATE_HZ:g} Hz are taken instead")
         rate_hz = USUAL_RATE_HZ
         times_s = np.arange(len(stamps)) / rate_hz
-    warnings = _missing(len(stamps), float(times_s[-1]) + 1 / rate_hz, decoder) + warnings
+    if whole:
+        warnings = _missing(len(stamps), float(times_s[-1]) + 1 / rate_hz, decoder) + warnings
     return Timing(known, tuple(times_s.tolist()), float(rate_hz), tuple(warnings))
 
 
@@ -358,6 +340,11 @@ def _unsteady(times_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]], tick_s
     gaps = np.diff(times_s)
     if gaps.size == 0 or np.ptp(gaps) <= _STEADY * np.median(gaps) + 2 * tick_s:
         return []
+    steps = gaps / np.median(gaps)
+    if steps.min() > 0.5 and (np.abs(steps - np.round(steps)) <= _STEADY / 2 + tick_s / np.median(gaps)).all():
+        lost, place = round(float((steps - 1).sum())), int(np.argmax(steps > 1 + _STEADY))
+        many = "1 frame is" if lost == 1 else f"{lost} frames are"
+        return [f"{many} missing by the times, first after frame {place}; numbers count those that are there"]
     slowest, fastest = 1 / gaps.max(), 1 / gaps.min()
     return [f"the frame rate varies between {slowest:.3g} and {fastest:.3g} Hz; frames play at the mean rate"]
 
@@ -373,6 +360,48 @@ def _missing(frames: int, lasting_s: float, decoder: Decoder) -> list[str]:
     return []
 
 
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Frames of one size in a row: which is the first, their size as stored and as shown, and what a pass found."""
+
+    first: int
+    shape: tuple[int, int]
+    size: tuple[int, int]
+    remark: str
+    stamps: list[int | None] = field(default_factory=list)
+    checksums: list[int] = field(default_factory=list)
+    keyframes: list[int] = field(default_factory=list)
+
+
+def _in_parts(parts: Sequence[_Part], chosen: _Part) -> str:
+    """Return what a person has to know of a video whose size changes, and of which the longest part is taken.
+
+    Raises:
+        RefusedError: The times of its frames do not tell one part from another.
+    """
+    spans = [
+        f"frames {part.first} to {part.first + len(part.stamps) - 1} are {part.shape[0]} x {part.shape[1]} px"
+        for part in parts[:_MOST_PARTS]
+    ]
+    said = f"the size changes: {', '.join(spans)}{', and so on' if len(parts) > _MOST_PARTS else ''}"
+    stamps = [-1 if stamp is None else stamp for part in parts for stamp in part.stamps]
+    if any(one >= other for one, other in pairwise(stamps)):
+        raise RefusedError(f"{said}; the longest part begins with frame {chosen.first}: cut it out into its own file")
+    return f"{said}; the longest part was taken, so that frame 0 is frame {chosen.first} of the file"
+
+
+def _is_joined(file: BinaryIO) -> bool:
+    """Return whether an MP4 has a second list of frames: no program looks for more than one."""
+    place, lists, end = 0, 0, file.seek(0, os.SEEK_END)
+    while place + 8 <= end:
+        file.seek(place)
+        size, kind = struct.unpack(">I4s", file.read(8))
+        lists += kind == b"moov"
+        place += max(int.from_bytes(file.read(8)) if size == 1 else size or end, 8)
+    return lists > 1
+
+
+_MOST_PARTS = 4
 _KEYFRAMES_TRIED = 3
 _MOST_KEPT_ON_THE_WAY = 48
 
@@ -461,36 +490,18 @@ class VideoSequence(FrameSequence):
         check_pixels(stream.width, stream.height, limits, "the pictures of the video have")
         # A picture whose side data were looked at is held until the next garbage collection: start again after that.
         orientation = next((orientation_of(frame) for frame in self._decoder.frames()), 0)
-        decoder, shape, size, remark = self._begin(), (0, 0), (0, 0), ""
-        stamps: list[int | None] = []
-        checksums: list[int] = []
-        keyframes: list[int] = []
-        for number, frame in enumerate(decoder.frames()):
-            if number == limits.frames:
-                raise RefusedError(f"the video has more frames than the {limits.frames:,} that are allowed")
-            if number == 0:
-                shape = frame.width, frame.height
-                check_pixels(*shape, limits, "the pictures of the video have")
-                size, remark = decoder.square_size(*shape)
-                if not square and size != shape:
-                    size, remark = shape, "pixels are not square; they are taken as they are stored, as by the run"
-                check_pixels(*size, limits, "in square pixels the pictures of the video have")
-            elif (frame.width, frame.height) != shape:
-                raise RefusedError(
-                    f"frame {number} of the video is {frame.width} x {frame.height} px and frame 0 is "
-                    f"{shape[0]} x {shape[1]} px; all must be of one size"
-                )
-            picture = decoder.rgb(frame, orientation, size)
-            if self._cache.used_bytes < limits.cache_bytes // 2:
-                self._cache.put(number, picture, picture.nbytes)
-            if frame.key_frame:
-                keyframes.append(number)
-            stamps.append(frame.pts)
-            checksums.append(zlib.crc32(picture.data))
-        if not checksums:
-            raise RefusedError("none of the video's pictures can be decoded; expected a video that plays elsewhere")
-        width, height = stored_size(size, orientation)
-        timing = measure(stamps, decoder)
+        decoder = self._begin()
+        parts = self._parts(decoder, orientation, square=square)
+        part = max(parts, key=lambda one: len(one.stamps))
+        if part is not parts[-1]:
+            self._cache.clear()
+        width, height = stored_size(part.size, orientation)
+        timing = measure(part.stamps, decoder, whole=len(parts) == 1)
+        told = [*timing.warnings, *([part.remark] if part.remark else []), *decoder.remarks]
+        if len(parts) > 1:
+            told.insert(0, _in_parts(parts, part))
+        if self._format.decoder == "mov" and _is_joined(self._file):
+            told.append("a second MP4 follows at the end of the file and is not read; `ffmpeg -f concat` joins clips")
         return FrameIndex(
             kind="gif" if self._format.kind == "gif" else "video",
             sha256=sha256,
@@ -498,12 +509,43 @@ class VideoSequence(FrameSequence):
             height=height,
             frame_rate_hz=timing.rate_hz,
             times_s=timing.times_s,
-            checksums=tuple(checksums),
+            checksums=tuple(part.checksums),
             stamps=timing.stamps,
-            keyframes=tuple(keyframes) if timing.stamps else (),
+            keyframes=tuple(part.keyframes) if timing.stamps else (),
             orientation=orientation,
-            warnings=(*timing.warnings, *([remark] if remark else []), *decoder.remarks),
+            warnings=tuple(told),
         )
+
+    def _parts(self, decoder: Decoder, orientation: int, *, square: bool) -> list[_Part]:
+        """Decode everything, and return what each stretch of frames of one size has; the last one is at hand."""
+        limits, parts = self._limits, list[_Part]()
+        for number, frame in enumerate(decoder.frames()):
+            if number == limits.frames:
+                raise RefusedError(f"the video has more frames than the {limits.frames:,} that are allowed")
+            shape = frame.width, frame.height
+            if not parts or shape != parts[-1].shape:
+                parts.append(_Part(number, shape, *self._shown_size(decoder, shape, square=square)))
+                self._cache.clear()
+            part = parts[-1]
+            picture = decoder.rgb(frame, orientation, part.size)
+            if self._cache.used_bytes < limits.cache_bytes // 2:
+                self._cache.put(number - part.first, picture, picture.nbytes)
+            if frame.key_frame:
+                part.keyframes.append(number - part.first)
+            part.stamps.append(frame.pts)
+            part.checksums.append(zlib.crc32(picture.data))
+        if not parts:
+            raise RefusedError("none of the video's pictures can be decoded; expected a video that plays elsewhere")
+        return parts
+
+    def _shown_size(self, decoder: Decoder, shape: tuple[int, int], *, square: bool) -> tuple[tuple[int, int], str]:
+        """Return the size in which pictures are shown, and a sentence where their pixels are not square."""
+        check_pixels(*shape, self._limits, "the pictures of the video have")
+        size, remark = decoder.square_size(*shape)
+        if not square and size != shape:
+            size, remark = shape, "pixels are not square; they are taken as they are stored, as by the run"
+        check_pixels(*size, self._limits, "in square pixels the pictures of the video have")
+        return size, remark
 
     def _begin(self) -> Decoder:
         """Return to the start of the file with a fresh decoder."""

@@ -32,6 +32,18 @@ def test_a_file_is_run_swept_and_replayed(call: Call, file: Path, tmp_path: Path
     assert not any(row["problem"] for row in rows)
 
 
+def test_what_a_file_prints_is_not_the_result(call: Call, tmp_path: Path) -> None:
+    """It goes to standard error, and so does a sentence on frames in which all weights are zero."""
+    body = "print('loaded')\nimport numpy as np\ndef log_likelihood(states, frame, parameters):\n    print('asked')\n"
+    path = tmp_path / "talks.py"
+    path.write_text(f"{body}    return np.full(len(states), -np.inf)\n")
+    status, out, err = call("run", "sine", "--tracker", path, "--frames", 4, "--json")
+    assert (status, json.loads(out)["tracker"]) == (0, "talks")
+    assert "loaded" in err
+    assert "asked" in err
+    assert "all weights were zero in 3 of 4 frames, first in frame 1; equal weights took their place" in err
+
+
 def test_what_stands_in_the_way_is_said_in_a_line(call: Call, file: Path, tmp_path: Path) -> None:
     """A file that is there, one with another name, one that breaks, and one that somebody else has written."""
     refused(call("new", "filter", file, "--experiment", "ball"), 1, "is there already")

@@ -51,6 +51,14 @@ def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> Non
     assert [box[:6] for box in again.boxes] == [box[:6] for box in read_results_file(folder / "results.txt").boxes]
 
 
+def test_of_several_targets_it_is_told_which_is_measured(call: Call, folder: Path) -> None:
+    """Their number and the chosen one stand in the result, and a note says how to choose."""
+    arguments = "open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt", "--json"
+    _, out, err = call(*arguments)
+    assert (json.loads(out)["targets"], json.loads(out)["measured_target"]) == (2, 1)
+    assert "it has 2 targets, and target 1 is measured; --set selected_target=NUMBER chooses another" in err
+
+
 def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
     """A clip holds no results, and a form must be known."""
     refused(call("open", folder / "clip.mp4", "--no-show"), 1, "holds no results")

@@ -69,6 +69,7 @@ def test_without_json_people_get_a_table(call: Call) -> None:
     assert "the defaults" in out
     assert "estimates sha256" in out
     assert "mean error" in out
+    assert json.loads(call("run", "sine", "--frames", 10, "--json")[1])["estimates_sha256"] in out  # nothing is folded
 
 
 def test_a_clip_is_tracked_and_scored_against_its_table(call: Call, clip: Path) -> None:
@@ -146,13 +147,16 @@ def test_a_clip_begins_at_its_first_frame_with_truth(call: Call, clip: Path, tmp
 
 
 def test_a_truth_outside_the_picture_is_told(call: Call, clip: Path, tmp_path: Path) -> None:
-    """As of a clip of another size; what lies in the picture, or after the last frame, is nothing to tell."""
+    """As of a clip of another size, or after the last frame; where all is after it, there is nothing to measure."""
     inside = clip.with_name("truth.csv")
     assert "outside" not in call(*on_clip(clip, "--truth", inside, "--json"))[2]
     large = tmp_path / "large.csv"
     large.write_text("frame,x,y,w,h\n" + "".join(f"{frame},200,300,100,80\n" for frame in range(2 * FRAMES)))
     error = call(*on_clip(clip, "--truth", large, "--json"))[2]
     assert f"pftrack: {FRAMES} of {FRAMES} true boxes lie wholly outside the picture of 120 x 80 px: frames" in error
+    assert f"The file lists {FRAMES} frames after the last of the recording, {FRAMES - 1}; they are left out." in error
+    large.write_text("frame,x,y,w,h\n1001,20,30,10,8\n")
+    refused(call(*on_clip(clip, "--truth", large)), 1, f"of the recording's frames, 0 to {FRAMES - 1}", "at frame 1001")
 
 
 def test_a_run_on_a_clip_replays_with_its_truth_and_moves_with_its_clip(call: Call, clip: Path, tmp_path: Path) -> None:

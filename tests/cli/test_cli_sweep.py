@@ -271,6 +271,9 @@ def test_a_report_is_written_beside_the_result(call: Call, tmp_path: Path) -> No
     assert (status, err, found["runs"], found["complete"]) == (0, "", 8, True)
     assert Path(found["page"]) == tmp_path / "other" / "index.html"
     assert all(Path(path).exists() for path in found["files"])
+    (row,) = found["tables"][0]["rows"]
+    assert row[:2] == ["h-spf", 8]
+    assert all(isinstance(each, float | list) for each in row[2:])
     assert (tmp_path / "other" / "success.svg").exists()
     status, text, _ = call("report", out, "--x", "width", "--json")
     assert status == 1

@@ -12,6 +12,7 @@ import pytest
 import pftrack
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.output.displays import MISSING, quantity, run_html, summary_lines, track
+from tests.making import disc_film
 
 WIDE = {"occlusion_width_px": 70.0}
 
@@ -122,6 +123,31 @@ def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_pat
         pftrack.run("ball", mark={"kind": "box"})
     with pytest.raises(RefusedError, match="two to four runs"):
         pftrack.compare(run)
+
+
+def test_a_run_is_begun_from_a_box_and_measured_by_a_truth(tmp_path: Path) -> None:
+    """They are those of a clip; a run may be left at its first frame, and a truth of other frames is refused."""
+    clip = tmp_path / "clip.mp4"
+    clip.write_bytes(disc_film(12))
+    given = {"recording": clip, "box": (36, 56, 9, 9), "seed": 2}
+    truth = dict.fromkeys(range(2, 9), (36, 56, 9, 9))
+    begun = pftrack.run("ball", **given, truth=truth, finish=False)
+    assert (begun.computed, begun.frames, begun.setup.footage.start) == (0, 10, 2)
+    (tmp_path / "gt.csv").write_text("frame,x,y,w,h\n" + "".join(f"{frame},36,56,9,9\n" for frame in truth))
+    done = pftrack.run("ball", **given, truth=tmp_path / "gt.csv")
+    assert done.summary().labelled_frames == 7
+    assert done.recipe.footage.truth == truth
+    with pytest.raises(RefusedError, match="expected a truth of frames 0 to 11"):
+        pftrack.run("ball", **given, start=0, truth={40: (1, 2, 3, 4)})
+    with pytest.raises(ParameterError, match="the only mark"):
+        pftrack.run("ball", **given, mark={"kind": "box"})
+
+
+def test_the_library_knows_its_modules() -> None:
+    """`import pftrack` is enough to name them."""
+    program = "import pftrack; assert pftrack.sources.results; assert 'sweep' in dir(pftrack); pftrack.nothing"
+    done = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True)
+    assert "module 'pftrack' has no attribute 'nothing'" in done.stderr
 
 
 def test_importing_the_library_loads_nothing_until_it_is_asked_for() -> None:

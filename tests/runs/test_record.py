@@ -22,6 +22,7 @@ from pftrack.runs import record
 from pftrack.runs.record import read, read_saved, save
 from pftrack.runs.reproduction import load, make
 from pftrack.runs.run import Run
+from pftrack.runs.table import clouds_of
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.sessions.create import SessionCreate
 from pftrack_server.sessions.spec import BranchSpec, RunSnapshot, SessionSpec
@@ -88,6 +89,23 @@ def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
     assert columns["series_samples"].tolist() == [list(row.vector("samples") or ()) for row in run.diagnostics]
     assert np.array_equal(states["states_20"], run.seek(20).state.particles.states)
     assert run.position == 20
+    clouds = clouds_of(run)
+    assert all(np.array_equal(states[name], clouds[name], equal_nan=True) for name in clouds)
+    count = run.parameters_at(0).sample_count
+    assert clouds["cloud"].shape[:2] == clouds["cloud_log_weights"].shape == (run.computed + 1, count)
+    cloud = run.experiment.trackers[run.tracker].cloud(run.seek(20).state)
+    assert cloud is not None
+    assert np.array_equal(clouds["cloud"][20], cloud.states)
+    assert np.exp(clouds["cloud_log_weights"]).sum(axis=1) == pytest.approx(1)
+    assert clouds["cloud_ancestors"][20].tolist() == np.asarray(cloud.ancestors).tolist()
+
+
+def test_a_run_is_a_dataset(run: Run) -> None:
+    """With titles and units, and the particles if wanted, for which xarray has to be there."""
+    pytest.importorskip("xarray", reason="xarray is an extra")
+    made = run.to_xarray(particles=True)
+    assert made["estimate_0"].attrs["units"] == "px"
+    assert made["cloud"].dims == ("frame", "particle", "component")
 
 
 def test_the_clock_may_be_before_1980(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -206,14 +206,48 @@ def test_a_giant_declared_size_is_refused_unseen(
         open_sequence(path)
 
 
-def test_pictures_of_different_sizes_are_refused(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
-    """A video whose pictures change their size is refused with the frame and both sizes."""
+def test_sizes_whose_times_overlap_are_refused(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
+    """Two videos in one file are refused if the times of their frames are the same, with the longest part."""
     one = make_film(tmp_path / "one.ts", [make_picture(0)] * 5).read_bytes()
-    two = make_film(tmp_path / "two.ts", [make_picture(0, 128, 96)] * 5).read_bytes()
+    two = make_film(tmp_path / "two.ts", [make_picture(0, 128, 96)] * 8).read_bytes()
     path = tmp_path / "both.ts"
     path.write_bytes(one + two)
-    with pytest.raises(RefusedError, match="is 128 x 96 px and frame 0 is 96 x 64 px; all must be of one size"):
+    with pytest.raises(RefusedError, match=r"are 128 x 96 px; the longest part begins with frame [45]: cut it out"):
         open_sequence(path)
+
+
+def test_of_several_sizes_the_longest_part_is_taken(
+    tmp_path: Path, make_film: Film, make_picture: Draw, read_number: Read
+) -> None:
+    """Its frames are reached in any order, and a sentence tells which frame of the file is the first."""
+    films = [([make_picture(n, 128, 96) for n in range(5)]), ([make_picture(n) for n in range(9)])]
+    with av.open(str(tmp_path / "both.ts"), "w") as output:
+        stream, before = None, 0
+        for place, pictures in enumerate(films):
+            with av.open(str(make_film(tmp_path / f"{place}.ts", pictures, between=0, group=4))) as part:
+                stream = stream or output.add_stream_from_template(part.streams.video[0])
+                packets = [packet for packet in part.demux(part.streams.video[0]) if packet.dts is not None]
+                first = packets[0].dts
+                for packet in packets:
+                    packet.pts, packet.dts = packet.pts - first + before, packet.dts - first + before
+                    packet.stream = stream
+                    output.mux(packet)
+                before += 3600 * len(pictures)
+    sequence = opened(tmp_path / "both.ts")
+    assert (sequence.frame_count, sequence.size) == (9, (96, 64))
+    assert [read_number(sequence.picture(number)) for number in (8, 0, 5, 1)] == [8, 0, 5, 1]
+    assert "frames 0 to 4 are 128 x 96 px" in sequence.index.warnings[0]
+    assert "frame 0 is frame 5 of the file" in sequence.index.warnings[0]
+    again = opened(tmp_path / "both.ts", index=sequence.index)
+    assert read_number(again.picture(7)) == 7
+
+
+def test_a_second_video_at_the_end_of_an_mp4_is_told(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
+    """No program shows it, so it must not seem to be read."""
+    one = make_film(tmp_path / "one.mp4", [make_picture(0)] * 5)
+    assert opened(one).index.warnings == ()
+    one.write_bytes(2 * one.read_bytes())
+    assert "a second MP4 follows" in opened(one).index.warnings[-1]
 
 
 @pytest.mark.parametrize("name", ["missing.mp4", "/dev/null", "/dev/zero"])

@@ -1,5 +1,7 @@
 """What a file is, its first bytes tell."""
 
+import re
+
 import pytest
 
 from pftrack.core.refusal import RefusedError
@@ -46,6 +48,26 @@ def test_tables_are_told_by_the_names_of_their_columns(header: str, kind: str) -
     """Places alone are tracks, places with sides or with the other edges are boxes, by any name that programs use."""
     numbers = (";" if ";" in header else ",").join("123456"[: 1 + max(header.count(","), header.count(";"))])
     assert sniff(f"{header}\n{numbers}\n".encode()).kind == kind
+
+
+@pytest.mark.parametrize(
+    ("head", "what"),
+    [
+        (b"\0\0\0\1\x40\1\x0c\1", "H.265 (HEVC) in a raw stream"),
+        (b"\0\0\1\x46\1\x50", "H.265 (HEVC) in a raw stream"),
+        (b"\0\0\0\1\x67\x64\0\x0a", "H.264 in a raw stream"),
+        (b"\0\0\0\1\x09\xf0\0\0\1\x67", "H.264 in a raw stream"),
+        (b"\0\0\1\xb3\x14", "MPEG in a raw stream"),
+        (b"DKIF\0\0\x20\0VP80", "an IVF file"),
+        (b"YUV4MPEG2 W320 H180 F25:1", "raw pictures (Y4M)"),
+        (b"FLV\1\1\0", "Flash video (FLV)"),
+        (b"\x30\x26\xb2\x75\x8e\x66", "Windows Media (WMV, ASF)"),
+    ],
+)
+def test_videos_without_a_container_that_is_read_are_named(head: bytes, what: str) -> None:
+    """Raw streams and other containers are refused by name, with the command that makes an MP4 of them."""
+    with pytest.raises(RefusedError, match=re.escape(f"the file is {what}, which is not supported; put it into MP4")):
+        sniff(head)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import pftrack
 from pftrack.core.refusal import RefusedError
@@ -352,6 +354,41 @@ def test_results_survive_being_opened_and_written(tmp_path: Path, suffix: str) -
     first, again = (read_results((tmp_path / f"{name}.{suffix}").read_bytes()) for name in ("results", "again"))
     assert [(*box[:6], box.label) for box in again.boxes] == [(*box[:6], box.label) for box in first.boxes]
     assert again.frames == first.frames
+
+
+sides = st.tuples(*[st.floats(-500, 500)] * 2, *[st.floats(1.01, 500)] * 2)
+
+
+@pytest.mark.parametrize("form", [form for form in FORMS if form != "csv"])
+@given(
+    places=st.lists(st.tuples(st.integers(0, 30), st.integers(0, 3)), min_size=1, max_size=20, unique=True),
+    rectangles=st.lists(sides, min_size=20, max_size=20),
+    names=st.lists(st.text("aé &<\"'>ß", min_size=1, max_size=9).filter(str.strip), min_size=4, max_size=4),
+    more=st.integers(0, 3),
+)
+def test_frames_ids_labels_and_lines_survive(
+    form: str,
+    places: list[tuple[int, int]],
+    rectangles: list[tuple[float, float, float, float]],
+    names: list[str],
+    more: int,
+) -> None:
+    """Whatever boxes are written, in every form, are read as what they were."""
+    single = form in {"otb", "vot"}
+    chosen = {(frame, 1 if single else target) for frame, target in places}
+    labels = [name.strip() for name in names] if form in {"cvat", "coco"} else [""] * 4
+    boxes = [
+        Box(frame, target, *rectangle, label=labels[target])
+        for (frame, target), rectangle in zip(sorted(chosen), rectangles, strict=False)
+    ]
+    frames = boxes[-1].frame + 1 + more
+    data = write_results(form, boxes, frames=frames, size=(640, 480), rate_hz=25.0)  # type: ignore[arg-type]
+    if single:
+        assert data.count(b"\n") == frames
+    table = read_results(data, form=form if single else None)  # type: ignore[arg-type]
+    assert [(*box[:2], box.label) for box in table.boxes] == [(*box[:2], box.label) for box in boxes]
+    assert np.array([box[2:6] for box in table.boxes]) == pytest.approx(np.array([b[2:6] for b in boxes]), abs=1e-4)
+    assert table.frames == (boxes[-1].frame + 1 if form == "mot" else frames)
 
 
 def test_no_bytes_are_too_odd_to_be_told_from_results() -> None:

@@ -15,7 +15,7 @@ from PIL import Image
 
 from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import RefusedError
-from pftrack.sources.limits import Limits
+from pftrack.sources.limits import LARGE_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import Decoder, VideoSequence
 from tests.sources.films import Draw, Film, Read, decoded, opened
@@ -213,6 +213,21 @@ def test_a_varying_rate_is_counted_and_told(
     np.testing.assert_allclose(sequence.times_s * 1000, times, atol=1)
     assert sequence.frame_rate_hz == pytest.approx(9 / 0.75, rel=0.02)
     assert any("varies between 3.33 and 100 Hz" in warning for warning in sequence.index.warnings)
+
+
+def test_missing_frames_are_counted(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
+    """Times that leave out whole frames tell how many, and after which; numbers count the frames that are there."""
+    times = [40 * number for number in (0, 1, 2, 5, 6, 8, 9, 10)]
+    path = make_film(tmp_path / "clip.mkv", [make_picture(number) for number in range(8)], times_ms=times)
+    assert opened(path).index.warnings[0].startswith("3 frames are missing by the times, first after frame 2")
+
+
+def test_large_pictures_can_be_allowed(tmp_path: Path, make_film: Film) -> None:
+    """4K is refused with what to do, and read with the limits of a machine of one's own."""
+    path = make_film(tmp_path / "4k.mp4", [np.zeros((2160, 3840, 3), np.uint8)], codec_options={"preset": "ultrafast"})
+    with pytest.raises(RefusedError, match=r"scale=1920:-2 .* allow it with --large, in Python large=True"):
+        opened(path)
+    assert opened(path, LARGE_LIMITS).size == (3840, 2160)
 
 
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])

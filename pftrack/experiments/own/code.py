@@ -30,7 +30,7 @@ import threading
 import tokenize
 import typing
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from pathlib import Path
@@ -444,6 +444,8 @@ class FilterCode:
         left, _ = signal.setitimer(signal.ITIMER_REAL, LONGEST_STEP_S)
         try:
             yield
+        except _TimeoutError:  # in the library, which the file has called or which compiles
+            raise FilterFileError(self.file, None, f"took longer than {LONGEST_STEP_S:g} s for a frame") from None
         finally:
             signal.setitimer(signal.ITIMER_REAL, left)
             signal.signal(signal.SIGALRM, before)
@@ -452,7 +454,8 @@ class FilterCode:
     def _telling(self) -> Iterator[None]:
         """Say of what is raised in which line of the file it was."""
         try:
-            with np.errstate(all="ignore"):  # what comes of it is looked at
+            # What comes of it is looked at, and what it prints is not the result of a command.
+            with np.errstate(all="ignore"), redirect_stdout(sys.stderr):
                 yield
         except FilterFileError:
             raise

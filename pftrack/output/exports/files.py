@@ -29,7 +29,7 @@ from pftrack.runs.loss_probability import PREFIX
 from pftrack.runs.manifest import embed, extent_of, title_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
-from pftrack.runs.table import columns_in, table_of
+from pftrack.runs.table import clouds_of, columns_in, table_of
 from pftrack.sources.results.table import Box, Form
 from pftrack.sources.results.writing import write_results
 
@@ -76,6 +76,20 @@ def npz_of(run: Run, path: Path) -> Steps:
     arrays: dict[str, Any] = {MEMBER: np.array(embed(run)), **{it.name: it.values for it in columns_in(run)}}
     with path.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
+    yield run.computed + 1, run.computed + 1
+
+
+def cloud_npz_of(run: Run, path: Path) -> Steps:
+    """Write the particles of all frames as NPZ, as `pftrack.runs.table.clouds_of` has them, and the manifest.
+
+    Raises:
+        ConflictError: It has none.
+    """
+    clouds = clouds_of(run)
+    if not clouds:
+        raise ConflictError(f"{run.tracker} has no particles")
+    with path.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **{MEMBER: np.array(embed(run))}, **clouds)
     yield run.computed + 1, run.computed + 1
 
 

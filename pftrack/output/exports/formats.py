@@ -335,6 +335,7 @@ WRITERS: Mapping[str, Write] = {
     "csv": _table(files.csv_of),
     "parquet": _table(files.parquet_of),
     "npz": _table(files.npz_of),
+    "cloud": _table(files.cloud_npz_of),
     "jsonl": _table(files.json_lines_of),
     "mp4": _table(files.mp4_of),
     "gif": _table(files.gif_of),

@@ -22,6 +22,10 @@ from pftrack.sources.results.table import ResultTable
 from pftrack.sources.results.writing import read_results_file
 
 Part: TypeAlias = Literal["clip", "results", "truth"]
+RESULTS: Part = "results"
+TABLE = (".csv", ".tsv", ".txt")
+NAMED = b"frame,x,y,w,h\n0,1,1,1,1\n"
+"""Beginning of a table after a person has named its columns."""
 
 MOST_FILES = 8
 """More files than so many are pictures, or nothing that goes together."""
@@ -29,18 +33,22 @@ MOST_FILES = 8
 TRUE = re.compile(r"(^|[^a-z])(gt|(ground[ _-]?)?truth)([^a-z]|$)", re.IGNORECASE)
 
 
-def part_names(heads: Mapping[str, bytes]) -> dict[Part, str] | None:
+def part_names(heads: Mapping[str, bytes], *, named: bool = False) -> dict[Part, str] | None:
     """Return which of several files is what; None if they are something else, such as pictures.
 
     Args:
         heads: Of each file by its name, `HEAD_BYTES` or fewer.
+        named: Whether a person names the columns of a table that is not understood.
 
     Raises:
         RefusedError: There are results among them, but they do not go together.
     """
     if not 2 <= len(heads) <= MOST_FILES:
         return None
-    found = {name: _sniffed(head) for name, head in heads.items()}
+    found = {
+        name: _sniffed(head) or (_sniffed(NAMED) if named and name.lower().endswith(TABLE) else None)
+        for name, head in heads.items()
+    }
     kinds = {name: None if each is None else each.kind for name, each in found.items()}
     if "beliefs" not in kinds.values() or "picture" in kinds.values():
         return None

@@ -191,7 +191,7 @@ def _read(raw: Any) -> table.ResultTable:  # noqa: ANN401 - JSON
     boxes = []
     for number, one in enumerate(annotations):
         if one["image_id"] in place:
-            sides = _turned(_sides(one.get("bbox"), one.get("segmentation")), one.get("attributes") or {})
+            sides = _turned(_sides(one.get("bbox"), one.get("segmentation")), one.get("attributes"))
             target = next(tracks)
             boxes.append(
                 (
@@ -211,12 +211,12 @@ def _sides(bbox: Any, polygons: Any = None) -> Sides:  # noqa: ANN401 - JSON
     return x, y, w, h
 
 
-def _turned(sides: Sides, said: Mapping[str, Any]) -> Sides:
+def _turned(sides: Sides, said: Mapping[str, Any] | None) -> Sides:
     """Return the smallest upright box around a box that may be turned, by degrees clockwise about its middle."""
-    if said.get("rotation") is None:
-        return sides
     x, y, across, down = sides
-    angle = math.radians(float(said["rotation"]))
+    angle = math.radians(float((said or {}).get("rotation") or 0))
+    if not angle:
+        return sides
     cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
     w, h = across * cos + down * sin, across * sin + down * cos
     return x + (across - w) / 2, y + (down - h) / 2, w, h
@@ -290,7 +290,12 @@ def _by_video(
 
 
 MOST_DIGITS = 9
-SHAPES = ("box", "polygon", "polyline", "points", "ellipse", "mask")
+SIDES = {
+    "box": ("xtl", "ytl", "xbr", "ybr"),
+    "ellipse": ("cx", "cy", "rx", "ry"),
+    "mask": ("left", "top", "width", "height"),
+}
+SHAPES = (*SIDES, "polygon", "polyline", "points")
 """Of CVAT, around which there is a box."""
 
 
@@ -334,26 +339,17 @@ def read_cvat(data: bytes) -> table.ResultTable:
 def _shape(element: Any) -> Sides:  # noqa: ANN401 - as below
     """Return the smallest upright box around a shape; NaN if it is broken."""
     try:
-        if element.tag in {"polygon", "polyline", "points"}:
-            return _polygon(element)
-        if element.tag == "ellipse":
-            x, y, across, down = (_number(element, name) for name in ("cx", "cy", "rx", "ry"))
-            return _turned((x - across, y - down, 2 * across, 2 * down), element.attrib)
-        if element.tag == "mask":
-            x, y, w, h = (_number(element, name) for name in ("left", "top", "width", "height"))
-            return x, y, w, h
-        left, top, right, bottom = (_number(element, name) for name in ("xtl", "ytl", "xbr", "ybr"))
-        return _turned((left, top, right - left, bottom - top), element.attrib)
+        if element.tag not in SIDES:
+            numbers = [float(number) for point in element.get("points", "").split(";") for number in point.split(",")]
+            return table.around(numbers) if len(numbers) % 2 == 0 else NOWHERE
+        x, y, across, down = (float(element.get(name, "")) for name in SIDES[element.tag])
     except ValueError:
         return NOWHERE
-
-
-def _polygon(element: Any) -> tuple[float, float, float, float]:  # noqa: ANN401 - as below
-    text = element.get("points", "")
-    numbers = [number for point in text.split(";") for number in table.numbers_of(point) or ()]
-    if len(numbers) < 6 or len(numbers) != 2 * len(text.split(";")):
-        raise RefusedError(f"<polygon> must have points such as 1,2;3,4;5,6, got {text[:40]!r}")
-    return table.around(numbers)
+    if element.tag == "ellipse":
+        x, y, across, down = x - across, y - down, 2 * across, 2 * down
+    elif element.tag == "box":
+        across, down = across - x, down - y
+    return _turned((x, y, across, down), element.attrib)
 
 
 def _whole(element: Any, name: str) -> int:  # noqa: ANN401 - an element has no public type that all Pythons share
@@ -365,14 +361,6 @@ def _whole(element: Any, name: str) -> int:  # noqa: ANN401 - an element has no 
 
 def _is_whole(text: str) -> bool:
     return text.isdecimal() and len(text) <= MOST_DIGITS
-
-
-def _number(element: Any, name: str) -> float:  # noqa: ANN401
-    text = element.get(name, "")
-    try:
-        return float(text)
-    except ValueError:
-        raise RefusedError(f"<{element.tag}> must have a number {name}, got {text[:40]!r}") from None
 
 
 # Reading results: which form a file has, its content tells; what was guessed is said.
@@ -425,13 +413,8 @@ def read_results_file(
     Raises:
         RefusedError: It cannot be read, or is none; the sentence begins with its name.
     """
+    data = cells.content_of(path, LARGEST_FILE_BYTES)
     try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST_FILE_BYTES + 1)
         return read_results(data, form=form, first_frame=first_frame, first_pixel=first_pixel)
-    except FileNotFoundError:
-        raise RefusedError(f"the file {path} does not exist") from None
-    except OSError as error:
-        raise RefusedError(f"{path.name} cannot be read: {error.strerror}") from None
     except RefusedError as error:
         raise RefusedError(f"{path.name}: {error}") from None

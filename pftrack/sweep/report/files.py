@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -375,8 +376,23 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report as JSON values."""
-        shown = [{"title": it.title, "columns": it.columns, "rows": it.rows} for it in self.tables]
+        shown = [
+            {"title": it.title, "columns": it.columns, "rows": [[*map(_numbers_in, row)] for row in it.rows]}
+            for it in self.tables
+        ]
         return {**self.figures, "tables": shown, "files": [str(path) for path in self.files], "page": str(self.page)}
+
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.])")
+
+
+def _numbers_in(cell: str) -> Any:  # noqa: ANN401 - JSON
+    """Return the number in a cell, several as a list, of another text itself, and None of an empty cell."""
+    bare = re.sub(r"(?<=\d)-(?=\d)", " ", cell)  # an interval
+    found = [float(text.replace(",", "")) for text in NUMBER.findall(bare)]
+    if not found or NUMBER.sub("", bare).strip(" ()to"):
+        return cell or None
+    return found[0] if len(found) == 1 else found
 
 
 def write_report(

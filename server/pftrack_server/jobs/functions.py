@@ -25,9 +25,11 @@ from pftrack.core.model.source import FrameSequence
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.sources.limits import Limits
+from pftrack.sources.results.parts import RESULTS
 from pftrack.sources.results.table import rename
 from pftrack.sources.results.writing import LARGEST_FILE_BYTES
 from pftrack.sources.sequence import Recording, open_sequence
+from pftrack.sources.truth import within
 from pftrack.vision.rendering import over
 
 # How long one request searches a recording; a client that wants to continue asks again.
@@ -56,7 +58,7 @@ def index_frames(path: str, limits: Limits, memory_bytes: int, columns: Mapping[
     os.environ.clear()
     try:
         if columns is not None:
-            _name_columns(Path(path), columns)
+            _name_columns(Path(path, RESULTS) if Path(path).is_dir() else Path(path), columns)
         sequence = open_sequence(Path(path), limits)
     except MemoryError:
         allowed = f"{memory_bytes / MEBIBYTE:,.4g} MiB"
@@ -238,18 +240,8 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
         elif message.startswith(name):
             message = f"the file{message.removeprefix(name)}"
         raise RefusedError(message) from None
-    rows = {frame: row for frame, row in table.rows.items() if frame < frames}
-    if not rows:
-        least = min(table.rows, default=None)
-        found = "lists none with any" if least is None else f"begins at frame {least}"
-        raise RefusedError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
-    view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
-    warnings = [*table.warnings]
-    if beyond := len(table.rows) - len(rows):  # the table may be of a longer clip
-        listed = "a frame" if beyond == 1 else f"{beyond:,} frames"
-        warnings.append(f"The file lists {listed} after the last of the upload, {frames - 1}; they are left out.")
-    warnings += kind.misfits(rows.items(), *size)
-    return {**view, "warnings": warnings, "rows": rows}
+    rows, warnings = within(kind, table, frames, size)
+    return {"frames": len(rows), "first": min(rows), "last": max(rows), "warnings": warnings, "rows": rows}
 
 
 def _open_at(recording: Recording, number: int) -> FrameSequence:

@@ -60,7 +60,7 @@ def test_a_run_that_plays_goes_on_playing(client: httpx.Client, upload: str) -> 
     longer = BOXES + "".join(f"{frame},31,51,19,19\n" for frame in range(12, 15))
     told = give(client, session, longer).raise_for_status().json()
     assert told["frames"] == 12
-    assert told["warnings"] == ["The file lists 3 frames after the last of the upload, 11; they are left out."]
+    assert told["warnings"] == ["The file lists 3 frames after the last of the recording, 11; they are left out."]
     assert client.get(f"/api/v1/sessions/{session}").json()["state"] == "playing"
 
 

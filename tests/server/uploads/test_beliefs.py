@@ -72,6 +72,10 @@ def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
     taken = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=files)
     assert taken.status_code == 201, taken.text
     assert (taken.json()["kind"], taken.json()["frames"]) == ("beliefs", 5)
+    several = [("file", ("walk.mp4", video(5))), ("file", ("walk.csv", table))]
+    beside = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=several)
+    assert beside.status_code == 201, beside.text
+    assert (beside.json()["name"], beside.json()["kind"]) == ("walk.csv on walk.mp4", "beliefs")
     wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files)
     assert "Expected the frame" in error_of(wrong, 422)["message"]
     error_of(client.post("/api/v1/uploads/table", json={"text": "a,b\n1,2\n"}), 422)
