@@ -266,8 +266,9 @@ def _footage(known: Footage | None, recording: PathOrName | None, said: Mapping[
         return None
     if known is not None and not changes:
         return None
-    begun = known if known is not None and "mark" not in changes else Footage(name=Path(recording or known.name).name)
-    return Footage.model_validate({**begun.model_dump(), **changes})
+    if known is None or "mark" in changes:
+        known = Footage(name=Path(recording or (known.name if known else "")).name)
+    return Footage.model_validate({**known.model_dump(), **changes})
 
 
 def _opener(

@@ -135,7 +135,7 @@ def test_a_run_is_begun_from_a_box_and_measured_by_a_truth(tmp_path: Path) -> No
     assert (begun.computed, begun.frames, begun.setup.footage.start) == (0, 10, 2)
     (tmp_path / "gt.csv").write_text("frame,x,y,w,h\n" + "".join(f"{frame},36,56,9,9\n" for frame in truth))
     done = pftrack.run("ball", **given, truth=tmp_path / "gt.csv")
-    assert done.summary().labelled_frames == 7
+    assert done.summary().verdict.labelled_frames == 7
     assert done.recipe.footage.truth == truth
     with pytest.raises(RefusedError, match="expected a truth of frames 0 to 11"):
         pftrack.run("ball", **given, start=0, truth={40: (1, 2, 3, 4)})

@@ -33,12 +33,12 @@ MOST_FILES = 8
 TRUE = re.compile(r"(^|[^a-z])(gt|(ground[ _-]?)?truth)([^a-z]|$)", re.IGNORECASE)
 
 
-def part_names(heads: Mapping[str, bytes], *, named: bool = False) -> dict[Part, str] | None:
+def part_names(heads: Mapping[str, bytes], *, by_hand: bool = False) -> dict[Part, str] | None:
     """Return which of several files is what; None if they are something else, such as pictures.
 
     Args:
         heads: Of each file by its name, `HEAD_BYTES` or fewer.
-        named: Whether a person names the columns of a table that is not understood.
+        by_hand: Whether a person names the columns of a table that is not understood.
 
     Raises:
         RefusedError: There are results among them, but they do not go together.
@@ -46,7 +46,7 @@ def part_names(heads: Mapping[str, bytes], *, named: bool = False) -> dict[Part,
     if not 2 <= len(heads) <= MOST_FILES:
         return None
     found = {
-        name: _sniffed(head) or (_sniffed(NAMED) if named and name.lower().endswith(TABLE) else None)
+        name: _sniffed(head) or (_sniffed(NAMED) if by_hand and name.lower().endswith(TABLE) else None)
         for name, head in heads.items()
     }
     kinds = {name: None if each is None else each.kind for name, each in found.items()}

@@ -160,7 +160,7 @@ async def take_in(
         ApiError: There is no room for this upload (507).
     """
     await asyncio.to_thread(check_room, store, settings, received.size_bytes)
-    content, names, title = await _to_the_end(_arrange, folder, received, named=columns is not None)
+    content, names, title = await _to_the_end(_arrange, folder, received, by_hand=columns is not None)
 
     def look() -> Coroutine[Any, Any, FrameIndex]:
         return probe(tasks, content, limits_of(settings), columns=columns, stopped=stopped)
@@ -219,7 +219,7 @@ def _free_name(name: str, taken: Container[str]) -> str:
     return next(each for each in chain([name[:LONGEST_NAME]], numbered) if each not in taken)
 
 
-def _arrange(folder: Path, received: Received, *, named: bool) -> tuple[Path, dict[str, str], str]:
+def _arrange(folder: Path, received: Received, *, by_hand: bool) -> tuple[Path, dict[str, str], str]:
     """Return the path of one file, or a folder of several: results with their clip, or pictures in order.
 
     Pictures are in the natural order of their names. Also returned are a mapping from the names in the folder to the
@@ -234,7 +234,7 @@ def _arrange(folder: Path, received: Received, *, named: bool) -> tuple[Path, di
         return received.paths[0], {}, received.names[0]
     inside = folder / "files"
     inside.mkdir()
-    if (parts := part_names({name: _head(path) for name, path in files.items()}, named=named)) is not None:
+    if (parts := part_names({name: _head(path) for name, path in files.items()}, by_hand=by_hand)) is not None:
         for part, name in parts.items():
             files[name].rename(inside / part)
         return inside, {}, f"{parts['results']} on {parts['clip']}" if "clip" in parts else parts["results"]
