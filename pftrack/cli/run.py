@@ -341,7 +341,10 @@ def open_results(
         if targets["targets"] > 1:
             said = f"it has {targets['targets']} targets, and target {targets['measured_target']} is measured"
             output.note(f"pftrack: {said}; --set selected_target=NUMBER chooses another")
-        print_summary({**compute_run(run, None, frames=run.frames), **targets}, run, json=json)
+        summary = compute_run(run, None, frames=run.frames)
+        if sequence.content.has_truth and not summary["labelled_frames"]:
+            output.note("pftrack: the target never overlaps a true box by half, so that nothing is measured")
+        print_summary({**summary, **targets}, run, json=json)
         write_exports(exports, run)
         if show and not json:
             shown = show_run(run)

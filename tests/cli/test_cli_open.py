@@ -45,7 +45,8 @@ def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> Non
     assert summary["frames"] == FRAMES
     assert summary["mean_iou"] == pytest.approx(5 / 8, abs=0.01)
     assert summary["frames_with_switches"] == 1
-    assert "first frame was taken as 1" in err
+    assert "pftrack: Its first frame was taken as 1" in err
+    assert "Of the truth: Its first frame was taken as 1" in err
     assert open_sequence(out).size == (128, 96)
     again = read_results_file(folder / "again.cvat.xml")
     assert [box[:6] for box in again.boxes] == [box[:6] for box in read_results_file(folder / "results.txt").boxes]
@@ -56,12 +57,17 @@ def test_of_several_targets_it_is_told_which_is_measured(call: Call, folder: Pat
     arguments = "open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt", "--json"
     _, out, err = call(*arguments)
     assert (json.loads(out)["targets"], json.loads(out)["measured_target"]) == (2, 1)
+    (folder / "gt.txt").write_text("1,1,90,80,9,9,1,1,1\n")
+    assert "never overlaps a true box by half, so that nothing is measured" in call(*arguments)[2]
     assert "it has 2 targets, and target 1 is measured; --set selected_target=NUMBER chooses another" in err
 
 
 def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
     """A clip holds no results, and a form must be known."""
     refused(call("open", folder / "clip.mp4", "--no-show"), 1, "holds no results")
+    (folder / "own.csv").write_text("bild;links;oben;breit;hoch\n0;1;2;3;4\n")
+    own = call("open", folder / "own.csv", "--video", folder / "clip.mp4")
+    refused(own, 1, "own.csv: expected columns such as frame, id, x, y, w, h, got bild, links")
     refused(call("open", folder / "results.txt", "--form", "kitti"), 2, "--form must be one of mot")
 
 

@@ -7,7 +7,6 @@ import hashlib
 import io
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import BinaryIO, Literal, TypeAlias
@@ -121,20 +120,15 @@ def open_parts(parts: Mapping[Part, Path], limits: Limits, *, index: FrameIndex 
 def _recording(results: Path, truth: Path | None) -> BinaryIO:
     """Return what somebody has said as a recording of beliefs, and with it what is true."""
     said = _sniffed(_head(results))
-    if said is None or said.kind != "beliefs":
+    if said is not None and said.kind != "beliefs":
         raise RefusedError(f"{results.name} holds no results")
-    if said.decoder != "results":
+    if said is not None and said.decoder != "results":
         if truth is not None:
             raise RefusedError("a recording says itself what is true; open it without a truth")
         return results.open("rb")
     recording = io.BytesIO()
-    table = read_results_file(results)
     known = None if truth is None else read_results_file(truth)
-    if known is not None:
-        targets = "1 target" if len(known.targets) == 1 else f"{len(known.targets)} targets"
-        told = f"The truth that came along is of {targets} in {known.frames} frames."
-        table = replace(table, remarks=(*table.remarks, told))
-    record_results(table, recording, truth=known)
+    record_results(read_results_file(results), recording, truth=known)
     return recording
 
 
@@ -169,7 +163,12 @@ def record_results(
         OSError: The file cannot be written, or the clip not be read.
     """
     labels = {box.target: box.label for box in table.boxes if box.label}
-    with Recorder(to, clip, remarks=table.remarks, frames=table.frames, labels=labels) as record:
+    remarks = [*table.remarks]
+    if truth is not None:
+        targets = "1 target" if len(truth.targets) == 1 else f"{len(truth.targets)} targets"
+        remarks.append(f"The truth that came along is of {targets} in {truth.frames} frames.")
+        remarks += (f"Of the truth: {remark}" for remark in truth.remarks)
+    with Recorder(to, clip, remarks=remarks, frames=table.frames, labels=labels) as record:
         for box in table.boxes:
             record(box.frame, box=box[2:6], score=box.score, target=box.target)
         for box in truth.boxes if truth else ():
