@@ -9,12 +9,14 @@ are left out.
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.series import Series
+from pftrack.core.texts import read_texts
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.runs.loss_probability import PREFIX, columns_of
@@ -25,21 +27,7 @@ if TYPE_CHECKING:
     from pftrack.runs.run import Run
 
 
-OWN = {
-    "frame": "frame",
-    "time_s": "time since frame 0",
-    "estimate": "estimate, the posterior mean",
-    "sigma": "standard deviation of the posterior",
-    "log_evidence": "log evidence of the frame",
-    "truth": "true position",
-    "extent": "size of the true box",
-    "observation": "observed signal",
-    "error": "distance of the estimate from the truth",
-    "lost": "whether the target is lost, by the truth",
-    "hidden": "whether the target is out of sight",
-    "searching": "whether the tracker reports that it is searching for its target",
-    "step_ms": "time that the tracker took",
-}
+OWN = read_texts(Path(__file__).with_name("columns.yaml"))[0]
 """Titles of the columns of every run."""
 
 UNITS = {"time_s": "s", "extent": "px", "step_ms": "ms"}
