@@ -50,6 +50,19 @@ def files(ball: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_particles_come_as_arrays(ball: Run, files: Path) -> None:
+    """All frames have them, with weights that sum to one, and the manifest."""
+    with np.load(files / "run.cloud.npz") as arrays:
+        assert arrays["cloud"].shape == (FRAMES, 60, ball.current.state.particles.states.shape[1])
+        assert np.exp(arrays["cloud_log_weights"]).sum(axis=1) == pytest.approx(1)
+        assert arrays["cloud_ancestors"].shape == (FRAMES, 60)
+        assert json.loads(str(arrays["manifest"]))["recipe"]["experiment"] == "ball"
+    found = find("ball")
+    single = Run(found, found.simulate(), tracker="kalman", frames=2)
+    with pytest.raises(ConflictError, match="kalman has no particles"):
+        single.export(files / "none.cloud.npz")
+
+
 def manifests(folder: Path) -> dict[str, Any]:
     """Return the manifests of all files that have one, each as its own format carries it."""
     with av.open(str(folder / "run.mp4")) as film:
@@ -169,7 +182,7 @@ def test_names_of_columns_and_suffixes_are_each_anothers(name: str) -> None:
 @pytest.mark.parametrize(
     ("place", "plot", "words"),
     [
-        ("run.docx", None, "can be exported as .csv, .parquet, .npz, .jsonl"),
+        ("run.docx", None, "can be exported as .csv, .parquet, .npz, .cloud.npz, .jsonl"),
         ("run.coco.json", None, "would hold boxes (Believed boxes, COCO video JSON), and runs of ball have none"),
         ("run.png", "eror", "has no plot 'eror', only error, ess, sigma, proposals"),
         ("run.csv", "error", "a plot can be written as a picture, .png or .svg; got .csv"),
