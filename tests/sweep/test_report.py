@@ -317,7 +317,7 @@ def test_many_values_are_not_wider_than_a_picture_can_be(counted: Result) -> Non
     many = replace(counted.plan, axes=(Axis("sample_count", tuple(range(1, 1001))),))
     drawn = figures(Study.of(replace(counted, plan=many)))
     for name in ("success", "error", "curves"):
-        assert pixels(drawn[name]()).shape[1] <= 2000
+        assert drawn[name]().get_size_inches()[0] <= 20
     assert_readable(drawn["error"]())
 
 
