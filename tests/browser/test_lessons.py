@@ -89,7 +89,7 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     lesson.answer("4")
     lesson.becomes("wrong")
     assert "You said 4; it is 2" in lesson.words
-    assert "Were it one over N" in lesson.words
+    assert "If the error fell as 1/N" in lesson.words
     lesson.until(lesson.is_open, "everything can be turned")
 
     lesson.page.click("text=Ask me again")

@@ -344,11 +344,11 @@ def test_texts_have_the_numbers_of_the_modules() -> None:
     assert asked["joint"].bounds == (-joint.EDGE, joint.EDGE)
     assert asked["bayes"].at == bayes.AT_A_DISTANCE
     assert asked["estimate"].bounds == (estimate.LOW, estimate.HIGH)
-    assert f"by more than {estimate.HIT:g} m" in estimate.show(estimate.EstimateParameters(), 1).numbers[2].title
+    assert f"above {estimate.HIT:g} m" in estimate.show(estimate.EstimateParameters(), 1).numbers[2].title
     assert f"within {estimate.HIT:g} m" in {it.name: it.title for it in LESSONS["estimate"].checks}["best-hit"]
-    assert f"From {kalman.GAP} s on, 20 measurements" in asked["kalman"].text
+    assert f"From {kalman.GAP} s, 20 measurements" in asked["kalman"].text
     assert asked["kalman"].at == {"dropped": 20, "frame": kalman.GAP + 19}
-    assert f"is off by {monte_carlo.SD / 10:g} m" in asked["monte-carlo"].text
+    assert f"is {monte_carlo.SD / 10:g} m on average" in asked["monte-carlo"].text
     assert list(asked["importance"].choices or ()) == [f"{spread:g}" for spread in importance.CHOICES]
     body = LESSONS["colour"].body
     assert body.tracker == colour.SIR

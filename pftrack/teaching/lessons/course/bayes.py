@@ -165,7 +165,7 @@ def _likelihood(p: BayesParameters, likelihood: Floats) -> Panel:
         x=(LOW, HIGH),
         y=(0.0, ceiling(1.02 * float(likelihood.max()))),
         measured=p.measured,
-        bumps=f"One bump at {p.measured:g} m, which is what was measured." if at_position else two,
+        bumps=f"One bump at the measured {p.measured:g} m." if at_position else two,
     )
 
 

@@ -31,7 +31,7 @@ class EstimateParameters(Parameters):
     """The one position that is named."""
     weight: float = parameter(0.3, "Weight of the second bump", within=(0, 1, 0.05))
     """Probability that the target is at the second bump."""
-    second: float = parameter(4, "Place of the second bump", unit="m", within=(0, 6, 0.1))
+    second: float = parameter(4, "Position of the second bump", unit="m", within=(0, 6, 0.1))
     """Middle of the second bump."""
 
 

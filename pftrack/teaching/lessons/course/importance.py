@@ -170,7 +170,7 @@ def _answer(parameters: ImportanceParameters, seed: int) -> Answer:
         for spread in CHOICES
     )
     ours = ", ".join(f"{size:.0f}" for size in sizes)
-    words = f"Effective are {said}; of the {parameters.draws} draws of this seed {ours}."
+    words = f"The effective share is {said}; of the {parameters.draws} draws of this seed, {ours} are effective."
     return Answer(max(shares, key=lambda spread: shares[spread]), words=words)
 
 

@@ -74,14 +74,14 @@ def show(parameters: JointParameters, seed: int) -> Shown:
 
 def _leaning(r: float) -> str:
     if r == 0:
-        return "as wide one way as the other: x and z are independent"
-    return f"drawn out along a line that {'rises' if r > 0 else 'falls'}, the more closely the nearer r = {r:g} is to 1"
+        return "equally wide in both directions: x and z are independent"
+    return f"stretched along a line that {'rises' if r > 0 else 'falls'}"
 
 
 def _answer(parameters: JointParameters, seed: int) -> Answer:
     del seed
     mean, variance = moments(parameters.measured, parameters.correlation)
-    words = f"The rescaled cut has the mean {mean:.3g} and the variance {variance:.3g}."
+    words = f"The rescaled cut has mean {mean:.3g} and variance {variance:.3g}."
     return Answer(parameters.correlation * parameters.measured, mean, words)
 
 

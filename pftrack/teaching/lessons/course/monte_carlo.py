@@ -141,7 +141,7 @@ def _error_panel(sizes: Floats, errors: Floats, dimension: int) -> Panel:
 
 def _answer(parameters: MonteCarloParameters, seed: int) -> Answer:
     measured = float(rms(sample(seed, SIZES[-1], parameters.dimension, REPEATS)[1])[-1])
-    words = f"Over {REPEATS} clouds of 10,000 samples the error is {measured:.4f} m."
+    words = f"Over {REPEATS} clouds of 10,000 samples, the error is {measured:.4f} m."
     return Answer(100.0 * parameters.count, words=words)
 
 

@@ -173,7 +173,7 @@ def _answer(parameters: OutliersParameters, seed: int) -> Answer:
     ours = _mean(posterior(parameters.z, parameters.scale, heavy=True))
     exact = float(cauchy_mean(parameters.z, parameters.scale))
     straight = gaussian_mean(parameters.z, parameters.scale)
-    words = f"Integrated on a grid it is {ours:.4f}. Gaussian noise has it at {straight:.4g}."
+    words = f"Integrated on a grid it is {ours:.4f}. Gaussian noise gives {straight:.4g}."
     return Answer(exact, ours, words)
 
 

@@ -218,7 +218,7 @@ def _answer(parameters: ResamplingParameters, seed: int) -> Answer:
     found = [int(copies("systematic", count, offset, seed)[0]) for offset in np.linspace(0.0, 0.999, 1000)]
     low, high = min(found), max(found)
     share = found.count(high) / len(found)
-    words = f"Of 1,000 offsets of the comb {100 * share:.0f} % give it {high} copies and the others {low}."
+    words = f"{100 * share:.0f} % of 1,000 comb offsets give it {high} copies, the others {low}."
     return Answer(f"{low}-or-{high}", words=words)
 
 
