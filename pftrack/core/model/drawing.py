@@ -1,15 +1,14 @@
-"""Drawings: what a tracker's state looks like, in a dozen primitives that know no viewer; layers, worlds and legends.
+"""Drawings: the state of a tracker as a dozen primitives that are independent of viewers; layers, worlds and legends.
 
-An experiment turns a step of a run into a `Drawing`; the library renders drawings to pictures and video
-(`pftrack.vision.rendering`), the server renders the same drawings into a 3-D scene. Coordinates are the picture's: x =
-column, y = row, in px with the origin at the centre of the top left pixel; z is the height above the picture plane, in
-px, towards the viewer; what lies behind the picture, such as the past, has a negative one. A renderer without depth
-ignores z. Where a drawing shows the camera itself (`Frustum`), what stands at a height stands on the way from its pixel
-to the camera, so that looked at from aside all has its true proportions.
+An experiment turns a step of a run into a `Drawing`. The library renders drawings to pictures and video
+(`pftrack.vision.rendering`), the server renders them into a 3-D scene. Coordinates are those of the picture: x =
+column, y = row, in px with the origin at the centre of the top left pixel; z is the height above the picture plane
+towards the viewer, px, and negative behind the picture, for example for the past. A renderer without depth ignores z.
+If a drawing has a camera (`Frustum`), a raised object lies on the line from its pixel to the camera, so that it has its
+true proportions from every side.
 
-Each primitive names its layer; a viewer lets people switch layers on and off. An experiment lists its layers in the
-order in which they are shown. A viewer or a film needs to know their roles and nothing of the experiment. Colours are
-the palette's.
+Each primitive names its layer; people switch layers on and off in a viewer. An experiment lists its layers in the order
+of display. A viewer or a film depends on their roles only, not on the experiment. Colours are those of the palette.
 """
 
 from collections.abc import Iterable, Iterator
@@ -25,36 +24,36 @@ from pydantic import BaseModel, ConfigDict, Field
 from pftrack.core.arrays import Floats
 from pftrack.core.texts import read_whole
 
-# The palette: every colour that carries a meaning, once, for scenes, films, figures, maps and pages.
+# The palette: all colours with a meaning, for scenes, films, figures, maps and pages.
 #
-# All are, or are mixed from, the eight colours of Okabe and Ito (Color Universal Design, 2008), which can be
-# distinguished without red and green. A colour is sRGB, (red, green, blue) of 0 to 255; `hexadecimal` writes it as CSS,
-# matplotlib reads it. Where a page has a dark form of a colour, a `Themed` pair holds both. The colours stand in
-# `palette.yaml` beside this file.
+# They are the eight colours of Okabe and Ito (Color Universal Design, 2008) or mixtures of them, which colour-blind
+# people can distinguish. A colour is sRGB (red, green, blue), each 0 to 255; `hexadecimal` writes it for CSS and
+# matplotlib. A `Themed` pair holds a colour for the light and one for the dark theme. The colours are in
+# `palette.yaml`.
 
 Level: TypeAlias = Annotated[int, Field(ge=0, le=255)]
 Colour: TypeAlias = tuple[Level, Level, Level]
 
 
 class Themed(NamedTuple):
-    """A colour on a light ground, and what stands for it on a dark one."""
+    """A colour for the light theme and its counterpart for the dark one."""
 
     light: Colour
     dark: Colour
 
 
 class Palette(BaseModel):
-    """What `palette.yaml` declares.
+    """The content of `palette.yaml`.
 
     Attributes:
         okabe_ito: The eight colours by their authors' names.
-        viridis: Map of amounts in equal steps.
-        colours: One colour a meaning, the same in scene, plots, video and maps.
-        curves: Of the curves of one figure, in order.
-        branches: Of a session's branches, the active one first.
-        verdicts: Outcome of a test between two methods.
-        diverging: Map of differences in equal steps: second method ahead, neither, first method ahead.
-        neutrals: Greys of a figure's furniture, by use.
+        viridis: Colour map of amounts in equal steps.
+        colours: Colours by meaning, for scenes, plots, video and maps.
+        curves: Colours of the curves in one figure, in order.
+        branches: Colours of a session's branches, the active one first.
+        verdicts: Colours of the outcomes of a test between two methods.
+        diverging: Colour map of differences in equal steps, from "second better" over "equal" to "first better".
+        neutrals: Greys of axes, grids and frames, by use.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -89,34 +88,34 @@ class Key:
 
     Attributes:
         colour: Name of a colour in `pftrack.core.model.drawing.COLOURS`.
-        meaning: What it stands for, a few words.
+        meaning: Meaning in a few words.
 
     Raises:
-        ValueError: There is no such colour.
+        ValueError: The colour is unknown.
     """
 
     colour: str
     meaning: str
 
     def __post_init__(self) -> None:
-        """Refuse a colour that has no meaning."""
+        """Refuse an unknown colour."""
         if self.colour not in COLOURS:
             raise ValueError(f"there is no colour {self.colour!r}; there are {', '.join(COLOURS)}")
 
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """What can be switched on and off in a drawing.
+    """A part of a drawing that can be switched on and off.
 
-    A layer "through time" has the frames of the run, a density or space as its third direction, which is worth seeing
-    from aside only; there it takes the place of layers that are "flat only". A viewer without depth shows the latter.
+    A layer "through time" has frames of the run, a density or space as its third dimension. It is shown only from the
+    side, instead of the layers that are "flat only", which viewers without depth show.
 
     Attributes:
-        name: What primitives call it.
-        title: What it is called on the screen; its name with a capital letter by default.
-        shown: Whether it is at first.
-        legend: What colours mean on it, where that is not plain.
-        role: What a viewer with depth may do with it.
+        name: Name in primitives.
+        title: Title on the screen; by default its name with a capital letter.
+        shown: Whether it is visible at first.
+        legend: Meanings of its colours, where needed.
+        role: How a viewer with depth shows it.
     """
 
     name: str
@@ -132,22 +131,21 @@ class Layer:
 
 
 def legend(layers: Iterable[Layer]) -> tuple[Key, ...]:
-    """Return what the colours of some layers mean, each meaning once, in the palette's order."""
+    """Return the legend of some layers, each entry once, in the order of the palette."""
     return sort_keys(key for layer in layers for key in layer.legend)
 
 
 def sort_keys(keys: Iterable[Key]) -> tuple[Key, ...]:
-    """Return keys, each once, in the palette's order."""
+    """Return keys, each once, in the order of the palette."""
     return tuple(sorted(dict.fromkeys(keys), key=lambda key: list(COLOURS).index(key.colour)))
 
 
-# A drawing lives in the picture's space. What has a shape of its own, such as the model of a head, is better seen in a
-# world as well: in its own coordinates and unit, at rest while the picture moves, from all sides. An experiment
-# declares its worlds, as it declares its layers; each drawing then says what there is in them. Only widths of lines
-# stay px of the screen.
+# A drawing is in the space of the picture. An object with a shape, such as the model of a head, is better seen in a
+# world, too: in its own coordinates and unit, at rest while the picture moves, and from all sides. An experiment
+# declares its worlds and layers, and each drawing fills them. Only widths of lines stay in px of the screen.
 #
-# A world is right-handed. It is seen without perspective, so that equal lengths look equal and a ruler holds
-# everywhere: what lies within `radius` of its middle is seen from each side and at one scale.
+# A world is right-handed and shown without perspective, so that equal lengths look equal and a ruler is valid
+# everywhere. Everything within `radius` of its middle is visible from each side at the same scale.
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -161,16 +159,16 @@ SQUARE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
-    """A side from which to look at a world.
+    """A direction from which to look at a world.
 
     Attributes:
         name: Name in commands and addresses.
-        title: On its button.
-        azimuth_deg: How far to the right of the front the viewer stands, going round the upright axis.
-        elevation_deg: How far above the middle, -90 to 90.
+        title: Title of its button.
+        azimuth_deg: Angle around the upright axis from the front to the right, degrees.
+        elevation_deg: Angle above the middle, -90 to 90 degrees.
 
     Raises:
-        ValueError: An angle is not finite, or the elevation is beyond the poles.
+        ValueError: An angle is not finite, or the elevation is out of range.
     """
 
     name: str
@@ -179,7 +177,7 @@ class Viewpoint:
     elevation_deg: float
 
     def __post_init__(self) -> None:
-        """Refuse a viewpoint that is nowhere."""
+        """Refuse invalid angles."""
         if not (np.isfinite(self.azimuth_deg) and -90.0 <= self.elevation_deg <= 90.0):
             raise ValueError(
                 f"expected a finite azimuth and an elevation of -90 to 90 degrees, got {self.azimuth_deg} and "
@@ -192,26 +190,26 @@ FRONT_SIDE_TOP = (
     Viewpoint("side", "Side", 60.0, 15.0),
     Viewpoint("top", "Top", 0.0, 90.0),
 )
-"""Three viewpoints that suit most objects."""
+"""Three viewpoints for most objects."""
 
 
 @dataclass(frozen=True)
 class World:
-    """A space with a unit, an extent, an upright axis and sides from which to look at it.
+    """A space with a unit, an extent, an upright axis and viewpoints.
 
     Attributes:
         name: Name in drawings.
-        title: What it is called on the screen.
-        unit: Of its coordinates, such as "mm".
-        middle: (x, y, z) around which it turns.
-        radius: How far from there it extends.
-        up: Direction that is shown upwards.
-        front: Direction from the middle towards somebody who looks from the front, at right angles to `up`.
-        viewpoints: Where to look from; the first is the one to begin with.
+        title: Title on the screen.
+        unit: Unit of its coordinates, such as "mm".
+        middle: (x, y, z) centre of rotation.
+        radius: Extent around the middle.
+        up: Direction shown upwards.
+        front: Direction from the middle to a viewer in front, at right angles to `up`.
+        viewpoints: Viewpoints; the first one is the initial one.
 
     Raises:
         ValueError: A number is not finite, the radius is not positive, `up` and `front` are not at right angles, or
-            there is no viewpoint or two of one name.
+            viewpoints are missing or have equal names.
     """
 
     name: str
@@ -224,7 +222,7 @@ class World:
     viewpoints: tuple[Viewpoint, ...] = FRONT_SIDE_TOP
 
     def __post_init__(self) -> None:
-        """Refuse a world that cannot be shown."""
+        """Refuse invalid numbers and names."""
         if not (np.isfinite([*self.middle, *self.up, *self.front]).all() and 0.0 < self.radius < np.inf):
             raise ValueError(f"the world {self.name!r} must have a finite place and a radius above 0")
         lengths = float(np.linalg.norm(self.up) * np.linalg.norm(self.front))
@@ -236,13 +234,13 @@ class World:
 
     @property
     def ruler(self) -> float:
-        """Length of the ruler that is drawn beside it, a round number in its unit."""
+        """Length of its ruler, a round number in its unit."""
         longest = RULER_SHARE * self.radius
         power = 10.0 ** np.floor(np.log10(longest))
         return float(next(length for length in RULERS if length * power <= longest * (1.0 + 1e-9)) * power)
 
     def turn(self, azimuth_deg: float, elevation_deg: float) -> Floats:
-        """Return the directions (3, 3) that a viewer sees to the right, downwards and towards himself, as rows."""
+        """Return as rows (3, 3) the directions right, down and towards the viewer."""
         front, up, right = self._axes
         azimuth, elevation = np.deg2rad((azimuth_deg, elevation_deg))
         level = np.cos(azimuth) * front + np.sin(azimuth) * right
@@ -257,7 +255,7 @@ class World:
 
 
 TITLES_FROM_PX = 520.0
-"""Width of a picture, where letters are 12 px high, from which on there is room for names that are written out."""
+"""Smallest width of a picture, with text 12 px high, for names in full."""
 
 
 LIFT = 1.0 / 6.0
@@ -270,9 +268,8 @@ class Picture:
 
     Attributes:
         image_rgb: (height, width, 3) uint8.
-        layer: That it is on.
-        relief: (rows, columns) 0..1, the first in the middle of the first of equal cells: how high what is mapped over
-            the picture stands there, which only a viewer with depth shows; None without.
+        layer: Layer of the picture.
+        relief: (rows, columns) heights 0..1 at the centres of equal cells, for viewers with depth; None without.
     """
 
     image_rgb: NDArray[np.uint8]
@@ -287,9 +284,9 @@ class Points:
     Attributes:
         positions: (n, 3) float32, px.
         colours: (n, 3) uint8 RGB.
-        size: Of a point, px.
-        layer: That it is on.
-        stems: Whether each stands on a thin line from the picture, which only a viewer with depth shows.
+        size: Size of a point, px.
+        layer: Layer of the points.
+        stems: Whether thin lines join the points with the picture, for viewers with depth.
     """
 
     positions: NDArray[np.float32]
@@ -342,13 +339,13 @@ class Mesh:
 
     Attributes:
         vertices: (n, 3) px.
-        faces: (m, 3) numbers of vertices, clockwise as they are seen from outside.
-        colour: Of all of it, or (n, 3) RGB of the vertices, between which it changes gradually.
-        opacity: Of all of it, 0..1, or (n,) of the vertices.
-        layer: That it is on.
+        faces: (m, 3) indices of vertices, clockwise as seen from outside.
+        colour: One colour, or (n, 3) RGB of the vertices, interpolated between them.
+        opacity: One opacity, 0..1, or (n,) opacities of the vertices.
+        layer: Layer of the mesh.
 
     Raises:
-        ValueError: There is not one colour or opacity for each vertex.
+        ValueError: The number of colours or opacities differs from that of the vertices.
     """
 
     vertices: NDArray[np.float32]
@@ -358,7 +355,7 @@ class Mesh:
     layer: str
 
     def __post_init__(self) -> None:
-        """Refuse colours and opacities that do not belong to the vertices."""
+        """Refuse colours and opacities of the wrong shape."""
         count = len(self.vertices)
         for what, values, shape in (("colour", self.colour, (count, 3)), ("opacity", self.opacity, (count,))):
             if isinstance(values, np.ndarray) and values.shape != shape:
@@ -366,7 +363,7 @@ class Mesh:
 
     @property
     def is_uniform(self) -> bool:
-        """Whether all of it has the same colour and opacity."""
+        """Whether it has one colour and one opacity."""
         return not (isinstance(self.colour, np.ndarray) or isinstance(self.opacity, np.ndarray))
 
     @property
@@ -390,7 +387,7 @@ class Links:
 
 @dataclass(frozen=True, slots=True)
 class Arrows:
-    """Arrows (n, 2, 3) float32, px, each from its first position to its second, where its head is."""
+    """Arrows (n, 2, 3) float32, px, each from its first position to its head at the second."""
 
     segments: NDArray[np.float32]
     colour: Colour
@@ -400,18 +397,18 @@ class Arrows:
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoids:
-    """Gaussian beliefs in places, as ellipsoids.
+    """Gaussian beliefs about positions, as ellipsoids.
 
     Attributes:
         centres: (n, 3) px.
-        covariances: (n, 3, 3) px^2; one that is flat is shown as a disc.
+        covariances: (n, 3, 3) px^2; a flat one is shown as a disc.
         colours: (n, 3) RGB.
-        opacity: Of their inside, 0..1; their outline is opaque.
-        layer: That they are on.
-        sigmas: How many standard deviations they extend.
+        opacity: Opacity of the inside, 0..1; outlines are opaque.
+        layer: Layer of the ellipsoids.
+        sigmas: Their radius in standard deviations.
 
     Raises:
-        ValueError: There is not one covariance and one colour for each centre.
+        ValueError: The number of covariances or colours differs from that of the centres.
     """
 
     centres: NDArray[np.float32]
@@ -422,7 +419,7 @@ class Ellipsoids:
     sigmas: float = 2.0
 
     def __post_init__(self) -> None:
-        """Refuse covariances and colours that do not belong to the centres."""
+        """Refuse covariances and colours of the wrong shape."""
         count = len(self.centres)
         for what, values, shape in (("covariances", self.covariances, (3, 3)), ("colours", self.colours, (3,))):
             if values.shape != (count, *shape):
@@ -434,14 +431,14 @@ class Text:
     """A short label.
 
     Attributes:
-        position: (3,) where it is, px.
-        text: What it says.
-        colour: Of its letters.
-        layer: That it is on.
-        anchor: Which part of the line is at the position.
-        title: What the text is short for, written instead of it where the picture is at least `TITLES_FROM_PX` wide,
-            and said under a pointer; empty where the text says it all.
-        point: (3,) what it is the name of, px; None if nothing but what is at its position.
+        position: (3,) position, px.
+        text: The text.
+        colour: Colour of the text.
+        layer: Layer of the text.
+        anchor: Part of the line that is at the position.
+        title: Full form of the text, shown instead of it in pictures at least `TITLES_FROM_PX` wide, and on hover;
+            empty if the text is not abbreviated.
+        point: (3,) position of the named object, px; None if it is that of the text.
     """
 
     position: NDArray[np.float32]
@@ -455,16 +452,16 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Frustum:
-    """The pinhole camera that took the picture: its centre, and the rays from there through the picture's corners.
+    """The pinhole camera of the picture: its centre, and the rays from there through the corners of the picture.
 
-    It sees the picture as it is, so a renderer without depth leaves it out: to be seen, it has to be seen from aside.
+    It is visible only from the side, so renderers without depth leave it out.
 
     Attributes:
-        apex: (3,) the centre; x and y are the principal point, z is the focal length, px.
-        corners: (4, 3) of the picture, in order around it, px.
-        colour: Of its edges.
-        width: Of its edges, px.
-        layer: That it is on.
+        apex: (3,) camera centre, px; x and y are the principal point, z is the focal length.
+        corners: (4, 3) corners of the picture in order, px.
+        colour: Colour of its edges.
+        width: Width of its edges, px.
+        layer: Layer of the camera.
     """
 
     apex: NDArray[np.float32]
@@ -481,21 +478,21 @@ Primitive: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class WorldDrawing:
-    """What is to be seen of one frame in a world of its own.
+    """The drawing of one frame in a world.
 
     Attributes:
-        world: One that the experiment declares.
-        primitives: In the world's coordinates and unit, in painting order, by a name that stays the same.
+        world: Name of a declared world.
+        primitives: Primitives in the world's coordinates and unit, in painting order, by constant names.
 
     Raises:
-        TypeError: A primitive belongs to a picture only.
+        TypeError: A primitive is valid only in a picture.
     """
 
     world: World
     primitives: dict[str, Primitive] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be turned about in space."""
+        """Refuse primitives that are valid only in a picture."""
         for name, item in self.primitives.items():
             if isinstance(item, Picture | Frustum | Ellipse):
                 raise TypeError(f"a {type(item).__name__} belongs to a picture, not to the world of {name!r}")
@@ -503,17 +500,16 @@ class WorldDrawing:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """All that is to be seen of one frame.
+    """The drawing of one frame.
 
     Attributes:
-        width: Extent of the picture along x, px.
-        height: Extent along y, px.
-        primitives: In painting order, by a name that stays the same from frame to frame, so that a viewer can update
-            what it already shows.
+        width: Width of the picture, px.
+        height: Height of the picture, px.
+        primitives: Primitives in painting order, by constant names, so that a viewer can update them.
         caption: One line of text about the frame.
-        worlds: What is to be seen beside the picture, in the order in which the experiment declares its worlds.
-        legend: Layers that show something, each with a key of what is drawn on it; filled in by whoever shows a run.
-        grip: Where the estimate is, (3,) px, of a drawing in which it and the particles on stems can be moved.
+        worlds: Drawings in worlds, in the order of the declared worlds.
+        legend: Pairs of a visible layer and a key; the viewer of a run fills them in.
+        grip: (3,) px, position of the estimate if people may move it and the particles on stems; else None.
     """
 
     width: int
@@ -526,41 +522,41 @@ class Drawing:
 
     @property
     def apex(self) -> NDArray[np.float32] | None:
-        """Where the camera stands, (3,) px; None if it is not drawn, and as good as infinitely far away."""
+        """Position of the camera, (3,) px; None if it is not drawn and counts as infinitely far away."""
         return next((item.apex for item in self.primitives.values() if isinstance(item, Frustum)), None)
 
 
 MOST_DRAWN = 5000
-"""A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
+"""Most points in a drawing, which a browser moves at 30 Hz; of more points an even selection is drawn."""
 
 
 def drawn_particles(count: int) -> NDArray[np.int64]:
-    """Return the numbers (n,) of the particles that a drawing of `count` particles shows, n <= `MOST_DRAWN`."""
+    """Return the indices (n,) of the drawn particles among `count` particles, n <= `MOST_DRAWN`."""
     return np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(np.int64)
 
 
 def from_front(drawing: Drawing, layers: Iterable[Layer]) -> Drawing:
-    """Return a drawing without what is worth seeing from aside only, on layers as its experiment declares them."""
+    """Return a drawing without layers that are visible only from the side."""
     deep = {layer.name for layer in layers if layer.role == "through time"}
     seen = {name: item for name, item in drawing.primitives.items() if item.layer not in deep}
     flat = {name: replace(it, relief=None) if isinstance(it, Picture) else it for name, it in seen.items()}
     return replace(drawing, primitives=flat)
 
 
-# An experiment declares keys of the legend for all that any of its trackers may draw. A Kalman filter draws no
-# particles, and a filter without observation proposals none in that colour; so keys are looked up among what was drawn.
+# An experiment declares legend keys for everything that any of its trackers draws. A Kalman filter draws no particles,
+# and a filter without observation proposals has none of that colour; so only keys of drawn colours are used.
 
 EXTENTS = ("positions", "segments", "centres", "vertices")
-"""Fields of primitives that hold as many places as there are to draw."""
+"""Fields of primitives with the positions to draw."""
 
 
 def drawn_keys(drawing: Drawing, layers: Iterable[Layer]) -> tuple[tuple[str, Key], ...]:
-    """Return the keys of a legend that a drawing needs, each with the name of its layer.
+    """Return the legend keys of a drawing, each with the name of its layer.
 
     Args:
-        drawing: What is to be seen.
-        layers: As its experiment declares them. A layer that shows something, but in none of its keys' colours, as with
-            shades of them, needs all its keys.
+        drawing: The drawing.
+        layers: Layers of its experiment. A visible layer without any of its keys' colours, for example with shades of
+            them, needs all its keys.
     """
     items = [*drawing.primitives.values(), *(item for world in drawing.worlds for item in world.primitives.values())]
     return tuple((layer.name, key) for layer in layers if layer.legend for key in _keys(layer, items))
@@ -573,7 +569,7 @@ def _keys(layer: Layer, items: Iterable[Primitive]) -> tuple[Key, ...]:
 
 
 def _colours(item: Primitive) -> Iterator[NDArray[np.uint8]]:
-    """Yield the colours (n, 3) RGB of a primitive, if anything of it is seen."""
+    """Yield the colours (n, 3) RGB of a primitive, if it is visible."""
     if any(len(getattr(item, name, "?")) == 0 for name in EXTENTS):
         return
     colours = getattr(item, "colours", getattr(item, "colour", None))

@@ -1,15 +1,15 @@
-"""What a family believes of the world: where a target begins, how it moves, and how probable it makes what is seen.
+"""Models: the start and the motion of a target, and the likelihood of observations.
 
-A model is pure and knows no filter. From it follow the trackers (`pftrack.experiments.shared.filtered`), what can be
-asked at any state and all over the picture (`pftrack.runs.inspection`), the fit of its noises, and the filter in a
-person's own file, which replaces some of its functions (`pftrack.experiments.own`).
+A model is pure and independent of filters. It is the basis of trackers (`pftrack.experiments.shared.filtered`),
+inspection at any state and all over the picture (`pftrack.runs.inspection`), fits of noises, and filters in people's
+own files, which replace some of its functions (`pftrack.experiments.own`).
 
-A model that is linear with Gaussian noise lays that open:
+A model that is linear with Gaussian noise declares it:
 
     x_t = A_t x_{t-1} + d_t + B_t u_t,  u_t ~ N(0, I)
     z_t = C_t x_t + v_t,                v_t ~ N(0, R_t)
 
-Then the posterior can be computed exactly, and how large the noises were, given all frames, in closed form
+Then the posterior has an exact form, and so have the estimates of the noises from all frames
 (`pftrack.filters.learning.online_em`).
 """
 
@@ -27,46 +27,46 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Generator, Stream
 
 State: TypeAlias = Any
-"""The state of a tracker; each family has its own (`TrackState`)."""
+"""The state of a tracker; each family has its own class (`TrackState`)."""
 
 Values: TypeAlias = Any
 """The experiment's own parameters."""
 
 Evidence: TypeAlias = Literal["", "relative", "normalised"]
-"""What a tracker's log evidence is worth when settings are compared.
+"""How a tracker's log evidence may be used to compare settings.
 
-- "normalised": it is the log of a density of what was observed that integrates to one whatever the settings, so the
-  settings under which it is larger are the more probable ones.
-- "relative": it lacks a constant of the frame that the sharpness of the likelihood changes, and nothing else. So how
-  the target moves can be compared by it; sharpness only after the level of the likelihood all over the picture is
-  taken away, for which states must have a place there.
-- "": neither, or there is none.
+- "normalised": it is the log of a density of the observations that integrates to one for all settings, so settings with
+  a larger value are more probable.
+- "relative": it lacks a constant of the frame that depends only on the sharpness of the likelihood. So it compares
+  motion models; it compares sharpness only after subtracting the level of the likelihood over the picture, which needs
+  states with a place.
+- "": it must not be used, or does not exist.
 """
 
 NoiseKind: TypeAlias = Literal["process", "observation"]
 
 POWERS: Final[Mapping[bool, float]] = {False: 2.0, True: 1.0}
-"""Of a number, that its noise's covariance is in proportion to, by whether it is a variance."""
+"""Power of a number to which the noise's covariance is proportional, by whether the number is a variance."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseScale:
-    """A number of a model that scales the covariance of one of its noises, and enters nothing else.
+    """A number of a model that only scales the covariance of one of its noises.
 
     Attributes:
-        kind: "process" if all B_t B_t^T are in proportion to it, "observation" if all R_t are.
-        is_variance: Whether it is a variance; else it is a standard deviation.
+        kind: "process" if it scales all B_t B_t^T, "observation" if it scales all R_t.
+        is_variance: Whether it is a variance and not a standard deviation.
     """
 
     kind: NoiseKind
     is_variance: bool = False
 
     def factor(self, before: float, after: float) -> float:
-        """Return by what the covariance is multiplied when the number changes."""
+        """Return the factor of the covariance when the number changes."""
         return float((after / before) ** POWERS[self.is_variance])
 
     def scale(self, before: float, factor: float) -> float:
-        """Return the number after the covariance was multiplied by a factor."""
+        """Return the number after multiplying the covariance by a factor."""
         return float(before * factor ** (1.0 / POWERS[self.is_variance]))
 
 
@@ -88,7 +88,7 @@ class LinearTransition(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearStep:
-    """A linear Gaussian model of one frame, and what was measured in it.
+    """A linear Gaussian model of one frame with its measurement.
 
     Attributes:
         dynamics: A_t, d_t and B_t.
@@ -104,15 +104,15 @@ class LinearStep:
 
 
 class LinearChain(NamedTuple):
-    """A linear Gaussian model over T frames, and what was measured in them.
+    """A linear Gaussian model of T frames with their measurements.
 
     Attributes:
-        mean: (d,) of the state before the first of these frames.
-        covariance: (d, d) of the same, which may be singular.
+        mean: (d,) mean of the state before the first frame.
+        covariance: (d, d) its covariance, which may be singular.
         transitions: (T, d, d) A_t.
         offsets: (T, d) d_t.
         noises: (T, d, k) B_t.
-        measurements: (T, m) z_t; a row that is not finite is missing.
+        measurements: (T, m) z_t; a non-finite row is missing.
         observations: (T, m, d) C_t.
         covariances: (T, m, m) R_t, positive definite.
     """
@@ -131,9 +131,9 @@ class LinearChain(NamedTuple):
         """Return the chain of some frames.
 
         Args:
-            mean: (d,) of the state before them.
-            covariance: (d, d) of the same.
-            steps: Of the T frames.
+            mean: (d,) mean of the state before them.
+            covariance: (d, d) its covariance.
+            steps: Steps of the T frames.
         """
         missing = np.full(len(steps[0].observation), np.nan)
         return cls(
@@ -149,20 +149,20 @@ class LinearChain(NamedTuple):
 
 
 class Model:
-    """A family's belief about the world, of states that are arrays (N, d).
+    """A model of a family, with states as arrays (N, d).
 
-    A family overrides what it has. `known` is what its functions may know beside states: the state of the tracker in
-    the frame before, as `prepare` has brought it up to the frame; of frame 0, that of frame 0 itself.
+    A family overrides the functions that it has. `known` is the tracker's state in the frame before, as updated by
+    `prepare`; in frame 0 it is the state of frame 0.
 
     Attributes:
-        title: What the likelihood compares, a few words; empty where no state can be asked.
-        evidence: What the mean likelihood of particles that are drawn by prediction is worth.
-        weighs: Whether a particle that is drawn by prediction has a weight in proportion to the likelihood alone.
-        scales: What scales the noises of a linear model, by the names of parameters; one of each kind at most.
-        axes: Which two components are the place in the picture, px; None where `place` and `put` say it, or where
-            states have none.
-        most_places: How many states a map of the picture may ask for, so that it takes 50 ms at most.
-        movable: Whether a person may put its particles and its estimate elsewhere.
+        title: Title of the likelihood in a few words; empty if it cannot be evaluated.
+        evidence: How the mean likelihood of predicted particles may be used to compare settings.
+        weighs: Whether the weight of a predicted particle is proportional to the likelihood alone.
+        scales: Scales of the noises of a linear model, by names of parameters; at most one of each kind.
+        axes: The two components that are the place in the picture, px; None if `place` and `put` define it, or if
+            states have no place.
+        most_places: Largest number of states on a map of the picture, so that it takes at most 50 ms.
+        movable: Whether people may move its particles and its estimate.
     """
 
     title: str = ""
@@ -176,7 +176,7 @@ class Model:
     # ------------------------------------------------------------ belief
 
     def components(self, parameters: Values) -> tuple[Component, ...]:
-        """Return the d coordinates of a state, in order; a model with a title must define it."""
+        """Return the d coordinates of a state in order; a model with a title must define it."""
         del parameters
         raise TypeError(f"the model {type(self).__name__} must define components")
 
@@ -189,85 +189,85 @@ class Model:
         raise TypeError(f"the model {type(self).__name__} must define log_likelihood")
 
     def linear(self, frame: Frame, parameters: Values, known: State) -> LinearStep | None:
-        """Return the model of a frame where it is linear and its noise Gaussian; else None."""
+        """Return the model of a frame if it is linear with Gaussian noise; else None."""
         del frame, parameters, known
         return None
 
     def prepare(self, state: State, frame: Frame, parameters: Values) -> State:
-        """Return the state before as far as it can be brought up to a frame without its particles."""
+        """Return the state of the frame before, updated to this frame except for its particles."""
         del frame, parameters
         return state
 
     # ------------------------------------------------------------ what there is to look into
 
     def centre(self, state: State) -> Floats:
-        """Return the state (d,) that stands for what is believed."""
+        """Return the state (d,) that represents the belief."""
         mean: Floats = state.posterior.mean
         return mean
 
     @property
     def has_place(self) -> bool:
-        """Whether its states lie in the picture, and can be asked all over it."""
+        """Whether its states have places in the picture, so that a map is possible."""
         return bool(self.title) and self.axes is not None
 
     def place(self, states: Floats, known: State) -> Floats:
-        """Return where states (N, d) are in the picture, (N, 2) px."""
+        """Return the places (N, 2) of states (N, d) in the picture, px."""
         del known
         return np.asarray(states[:, list(self.axes or ())])
 
     def put(self, one: Floats, places: Floats, known: State) -> Floats:
-        """Return states (M, d) at places (M, 2), px, that are else like one (d,)."""
+        """Return states (M, d) at places (M, 2), px, that otherwise equal one state (d,)."""
         del known
         states = np.tile(one, (len(places), 1))
         states[:, list(self.axes or ())] = places
         return states
 
     def moved(self, state: State, particle: int | None, place: Floats) -> State:
-        """Return a state with a particle at a place, or shifted as a whole until its estimate lies there."""
+        """Return a state with a particle at a place, or (particle None) shifted until its estimate is there."""
         del state, particle, place
         raise TypeError(f"the model {type(self).__name__} must define moved")
 
     def reach(self, size: tuple[int, int], count: int) -> Floats:
-        """Return the lowest and the highest place that something can be moved to, (2, count).
+        """Return the lowest and the highest place for moves, (2, count).
 
         Args:
             size: Width and height of the picture, px.
-            count: How many numbers a place has.
+            count: Number of coordinates of a place.
         """
         return np.array([(0.0,) * count, np.array(size) - 1.0])
 
     def landing(self, current: Floats, place_px: Floats) -> Floats:
-        """Return the place of what was at another one, `current`, and is seen at one (2,) of the drawing, px."""
+        """Return the new place of an object at `current` that is moved to (2,) in the drawing, px."""
         del current
         return place_px
 
     def parts(self, one: Floats, frame: Frame, parameters: Values, known: State) -> tuple[Part, ...]:
-        """Return what the likelihood of one state (d,) is made of."""
+        """Return the parts of the likelihood of one state (d,)."""
         del one, frame, parameters, known
         return ()
 
     def update_parts(self, before: State, state: State, frame: Frame, parameters: Values) -> tuple[Part, ...]:
-        """Return what a step was made of beside particles: innovation and gain, or what each feature contributed."""
+        """Return the parts of a step besides particles: innovation and gain, or contributions of features."""
         del before, state, frame, parameters
         return ()
 
     def cloud(self, state: State) -> Cloud | None:
-        """Return the particles of a state, laid open; None of a state without."""
+        """Return the particles of a state; None for a state without particles."""
         particles = state.particles
         return None if particles is None else Cloud(particles.states, particles.log_weights, particles.ancestors)
 
     def chains(self, state: State, frames: Sequence[Frame], parameters: Values) -> tuple[LinearChain, ...] | None:
-        """Return the linear model of some frames, as chains whose log evidence sums to the tracker's.
+        """Return the linear model of some frames as chains whose log evidence sums to that of the tracker.
 
-        What a chain begins with depends on no noise that is scaled.
+        The initial state of a chain does not depend on scaled noises.
 
         Args:
-            state: Of the first frame.
-            frames: From that one on.
-            parameters: In force.
+            state: State of the first frame.
+            frames: The frames from that one on.
+            parameters: Parameters in force.
 
         Returns:
-            One chain, or of a tracker of many points one for each; None if the model is not linear.
+            One chain, or one for each point of a tracker of many points; None if the model is not linear.
         """
         steps = [self.linear(frame, parameters, state) for frame in frames[1:]]
         known = [step for step in steps if step is not None]
@@ -277,20 +277,20 @@ class Model:
         return (LinearChain.of(posterior.mean, posterior.covariance, known),)
 
     def evaluate(self, before: State, states: Floats, frame: Frame, parameters: Values) -> Floats:
-        """Return log p(z_t | x_t) (N,) of states (N, d), given the state before; NaN counts as impossible, -inf."""
+        """Return log p(z_t | x_t) (N,) of states (N, d), given the state before; NaN becomes -inf."""
         found = self.log_likelihood(states, frame, parameters, self.prepare(before, frame, parameters))
         return np.where(np.isnan(found), -np.inf, found)
 
     def map(
         self, before: State, state: State, frame: Frame, parameters: Values, size: tuple[int, int]
     ) -> LikelihoodMap:
-        """Return the likelihood all over a picture.
+        """Return the likelihood over a picture.
 
         Args:
-            before: The state of the frame before.
-            state: The state of the frame: what is asked for is like it in all but the place.
-            frame: What was seen.
-            parameters: In force.
+            before: State of the frame before.
+            state: State of the frame; the evaluated states differ from it only in the place.
+            frame: The observation.
+            parameters: Parameters in force.
             size: Width and height of the picture, px.
 
         Raises:
@@ -305,15 +305,15 @@ class Model:
 
 
 class FilterModel(Model, ABC):
-    """A belief that particle filters join: those of pftrack, and a person's own in a file.
+    """A model for particle filters: those of pftrack, and people's own in files.
 
     Python refuses a model that lacks one of the abstract functions, and names it.
 
     Attributes:
-        observed: What a filter in a file finds in a frame, as a sentence.
-        example: Address of the module whose text is a file to begin with; nothing imports it.
-        reads: Name of the tracker whose parameters those functions read that stand in for what a file leaves out.
-        project: (states (N, d), known) -> where each state sees the F points of a solid, (F, N, 2) px; None if states
+        observed: Content of a frame for a filter in a file, as a sentence.
+        example: Name of the module whose text is an example file; it is not imported.
+        reads: Name of the tracker whose parameters are used by the functions that a file leaves out.
+        project: (states (N, d), known) -> images of the F points of a solid in each state, (F, N, 2) px; None if states
             are not poses.
     """
 
@@ -324,7 +324,7 @@ class FilterModel(Model, ABC):
 
     @abstractmethod
     def count(self, parameters: Values) -> int:
-        """Return how many particles there are to be."""
+        """Return the number of particles."""
 
     @abstractmethod
     def start(self, target: Target, frame: Frame, parameters: Values, rng: Stream) -> State:
@@ -332,7 +332,7 @@ class FilterModel(Model, ABC):
 
     @abstractmethod
     def particles(self, state: State, parameters: Values, rng: Stream) -> Any:  # noqa: ANN401 - see `ParticleSet`
-        """Return the particles of a state, drawn from what it believes if another tracker was at work before."""
+        """Return the particles of a state; if another tracker made it, draw them from its belief."""
 
     @abstractmethod
     def propagate(self, states: Floats, frame: Frame, parameters: Values, rng: Generator, known: State) -> Floats:
@@ -348,16 +348,16 @@ class FilterModel(Model, ABC):
 
     @abstractmethod
     def believe(self, known: State, update: Any, frame: Frame, parameters: Values) -> State:  # noqa: ANN401
-        """Return the state of a frame, given the particles that a filter has made (`filtered.Update`)."""
+        """Return the state of a frame from the particles of a filter (`filtered.Update`)."""
 
     @property
     @abstractmethod
     def series(self) -> tuple[Series, ...]:
-        """What a particle filter of it reports."""
+        """Series that a particle filter with this model reports."""
 
     @abstractmethod
     def measure(self, state: State) -> Mapping[str, SeriesValue]:
-        """Return the values of these series; those that a state does not have are left out."""
+        """Return the values of these series, without those that a state does not have."""
 
     def see(self, frame: Frame, known: State) -> Frame:
         """Return a frame as a filter in a file sees it."""

@@ -1,9 +1,9 @@
 """Parameters, declared once.
 
-Everything that a person can turn is a field of a `Parameters` model: its title, unit, bounds, step, default, one
-sentence of help, and whether it may change while a run is going on. Sliders, the REST schema, command-line options,
-sweep axes and the documentation are all generated from that one declaration, and every value enters through one door,
-`revise`, which refuses what is wrong with a sentence that names the field, the bound and the value.
+Each parameter is a field of a `Parameters` model, with title, unit, bounds, step, default, one sentence of help, and
+whether it may change during a run. Sliders, the REST schema, command-line options, sweep axes and the documentation are
+generated from this declaration. All values pass through `revise`, which refuses an invalid one with a message that
+names the field, the bound and the value.
 """
 
 import math
@@ -32,24 +32,24 @@ Role: TypeAlias = Literal[
     "loss_share",
     "drawing",
 ]
-"""What general code may know of a parameter without knowing its name.
+"""The meaning of a parameter for general code, which does not know its name.
 
-- "particles": a number of particles; limits on particles hold for it, and a cost may be plotted over it.
-- "threshold": a limit of the series that the parameter is a threshold of; it is drawn beside that series.
-- "noise": how far a tracker takes the target, or a measurement, to stray: a deviation, a variance or a bound.
-- "memory": how long a tracker holds on to what was: a share kept from frame to frame, or a number of frames.
-- "smoothing": how many later frames an earlier one is reconsidered by; a change of it changes no estimate of a frame
-  that is made when the frame is seen, and so neither saves nor loses a target.
+- "particles": a number of particles; limits on particles apply, and plots may show cost over it.
+- "threshold": a threshold of a series, drawn in the plot of that series.
+- "noise": assumed noise of the target's motion or of a measurement: a deviation, a variance or a bound.
+- "memory": how long a tracker keeps past information: a share kept from frame to frame, or a number of frames.
+- "smoothing": the number of later frames that revise an earlier one; it does not change the filtered estimates, and so
+  neither saves nor loses a target.
 - "sharpness": how much more likely a good match is than a poor one.
-- "resampling": how or when particles are drawn anew.
-- "world": of the scene and not of the tracker: how hard it is, such as the width of an occluder or the light.
+- "resampling": how or when to resample.
+- "world": a property of the scene, not of the tracker, such as the width of an occluder or the light.
 - "loss_share": the share of a run's frames that may be lost in a success.
-- "drawing": what is drawn and nothing else; a change of it shows at once, also of a frame that is computed already.
+- "drawing": only changes the drawing; it takes effect at once, also in computed frames.
 """
 
 
 LONGEST_FILE = 100_000
-"""Characters of a file that is a parameter's value: it travels with every recipe."""
+"""Most characters of a file as a parameter's value, which every recipe includes."""
 
 
 def _refuse_boolean(value: object) -> object:
@@ -59,17 +59,17 @@ def _refuse_boolean(value: object) -> object:
 
 
 NOT_BOOLEAN = BeforeValidator(_refuse_boolean)
-"""In the annotation of a number, as the last of it: the `true` of JSON is not 1."""
+"""Last item in the annotation of a number: the `true` of JSON is not 1."""
 
 
 Within: TypeAlias = tuple[float, float, float]
-"""The smallest and the largest value of a number, and the step of its slider."""
+"""Smallest and largest value of a number, and the step of its slider."""
 
 
 class Declaration(BaseModel):
-    """Everything about one parameter that the page, the command line and the documentation need.
+    """The declaration of one parameter for page, command line and documentation.
 
-    A number may be anything from `minimum` to `maximum`; its sliders cover the `useful` range.
+    A number may have any value from `minimum` to `maximum`; its slider covers the `useful` range.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -96,13 +96,13 @@ class Declaration(BaseModel):
     @computed_field  # type: ignore[prop-decorator]
     @property
     def label(self) -> str:
-        """Its title with its unit, as a control is called."""
+        """Title with unit, the label of a control."""
         return f"{self.title} ({self.unit})" if self.unit else self.title
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def hint(self) -> str:
-        """What it does, between which bounds, and whether a change restarts the run."""
+        """Description, bounds, and whether a change restarts the run."""
         unit = f" {self.unit}" if self.unit else ""
         bounds = "" if self.minimum is None else f"From {self.minimum:g} to {self.maximum:g}{unit}."
         return " ".join(filter(None, (self.description, bounds, "" if self.live else "A change restarts the run.")))
@@ -115,16 +115,16 @@ def _on_one_line(schema: dict[str, Any]) -> None:
 
 
 class Parameters(BaseModel):
-    """Base of all parameter models: immutable, closed to unknown names, finite numbers only.
+    """Base of all parameter models: immutable, without unknown names, with finite numbers only.
 
-    A class names what its own fields have in common; a field may say otherwise.
+    The class statement sets common attributes of its own fields; a field may override them.
 
         class MotionParameters(Parameters, group="Motion model", trackers=MODELLED): ...
 
     Attributes of the class statement:
-        group: The heading under which a panel shows the fields.
-        trackers: The trackers that read them; empty means all.
-        constants: Former parameters and the only values that they have now, which old recipes may name.
+        group: Heading of the fields in a panel.
+        trackers: Trackers that read the fields; empty means all.
+        constants: Former parameters with their only present values, which old recipes may name.
     """
 
     model_config = ConfigDict(
@@ -141,7 +141,7 @@ class Parameters(BaseModel):
         constants: Mapping[str, Value] = MappingProxyType({}),
         **config: Unpack[ConfigDict],
     ) -> None:
-        """Give the fields of a class what it declares for all of them; inherited ones have that of their own class."""
+        """Apply the attributes of the class statement to the fields of this class, not to inherited ones."""
         super().__init_subclass__(**config)
         cls.constants = dict(constants)
         for base in cls.__bases__:
@@ -153,7 +153,7 @@ class Parameters(BaseModel):
                 said.setdefault("trackers", list(trackers))
 
     def __hash__(self) -> int:
-        """Hash once: a run looks its parameters up in caches in every frame."""
+        """Return a stored hash, because a run looks up its parameters in caches in every frame."""
         known = self.__dict__.get("_hash")
         if known is None:
             known = hash((type(self), *(self.__dict__[name] for name in type(self).model_fields)))
@@ -184,24 +184,24 @@ def parameter(
     """Declare one field of a `Parameters` model.
 
     Args:
-        default: The value that a run starts with.
-        title: What a slider is called, in sentence case.
-        description: One sentence on what it does; the docstring below the field if not given.
-        unit: The unit as printed beside the value; empty for a pure number.
-        within: Of a number, the smallest and the largest value allowed, and the slider's step.
-        useful: Of a number, from where to where its slider goes; all that is allowed if not given.
+        default: Initial value.
+        title: Title in sentence case.
+        description: Effect in one sentence (default: the docstring below the field).
+        unit: Unit as shown with the value; empty for a pure number.
+        within: Smallest and largest value of a number, and the step of its slider.
+        useful: Range of a number's slider (default: all allowed values).
         colour: Whether the text is a colour, `#rrggbb`.
-        live: Whether a change may take effect in the middle of a run.
-        group: The heading under which a panel shows it, if it is not that of the class.
-        trackers: The trackers that read it, if not those of the class; empty means all.
-        role: What general code may do with it.
-        threshold_of: Of a "threshold", the name of the series that it limits.
-        sets: Of "particles", how many sets of this size a tracker has at most, such as one for each feature.
-        accept: Of a text that is the content of a small file, the suffix of such files, with the dot.
+        live: Whether a change may take effect during a run.
+        group: Heading in a panel (default: that of the class).
+        trackers: Trackers that read the parameter (default: those of the class); empty means all.
+        role: Meaning for general code.
+        threshold_of: For a "threshold", the name of the series that it limits.
+        sets: For "particles", the largest number of sets of this size in a tracker, such as one for each feature.
+        accept: For the text of a small file, the suffix of such files with the dot.
 
     Raises:
-        ValueError: A number has no bounds or a useful range beyond them or without the default, a threshold names no
-            series, or another role names one.
+        ValueError: A number has no bounds, or its useful range exceeds them or excludes the default; or the role and
+            `threshold_of` contradict each other.
     """
     if (role == "threshold") != bool(threshold_of):
         raise ValueError(f"a threshold and no other role names a series, got role {role!r} of {threshold_of!r}")
@@ -239,26 +239,26 @@ def parameter(
 
 @cache
 def declarations(model: type[Parameters]) -> tuple[Declaration, ...]:
-    """Return the declaration of every field of a parameter model, in order."""
+    """Return the declarations of all fields of a parameter model, in order."""
     return tuple(_declaration(model, name) for name in model.model_fields)
 
 
 def with_role(model: type[Parameters], role: Role) -> tuple[Declaration, ...]:
-    """Return the declarations of the fields that have a role, in order."""
+    """Return the declarations of the fields with a role, in order."""
     return tuple(declaration for declaration in declarations(model) if declaration.role == role)
 
 
 def limit_particles(declared: Iterable[Declaration], values: Mapping[str, Any], tracker: str, most: int) -> None:
-    """Refuse values with which a tracker would hold more particles than are allowed.
+    """Refuse values with which a tracker would have too many particles.
 
-    What counts is the product: a tracker with a set of particles for each feature holds all of them at once. Numbers of
-    particles that another tracker reads do not count.
+    The product counts: a tracker with a set of particles for each feature holds all sets at once. Numbers of particles
+    for other trackers do not count.
 
     Args:
-        declared: The declarations, with all that read them.
+        declared: The declarations with their readers.
         values: All values in force, by name.
         tracker: Name of the tracker.
-        most: How many particles are allowed.
+        most: Largest number of particles.
 
     Raises:
         ParameterError: A number of particles is too large.
@@ -270,16 +270,16 @@ def limit_particles(declared: Iterable[Declaration], values: Mapping[str, Any], 
 
 
 def read_particles(declared: Iterable[Declaration], values: Mapping[str, Any], tracker: str) -> int:
-    """Return how many particles a tracker with one set of them has; 0 for one without."""
+    """Return the number of particles of a tracker with one set; 0 for a tracker without particles."""
     read = (each for each in declared if each.role == "particles" and (not each.trackers or tracker in each.trackers))
     return next((int(values[each.name]) for each in read), 0)
 
 
 def parse(model: type[Parameters], name: str, text: str) -> Value:
-    """Read a parameter's value from text, as a command line gives it.
+    """Read a parameter's value from a command line.
 
     Raises:
-        ParameterError: The name is unknown or the text is no value of its kind.
+        ParameterError: The name is unknown, or the text is not a value of its kind.
     """
     known = {declaration.name: declaration for declaration in declarations(model)}
     if name not in known:
@@ -292,14 +292,14 @@ def parse(model: type[Parameters], name: str, text: str) -> Value:
 
 
 def revise(current: P, changes: Mapping[str, object]) -> P:
-    """Return a copy with some values changed, validated as a whole.
+    """Return a validated copy with some values changed.
 
     Args:
         current: The parameters in force.
         changes: New values by name.
 
     Raises:
-        ParameterError: A name is unknown, or a value is of the wrong kind, out of bounds or at odds with another.
+        ParameterError: A name is unknown, or a value is of the wrong kind, out of bounds or contradicts another.
     """
     model = type(current)
     known = {declaration.name: declaration for declaration in declarations(model)}
@@ -320,9 +320,9 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
 
 
 def nearest(model: type[Parameters], values: Mapping[str, object]) -> dict[str, object]:
-    """Bring finite numbers within their bounds and onto their steps, as where a line was dragged in a figure.
+    """Move finite numbers into their bounds and onto their steps, for example after a drag in a figure.
 
-    What is no number, or of no parameter, is left as it is for `revise` to refuse.
+    Other values and unknown names stay, so that `revise` refuses them.
     """
     known = {declaration.name: declaration for declaration in declarations(model)}
     return {name: _nearest(known[name], value) if name in known else value for name, value in values.items()}
@@ -341,13 +341,13 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
     choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     kinds = {bool: "boolean", int: "integer", float: "number"}
     special = {"choice": choices, "colour": said["colour"], "file": said["accept"]}
-    kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type: ignore[index]
-    described = {"description": " ".join((field.description or "").split()), **said}
-    return Declaration.model_validate({**described, "name": name, "kind": kind, "choices": choices})
+    kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type:
+    ignore[index] described = {"description": " ".join((field.description or "").split()), **said} return
+    Declaration.model_validate({**described, "name": name, "kind": kind, "choices": choices})
 
 
 def describe_allowed(declaration: Declaration) -> str:
-    """Return in words what a parameter may be, as messages say it: "a finite number between 0 and 640 px"."""
+    """Return the allowed values of a parameter in words: "a finite number between 0 and 640 px"."""
     unit = f" {declaration.unit}" if declaration.unit else ""
     match declaration.kind:
         case "boolean":
@@ -369,7 +369,7 @@ def _nearest(declared: Declaration, value: object) -> object:
     low, high, step = declared.minimum, declared.maximum, declared.step
     if low is None or high is None or step is None or not math.isfinite(value):
         return value
-    # A step such as 0.1 is none in binary: twelve digits leave 0.3 and not 0.30000000000000004.
+    # A step such as 0.1 is not exact in binary: twelve digits give 0.3 and not 0.30000000000000004.
     on_step = float(f"{low + step * round((value - low) / step):.12g}")
     within = min(max(on_step, low), high)
     return round(within) if declared.kind == "integer" else within

@@ -1,11 +1,10 @@
-"""Series: what is measured of every frame, declared as data.
+"""Series: quantities measured in every frame, declared as data.
 
-What is measured is declared: a tracker what it reports of its own belief, an experiment what it compares with the
-truth. Plots, readings, columns of sweeps and of saved files come from the declarations, and general code knows shapes
-and roles, never a name. What a method does not have, it neither declares nor reports: a frame of a Kalman filter has no
-effective sample size, not one of 0.
+A tracker declares what it reports about its belief, an experiment what it compares with the truth. Plots, readings and
+columns of sweeps and files follow from the declarations; general code uses shapes and roles, not names. A method omits
+quantities that it does not have: a frame of a Kalman filter has no effective sample size, instead of one of 0.
 
-The shapes, and what a value of each is in Python, in JSON and in the columns of a file of L frames:
+The shapes, with their values in Python, in JSON and in the columns of a file of L frames:
 
 | shape | Python | JSON | columns |
 |---|---|---|---|
@@ -14,11 +13,11 @@ The shapes, and what a value of each is in Python, in JSON and in the columns of
 | interval | `Interval` | [low, high] | (L, 2) |
 | hypotheses | `Hypotheses` | {"values": K lists of d, "weights": list} | (L, K, d), and (L, K) as `NAME_weights` |
 
-Hypotheses that know from which of the frame before they come have a list of K "parents" in JSON as well, and (L, K) as
-`NAME_parents` in columns.
+Hypotheses with known parents in the frame before also have a list of K "parents" in JSON, and (L, K) as `NAME_parents`
+in columns.
 
-A number that is not known is NaN in Python and in columns, and null in JSON. The number K of hypotheses, and the length
-d of a vector, may vary from frame to frame; columns are then as wide as the widest, the rest of them NaN.
+An unknown number is NaN in Python and in columns, and null in JSON. The number K of hypotheses and the length d of a
+vector may vary from frame to frame; columns then have the largest width and are filled with NaN.
 """
 
 import math
@@ -59,38 +58,37 @@ SeriesRole: TypeAlias = Literal[
     "nis_freedom",
     "nis_limit",
 ]
-"""What general code may do with a series without knowing its name.
+"""The meaning of a series for general code, which does not know its name.
 
-- "particles": a number, how many particles there are.
+- "particles": a number, the number of particles.
 - "ess": a number, the effective sample size of these particles.
-- "resampled": a number, 1 where parents were drawn and 0 where weights were only multiplied.
-- "distinct": a number, how many of the particles differ in what no noise renews.
-- "share": a vector, how many particles came from each sampler; the components are stacked.
-- "flag": a number, or a vector of such, that is 1 where something holds and 0 where not.
-- "event": a number, how often something happened in the frame; such frames are marked in the memory of a run.
-- "extent": a vector, width and height in px of the box around the estimate that the target is believed to fill.
-- "likeness": a number from 0 to 1, how like the tracker's model of the target that is which is at the estimate; or a
-  vector of such, one for each part of the target.
-- "model_likeness": a number from 0 to 1, or a vector of such, how like the first look of the target that model is.
-- "misfit": a number, the share in % of what is seen by which that differs from what is believed.
-- "visible": a vector, 1 for each part of the target that is to be seen in the picture, else 0, by the truth.
-- "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
-- "mirror_gap": a number, how many of its stated deviations the estimate is from the nearest other pose that the camera
-  shows alike; the tracker knows it without the truth.
-- "measured": a vector, the numbers that were measured of the target in the frame; NaN of one that was not seen.
-- "loss_probability": a number from 0 to 1, how probable it is that the target is lost; it is told from the rows of a
-  run (`pftrack.experiments.shared.loss_probability`), and no tracker reports it.
-- "excess": a number, the largest error of what is believed over its stated deviation; declared where the estimate is
-  not all that is believed.
-- "nis": a number, the normalised innovation squared: how far off the measurement of the frame was from what had been
-  expected of it, in the deviations expected. If the model holds, it is a chi-square variable.
+- "resampled": a number, 1 if resampling took place and 0 if weights were only multiplied.
+- "distinct": a number, how many particles differ in components that have no process noise.
+- "share": a vector, the number of particles from each proposal; plots stack the components.
+- "flag": a number or a vector, 1 for true and 0 for false.
+- "event": a number, how often something happened in the frame; the scrubber marks such frames.
+- "extent": a vector, width and height in px of the estimated box around the estimate.
+- "likeness": a number from 0 to 1, the similarity of the picture at the estimate to the tracker's model of the target;
+  or a vector with one such number for each part of the target.
+- "model_likeness": a number from 0 to 1, or a vector, the similarity of that model to the first look of the target.
+- "misfit": a number, the difference between observation and belief, in % of the observation.
+- "visible": a vector, 1 for each part of the target that is truly visible in the picture, else 0.
+- "mirrored": a number, 1 if the estimate is nearer to a mirror image of the truth than to the truth, else 0.
+- "mirror_gap": a number, the distance of the estimate from the nearest other pose with the same image, in stated
+  standard deviations; it needs no truth.
+- "measured": a vector, the measured numbers of the target in the frame; NaN for a number that was not seen.
+- "loss_probability": a number from 0 to 1, the probability that the target is lost; it is computed from the rows of a
+  run (`pftrack.experiments.shared.loss_probability`), and trackers do not report it.
+- "excess": a number, the largest ratio of an error to its stated deviation, for beliefs that are more than the
+  estimate.
+- "nis": a number, the normalised innovation squared. If the model holds, it is a chi-square variable.
 - "nis_freedom": a number, the degrees of freedom of that variable: how many numbers were measured in the frame.
-- "nis_limit": a number, what that variable stays below with a probability of 95 %.
+- "nis_limit": a number, the 95 % quantile of that variable.
 """
 
 
 class Interval(NamedTuple):
-    """Where something lies, both ends included, in the unit of its series."""
+    """A closed interval in the unit of its series."""
 
     low: float
     high: float
@@ -98,12 +96,12 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Hypotheses:
-    """K possibilities of d numbers each, and how probable each is.
+    """K hypotheses of d numbers each, with probabilities.
 
     Attributes:
         values: K tuples of d numbers, in the unit of the series.
         weights: K probabilities that sum to 1.
-        parents: K places among the hypotheses of the frame before, -1 of one that begins; empty where not known.
+        parents: K indices among the hypotheses of the frame before, -1 for a new one; empty if unknown.
     """
 
     values: tuple[tuple[float, ...], ...]
@@ -117,16 +115,16 @@ SeriesValue: TypeAlias = float | tuple[float, ...] | Interval | Hypotheses
 @with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """One number that is kept of a series over a whole run, such as a column of a sweep.
+    """One number that summarises a series over a complete run, such as a column of a sweep.
 
-    Frame 0, in which a tracker only begins, does not count.
+    Frame 0, the start of a tracker, does not count.
 
     Attributes:
-        name: Of the column.
-        title: What it is, a few words.
-        how: "mean" over the frames; "share", the mean over the frames of what part of a vector's sum one component is;
-            "count" of the frames in which a flag is set.
-        component: Of a "share", the component's name.
+        name: Name of the column.
+        title: Title in a few words.
+        how: "mean" over the frames; "share", the mean over the frames of one component divided by the sum of the
+            vector; or "count" of the frames in which a flag is set.
+        component: Name of the component for "share".
     """
 
     name: str
@@ -138,17 +136,17 @@ class Reduction:
 @with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Series:
-    """The declaration of something measured in every frame.
+    """The declaration of a quantity measured in every frame.
 
     Attributes:
-        name: Key among the measurements of a frame.
-        title: What it is, a few words.
-        unit: Of its numbers; empty for pure numbers.
-        shape: Of its values.
-        role: What general code may do with it.
-        components: Names of a vector's numbers, or of the d numbers of a hypothesis; empty where their number varies.
-        colours: Names in the palette of the components of a "share", in their order; of an "event", one name.
-        reductions: What is kept of it over a whole run.
+        name: Key among the values of a frame.
+        title: Title in a few words.
+        unit: Unit of its numbers; empty for pure numbers.
+        shape: Shape of its values.
+        role: Meaning for general code.
+        components: Names of a vector's components, or of the d numbers of a hypothesis; empty if their number varies.
+        colours: Names in the palette for the components of a "share", in order; one name for an "event".
+        reductions: Its summaries over a complete run.
     """
 
     name: str
@@ -162,10 +160,10 @@ class Series:
 
 
 def join(*declared: Iterable[Series]) -> tuple[Series, ...]:
-    """Return all series that several declare, each once, in the order in which they come first.
+    """Return all declared series, each once, in the order of their first declaration.
 
     Raises:
-        ValueError: Two different series have one name, or two reductions have.
+        ValueError: Two different series or two reductions have the same name.
     """
     known: dict[str, Series] = {}
     kept: set[str] = set()
@@ -181,14 +179,14 @@ def join(*declared: Iterable[Series]) -> tuple[Series, ...]:
 
 
 _NUMBER = int, float
-"""Asked of each number of each frame, where a union would be made anew."""
+"""Types of numbers; a constant, because a union would be made anew for each number of each frame."""
 
 
 def check_value(series: Series, value: SeriesValue) -> None:
-    """Refuse a value that is not of the declared shape.
+    """Refuse a value of another shape than the declared one.
 
     Raises:
-        ValueError: It is of another shape, or has another number of components than the declaration.
+        ValueError: The value has another shape or another number of components than declared.
     """
     match series.shape:
         case "number":
@@ -212,7 +210,7 @@ def check_value(series: Series, value: SeriesValue) -> None:
 
 
 def to_json(value: SeriesValue) -> Any:  # noqa: ANN401 - JSON
-    """Return a value as JSON has it; numbers that are not finite become None."""
+    """Return a value for JSON, with None for numbers that are not finite."""
     if isinstance(value, Hypotheses):
         known = {"values": [to_json(one) for one in value.values], "weights": to_json(value.weights)}
         return {**known, "parents": list(value.parents)} if value.parents else known
@@ -226,11 +224,11 @@ Known: TypeAlias = Annotated[
     BeforeValidator(lambda value: math.nan if value is None else value),
     PlainSerializer(lambda value: value if math.isfinite(value) else None, return_type=float | None),
 ]
-"""A number that may be unknown: NaN here, null in JSON, both ways."""
+"""A number that may be unknown: NaN in Python, null in JSON."""
 
 
 def as_json(value: object) -> dict[str, Any]:
-    """Return a dataclass or a pydantic model as JSON values; a `Known` number that is not finite becomes None."""
+    """Return a dataclass or a pydantic model as JSON values, with None for a `Known` number that is not finite."""
     adapter = _adapter_of(type(value))
     values: dict[str, Any] = adapter.dump_python(value, mode="json", by_alias=True)
     return values
@@ -240,7 +238,7 @@ _adapter_of: Callable[[type], TypeAdapter[Any]] = cache(TypeAdapter)
 
 
 def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:
-    """Return the values of a series over L frames as arrays by name, None where a frame has no such measurement."""
+    """Return the values of a series over L frames (None in frames without a value) as arrays by name."""
     if series.shape != "hypotheses":
         return {series.name: _pad([math.nan if value is None else value for value in values])}
     known = [value for value in values if isinstance(value, Hypotheses)]
@@ -259,14 +257,14 @@ def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, F
 
 
 def reduce(series: Series, column: Floats) -> dict[str, float | int | None]:
-    """Return what is kept of a series over a whole run, by the reductions' names.
+    """Return the reductions of a series over a complete run, by name.
 
     Args:
-        series: A number or a vector.
-        column: (L,) or (L, d) values of the frames after the first, NaN where there are none.
+        series: A series of numbers or vectors.
+        column: (L,) or (L, d) values of the frames after the first, NaN where missing.
 
     Returns:
-        A number each; None where no frame has a value.
+        One number for each reduction; None if no frame has a value.
     """
     known = column[~np.isnan(column).reshape(len(column), -1).any(axis=1)] if len(column) else column
     return {reduction.name: _reduce(series, reduction, known) for reduction in series.reductions}
@@ -294,7 +292,7 @@ def _is_vector(value: object, components: tuple[str, ...]) -> bool:
 
 
 def _pad(values: Sequence[Any]) -> Floats:
-    """Return numbers as (L,), or vectors as (L, the longest), the rest NaN."""
+    """Return numbers as (L,), or vectors as (L, longest) filled with NaN."""
     width = max((len(value) for value in values if isinstance(value, tuple)), default=None)
     if width is None:
         return np.array(values, dtype=np.float64)
@@ -305,11 +303,11 @@ def _pad(values: Sequence[Any]) -> Floats:
     return padded
 
 
-# What a page shows of every frame in curves and in figures, declared as data.
+# Plots and readings, declared as data.
 #
-# An experiment lists its plots and its readings, as it lists its parameters; what shows them, a page or a notebook,
-# needs to know the kinds below and nothing of the experiment. A plot is a view of the diagnostics of the frames: of
-# their own columns, of the series that have a role, or of series by name. What no frame of a run has is not shown.
+# An experiment lists its plots and readings, as it lists its parameters; pages and notebooks know only the kinds below.
+# A plot shows diagnostics of the frames: their own columns, series of a role, or series by name. Plots without any
+# value are not shown.
 
 PlotKind: TypeAlias = Literal[
     "error",
@@ -345,37 +343,37 @@ ReadingKind: TypeAlias = Literal[
 class Plot:
     """A plot over the frames of a run.
 
-    Kinds that read the diagnostics' own columns are "error", shaded where the target is hidden or lost; and "sigma",
-    the largest standard deviation beside the parameters that are thresholds of "sigma". Kinds that read the series of
-    a role are "sample size", of the roles "ess" and "particles"; "samplers", of the role "share"; and "innovation", of
-    the roles "nis" and "nis_limit". Kinds that read series by name:
+    Some kinds read columns of the diagnostics: "error", shaded where the target is hidden or lost; and "sigma", the
+    largest standard deviation with the parameters that are its thresholds. Some read series by role: "sample size"
+    (roles "ess" and "particles"), "samplers" (role "share") and "innovation" (roles "nis" and "nis_limit"). The others
+    read series by name:
 
-    - "value": one number a frame;
-    - "band": one number a frame, within a band of two standard deviations, and the truth;
-    - "interval": the ends of one or several intervals a frame, and the truth;
-    - "hypotheses": one component of K hypotheses a frame, the more opaque the greater their weights, and the truth;
-    - "tree": hypotheses with their parents, a row for each place among those of a frame, the more opaque the greater
-      their weights, and the way back along the parents from the most probable one of the newest frame;
-    - "features": a vector of numbers from 0 to 1, a row each, shaded where the feature is hidden;
-    - "frequency": of flags, how many were set up to each frame, beside the `levels` where that share should be.
+    - "value": one number per frame;
+    - "band": one number per frame in a band of two standard deviations, and the truth;
+    - "interval": the ends of one or several intervals per frame, and the truth;
+    - "hypotheses": one component of K hypotheses per frame, more opaque for greater weights, and the truth;
+    - "tree": hypotheses with their parents, one row per index, more opaque for greater weights, and the path of the
+      newest frame's most probable hypothesis back through its ancestors;
+    - "features": a vector of numbers from 0 to 1, one row each, shaded where the feature is hidden;
+    - "frequency": the share of set flags up to each frame, with its expected `levels`.
 
     Attributes:
         id: Name among the experiment's plots.
-        title: What it shows, a few words; with its unit it stands above the plot.
-        kind: How it is drawn.
-        description: What is to be seen, one sentence.
-        unit: Of what it shows; errors and standard deviations have the experiment's.
-        series: Names of the series that it draws.
-        sd: Of a "band", the series of standard deviations.
-        truth: Of a "band", an "interval" or "hypotheses", the series of the truth.
-        component: Of "hypotheses", which of the d numbers is drawn.
-        shown: Of a "tree", the parameter, a whole number of the role "drawing", that says which hypothesis of the frame
-            is drawn, 1 the first: to click at one is to go to its frame and to set it. Empty where none is drawn.
-        visible: Of "features", the series that is 0 where the truth says that a feature is hidden.
-        recognised: Of "features", the series that is 0 where the tracker itself did not make a feature out.
-        row_titles: Of "features", the rows' names written out, where these are short; in their order.
-        levels: Of a "frequency", where the share of each series should be, 0..1.
-        needs_truth: Whether there is nothing to draw where the truth is unknown.
+        title: Title in a few words; it is shown above the plot with the unit.
+        kind: Kind of plot.
+        description: Content in one sentence.
+        unit: Unit of the values; errors and standard deviations have the experiment's unit.
+        series: Names of the drawn series.
+        sd: For a "band", the series of standard deviations.
+        truth: For a "band", an "interval" or "hypotheses", the series of the truth.
+        component: For "hypotheses", the index of the drawn number.
+        shown: For a "tree", the integer parameter of the role "drawing" that chooses the drawn hypothesis, from 1. A
+            click on a hypothesis goes to its frame and sets the parameter. Empty if none is drawn.
+        visible: For "features", the series that is 0 where a feature is truly hidden.
+        recognised: For "features", the series that is 0 where the tracker did not recognise a feature.
+        row_titles: For "features", full titles of the rows in order, if their names are abbreviated.
+        levels: For a "frequency", the expected share of each series, 0..1.
+        needs_truth: Whether the plot is empty without a truth.
     """
 
     id: str
@@ -395,7 +393,7 @@ class Plot:
     needs_truth: bool = False
 
     def unit_beside(self, unit: str) -> str:
-        """Return the unit of its values, given that of the experiment's errors."""
+        """Return the unit of its values, given the unit of the experiment's errors."""
         return self.unit or (unit if self.kind in {"error", "sigma"} else "")
 
     @property
@@ -406,18 +404,18 @@ class Plot:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A line of figures that belongs to one frame.
+    """A line of numbers about one frame.
 
-    "value", a number with its standard deviation, "interval", its two ends, "hypotheses", the most probable one, and
-    "count", how many flags of a vector are set, read series by name; "particles" and "samplers" read series by role;
-    all others read the diagnostics' own columns.
+    The kinds "value" (a number with its standard deviation), "interval" (two ends), "hypotheses" (the most probable
+    one) and "count" (the number of set flags) read series by name; "particles" and "samplers" read series by role; all
+    others read columns of the diagnostics.
 
     Attributes:
-        title: What it says, one or two words.
-        kind: How it is written.
-        unit: Of what a series by name is measured in.
-        series: Name of the series that it writes.
-        sd: Of a "value", the series of standard deviations.
+        title: Title of one or two words.
+        kind: Kind of reading.
+        unit: Unit of a series by name.
+        series: Name of the series.
+        sd: For a "value", the series of standard deviations.
     """
 
     title: str
@@ -442,8 +440,7 @@ def read_plots(path: Path) -> Mapping[str, Plot]:
 
 
 STANDARD_PLOTS = tuple(read_plots(Path(__file__).with_name("plots.yaml")).values())
-"""The plots that suit every method: a method that has no particles, no choice between samplers, or no innovation shows
-fewer."""
+"""Plots for every method; a method without particles, without several proposals or without innovations shows fewer."""
 
 ERROR, SIGMA, SAMPLE_SIZE, SAMPLERS, INNOVATION = STANDARD_PLOTS
 
@@ -458,4 +455,4 @@ STANDARD_READINGS = (
     Reading("log evidence", "evidence"),
     STEP_TIME,
 )
-"""The readings of the same."""
+"""Readings for every method."""
