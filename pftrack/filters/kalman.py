@@ -146,19 +146,35 @@ def condition(
     return Gaussian(mean, covariance), log_evidence
 
 
-def steady_lag(acceleration: float, process_sd: float, measurement_sd: float) -> float:
-    """Return by how many of its standard deviations a filter of position and velocity lags behind what accelerates.
+def expected_coverage(
+    path: Floats, *, process_sd: float, measurement_sd: float, true_sd: float, initial_sd: float, retention: float = 1.0
+) -> float:
+    """Return in which share of the frames the 95 % band of a filter of position and velocity is to hold a known path.
 
-    One that takes an acceleration a of each frame for noise of standard deviation q settles a R / q behind, and gives
-    itself a standard deviation of about R (2 q / R)^(1/4), if q is far below R (Bar-Shalom, Li, Kirubarajan 2001,
-    section 6.5).
+    Its error is the lag behind the path, which is that of a filter that sees the path without noise, and what the noise
+    adds. Neither is what the filter takes it to be where the noises that it assumes are not the true ones.
 
     Args:
-        acceleration: a, unit per frame^2.
-        process_sd: q, unit.
-        measurement_sd: R, unit.
+        path: (T,) true places; the filter begins at rest at the first of them.
+        process_sd: Noise of the motion that the filter assumes, unit.
+        measurement_sd: Noise of the measurements that it assumes, unit.
+        true_sd: Noise that they have, unit.
+        initial_sd: Of its two first places, unit.
+        retention: Share of the velocity that it expects to stay.
     """
-    return float(acceleration / process_sd * math.sqrt(math.sqrt(0.5 * measurement_sd / process_sd)))
+    mean, known, spread = np.full(2, path[0]), initial_sd**2 * np.eye(2), np.zeros((2, 2))
+    motion, held = np.array([[1.0 + retention, -retention], [1.0, 0.0]]), []
+    for place in path[1:].tolist():
+        mean, known, spread = motion @ mean, motion @ known @ motion.T, motion @ spread @ motion.T
+        known[0, 0] += process_sd**2
+        gain = known[:, 0] / (known[0, 0] + measurement_sd**2)
+        kept = np.eye(2) - np.outer(gain, (1.0, 0.0))
+        mean, known = mean + gain * (place - mean[0]), kept @ known
+        spread = kept @ spread @ kept.T + true_sd**2 * np.outer(gain, gain)
+        reach, off = 1.96 * math.sqrt(known[0, 0]), mean[0] - place
+        wide = math.sqrt(2.0 * spread[0, 0]) or math.ulp(reach)
+        held.append(0.5 * (math.erf((reach - off) / wide) + math.erf((reach + off) / wide)))
+    return math.fsum(held) / len(held)
 
 
 def _check(

@@ -4,13 +4,13 @@ Bando's question: when the target is hidden, is it better to trust the predictio
 switch between them? The scene is simulated, or any recording on which a person has drawn a box around the target.
 """
 
-import math
 from collections.abc import Sequence
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 
+from pftrack.core.model.band import STANDARD_CALIBRATION
 from pftrack.core.model.drawing import COLOURS, Drawing, Polyline
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
@@ -18,11 +18,12 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.ball import model
-from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, look_beside, suits
+from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, centre, look_beside, suits
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
-from pftrack.experiments.shared import sketch
+from pftrack.experiments.shared import recording, sketch
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
 from pftrack.filters import kalman
@@ -36,14 +37,37 @@ class SimulatedBallParameters(model.ScoringParameters, model.BallTrackerParamete
     """The simulated scene and its trackers."""
 
     @property
-    def kalman_lag(self) -> float:
-        """By how many of its standard deviations the Kalman filter lags behind the swing, about.
+    def kalman_coverage(self) -> float:
+        """In which share of the reports the 95 % band of the Kalman filter is to hold a ball alone."""
+        return _kalman_coverage(self)
 
-        Velocity that is not retained adds to the acceleration that the filter does not expect.
-        """
-        turn = math.pi / (self.period_s * self.frame_rate_hz)
-        acceleration = self.amplitude_px * turn * (turn + 1.0 - self.velocity_retention)
-        return kalman.steady_lag(acceleration, self.process_noise_px, self.measurement_noise_px)
+    @property
+    def colour_contrast(self) -> float:
+        """How much likelier pixels of the ball are than those of the ground, over the noise."""
+        colours = np.array(
+            [[recording.rgb(self.ball_colour)], [recording.rgb(self.background_colour)]], dtype=np.float64
+        )
+        noise = Stream(0, 0, Purpose.SCENE).standard_normal((len(colours), 200, 3))
+        picture = np.clip(np.rint(colours + self.image_noise_sd * noise), 0, 255).astype(np.uint8)
+        ball, ground = chromaticity.likelihood_map(picture, model.colour_model(self), self.background_level).mean(
+            axis=1
+        )
+        return float(ball / ground) if ground > 0 else np.inf
+
+
+@lru_cache(maxsize=64)
+def _kalman_coverage(parameters: SimulatedBallParameters) -> float:
+    turns = np.arange(STANDARD_CALIBRATION.frames) / (parameters.period_s * parameters.frame_rate_hz)
+    path = np.array([centre(parameters, turn) for turn in turns.tolist()])
+    held = partial(
+        kalman.expected_coverage,
+        process_sd=parameters.process_noise_px,
+        measurement_sd=parameters.measurement_noise_px,
+        true_sd=0.3,  # the centroid of whole pixels
+        initial_sd=parameters.initial_sd_px,
+        retention=parameters.velocity_retention,
+    )
+    return float(np.mean([held(axis) for axis in path.T]))
 
 
 class RecordedBallParameters(JudgedByBox, RecordingParameters, model.BallTrackerParameters):

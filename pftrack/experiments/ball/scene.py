@@ -124,7 +124,8 @@ class BallSource:
         return Frame(index, time_s, image_rgb=image, target=_target(parameters, turns))
 
 
-def _centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float]:
+def centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float]:
+    """Return where the ball is, px, so many swings after it began."""
     if parameters.ball_path == "bounces":
         height = parameters.image_height_px / 2
         reach = min(parameters.amplitude_px, max(height - parameters.ball_radius_px, 0.0))
@@ -153,7 +154,7 @@ def _zigzag(turns: float) -> float:
 
 
 def _target(parameters: BallSceneParameters, turns: float) -> Target:
-    u, v = _centre(parameters, turns)
+    u, v = centre(parameters, turns)
     left, right = recording.strip(parameters, parameters.image_width_px)
     radius = parameters.ball_radius_px
     hidden = left <= u - radius and u + radius < right
@@ -167,7 +168,7 @@ def _picture(
     """Draw the scene without noise; two periods of Bando's scene stay in the cache for the next run."""
     image = _ground(parameters.image_width_px, parameters.image_height_px, parameters.background_colour).copy()
     colour = np.array(recording.rgb(parameters.ball_colour))
-    for u, v, radius, *light in (*look_alikes, (*_centre(parameters, turns), parameters.ball_radius_px)):
+    for u, v, radius, *light in (*look_alikes, (*centre(parameters, turns), parameters.ball_radius_px)):
         shade = np.rint(colour * (light[0] if light else 1.0)).astype(int).tolist()
         paint_disc(image, u, v, float(radius), tuple(shade))
     recording.paint(image, parameters, parameters.ball_colour)
