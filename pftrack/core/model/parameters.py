@@ -341,9 +341,9 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
     choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
     kinds = {bool: "boolean", int: "integer", float: "number"}
     special = {"choice": choices, "colour": said["colour"], "file": said["accept"]}
-    kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type:
-    ignore[index] described = {"description": " ".join((field.description or "").split()), **said} return
-    Declaration.model_validate({**described, "name": name, "kind": kind, "choices": choices})
+    kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type: ignore[index]
+    described = {"description": " ".join((field.description or "").split()), **said}
+    return Declaration.model_validate({**described, "name": name, "kind": kind, "choices": choices})
 
 
 def describe_allowed(declaration: Declaration) -> str:
