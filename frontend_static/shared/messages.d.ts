@@ -302,7 +302,7 @@ export interface Course {
   values: (number | null)[];
 }
 
-/** Everything about one parameter that the page, the command line and the documentation need. */
+/** The declaration of one parameter for page, command line and documentation. */
 export interface Declaration {
   name: string;
   title: string;
@@ -322,9 +322,9 @@ export interface Declaration {
   threshold_of: string;
   sets: number;
   accept: string;
-  /** Its title with its unit, as a control is called. */
+  /** Title with unit, the label of a control. */
   label: string;
-  /** What it does, between which bounds, and whether a change restarts the run. */
+  /** Description, bounds, and whether a change restarts the run. */
   hint: string;
 }
 
@@ -999,7 +999,7 @@ export interface Key {
   meaning: string;
 }
 
-/** What can be switched on and off in a drawing. */
+/** A part of a drawing that can be switched on and off. */
 export interface Layer {
   name: string;
   title: string;
@@ -1484,7 +1484,7 @@ export interface QueuePublic {
   before: number;
 }
 
-/** A line of figures that belongs to one frame. */
+/** A line of numbers about one frame. */
 export interface Reading {
   title: string;
   kind: "estimate" | "error" | "sigma" | "particles" | "samplers" | "evidence" | "time" | "value" | "interval" | "count" | "hypotheses";
@@ -1517,7 +1517,7 @@ export interface RecipeRequest {
   defaults?: Record<string, boolean | number | string>;
 }
 
-/** One number that is kept of a series over a whole run, such as a column of a sweep. */
+/** One number that summarises a series over a complete run, such as a column of a sweep. */
 export interface Reduction {
   name: string;
   title: string;
@@ -1717,7 +1717,7 @@ export interface Seek {
   frame: number;
 }
 
-/** The declaration of something measured in every frame. */
+/** The declaration of a quantity measured in every frame. */
 export interface Series {
   name: string;
   title: string;
@@ -2192,7 +2192,7 @@ export interface VerdictPublic {
   words: string[];
 }
 
-/** A side from which to look at a world. */
+/** A direction from which to look at a world. */
 export interface Viewpoint {
   name: string;
   title: string;
@@ -2219,7 +2219,7 @@ export interface WorkPublic {
   total: Record<string, number>;
 }
 
-/** A space with a unit, an extent, an upright axis and sides from which to look at it. */
+/** A space with a unit, an extent, an upright axis and viewpoints. */
 export interface World {
   name: string;
   title: string;
