@@ -161,7 +161,7 @@ def test_a_page_on_this_machine_writes_the_file(owner: Server, client: httpx.Cli
     assert httpx.put(f"{owner.url}/api/v1/filters/mine", json=body).status_code == 401
     assert client.put("/api/v1/filters/mine", json=body).json()["text"] == changed == file.read_text()
     wait_for(lambda: get(client, session)["branch"] == "b1")
-    assert "changed by somebody else" in error_of(client.put("/api/v1/filters/mine", json=body), 409)["message"]
+    assert "changed meanwhile" in error_of(client.put("/api/v1/filters/mine", json=body), 409)["message"]
     assert client.put("/api/v1/filters/other", json=body).status_code == 404
 
 

@@ -97,7 +97,7 @@ def test_it_needs_its_upload(start_server: Any) -> None:
         ({"axes": [{"name": "sway_px", "values": [1]}]}, "no parameter 'sway_px' on a recording"),
         ({"footage": {"start": 1}}, "mark must be given"),
         ({"footage": {"mark": MARK, "start": 12}}, "a frame of the upload, 0 to 11"),
-        ({"upload": "0123456789abcdef"}, "upload is not here"),
+        ({"upload": "0123456789abcdef"}, "upload is missing"),
         ({"experiment": "sine"}, "takes no recording"),
     ],
 )
