@@ -65,6 +65,8 @@ def test_failure_three_is_found_in_the_gallery(failure: FailurePage, server: Ser
     assert page.locator("h1").bounding_box()["width"] <= 1, "the navigation says where one is, nothing says it twice"
     failure.until(lambda: page.locator(".curve canvas").count() == 10, "the errors of all are drawn")
     assert len(asked) == 2
+    curve = page.locator("[data-failure=wrong-dynamics]").locator(".figure-miniature, .curve canvas")
+    assert curve.nth(1).bounding_box()["height"] <= curve.nth(0).bounding_box()["height"], "it covers no words"
     words = page.locator("[data-failure=wrong-dynamics] .figure-miniature").get_attribute("aria-label")
     assert "Error over 60 frames. It fails after frame 6: up to 138.9 px" in words
     card = page.locator(".failure-card", has=page.locator(".failure-number", has_text="3"))
