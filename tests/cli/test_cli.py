@@ -25,6 +25,14 @@ def test_list_names_every_experiment(call: Call) -> None:
     assert listed[0]["trackers"][0].keys() == {"id", "title", "description"}
 
 
+def test_a_shell_completes_commands(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As `--show-completion` sets it up."""
+    said = {"_PFTRACK_COMPLETE": "complete_bash", "COMP_WORDS": "pftrack show-", "COMP_CWORD": "1"}
+    for name, value in said.items():
+        monkeypatch.setenv(name, value)
+    assert call()[1].split() == ["show-recipe"]
+
+
 def helps(command: Any) -> Iterator[str]:
     """The help of every option and argument of the library's own commands."""
     for parameter in command.params:

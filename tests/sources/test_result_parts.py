@@ -64,7 +64,10 @@ def test_a_folder_holds_them(tmp_path: Path) -> None:
     sequence = open_sequence(tmp_path)
     assert (sequence.index.kind, sequence.size, sequence.frame_count) == ("beliefs", (128, 96), 2)
     assert sequence.picture(1).mean() == pytest.approx(90, abs=2)
-    assert sequence.index.warnings[-1] == "The truth that came along is of 1 target in 2 frames."
+    assert sequence.index.warnings[-2:] == (
+        "The truth that came along is of 1 target in 2 frames.",
+        "Of the truth: Its first frame was taken as 1.",
+    )
     again = open_sequence(tmp_path, index=sequence.index)
     assert again.index == sequence.index
     (tmp_path / "gt.txt").write_bytes(MOT)
