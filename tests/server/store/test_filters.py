@@ -182,5 +182,5 @@ def test_a_server_that_others_reach_never_takes_code(file: Path, tmp_path: Path)
             json={"text": "x = 1", "before": ""},
             headers={"Authorization": f"Bearer {TOKEN}"},
         )
-        assert "this machine alone" in error_of(answer, 409)["message"]
+        assert "no other machine can reach" in error_of(answer, 409)["message"]
     assert file.read_text() == TEXT
