@@ -30,7 +30,7 @@ from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.declared import read_words, read_worlds
 from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
-from pftrack.experiments.histogram.model import MODEL, REPORTED, SIZE, HistogramState, judge, mark
+from pftrack.experiments.histogram.model import MODEL, REPORTED, SIZE, HistogramState, judge, mark, separating_share
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters, ScoringParameters
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
 from pftrack.experiments.shared.filtered import filtered
@@ -406,8 +406,8 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
 
     A box holds background in its corners, which differs from place to place, so the middle of the window is weighed
     more, and colours less that are around the target as well; what has an upper and a lower end is counted in parts;
-    and real targets and cameras move and turn faster than simulated ones. All of these are starting values: every
-    parameter but the window's is live.
+    edges count beside colours as far as they separate the target in the first picture; and real targets and cameras
+    move and turn faster than simulated ones. These are starting values: every parameter but the window's is live.
 
     Args:
         sequence: The pictures.
@@ -416,7 +416,7 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
         truth: True boxes by number of the picture, where they are known.
     """
     box = mark.corner_and_size
-    side = min(box[2:])
+    side, picture = min(box[2:]), sequence.picture(start)
     parameters = revise(
         RecordedHistogramParameters(),
         {
@@ -431,10 +431,12 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
             "gamma_max_px": min(0.5 * side, 1000.0),
             **PICTURES,
             "wide_noise_px": min(max(0.35 * side, 1.0), 500.0),
-            "distracter_colour": chromaticity.median_colour(sequence.picture(start), box),
+            "distracter_colour": chromaticity.median_colour(picture, box),
         },
     )
-
+    middle = np.array([box[0] + (box[2] - 1.0) / 2.0, box[1] + (box[3] - 1.0) / 2.0])
+    share = round(20.0 * separating_share(picture, middle, parameters)) / 20.0
+    parameters = revise(parameters, {"cells_share": share})
     source = RecordingSource(sequence, box, start, truth.at if truth else None)
     return Setup(lambda _seed, _parameters: source, parameters, success="inside_share", beside=look_beside)
 
@@ -448,10 +450,10 @@ EXPERIMENT = Experiment(
         wire,
         recorded=lambda _kind: RecordedHistogramParameters(),
         marks=(Box,),
-        wanted="a box around the target, which is tracked by its colours",
+        wanted="a box around the target, which is tracked by its colours and edges",
         suits=suits,
         clip_title="Colours of a window",
-        clip_about=("sample_count", "sharpness", "weigh_background", "follow_size", "process_noise_px", "find_again"),
+        clip_about=("sample_count", "sharpness", "cells_share", "follow_size", "process_noise_px", "find_again"),
     ),
     draw=draw,
     judge=Judge(distance, "px", lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2),

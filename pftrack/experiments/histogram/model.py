@@ -19,7 +19,7 @@ from pftrack.core.model.likelihood import Amount, Component, Histograms, Part, P
 from pftrack.core.model.model import State, Values
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
-from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import exponential, exponentials, logarithm
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
@@ -31,7 +31,7 @@ from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.shared.sampling import LoopModel, Motion, crop
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
-from pftrack.vision.likelihoods import histogram
+from pftrack.vision.likelihoods import cells, histogram
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_table
 from pftrack.vision.matching import camera_shift, small_grey
 
@@ -72,6 +72,7 @@ class HistogramState(PointState):
         background: What is around the target, as far as it counts.
         background_use: Whether bins are weighed by it, and how much contrast counts.
         view: The last picture, small and grey, if the camera is followed.
+        learned: What is known of the window in cells; None while they do not count.
         likeness: rho of the window at the estimate.
         missed: For how many frames in a row that has been too low.
         searching: Whether the target is lost, and looked for; None while that is never done.
@@ -85,6 +86,7 @@ class HistogramState(PointState):
     background: histogram.Background
     background_use: tuple[bool, float]
     view: NDArray[np.uint8] | None
+    learned: cells.Cells | None = None
     likeness: float = 1.0
     missed: int = 0
     searching: bool | None = None
@@ -121,7 +123,7 @@ class HistogramState(PointState):
         return self.scale * width, self.scale * height
 
 
-SURROUNDINGS = 2
+SURROUNDINGS = 4
 """Sides of the part of the picture that a first look keeps, in sides of the window."""
 
 
@@ -196,6 +198,33 @@ def model_of(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> 
     return histogram.fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space)
 
 
+LEAST_SCORE, LEARNING_RATE = 0.3, 0.05
+"""Score of the cells at the estimate from which on they are learned, and how fast."""
+
+
+@lru_cache(maxsize=64)
+def first_cells(look: Look) -> cells.Cells:
+    """Return what is known of a look in cells."""
+    return cells.begin(look.patch_rgb, look.middle, half_sides(look))
+
+
+def half_sides(look: Look, scale: float = 1.0) -> Floats:
+    """Return half the width and height of the window, (2,) px, at a size."""
+    return scale * (np.array(look.window.size_px) / 2.0)
+
+
+def separating_share(image_rgb: NDArray[np.uint8], place: Floats, parameters: HistogramTrackerParameters) -> float:
+    """Return how much cells should count: what they tell of a target's place, times what colours leave open."""
+    look, (space, kernel, parts) = first_look(image_rgb, place, parameters), _counting(parameters)
+    patch, windows = read_only(look.patch_rgb), cells.windows_around(look.middle, half_sides(look), cells.AROUND)
+    background = _background(look, space, kernel, *_use(parameters))
+    root = histogram.roots_of(model_of(look, space, kernel, parts), background)
+    rho = histogram.similarities(patch, *windows, bin_table(space), root, kernel, parts, background)
+    score = cells.scores(patch, windows, first_cells(look))
+    by_cells, by_colours = (float(found[0] - found[1:].mean()) for found in (score, rho))
+    return min(max(by_cells * (1.0 - by_colours), 0.0), 1.0)
+
+
 def judge(
     state: HistogramState, image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters
 ) -> HistogramState:
@@ -207,13 +236,23 @@ def judge(
     likeness = histogram.similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
     missed = state.missed + 1 if likeness < parameters.lost_likeness else 0
     searching = missed >= parameters.lost_after_frames if parameters.find_again else None
-    state = replace(state, likeness=likeness, missed=missed, searching=searching)
+    state = replace(state, likeness=likeness, missed=missed, searching=searching, learned=teach(state, image_rgb))
     rate = parameters.renewal_rate
     within = parameters.renewal_spread * min(state.box_px) / 2.0
     if rate == 0.0 or likeness < parameters.renewal_likeness or state.sigma.max() > within:
         return state
     seen = histogram.shares(image_rgb, state.estimate, state.window, state.space)
     return replace(state, model=(1.0 - rate) * state.model + rate * seen)
+
+
+def teach(state: HistogramState, image_rgb: NDArray[np.uint8]) -> cells.Cells | None:
+    """Return what is known in cells once they were seen at the estimate; what hides the target teaches nothing."""
+    if state.learned is None:
+        return None
+    half = half_sides(state.look, state.scale)
+    if cells.score(state.learned, image_rgb, state.estimate, half, cells.HERE)[0] < LEAST_SCORE:
+        return state.learned
+    return cells.learn(state.learned, image_rgb, state.estimate, half, LEARNING_RATE)
 
 
 LARGEST = 1.4
@@ -231,6 +270,7 @@ class Packed(NamedTuple):
     kernel: bool
     parts: tuple[int, int]
     background: histogram.Background
+    learned: cells.Cells
 
 
 @compiled
@@ -258,6 +298,11 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed
         target.parts,
         target.background,
     )
+    if target.learned.share > 0.0:
+        windows = columns, rows, half_widths + 0.5 * factors, half_heights + 0.5 * factors
+        seen = cells.scores(image_rgb, windows, target.learned)
+        for n in range(count):
+            scores[n] += target.learned.share * (seen[n] - scores[n])
     for n in range(count):
         scores[n] = -target.sharpness * (1.0 - scores[n])
     return scores
@@ -324,7 +369,8 @@ def mark(target: Target, frame: Frame, parameters: HistogramTrackerParameters, p
     """Return the state of a target that is marked, before it is compared with the picture."""
     look = first_look(frame.picture, target.position, parameters)
     view = first_view(frame.picture, parameters)
-    return HistogramState(posterior, 2, look=look, view=view, **counted(look, parameters))
+    known = first_cells(look) if parameters.cells_share > 0.0 else None
+    return HistogramState(posterior, 2, look=look, view=view, learned=known, **counted(look, parameters))
 
 
 class ColouredWindow(LoopModel):
@@ -345,7 +391,10 @@ class ColouredWindow(LoopModel):
 
     @override
     def prepare(self, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters) -> HistogramState:
-        return follow_camera(with_model(state, parameters), frame.picture, parameters)
+        state = with_model(state, parameters)
+        if (state.learned is None) is (parameters.cells_share > 0.0):
+            state = replace(state, learned=first_cells(state.look) if parameters.cells_share > 0.0 else None)
+        return follow_camera(state, frame.picture, parameters)
 
     @override
     def propagate(
@@ -367,7 +416,7 @@ class ColouredWindow(LoopModel):
 
     @override
     def pauses(self, parameters: HistogramTrackerParameters) -> bool:
-        renewed = parameters.renewal_rate > 0.0
+        renewed = parameters.renewal_rate > 0.0 or parameters.cells_share > 0.0
         return parameters.follow_size or parameters.follow_camera or parameters.find_again or renewed
 
     @override
@@ -382,6 +431,7 @@ class ColouredWindow(LoopModel):
             known.kernel,
             known.parts,
             known.background,
+            (known.learned or cells.NO_CELLS)._replace(share=float(parameters.cells_share if known.learned else 0.0)),
         )
 
     @override
@@ -397,8 +447,11 @@ class ColouredWindow(LoopModel):
         rho = histogram.similarity(image, place, window, known.space, known.model, known.background)
         found = histogram.shares(image, place, window, known.space)
         colours = tuple(map(tuple, bin_colours(known.space).tolist())) * (len(known.model) // BINS)
+        half, learned = half_sides(look, factor), known.learned
+        score = () if learned is None else cells.score(learned, image, place, half, cells.HERE)
         return (
             Amount("likeness rho", rho),
+            *(Amount("score of the cells", float(one)) for one in score),
             Amount("sharpness lambda", float(parameters.sharpness)),
             Histograms("colours of the model, and of the window", tuple(known.model), tuple(found), colours),
             Patches(

@@ -97,6 +97,8 @@ class _Colour(Parameters, group=COLOUR):
     """Count colours less that were also around the target in the first picture."""
     surround_contrast: float = parameter(0, "Contrast", within=(0, 2, 0.05))
     """How much likeness it costs if a window stands out from its surroundings less than the first one did."""
+    cells_share: float = parameter(0, "Cells", within=(0, 1, 0.05), trackers=PARTICLE)
+    """How much edges and colours in 8 x 8 cells count beside the histogram; they are learned from frame to frame."""
     window_width_px: float = parameter(25, "Window width", unit="px", within=(1, 1025, 2), useful=(5, 101), live=False)
     """Width of the window around a particle, rounded to an odd number."""
     window_height_px: float = parameter(

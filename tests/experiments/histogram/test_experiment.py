@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
+from pftrack.experiments.histogram.model import first_cells, teach
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
@@ -80,3 +82,44 @@ def test_real_clips() -> None:
     ours, greedy = np.mean([[one.measures["mean_iou"] for one in row] for row in found], axis=0)
     assert ours > greedy
     assert ours > 0.42
+
+
+def textured(grey: bool) -> Pictures:
+    """A square of upright stripes that walks over lying ones; in colour it is red besides."""
+    rows, columns = np.mgrid[:120, :200]
+    shown = []
+    for index in range(20):
+        left = 30 + 5 * index
+        inside = (abs(columns - left - 12) <= 12) & (abs(rows - 60) <= 12)
+        bright = 70 + 100 * np.where(inside, (columns - left) // 4 % 2, rows // 4 % 2)
+        picture = np.repeat(bright[..., None], 3, axis=2).astype(np.uint8)
+        picture[inside & (not grey), 1:] = 30
+        shown.append(picture)
+    return Pictures(shown)
+
+
+def test_a_grey_target_is_followed_by_its_edges() -> None:
+    """Where all places have the same histogram, a recording is followed by its cells, and worse without them."""
+    grey, mark = textured(grey=True), Box.of(30, 48, 25, 25)
+    truth = TruthTable({index: (30.0 + 5 * index, 48.0, 25.0, 25.0) for index in range(20)})
+    setup = HISTOGRAM.video.on_video(grey, mark, truth=truth)
+    assert setup.parameters.cells_share > HISTOGRAM.video.on_video(textured(grey=False), mark).parameters.cells_share
+    overlaps = {}
+    for values in ({}, {"cells_share": 0.0}):
+        ((found,),) = outcomes(HISTOGRAM, setup, values=values, trackers=["condensation"], seeds=[1], frames=20)
+        overlaps[bool(values)] = found.measures["mean_iou"]
+    assert overlaps[False] > 0.8
+    assert overlaps[True] < overlaps[False] - 0.1
+
+
+def test_cells_begin_with_the_first_look_and_do_not_learn_what_hides_it() -> None:
+    """Switched on in mid-run they are those of the first picture; where they score too little nothing is learned."""
+    pictures = textured(grey=True)
+    setup = HISTOGRAM.video.on_video(pictures, Box.of(30, 48, 25, 25))
+    late = Run(HISTOGRAM, setup, frames=6, timeline=[Change(0, {"cells_share": 0.0}), Change(3, {"cells_share": 0.5})])
+    assert late.seek(2).state.learned is None
+    assert late.seek(3).state.learned is not None
+    state = Run(HISTOGRAM, setup, frames=6).seek(5).state
+    assert not np.array_equal(state.learned.weights, first_cells(state.look).weights)
+    assert teach(state, np.full((120, 200, 3), 120, np.uint8)) is state.learned
+    assert teach(state, pictures.picture(5)) is not state.learned
