@@ -216,7 +216,7 @@ def evaluate_sequence(
         last = sequence.start + sequence.frames
         if pictures.frame_count < last:
             raise RefusedError(f"{sequence.name} has boxes for {last} pictures, got {pictures.frame_count} pictures")
-        mark = _within(sequence.boxes[sequence.start], pictures.size)
+        mark = within(sequence.boxes[sequence.start], pictures.size)
         setup = experiment.video.on_video(pictures, mark, start=sequence.start, truth=TruthTable(sequence.boxes))
         changes = (Change(0, dict(values(setup))),)
         success, precision, step_ms = [], [], []
@@ -231,19 +231,20 @@ def evaluate_sequence(
             precision.append(float(found[PRECISION.name]))
             step_ms += [row.step_ms for row in run.diagnostics[1:]]
             on_run()
-        grey = _is_grey(pictures.picture(sequence.start))
+        grey = is_grey(pictures.picture(sequence.start))
     speed = 1e3 / float(np.median(step_ms)) if step_ms else float("nan")
     return Score(sequence.name, sequence.frames, grey, tuple(success), tuple(precision), speed)
 
 
-def _within(box: tuple[float, float, float, float], size: tuple[int, int]) -> Box:
+def within(box: tuple[float, float, float, float], size: tuple[int, int]) -> Box:
     """Return the part of a box that lies within a picture."""
     x, y, w, h = box
     left, top = max(x, 0.0), max(y, 0.0)
     return Box.of(left, top, min(x + w, size[0]) - left, min(y + h, size[1]) - top)
 
 
-def _is_grey(picture_rgb: NDArray[np.uint8]) -> bool:
+def is_grey(picture_rgb: NDArray[np.uint8]) -> bool:
+    """Return whether a picture (height, width, 3) has no colours."""
     channels = picture_rgb.astype(np.float64)
     return bool((channels.max(axis=2) - channels.min(axis=2)).mean() < GREY_LEVELS)
 
