@@ -3,32 +3,67 @@
     python -m tools.coverage measure              # everything, for an hour; stores it in tests/data/coverage.json
     python -m tools.coverage measure ball head    # only these experiments; stored figures of others stay
     python -m tools.coverage table                # writes the stored figures into the page
+    python -m tools.coverage random 0 10 ball     # measures settings 0 to 9, drawn at random, of these experiments
+    python -m tools.coverage random 10000 10      # and those that are kept aside: nothing is chosen by them
+    python -m tools.coverage random               # shows what is stored, by experiment
 
-A test checks that page, figures and declarations agree.
+Settings at random are stored in tests/data/random_coverage.jsonl, a line each, and measured once: what is there already
+is not computed again. A test compares page, figures and declarations, so that none of them can say something else.
 """
 
 import json
+import math
 import subprocess
 import sys
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pftrack.core.model.band import ALL, HALF, MOST
+from pftrack.core.model.band import ALL, HALF, MOST, Direction
+from pftrack.core.model.parameters import Declaration, Value, revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.coverage import Counts, Coverage, count_held, measured_run, pool_counts
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import LEAST_HELD, MOST_HELD
 from pftrack.testing.coverage import SEEDS, declared_of
 
-__all__ = ["DATA", "PAGE", "Setting", "coverages", "measured_settings", "page", "table", "update"]
+__all__ = [
+    "ASIDE",
+    "DATA",
+    "DRAWN",
+    "PAGE",
+    "Setting",
+    "coverages",
+    "draw",
+    "judge_drawn",
+    "measured_settings",
+    "page",
+    "read_drawn",
+    "table",
+    "update",
+]
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "tests/data/coverage.json"
 PAGE = ROOT / "docs/explanation/calibration.md"
 
 BEGIN, END = "<!-- tools.coverage: from here -->", "<!-- tools.coverage: to here -->"
+DRAWN = ROOT / "tests/data/random_coverage.jsonl"
+ASIDE = 10_000
+"""The first number of the settings that are kept aside."""
+DRAWN_SEEDS = range(2)
+WHOLE = {"sine": 361}
+"""Frames of a whole turn of the signal, of which its declarations speak."""
+WIDE = 20.0
+"""Of a number whose useful range is so many times its least value, the logarithm is drawn evenly."""
+FROM_DRAWN, TO_DRAWN = "<!-- tools.coverage random: from here -->", "<!-- tools.coverage random: to here -->"
+
 MARKS = {"overconfident": "▼", "underconfident": "▲"}
 
 
@@ -75,9 +110,11 @@ def _promising() -> Iterator[str]:
 
 
 def page(text: str, stored: Mapping[str, Any]) -> str:
-    """Return the page with these figures."""
+    """Return the page with these figures in it, and those of the settings at random."""
     before, rest = text.split(BEGIN)
-    return f"{before}{BEGIN}\n{table(stored)}\n{END}{rest.split(END)[1]}"
+    text = f"{before}{BEGIN}\n{table(stored)}\n{END}{rest.split(END)[1]}"
+    before, rest = text.split(FROM_DRAWN)
+    return f"{before}{FROM_DRAWN}\n{drawn_table(read_drawn())}\n{TO_DRAWN}{rest.split(TO_DRAWN)[1]}"
 
 
 def _table(experiment: Experiment, found: Mapping[Setting, list[Coverage]], frames: int) -> str:
@@ -179,10 +216,143 @@ def store(measured: Mapping[str, Any]) -> None:
     DATA.write_text(f'{json.dumps(head)[:-1]}, "coverage": [\n{rows}\n]}}\n')
 
 
+# Settings at random: a few parameters, or many, take values from the whole of their useful ranges.
+
+
+def draw(experiment: Experiment, number: int) -> dict[str, Value]:
+    """Return the parameters of a setting, by its number: from one to all of them, few as often as many.
+
+    Those that are drawn, judged by or a text are left as they are, and so is one whose value the others refuse.
+    """
+    parameters = experiment.simulate().parameters
+    turned = [it for it in experiment.declarations(type(parameters)) if _counts(it)]
+    much, *shares = Stream(number, 0, Purpose.SCENE).random(1 + 2 * len(turned)).tolist()
+    order = sorted(range(len(turned)), key=lambda place: shares[place])
+    chosen: dict[str, Value] = {}
+    for place in sorted(order[: round(len(turned) ** much)]):
+        value = {turned[place].name: _value(turned[place], shares[len(turned) + place])}
+        try:
+            parameters = revise(parameters, value)
+        except ParameterError:
+            continue
+        chosen |= value
+    return chosen
+
+
+def _counts(declared: Declaration) -> bool:
+    is_shown = declared.role in {"drawing", "loss_share"} or declared.group in {"Drawing", "Scoring"}
+    return declared.kind not in {"colour", "file"} and not is_shown
+
+
+def _value(declared: Declaration, share: float) -> Value:
+    """Return the value that lies at a share, 0..1, of what is useful."""
+    if declared.kind in {"boolean", "choice"}:
+        choices = declared.choices or (False, True)
+        return choices[int(share * len(choices))]
+    low, high = declared.useful or (0.0, 0.0)
+    is_wide = low > 0.0 and high >= WIDE * low
+    value = low * math.exp(share * math.log(high / low)) if is_wide else low + share * (high - low)
+    return round(value) if declared.kind == "integer" else float(f"{value:.3g}")
+
+
+class _Drawn(NamedTuple):
+    experiment: str
+    number: int
+    tracker: str
+
+
+def _try(drawn: _Drawn) -> dict[str, Any]:
+    """Return what came of a tracker in a setting: how much its bands have held, and what each run said of them."""
+    experiment = EXPERIMENTS[drawn.experiment]
+    chosen, runs = draw(experiment, drawn.number), []
+    for seed in DRAWN_SEEDS:
+        setup, scene = experiment.simulate(), experiment.quality.calibration.scene
+        values = chosen if not scene or scene in chosen else {**chosen, scene: getattr(setup.parameters, scene) + seed}
+        longest = setup.open_source(seed, revise(setup.parameters, values)).frame_count or experiment.frames
+        frames = WHOLE.get(drawn.experiment, min(experiment.quality.calibration.frames, longest))
+        timeline = (Change(0, values),) if values else ()
+        run = Run(experiment, setup, tracker=drawn.tracker, seed=seed, frames=frames, timeline=timeline)
+        run.finish()
+        runs.append(run)
+    held = {it.of: (it.promised, _short(it.share)) for it in pool_counts(map(count_held, runs)) if it.promised != HALF}
+    return {**drawn._asdict(), "held": held, "said": [run.miscalibration for run in runs]}
+
+
+def try_random(first: int, count: int, experiments: Iterable[str]) -> None:
+    """Measure settings that are not stored yet, and store each as soon as it is known."""
+    known = {(row["experiment"], row["number"], row["tracker"]) for row in read_drawn()}
+    for number in range(first, first + count):
+        for name in experiments:
+            for tracker in EXPERIMENTS[name].trackers:
+                if (name, number, tracker) not in known:
+                    row = json.dumps(_try(_Drawn(name, number, tracker)))
+                    with DRAWN.open("a", encoding="utf-8") as file:
+                        file.write(row + "\n")
+
+
+def read_drawn() -> list[dict[str, Any]]:
+    """Return what is stored of settings at random."""
+    rows = [json.loads(line) for line in DRAWN.read_text("utf-8").splitlines()] if DRAWN.exists() else []
+    return sorted(rows, key=lambda row: (list(EXPERIMENTS.own).index(row["experiment"]), row["number"]))
+
+
+class Judged(NamedTuple):
+    """A band in a setting: how it is off, whether that is declared, in how many runs it is said, and of how many.
+
+    Of a band that is not off, anything that is declared or said counts.
+    """
+
+    off: Direction | None
+    declared: bool
+    said: int
+    runs: int
+
+
+def judge_drawn(row: Mapping[str, Any]) -> Iterator[Judged]:
+    """Yield each band of a stored setting, beside what is declared of it today."""
+    experiment = EXPERIMENTS[row["experiment"]]
+    parameters = revise(experiment.simulate().parameters, draw(experiment, row["number"]))
+    faults = [it for it in experiment.quality.calibration.faults if it.holds(row["tracker"], parameters)]
+    for of, (promised, share) in row["held"].items():
+        off = _off(promised, share)
+        declared = {it.direction for it in faults if not it.bands or of in it.bands}
+        said = sum(off in some if off else bool(some) for some in row["said"])
+        yield Judged(off, off in declared if off else bool(declared), said, len(row["said"]))
+
+
+def _off(promised: float, share: float) -> Direction | None:
+    if share < (ALL if promised == ALL else LEAST_HELD):
+        return "overconfident"
+    return "underconfident" if share > MOST_HELD and promised != ALL else None
+
+
+def drawn_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return what came of settings at random as Markdown: of those kept aside, and of those that rules were made by."""
+    lines = ["| settings | of these | bands off | declared | told | bands right | doubted |", f"|{'---|' * 7}"]
+    halves = (
+        ("kept aside", [row for row in rows if row["number"] >= ASIDE]),
+        ("seen", [row for row in rows if row["number"] < ASIDE]),
+    )
+    return "\n".join([*lines, *(f"| {title} | {' | '.join(_cells(half))} |" for title, half in halves)])
+
+
+def _cells(rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    judged = [it for row in rows for it in judge_drawn(row)]
+    off, right = [it for it in judged if it.off], [it for it in judged if not it.off]
+    said, runs = sum(it.said for it in off), sum(it.runs for it in off)
+    doubted = sum(it.declared or it.said > 0 for it in right)
+    told = f"{100 * said / runs:.0f} %" if runs else "–"
+    return str(len(rows)), str(len(off)), str(sum(it.declared for it in off)), told, str(len(right)), str(doubted)
+
+
 def main(what: str, *experiments: str) -> None:
     """Measure, or write the page."""
     if what == "measure":
         store(update(json.loads(DATA.read_text()), measure(experiments or EXPERIMENTS.own)))
+    if what == "random" and experiments:
+        try_random(int(experiments[0]), int(experiments[1]), experiments[2:] or tuple(_promising()))
+    for name in _promising() if what == "random" else ():
+        sys.stdout.write(f"{name}\n{drawn_table([row for row in read_drawn() if row['experiment'] == name])}\n")
     PAGE.write_text(page(PAGE.read_text(), json.loads(DATA.read_text())))
 
 

@@ -4,9 +4,22 @@ import json
 
 import pytest
 
+from pftrack.core.model.parameters import revise
 from pftrack.experiments import EXPERIMENTS
 from pftrack.testing.coverage import SEEDS, declared_of, find_contradictions
-from tools.coverage import DATA, PAGE, Setting, coverages, measured_settings, page, update
+from tools.coverage import (
+    ASIDE,
+    DATA,
+    PAGE,
+    Setting,
+    coverages,
+    draw,
+    judge_drawn,
+    measured_settings,
+    page,
+    read_drawn,
+    update,
+)
 
 STORED = json.loads(DATA.read_text())
 MEASURED = coverages(STORED)
@@ -41,3 +54,27 @@ def test_what_was_measured_is_what_is_declared(setting: Setting) -> None:
     """Bands that are off are declared, in the direction in which they are, and none that are not off."""
     faults = declared_of(EXPERIMENTS[setting.experiment], setting.tracker, setting.preset)
     assert list(find_contradictions(faults, MEASURED[setting])) == []
+
+
+@pytest.mark.parametrize("name", sorted({setting.experiment for setting in MEASURED}))
+def test_settings_at_random_are_useful_ones(name: str) -> None:
+    """Each number is a setting of its own within the sliders, of which some turn one parameter and some turn many."""
+    experiment = EXPERIMENTS[name]
+    defaults = experiment.simulate().parameters
+    declared = {it.name: it for it in experiment.declarations(type(defaults))}
+    drawn = [draw(experiment, number) for number in range(20)]
+    assert drawn == [draw(experiment, number) for number in range(20)]
+    for chosen in drawn:
+        assert chosen
+        assert revise(defaults, chosen)
+        for parameter, value in chosen.items():
+            low, high = declared[parameter].useful or (value, value)
+            assert low <= value <= high
+    assert min(map(len, drawn)) <= 2 < max(map(len, drawn))
+
+
+def test_bands_that_are_off_at_random_settings_are_told() -> None:
+    """Of those that nothing was chosen by, runs tell nine in ten."""
+    rows = [row for row in read_drawn() if row["number"] >= ASIDE]
+    off = [it for row in rows for it in judge_drawn(row) if it.off]
+    assert sum(it.said for it in off) >= 0.9 * sum(it.runs for it in off)
