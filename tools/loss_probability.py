@@ -2,6 +2,8 @@
 
     python -m tools.loss_probability fit ball   # fits and judges the ball's trackers, and writes their file
     python -m tools.loss_probability table      # writes the results of `pftrack reproduce loss` into the page
+    python -m tools.loss_probability clips ball # judges them scene by scene, in scenes that nothing was chosen by
+    python -m tools.loss_probability clips histogram --recording DIR  # and on a recording with its truth
 
 The file is `loss_probability.json` in the experiment's package, the page docs/explanation/loss.md. A tracker's model is
 kept if its expected calibration error is at most 0.05 in scenes that were not fitted, with enough losses there; of
@@ -11,6 +13,7 @@ other trackers only that error is kept. A test compares page and record.
 import json
 import subprocess
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,6 +23,7 @@ import typer
 
 from pftrack.cli.output import progress
 from pftrack.core.arrays import Bools, Floats
+from pftrack.core.model.marks import Box
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.loss_probability import (
@@ -32,8 +36,11 @@ from pftrack.experiments.shared.loss_probability import (
     signal_names,
 )
 from pftrack.reproduce.finding import Entry, read_record
-from pftrack.reproduce.loss_probability import Judgement, Witnessed, cases, judge, scenes_of, witness
+from pftrack.reproduce.loss_probability import Judgement, Witnessed, cases, judge, scenes_of, witness, witnessed
 from pftrack.reproduce.pool import Pool
+from pftrack.runs.run import Run
+from pftrack.sources.sequence import open_sequence
+from pftrack.sources.truth import read_truth
 from tools.reproduction import RECORD
 
 __all__ = ["PAGE", "describe", "describe_models", "fit", "fit_in_scenes", "page", "path_of", "sort_out", "write_models"]
@@ -202,6 +209,49 @@ def sort_out(found: Mapping[str, tuple[LossModel, Judgement]], about: Mapping[st
     models = {tracker: model for tracker, (model, judged) in found.items() if is_true(judged)}
     refused = {tracker: judged.error for tracker, (_, judged) in found.items() if tracker not in models}
     return describe_models(models, refused, about)
+
+
+NEVER_SEEN = 20_000
+"""The first number of the scenes that nothing was fitted to and nothing declared by."""
+
+
+@app.command("clips")
+def judge_clips(
+    name: Annotated[str, typer.Argument(help="Id of the experiment.")],
+    count: Annotated[int, typer.Option(help="How many scenes.")] = 20,
+    recording: Annotated[list[Path], typer.Option(help="Folder with clip.mp4 and gt.csv.")] = [],  # noqa: B006
+) -> None:
+    """Judge what the trackers of an experiment declare, clip by clip: each scene, or each recording, counts alike."""
+    for tracker, model in EXPERIMENTS[name].quality.loss_probability.models.items():
+        if recording:
+            seen = [witness_recording(name, tracker, folder, model) for folder in recording]
+        else:
+            scenes = cases(name, tracker, range(NEVER_SEEN, NEVER_SEEN + count), model.signals)
+            seen = [witness(case) for case in scenes]
+        typer.echo(describe_clips(tracker, [judge(model.regression, [one]) for one in seen if len(one.lost)]))
+
+
+def witness_recording(name: str, tracker: str, folder: Path, model: LossModel) -> Witnessed:
+    """Return what was seen in the run on a recording, which begins at the first true box."""
+    truth = read_truth(folder / "gt.csv")
+    start = min(truth.boxes)
+    experiment = EXPERIMENTS[name]
+    with closing(open_sequence(folder / "clip.mp4")) as sequence:
+        setup = experiment.video.on_video(sequence, Box.of(*truth.boxes[start]), start=start, truth=truth)
+        run = Run(experiment, setup, tracker=tracker, seed=0)
+        run.finish()
+    return witnessed(run, model.signals)
+
+
+def describe_clips(tracker: str, judged: Sequence[Judgement]) -> str:
+    """Return what came of a tracker clip by clip, a line; a clip that is never or always lost has no share to beat."""
+    mixed = [one for one in judged if one.base > 0.0]
+    better = sum(one.brier < one.base for one in mixed)
+    error = float(np.mean([one.error for one in judged]))
+    return (
+        f"{tracker}: calibration error of a clip {error:.3f}, mean of {len(judged)}; "
+        f"Brier score below the clip's own share in {better} of {len(mixed)} that are lost and held"
+    )
 
 
 @app.command("table")

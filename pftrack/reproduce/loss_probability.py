@@ -228,8 +228,13 @@ def witness(case: Case) -> Witnessed:
     frames = min(scenes.frames, longest)
     run = begin(recipe(case.experiment, case.tracker, drawn, seed=case.number, frames=frames))
     run.finish()
-    series = {one.name: one for one in experiment.trackers[case.tracker].series}
-    _, features = loss_probability.follow_features(case.signals, series, loss_probability.Past(), run.diagnostics)
+    return witnessed(run, case.signals)
+
+
+def witnessed(run: Run, signals: tuple[str, ...]) -> Witnessed:
+    """Return what was seen in a run, by the signals of its tracker."""
+    series = {one.name: one for one in run.experiment.trackers[run.tracker].series}
+    _, features = loss_probability.follow_features(signals, series, loss_probability.Past(), run.diagnostics)
     verdicts = [row.lost for row in run.diagnostics[1:]]
     known = np.array([one is not None for one in verdicts])
     return Witnessed(features[known], np.array([one is True for one in verdicts])[known])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.experiments import find
 from pftrack.reproduce.loss_probability import (
     BINS,
@@ -18,6 +19,7 @@ from pftrack.reproduce.loss_probability import (
     roc,
     scenes_of,
 )
+from tools.loss_probability import describe_clips
 
 
 def test_each_tracker_has_a_panel_that_shows_its_numbers() -> None:
@@ -71,3 +73,18 @@ def test_scenes_are_those_that_an_experiment_declares() -> None:
     assert scenes_of(find("ball")) is find("ball").quality.loss_probability.scenes
     with pytest.raises(ValueError, match="recorded has no scenes"):
         scenes_of(find("recorded"))
+
+
+def test_clips_count_alike_however_long_they_are() -> None:
+    """A clip that is always held has no share to beat; in one that is right there is no error, in one wrong 0.4."""
+    lost = np.arange(10) >= 5
+
+    def judged(probabilities: Floats, happened: Bools) -> Judgement:
+        scores = brier(probabilities, happened), brier(np.full(len(happened), happened.mean()), happened)
+        return Judgement(reliability(probabilities, happened), *scores, roc(probabilities, happened), delays([]))
+
+    held = judged(np.zeros(1000), np.zeros(1000, bool))
+    right, wrong = judged(lost.astype(float), lost), judged(np.full(10, 0.9), lost)
+    told = describe_clips("apf", [held, right, wrong])
+    assert told.startswith("apf: calibration error of a clip 0.133, mean of 3")
+    assert told.endswith("in 1 of 2 that are lost and held")
