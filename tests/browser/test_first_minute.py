@@ -58,7 +58,7 @@ def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Se
     why = tour.note("Why")
     tour.stands_at(2)
     assert not server.column(tour.id, "lost")[2]
-    assert "not one of the 40 particles is on it" in why.inner_text()
+    assert "none of the 40 particles is on it" in why.inner_text()
     assert page.locator(".pointed-at").get_attribute("data-panel") == "ess"
     tour.press_by_keyboard(why.get_by_role("button", name="Go to frame 16"))
     tour.stands_at(16)
