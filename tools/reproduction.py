@@ -5,8 +5,9 @@ docs/explanation/reproduction.md, and the sentence with the counts in the README
 docs/explanation/reproduction.json, which `make reproduce` computes. A test compares pages and record.
 """
 
+import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 
@@ -16,21 +17,27 @@ from pftrack.reproduce.finding import Entry, Finding, not_run, read_record
 
 __all__ = [
     "DIAGNOSIS",
+    "OPEN_SET",
     "PAGE",
     "README",
     "RECORD",
     "STUDIES",
+    "WHY",
     "blocks",
     "diagnosis_blocks",
+    "diagnosis_in_short",
     "findings_of",
+    "open_set",
     "sentence",
     "write",
 ]
 
 ROOT = Path(__file__).parents[1]
-PAGE, DIAGNOSIS, RECORD, README = (
+PAGE, DIAGNOSIS, WHY, OPEN_SET, RECORD, README = (
     ROOT / "docs/explanation/reproduction.md",
     ROOT / "docs/explanation/diagnosis.md",
+    ROOT / "docs/how-to/why.md",
+    ROOT / "pftrack/analysis/diagnosis/open_set.toml",
     ROOT / "docs/explanation/reproduction.json",
     ROOT / "README.md",
 )
@@ -100,47 +107,65 @@ def write() -> None:
     record = read_record(RECORD)
     _fill(PAGE, blocks(record))
     _fill(DIAGNOSIS, diagnosis_blocks(record))
+    _fill(WHY, diagnosis_in_short(record))
+    OPEN_SET.write_text(open_set(record), encoding="utf-8")
     readme = README.read_text(encoding="utf-8")
     told = fill(sentence(record), 130)
     README.write_text(SENTENCE.sub(told, readme), encoding="utf-8")
 
 
 def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
-    """Return the generated parts of the page of the diagnosis by name: with the truth, and without."""
-    found = findings_of(record, ["diagnosis"])
-    names = {"diagnosis": "cell", "diagnosis without truth": "unaided-cell"}
-    stated = diagnosis.REFERENCES.statements
-    return {kind: _confusion(found, stated[name].result) for kind, name in names.items()}
-
-
-def _confusion(found: Sequence[Finding], cell: str) -> str:
-    """Return the sentences and the table of one kind of diagnosis."""
-    lead, middle, behind = (re.escape(part) for part in re.split(r"\{\d\}", cell))
-    kind = cell.partition("lost by")[0]
-    mine = [one for one in found if one.result.startswith(kind)]
-    counts = {
-        (told[1], told[2]): int(one.ours)
-        for one in mine
-        if (told := re.fullmatch(f"{lead}(.*){middle}(.*){behind}", one.result))
+    """Return the generated parts of the page of the diagnosis by name: its shares, and those of each cause."""
+    figure, halves, ways = _figures_of_diagnosis(record), diagnosis.HALVES, diagnosis.WAYS
+    columns = [(way, half) for half in halves for way in ways]
+    shares = {
+        "right": "of the causes that are named, right",
+        "outside": "of the flaws outside the list, *unclear* or right",
+        "alarms": "of the runs that hold, given a cause",
+        "named": "of the lost runs, given a cause",
     }
-    causes = [cause for cause in CAUSES.values() if any(cause in pair for pair in counts)]
-    truths = [cause for cause in causes if any(truth == cause for truth, _ in counts)]
-    numbers = [str(place) for place in range(1, len(causes) + 1)]
-    rows = [
-        (
-            f"{causes.index(truth) + 1} {truth}",
-            *(counts.get((truth, said), "") for said in causes),
-            f"{counts.get((truth, truth), 0) / sum(n for (of, _), n in counts.items() if of == truth):.0%}",
-        )
-        for truth in truths
+    rows = [(title, *(f"{figure(name, *keys):.0%}" for keys in columns)) for name, title in shares.items()]
+    causes = [
+        (cause, *(_right_of(figure("cell-right", cause, way), figure("cell", cause, way)) for way in ways))
+        for cause in CAUSES.values()
     ]
-    said = [(f"{place}", cause) for place, cause in zip(numbers, causes, strict=True) if cause not in truths]
-    more = "".join(f" Column {place} is *{cause}*." for place, cause in said)
-    sentences = [
-        f"- {one.result.removeprefix(kind)}: {_number(one.ours)}" for one in mine if not re.match(lead, one.result)
-    ]
-    order = f"Rows and columns are in the same order.{more}"
-    return "\n".join([*sentences, "", order, "", _table(("lost by", *numbers, "right"), rows)])
+    runs = ", ".join(f"{figure('cases', half):.0f} {half}" for half in halves)
+    return {
+        "diagnosis": f"Lost runs: {runs}.\n\n{_table(('', *map(', '.join, columns)), rows)}",
+        "diagnosis by cause": _table(("said to be", *ways), [row for row in causes if any(row[1:])]),
+    }
+
+
+def diagnosis_in_short(record: Mapping[str, Entry]) -> dict[str, str]:
+    """Return the generated part of the page that tells how to ask why."""
+    figure, half = _figures_of_diagnosis(record), diagnosis.HALVES[0]
+    right, outside, alarms = (
+        " and ".join(f"{figure(name, way, half):.0%} {way}" for way in diagnosis.WAYS)
+        for name in ("right", "outside", "alarms")
+    )
+    told = (
+        f"In {figure('cases', half):.0f} lost runs kept aside, with flaws of any kind, a named cause was right in "
+        f"{right}. Where the flaw was outside the list, the answer was *unclear* or right in {outside}. Runs that held "
+        f"got a cause in {alarms}."
+    )
+    return {"diagnosis in short": fill(told, 140)}
+
+
+def open_set(record: Mapping[str, Entry]) -> str:
+    """Return the file of what the library says of its diagnosis."""
+    figure, half = _figures_of_diagnosis(record), diagnosis.HALVES[0]
+    shares = "".join(f'"{way}" = {figure("right", way, half):.3f}\n' for way in diagnosis.WAYS)
+    return f"cases = {figure('cases', half):.0f}\n{shares}"
+
+
+def _figures_of_diagnosis(record: Mapping[str, Entry]) -> Callable[..., float]:
+    figures = {one.result: one.ours for one in findings_of(record, ["diagnosis"])}
+    stated = diagnosis.REFERENCES.statements
+    return lambda name, *keys: figures.get(stated[name].result.format(*keys), math.nan)
+
+
+def _right_of(right: float, count: float) -> str:
+    return "" if math.isnan(count) else f"{right:.0f} of {count:.0f}"
 
 
 def _fill(file: Path, texts: dict[str, str]) -> None:

@@ -336,9 +336,11 @@ export interface Diagnosis {
   signs: Sign[];
   first_lost_frame: number | null;
   /** What began first; "unclear" where nothing is found. */
-  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
+  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "uninformative-likelihood" | "changed-look" | "noisy-picture" | "nothing-to-measure" | "unclear";
   /** What went wrong, in a sentence. */
   sentence: string;
+  /** How often a cause that is named is right, in a sentence; empty where none is named. */
+  reliability: string;
 }
 
 /** One setting that the cure changes. */
@@ -587,7 +589,7 @@ export interface FailurePublic {
   kind: string;
   kind_title: string;
   /** First cause in the diagnosis of its run */
-  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
+  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "uninformative-likelihood" | "changed-look" | "noisy-picture" | "nothing-to-measure" | "unclear";
   experiment: string;
   experiment_title: string;
   /** Failure and its reason */
@@ -1950,7 +1952,7 @@ export interface Sign {
   numbers: Record<string, number | null>;
   evidence: Evidence[];
   /** The cause. */
-  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
+  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "uninformative-likelihood" | "changed-look" | "noisy-picture" | "nothing-to-measure" | "unclear";
   /** What the cause is called in a sentence. */
   title: string;
   /** The sentence with its numbers, as far as they are known. */

@@ -1,44 +1,48 @@
-"""What runs were lost by, against what the diagnosis says of them (`docs/explanation/diagnosis.md`).
+"""What runs were lost by when anything may be wrong, against what the diagnosis says (`docs/explanation/diagnosis.md`).
 
-A *condition* (`diagnosis_conditions.yaml`) is a run that holds, and one change to it by which it fails, the *flaw*.
-What is lost with the flaw and held without it, on the same seed, was lost because of it: so the cause is known without
-anybody's opinion. Parameters of the flaw, trackers and seeds are drawn, by a number each, so that there are as many
-different runs of a condition as one wants. The rules were made on the draws with even numbers; those with odd ones were
-kept aside, and are what the shares are of. `unclear` counts as wrong.
+A *case* is a number, from which all else is drawn: an experiment, a tracker, a preset to begin with, a seed, and one
+flaw: a parameter of any role with a value anywhere in its range, or pictures that are noisy, in another light, blank,
+frozen or left out. What is lost with the flaw and holds without it, on the same seed, was lost because of it. Which
+answers are right follows from what was changed (`diagnosis_flaws.yaml`) and not from how the run looks; where that
+names no cause, only *unclear* is right. Half of the cases, by a hash of their number, are kept aside: no rule is made
+on them.
 
 Each run is told twice: with the truth, and as on a recording without any truth. Somebody asks then about the frame in
-which it is lost, and there is nothing to go by but what the tracker itself computes.
+which it is lost, and there is nothing to go by but the frames and what the tracker itself computes.
 """
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import with_config
 
 from pftrack.analysis.diagnosis import course_of_run, diagnose_course, picture_size
 from pftrack.analysis.diagnosis.course import Course, course_of
-from pftrack.core.model.parameters import Value
+from pftrack.core.arrays import Floats
+from pftrack.core.model.parameters import Declaration, Parameters, Value, declarations, flat, revise
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.source import Frame, History, Source, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.core.texts import read_as
-from pftrack.experiments import EXPERIMENTS
+from pftrack.core.refusal import RefusedError
+from pftrack.core.texts import CLOSED, read_as
+from pftrack.experiments import EXPERIMENTS, find
 from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin
 from pftrack.runs.loss import LASTING_FRAMES, Loss
 from pftrack.runs.run import Run
 
 REFERENCES = References(__file__)
-POSES = {"head", "hand"}
 OF_TRUTH = ("mirrored", "excess", "visible")
 """Roles of series that compare with the truth."""
-
-KEPT_FROM = 2000
-"""Draws that are kept aside have numbers from here on: odd ones below had been counted before."""
 
 AT_END = 5
 HELD_SHARE = 0.1
@@ -46,98 +50,235 @@ AROUND = 10, 20
 """Frames at the end in which a run must hold, and share of all that it may lose before; and so many frames before and
 after one must it hold that is asked about it."""
 
+CASES = 2108
+"""Cases of the study."""
+PIECE = 92
+"""Cases after which those that came are written."""
+SHARES = {"ball": 20, "histogram": 10, "linkage": 10, "prism": 10, "sine": 6}
+"""How many of a round of cases are of an experiment; one of those that are not named, whose runs cost more."""
+FRAMES = 60
+"""Frames of a run, if its scene has so many."""
+PICTURES = {
+    True: ("noise", "light", "colour", "blur", "blank", "frozen", "rate", "size"),
+    False: ("noise", "blank", "frozen", "rate"),
+}
+"""What may be wrong with pictures, and with numbers that are measured."""
+PICTURES_SHARE = 0.3
+"""How many of the flaws are of pictures or measurements, and not of parameters."""
+SCENES = {"scene_number", "person", "tank_number", "body_seed"}
+"""Parameters that say which scene of a kind it is: drawn for each case."""
+NEW = frozenset(tuple(CAUSES)[11:-1])
+"""Causes that were added for this study: what they are right for was outside the list before."""
+HALVES, WAYS = ("kept aside", "for the rules"), ("with the truth", "without the truth")
 
-class Range(BaseModel):
-    """Bounds between which a number is drawn, a whole one between whole ones."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    low: int | float = Field(alias="from")
-    high: int | float = Field(alias="to")
-
-    def draw(self, chance: float) -> Value:
-        """Return the number of a chance, 0..1."""
-        value = self.low + (self.high - self.low) * chance
-        return round(value) if isinstance(self.low, int) and isinstance(self.high, int) else value
-
-
-Drawn: TypeAlias = Mapping[str, Value | Range | tuple[Value, ...]]
-"""Values by name: given, drawn between bounds, or one of several."""
-
-
-class Condition(BaseModel):
-    """A run that holds, and what makes it fail.
-
-    Attributes:
-        name: Of the condition.
-        cause: What the flaw is a case of.
-        experiment: Id of the experiment.
-        trackers: Of which one is drawn.
-        base: Values of the run that holds.
-        flaw: Values that differ in the one that fails.
-        at: Frame at which the flaw comes; 0 for a whole run with it.
-        cured_by: Another tracker than the drawn one for the run that holds.
-        frames: Length of both.
-        draws: How many there are of it in the study, half of them kept aside (`numbers`).
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+@with_config(CLOSED)
+@dataclass(frozen=True)
+class Meaning:
+    """Which causes are right where something was lowered, raised or changed either way; see the file."""
 
     name: str
-    cause: CauseId
-    experiment: str
-    trackers: tuple[str, ...]
-    base: Drawn = {}
-    flaw: Drawn = {}
-    at: int = 0
-    cured_by: str = ""
-    frames: int | None = 60
-    draws: int = 24
-    origin: str = ""
-
-    @property
-    def numbers(self) -> tuple[int, ...]:
-        """The draws of the study: even numbers are of those on which rules are made, odd ones of those kept aside."""
-        return (*range(0, self.draws, 2), *range(KEPT_FROM + 1, KEPT_FROM + self.draws, 2))
-
-    def draw(self, number: int) -> tuple[Recipe, Recipe]:
-        """Return a run with the flaw and the same without it.
-
-        Args:
-            number: From which all that is drawn follows, the seed included.
-        """
-        chances = Stream(number, 0, Purpose.SCENE)
-        tracker = self.trackers[int(chances.random() * len(self.trackers))]
-        base, flaw = (
-            {name: _draw(said, chances.random()) for name, said in it.items()} for it in (self.base, self.flaw)
-        )
-        begun = (Change(0, base),) if base else ()
-        wrong = (Change(0, {**base, **flaw}),) if self.at == 0 else (*begun, Change(self.at, flaw))
-        return self._recipe(tracker, number, wrong), self._recipe(self.cured_by or tracker, number, begun)
-
-    def _recipe(self, tracker: str, seed: int, timeline: tuple[Change, ...]) -> Recipe:
-        return Recipe(experiment=self.experiment, tracker=tracker, seed=seed, frames=self.frames, timeline=timeline)
-
-
-def _draw(said: Value | Range | tuple[Value, ...], chance: float) -> Value:
-    if isinstance(said, tuple):
-        return said[int(chance * len(said))]
-    return said.draw(chance) if isinstance(said, Range) else said
+    causes: tuple[CauseId, ...] = ()
+    lowered: tuple[str, ...] = ()
+    raised: tuple[str, ...] = ()
+    changed: tuple[str, ...] = ()
+    pictures: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
 
 
 @cache
-def conditions() -> tuple[Condition, ...]:
-    """Return all of them.
+def meanings() -> tuple[Meaning, ...]:
+    """Return what the file declares."""
+    return read_as(Meaning, Path(__file__).with_name("diagnosis_flaws.yaml"), "name")
 
-    Raises:
-        ValueError: The file declares something else; it names file and line.
+
+@dataclass(frozen=True)
+class Case:
+    """A run that may be lost by a flaw.
+
+    Attributes:
+        number: From which all was drawn.
+        base: The run without the flaw.
+        changed: Name of the parameter, or what is wrong with the pictures.
+        before: The parameter's value in the base; None of pictures.
+        after: Its value, or how wrong the pictures are, 0..1.
+        at: Frame in which the flaw comes.
     """
-    read = read_as(Condition, Path(__file__).with_name("diagnosis_conditions.yaml"), "name")
-    for one in read:
-        if one.experiment not in EXPERIMENTS.own:
-            known = ", ".join(EXPERIMENTS.own)
-            raise ValueError(f"{one.origin}: {one.name} names the experiment {one.experiment!r}; there are {known}")
-    return read
+
+    number: int
+    base: Recipe
+    changed: str
+    before: Value | None
+    after: Value
+    at: int
+
+    @property
+    def kept_aside(self) -> bool:
+        """Whether no rule is made on it."""
+        return bool(sha256(str(self.number).encode()).digest()[0] % 2)
+
+    @property
+    def right(self) -> frozenset[CauseId]:
+        """The causes that would be right; none where only unclear is."""
+        names = {self.changed, f"{self.base.experiment}.{self.changed}"}
+        ways = ("pictures",) if self.before is None else ("changed", *self._direction)
+        return frozenset(
+            cause for one in meanings() if any(names & set(getattr(one, way)) for way in ways) for cause in one.causes
+        )
+
+    @property
+    def _direction(self) -> tuple[str, ...]:
+        if isinstance(self.after, str) or isinstance(self.before, str | None):
+            return ()
+        return ("raised",) if self.after > self.before else ("lowered",)
+
+    def begin(self) -> Run:
+        """Return the run with the flaw, at its frame 0."""
+        if self.before is None:
+            return begin(self.base, self._spoil)
+        first, change = self.base.timeline[0], {self.changed: self.after}
+        wrong = (first, Change(self.at, change)) if self.at else (Change(0, {**first.values, **change}),)
+        return begin(self.base.model_copy(update={"timeline": wrong}))
+
+    def _spoil(self, seed: int, parameters: Parameters) -> "Spoiled":
+        source = find(self.base.experiment).simulate().open_source(seed, parameters)
+        return Spoiled(source, self.changed, float(self.after), self.at, seed)
+
+
+def draw(number: int) -> Case:
+    """Return a case."""
+    chances = Stream(number, 0, Purpose.SCENE)
+    round_of = [name for name in EXPERIMENTS.own for _ in range(SHARES.get(name, 1))]
+    experiment = find(round_of[number % len(round_of)])
+    setup = experiment.simulate()
+    declared = declarations(type(setup.parameters))
+    left = {name for meaning in meanings() for name in meaning.left}
+    preset = _one(experiment.presets, chances)
+    tracker = _one((preset.tracker, *experiment.trackers), chances)
+    scene = {it.name: _draw(it, it.default, chances) for it in declared if it.name in left and it.name in SCENES}
+    values = {**(preset.parameters if chances.random() < 0.5 else {}), **scene}
+    parameters = revise(setup.parameters, values)
+    source = setup.open_source(number, parameters)
+    length = min(source.frame_count or FRAMES, experiment.frames, FRAMES)
+    base = Recipe(experiment=experiment.id, tracker=tracker, seed=number, frames=length, timeline=(Change(0, values),))
+    at = int(chances.random() * length / 2) if chances.random() < 0.5 else 0
+    seen = source.frame(0, History(((0, parameters),)))
+    if chances.random() < PICTURES_SHARE and seen.beliefs is None:
+        kind = _one(PICTURES[seen.measurements is None and seen.signal is None], chances)
+        return Case(number, base, kind, None, float(chances.random()), max(at, 1))
+    it = _one([each for each in declared if each.name not in left and _is_turned(each, tracker)], chances)
+    before = flat(parameters)[it.name]
+    return Case(number, base, it.name, before, _draw(it, before, chances), at if it.live else 0)
+
+
+def _is_turned(it: Declaration, tracker: str) -> bool:
+    """Whether a parameter can lose a target of a tracker."""
+    idle = it.role in {"loss_share", "drawing", "smoothing"} or it.kind == "file"
+    return not idle and (not it.trackers or tracker in it.trackers)
+
+
+def _draw(it: Declaration, now: Value, chances: Stream) -> Value:
+    """Return another value of a parameter: of a number one on the way to an end of its range, by ratios if it can."""
+    chance = float(max(chances.random(3)))  # far ones more often than near ones
+    if it.kind == "boolean":
+        return not now
+    if it.kind == "choice":
+        return _one([one for one in it.choices if one != now], chances)  # type: ignore[no-any-return]
+    if it.kind == "colour":
+        return "#" + "".join(f"{int(256 * chances.random()):02x}" for _ in "rgb")
+    here, allowed = float(now), (it.minimum or 0.0, it.maximum or 0.0)
+    low, high = allowed if chances.random() < 0.5 else it.useful or allowed
+    end = low if it.role == "particles" or chances.random() < 0.5 else high  # more particles only cost more
+    end = low + high - end if end == here else end
+    value = here * (end / here) ** chance if here > 0 and end > 0 else here + (end - here) * chance
+    return round(value) if it.kind == "integer" else value
+
+
+def _one(some: Sequence[Any], chances: Stream) -> Any:  # noqa: ANN401 - one of what is given
+    return some[int(len(some) * chances.random())]
+
+
+class Spoiled:
+    """A source of which something is wrong with the pictures, or with what is measured, from a frame on."""
+
+    def __init__(self, source: Source[Any], kind: str, degree: float, at: int, seed: int) -> None:
+        """Spoil a source.
+
+        Args:
+            source: It.
+            kind: What is wrong, of `PICTURES`.
+            degree: How wrong, 0..1.
+            at: Frame from which on.
+            seed: Of the noise.
+        """
+        self.size, self.frame_rate_hz, self.start = source.size, source.frame_rate_hz, source.start
+        self.frame_count, self.noisy = source.frame_count, True
+        self._source, self._kind, self._degree, self._at, self._seed = source, kind, degree, at, seed
+
+    def frame(self, index: int, history: History[Any]) -> Frame:
+        """Return a frame of it."""
+        late = index - self._at
+        if late < 0:
+            return self._source.frame(index, history)
+        if self._kind == "rate":
+            there = self._at + late * (2 + round(6 * self._degree))
+            there = there if self.frame_count is None else min(there, self.frame_count - 1)
+            return replace(self._source.frame(there, history), index=index)
+        frame = self._source.frame(index, history)
+        noise = Stream(self._seed, index, Purpose.SCENE).standard_normal
+        old = self._source.frame(self._at, history) if self._kind == "frozen" else frame
+        if frame.measurements is not None and old.measurements is not None:
+            points = self._numbers(old.measurements.points_px, noise, 20.0)
+            sds = np.full_like(old.measurements.sd_px, np.inf) if self._kind == "blank" else old.measurements.sd_px
+            return replace(frame, measurements=replace(frame.measurements, points_px=points, sd_px=sds))
+        if frame.signal is not None and old.signal is not None:
+            return replace(frame, signal=self._numbers(old.signal, noise, 2.0))
+        if self._kind == "size" and frame.target is not None and len(frame.target.position) == len(self.size):
+            factor = 2.0 ** ((2.0 * self._degree - 1.0) * min(1.0, late / 20.0))
+            return replace(frame, image_rgb=_scaled(frame.picture, factor), target=_grown(frame, factor))
+        return replace(frame, image_rgb=self._picture(old.picture, noise))
+
+    def _numbers(self, values: Floats, noise: Any, most: float) -> Floats:  # noqa: ANN401 - a generator's
+        if self._kind == "blank":
+            return np.full_like(values, np.nan)
+        return values + self._degree * most * noise(values.shape) if self._kind == "noise" else values
+
+    def _picture(self, picture: NDArray[np.uint8], noise: Any) -> NDArray[np.uint8]:  # noqa: ANN401 - a generator's
+        degree = self._degree
+        values: Floats = picture.astype(np.float64)
+        if self._kind == "noise":
+            values += 100.0 * degree * noise(picture.shape)
+        elif self._kind == "light":
+            values *= 4.0 ** (2.0 * degree - 1.0)
+        elif self._kind == "colour":
+            values += degree * (np.roll(values, 1, axis=2) - values)
+        elif self._kind == "blur":
+            values = np.asarray(cv2.GaussianBlur(values, (0, 0), 1.0 + 12.0 * degree), dtype=np.float64)
+        elif self._kind == "blank":
+            values[:] = 255.0 * degree
+        spoiled = np.clip(np.rint(values), 0, 255).astype(np.uint8)
+        spoiled.setflags(write=False)
+        return spoiled
+
+
+def _scaled(picture: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:
+    """Return a picture that is larger or smaller about its middle."""
+    height, width = picture.shape[:2]
+    turn = cv2.getRotationMatrix2D(((width - 1) / 2, (height - 1) / 2), 0.0, factor)
+    scaled = cv2.warpAffine(picture, turn, (width, height), borderMode=cv2.BORDER_REPLICATE)
+    scaled.setflags(write=False)
+    return np.asarray(scaled, dtype=np.uint8)
+
+
+def _grown(frame: Frame, factor: float) -> Target | None:
+    """Return the target of such a picture."""
+    target, (height, width) = frame.target, frame.picture.shape[:2]
+    if target is None:
+        return None
+    middle = np.array([(width - 1) / 2, (height - 1) / 2])
+    extent = target.extent and (target.extent[0] * factor, target.extent[1] * factor)
+    place = middle + factor * (target.position - middle)
+    return replace(target, position=place, size=target.size * factor, extent=extent)
 
 
 class Judgement(NamedTuple):
@@ -157,99 +298,122 @@ class Judgement(NamedTuple):
     calm_unaided: bool | None = None
 
 
-def confusion(pool: Pool, full: bool) -> Findings:
-    """Count what is said of runs of each cause, of the half that was kept aside; not in the quick form."""
-    del full
-    draws = [(place, number) for place, condition in enumerate(conditions()) for number in condition.numbers]
-    yield from findings_of(zip(draws, pool.map(judge_draw, draws), strict=True))
+def open_set(pool: Pool, full: bool) -> Findings:
+    """Count what is said of all cases, those kept aside apart; not in the quick form.
 
-
-def findings_of(judged: Iterable[tuple[tuple[int, int], Judgement | None]]) -> Findings:
-    """Return what comes of draws, each with what is said of it; None does not count."""
-    counted = [(conditions()[place], number, said) for (place, number), said in judged if said is not None]
-    aside, known = ([it for it in counted if it[1] % 2 == half] for half in (1, 0))
-    poses = [it for it in aside if it[0].experiment in POSES]
-    calm = [said for _, _, said in aside if said.calm_aided is not None]
-    shares = {
-        "right-aside": _right(_aided(aside)),
-        "right-known": _right(_aided(known)),
-        "right-poses": _right(_aided(poses)),
-        "calm": _share([it.calm_aided is True for it in calm]),
-        "unaided-aside": _right(_unaided(aside)),
-        "unaided-known": _right(_unaided(known)),
-        "unaided-poses": _right(_unaided(poses)),
-        "unaided-calm": _share([it.calm_unaided is True for it in calm]),
-    }
-    yield REFERENCES.judge("lost", len(counted))
-    yield from (REFERENCES.judge(name, share) for name, share in shares.items())
-    yield from _cells("cell", _aided(aside))
-    yield from _cells("unaided-cell", _unaided(aside))
-
-
-Counted: TypeAlias = Sequence[tuple[Condition, int, Judgement]]
-Told: TypeAlias = list[tuple[CauseId, CauseId]]
-
-
-def _aided(counted: Counted) -> Told:
-    return [(condition.cause, said.aided) for condition, _, said in counted]
-
-
-def _unaided(counted: Counted) -> Told:
-    return [(condition.cause, said.unaided) for condition, _, said in counted]
-
-
-def _right(told: Told) -> float:
-    return _share([truth == cause for truth, cause in told])
-
-
-def _share(holds: Sequence[bool]) -> float:
-    return sum(holds) / max(len(holds), 1)
-
-
-def _cells(name: str, told: Told) -> Findings:
-    counts = Counter(told)
-    yield from [
-        REFERENCES.judge(name, counts[truth, cause], CAUSES[truth], CAUSES[cause])
-        for truth in CAUSES
-        for cause in CAUSES
-        if counts[truth, cause]
-    ]
-
-
-def judge_draw(draw: tuple[int, int]) -> Judgement | None:
-    """Return what is said of a draw of a condition; None if it is not lost by the flaw, and does not count.
-
-    Args:
-        draw: Place of the condition, and the number from which all that is drawn follows.
+    Where the pool has a folder, each piece is written there as it comes, and what is there is not computed again.
     """
-    place, number = draw
-    flawed, base = conditions()[place].draw(number)
-    failing = _finish(flawed)
+    del full
+    path = pool.folder and pool.folder / "open-set.jsonl"
+    kept = path.read_text("utf-8").splitlines() if path and path.exists() else []
+    known: dict[int, Judgement | None] = {number: said and Judgement(*said) for number, said in map(json.loads, kept)}
+    left = [number for number in range(CASES) if number not in known]
+    for piece in (left[first : first + PIECE] for first in range(0, len(left), PIECE)):
+        came = dict(zip(piece, pool.map(judge_case, piece), strict=True))
+        known |= came
+        if path:
+            with path.open("a", encoding="utf-8") as file:
+                file.writelines(f"{json.dumps(each)}\n" for each in came.items())
+    yield from findings_of((draw(number), said) for number, said in sorted(known.items()) if said is not None)
+
+
+def findings_of(judged: Iterable[tuple[Case, Judgement]]) -> Findings:
+    """Return what comes of the cases that are lost by their flaw, each with what is said of it."""
+    counted = list(judged)
+    yield REFERENCES.judge("lost", len(counted))
+    for half in HALVES:
+        mine = [(case, said) for case, said in counted if case.kept_aside == (half == HALVES[0])]
+        yield REFERENCES.judge("cases", len(mine), half)
+        for place, way in enumerate(WAYS):
+            told = [(case, (said.aided, said.unaided)[place]) for case, said in mine]
+            calm = [(said.calm_aided, said.calm_unaided)[place] for _, said in mine if said.calm_aided is not None]
+            named = [cause in case.right for case, cause in told if cause != "unclear"]
+            outside = [cause in {"unclear", *case.right} for case, cause in told if case.right <= NEW]
+            yield REFERENCES.judge("right", _share(named), way, half)
+            yield REFERENCES.judge("named", len(named) / max(len(told), 1), way, half)
+            yield REFERENCES.judge("outside", _share(outside), way, half)
+            yield REFERENCES.judge("alarms", 1.0 - _share(calm), way, half)
+            if half == HALVES[0]:
+                yield from _cells(told, way)
+
+
+def _cells(told: Sequence[tuple[Case, CauseId]], way: str) -> Findings:
+    """Yield how often each cause is named, and how often that is right."""
+    for cause, title in CAUSES.items():
+        right = [cause in case.right if cause != "unclear" else not case.right for case, said in told if said == cause]
+        if right:
+            yield REFERENCES.judge("cell", len(right), title, way)
+            yield REFERENCES.judge("cell-right", sum(right), title, way)
+
+
+def _share(holds: Sequence[bool | None]) -> float:
+    return sum(map(bool, holds)) / max(len(holds), 1)
+
+
+class Played(NamedTuple):
+    """What is judged of a run that is lost by a flaw: its course with the truth and without, and the moment.
+
+    Attributes:
+        frame: First of the loss.
+        failing: The run with the flaw.
+        holding: The one without; None where it is lost shortly before or after.
+    """
+
+    frame: int
+    failing: tuple[Course, Course]
+    holding: tuple[Course, Course] | None
+
+    def judge(self) -> Judgement:
+        """Return what is said of it."""
+        aided, unaided = (diagnose_course(course, self.frame).cause for course in self.failing)
+        if self.holding is None:
+            return Judgement(aided, unaided)
+        calm = [diagnose_course(course, self.frame).cause == "unclear" for course in self.holding]
+        return Judgement(aided, unaided, calm_aided=calm[0], calm_unaided=calm[1])
+
+
+def play(case: Case) -> Played | None:
+    """Return what is judged of a case; None if its flaw loses nothing that was not lost before it came."""
+    failing = case.begin()
+    failing.finish()
     loss = Loss.of(failing.diagnostics)
     begun = loss.lasting
-    if begun is None or int(loss.lost[begun:].sum()) < LASTING_FRAMES:
+    if begun is None or begun < case.at or int(loss.lost[begun:].sum()) < LASTING_FRAMES:
         return None
-    holding = _finish(base)
+    holding = begin(case.base)
+    holding.finish()
     lost = [row.lost is True for row in holding.diagnostics]
     at_end = all(row.lost for row in failing.diagnostics[-AT_END:])
     if any(lost[-AT_END:]) or not (at_end or sum(lost) <= HELD_SHARE * len(lost)):
         return None
-    said = (diagnose_course(course_of_run(failing)).cause, diagnose_course(without_truth(failing), begun).cause)
     before, after = AROUND
-    if begun >= len(lost) or any(row.is_lost for row in holding.diagnostics[max(begun - before, 0) : begun + after]):
-        return Judgement(*said)
-    calm = (diagnose_course(course, begun).cause for course in (course_of_run(holding), without_truth(holding)))
-    return Judgement(*said, *(cause == "unclear" for cause in calm))
+    near = holding.diagnostics[max(begun - before, 0) : begun + after]
+    calm = begun < len(lost) and not any(row.is_lost for row in near)
+    return Played(begun, _courses(failing), _courses(holding) if calm else None)
 
 
-def without_truth(run: Run) -> Course:
-    """Return the course of a run as it would be on a recording of which nothing is known."""
+def _courses(run: Run) -> tuple[Course, Course]:
+    told = course_of_run(run)
+    return told, without_truth(run, told)
+
+
+def judge_case(number: int) -> Judgement | None:
+    """Return what is said of a case; None if it is not lost by its flaw, or its value is at odds with another."""
+    try:
+        played = play(draw(number))
+    except RefusedError:
+        return None
+    return played and played.judge()
+
+
+def without_truth(run: Run, told: Course | None = None) -> Course:
+    """Return the course of a run as it would be on a recording of which nothing is known.
+
+    Args:
+        run: The run.
+        told: Its course with the truth, if it is there already: its frames are then looked at once.
+    """
     rows = [replace(row, truth=None, error=None, lost=None, hidden=None) for row in run.diagnostics]
     declared = [series for series in run.experiment.all_series() if series.role not in OF_TRUTH]
-    return course_of(rows, declared, unit=run.experiment.judge.unit, size=picture_size(run))
-
-
-def _finish(recipe: Recipe) -> Run:
-    run = begin(recipe)
-    run.finish()
-    return run
+    blind = course_of(rows, declared, unit=run.experiment.judge.unit, size=picture_size(run))
+    return replace(blind, sights=(told or course_of_run(run)).sights)

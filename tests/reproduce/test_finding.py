@@ -12,7 +12,7 @@ from pftrack.reproduce.finding import References, Statement, describe_verdicts, 
 STUDIES = sorted(
     path
     for path in Path(finding.__file__).parent.glob("*.yaml")
-    if path.stem not in {"diagnosis_conditions", "grounds", "results"}
+    if path.stem not in {"diagnosis_flaws", "grounds", "results"}
 )
 AGAIN = {"known": {"reason": "so it is", "explained": False}}
 

@@ -111,7 +111,7 @@ def test_data_beside_the_code_count() -> None:
     """What a tracker has learned is among the sources, and so is what is stated of the study, but not of others."""
     found = names_of("fish")
     assert {"pftrack/experiments/fish/learned.json", "pftrack/reproduce/fish.yaml"} <= found
-    assert "pftrack/reproduce/diagnosis_conditions.yaml" in names_of("diagnosis")
+    assert "pftrack/reproduce/diagnosis_flaws.yaml" in names_of("diagnosis")
     assert "pftrack/reproduce/hand.yaml" not in found
 
 

@@ -223,7 +223,8 @@ function Why({ loss }) {
   const told = explanation.value?.diagnosis ?? null;
   const ask = () => loss.ask(view.store.known.position);
   const signs = told?.signs.map((sign) => h(Signed, { key: `${sign.title} ${sign.since}`, sign, go: () => view.steering.seek(sign.since) }));
-  const words = told === null ? html`<div class="late"><div class="bone shimmer"></div></div>` : html`<p class="why-sentence">${told.sentence}</p>${signs}`;
+  const words = told === null ? html`<div class="late"><div class="bone shimmer"></div></div>` : html`<p class="why-sentence">${told.sentence}</p>${signs}
+    ${told.reliability && html`<p class="why-reliability">${told.reliability}</p>`}`;
   return html`
     <div class="why-words" role="status">${refusal.value === "" ? words : html`<p class="error">${refusal.value}</p>`}</div>
     <button type="button" class="quiet" title="Explain the shown frame" onClick=${ask}>This frame</button>

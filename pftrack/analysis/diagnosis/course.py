@@ -7,7 +7,7 @@ finds its cause at work at the moment returns a `Sign`.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from string import Formatter
@@ -16,9 +16,11 @@ from typing import Annotated, TypeAlias
 import numpy as np
 from pydantic import Field, PlainSerializer, computed_field, with_config
 
+from pftrack.analysis.diagnosis.pictures import Sights
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.series import Known, Series, SeriesRole
+from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.runs.loss import LASTING_FRAMES, Loss
@@ -81,10 +83,8 @@ class Course:
         distinct: (L,) how many of the particles differ in what no noise renews.
         resampled: (L,) 1 where parents were drawn, else 0.
         mirrored: (L,) 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
-        mirror_gap: (L,) deviations from the estimate to the nearest other pose that the camera shows alike.
         outside: (L,) 1 where the target, or where no truth is known the estimate, is beyond the picture, else 0.
-        parts: (L, P) likeness of each part, where the target has parts.
-        measured: (L, m) numbers that were measured.
+        sights: What the frames look like.
     """
 
     unit: str
@@ -108,10 +108,8 @@ class Course:
     distinct: Numbers
     resampled: Numbers
     mirrored: Numbers
-    mirror_gap: Numbers
     outside: Numbers
-    parts: Numbers
-    measured: Numbers
+    sights: Sights = field(default_factory=Sights)
 
     def __len__(self) -> int:
         """Return the number of frames L."""
@@ -154,6 +152,7 @@ def course_of(
     *,
     unit: str,
     size: tuple[int, int] | None = None,
+    frame: Callable[[int], Frame] | None = None,
 ) -> Course:
     """Return the course of a run.
 
@@ -162,6 +161,7 @@ def course_of(
         declared: Series that they may have.
         unit: Of its estimates.
         size: Width and height of the picture, px, where estimates are places in it.
+        frame: The frame of a number, where it can be looked at again.
     """
     unknown = (np.nan,) * len(rows[0].estimate)
     truths = np.array([row.truth or unknown for row in rows], dtype=np.float64)
@@ -199,10 +199,8 @@ def course_of(
         distinct=numbers("distinct"),
         resampled=numbers("resampled"),
         mirrored=numbers("mirrored"),
-        mirror_gap=numbers("mirror_gap"),
         outside=_outside(seen, size),
-        parts=_vectors(rows, declared, "likeness"),
-        measured=_vectors(rows, declared, "measured"),
+        sights=Sights(frame),
     )
 
 
@@ -212,12 +210,6 @@ def _number(row: Diagnostics, series: Series) -> float:
         return row.number(series.name)
     known = [one for one in row.vector(series.name) or () if np.isfinite(one)]
     return float(np.mean(known)) if known else np.nan
-
-
-def _vectors(rows: Sequence[Diagnostics], declared: Sequence[Series], role: SeriesRole) -> Numbers:
-    """Return the vectors (L, n) of the series of a role, beside each other."""
-    names = [series.name for series in declared if series.role == role and series.shape == "vector"]
-    return _matrix([[number for name in names for number in row.vector(name) or ()] for row in rows])
 
 
 def _matrix(values: Sequence[Sequence[float]], least: int = 0) -> Numbers:
@@ -278,9 +270,6 @@ EQUAL = 0.985
 FALLEN, RISEN, ALIKE = 0.8, 1.12, 0.9
 """Times the least ESS before that it falls to where few particles are better than the rest; times its usual value, and
 of the particles at the least, that it rises to where none is."""
-PART_FALL, HALFWAY, FADING = 0.3, (0.25, 0.7), 0.2
-"""A part's likeness falls if by so much; it is halfway between these shares of its fall; and so many frames of each are
-so, at the least, where a target fades rather than goes out of sight."""
 LEADING, FOLLOWING = 8, 8
 """So many frames before a moment may hold what led to it, and so many after it show what came of it."""
 
@@ -337,6 +326,8 @@ class Moment:
     def low_fit(self) -> float:
         """Fit below which the picture does not show the target where it is believed to be."""
         fits = self._usual_fits
+        if not self.knows_truth and len(fits) < FEWEST:
+            return math.nan  # nothing is usual yet
         scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= FEWEST else 0.0
         by_likeness = self.course.fit is self.course.likeness
         low = self.usual_fit - max(SCATTERS * scatter, LEAST_FALL[by_likeness])
@@ -392,38 +383,30 @@ class Moment:
         return self.course.fit is self.course.likeness and not self.is_place
 
     @property
-    def is_gone(self) -> bool:
-        """Whether a pose by its features fits so badly that it is not only seen from the side, some hidden."""
-        return middle(self.course.fit[self.after]) < LOWEST * self.usual_fit
-
-    @cached_property
-    def fades(self) -> bool:
-        """Whether, as the fit fell, parts of the target fitted by half: they are in sight, and looked for beside it.
-
-        What covers a part takes it within a frame, and leaves those beside it as they were.
-        """
-        parts, since = self.course.parts, self.goes_blind
-        if since is None or not self.by_features or not parts.shape[1]:
-            return False
-        usual = self.usual & (np.arange(len(parts)) < since - 2)
-        fell = _medians(parts[usual]) - _medians(parts[since + 1 : since + 1 + FOLLOWING])
-        falling = fell > PART_FALL
-        way = (_medians(parts[usual]) - parts[max(since - 1, 0) : since + 2]) / fell
-        half = (way > HALFWAY[0]) & (way < HALFWAY[1])
-        return bool(np.count_nonzero(half[:, falling]) > FADING * np.count_nonzero(falling))
-
-    @property
     def fits_after(self) -> bool:
         """Whether what is followed from there on fits as what was followed before, in most frames."""
         blind = self.unseen[self.after]
         return middle(self.course.fit[self.after]) >= self.low_fit and bool(np.count_nonzero(blind) <= len(blind) / 2)
 
+    @cached_property
+    def off(self) -> Flags:
+        """(L,) where the estimate is known to be far off: lost by the truth, or by several times the usual error."""
+        course = self.course
+        far = course.error > FAR * middle(course.error[self.usual])
+        return np.asarray(np.isfinite(course.error) & (course.lost | far))
+
     @property
     def is_off(self) -> bool:
-        """Whether the estimate is known to be far off: lost by the truth, or by several times the usual error."""
-        course = self.course
-        far = middle(course.error[self.after]) > FAR * middle(course.error[self.usual])
-        return bool(np.isfinite(course.error[self.frame]) and (course.lost[self.frame] or far))
+        """Whether it is so in this frame, or in most of those just after it."""
+        later = self.off[self.after]
+        known = bool(np.isfinite(self.course.error[self.frame]))
+        return known and bool(self.course.lost[self.frame] or np.count_nonzero(later) > len(later) / 2)
+
+    @cached_property
+    def good_fit(self) -> float:
+        """Fit that three of four usual frames reach: what fits less does not fit as well as the target did."""
+        fits = self.course.fit[self.usual & np.isfinite(self.course.fit)]
+        return float(np.quantile(fits, 0.25)) if len(fits) else np.nan
 
     @property
     def before(self) -> slice:
@@ -461,11 +444,6 @@ class Moment:
             return self.frame + (int(later[0]) if len(later) else 0)
         breaks = np.flatnonzero(np.diff(places) > gap + 1)
         return int(places[breaks[-1] + 1] if len(breaks) else places[0])
-
-
-def _medians(values: Numbers) -> Numbers:
-    """Return the medians (n,) of the finite values in each column of (k, n); NaN of a column without."""
-    return np.array([middle(column) for column in values.T])
 
 
 def middle(values: Numbers) -> float:

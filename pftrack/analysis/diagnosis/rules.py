@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.analysis.diagnosis.course import (
-    ENOUGH,
     FOLLOWING,
     LEADING,
     Course,
@@ -23,7 +22,20 @@ from pftrack.analysis.diagnosis.course import (
     middle,
     sign,
 )
+from pftrack.analysis.diagnosis.looks import (
+    dull_pictures,
+    noisy_numbers,
+    noisy_pictures,
+    nothing_seen,
+    other_light,
+    other_target,
+    same_picture,
+    says_nothing,
+)
+from pftrack.core.arrays import spans
 
+JUMP = 1.8
+"""Times its largest step before that a target goes in a frame where it jumps."""
 PASSING = 3
 """Frames, at most, in which a target passes the edge of the picture."""
 AT_ONCE = 3
@@ -52,6 +64,18 @@ def out_of_sight(moment: Moment) -> Sign | None:
         return None
     begun = moment.since(hidden)
     length = _stretch(hidden, begun)
+    back, usual = min(begun + length, len(course) - 1), middle(course.deviation[moment.usual])
+    widest = course.deviation[back - 1]
+    within = widest < GROWN * usual and course.error[back] <= WITHIN * widest
+    # What comes back within a cloud that has hardly grown is there to be seen, and lost for another reason.
+    if moment.is_place and back > moment.frame and within:
+        return None
+    near_it = course.error <= WITHIN * middle(course.error[moment.usual])
+    seen = (near_it & ~moment.unseen & ~hidden)[begun + length : moment.frame]
+    if begun > moment.frame + AT_ONCE or np.count_nonzero(seen) >= AT_ONCE or _first_jump(moment):
+        return None  # it went after the loss, or was followed again before it, or jumped
+    if any(last - first + 1 >= length for first, last in spans(hidden[:begun].tolist())):
+        return None  # it had come back from as long a time out of sight
     # What hides it covers it little by little: it may be lost before nothing of it is left.
     since = begun if begun <= moment.frame else moment.since(moment.unseen)
     return sign(
@@ -62,27 +86,10 @@ def out_of_sight(moment: Moment) -> Sign | None:
         true=_way(course.truths[begun : begun + length]),
         believed=_way(course.estimates[begun : begun + length]),
         frame=moment.frame,
-        usual=middle(course.deviation[moment.usual]),
+        usual=usual,
         deviation=float(course.deviation[moment.frame]),
         error=float(course.error[moment.frame]),
     )
-
-
-def suddenly_gone(moment: Moment) -> Sign | None:
-    """Ask, where only what the tracker sees is known, whether the target went out of sight within a few frames."""
-    course, unseen = moment.course, moment.unseen
-    if moment.knows_truth or np.isfinite(course.hidden).any() or not unseen[moment.around].any():
-        return None
-    by_hypotheses = bool(np.isfinite(course.misfit).any())
-    if moment.by_features and not moment.is_gone:
-        return None
-    if moment.is_gaussian or by_hypotheses or moment.leaves_cloud or moment.fades or _at_once(moment):
-        return None
-    since = moment.since(unseen)
-    before = middle(course.fit[max(since - 4, 0) : max(since - 2, 1)])
-    if not before > moment.usual_fit - 0.5 * (moment.usual_fit - moment.low_fit):
-        return None
-    return sign("suddenly-gone", since, 0.6, before=before, fit=float(course.fit[since]))
 
 
 def out_of_the_cloud(moment: Moment) -> Sign | None:
@@ -92,31 +99,17 @@ def out_of_the_cloud(moment: Moment) -> Sign | None:
         return None
     if not np.isfinite(course.particles).any():
         return _nothing_fits(moment, since)
-    if moment.fades:
-        return _beside_its_features(moment, since) if moment.is_gone else None
-    if not (moment.leaves_cloud or _at_once(moment)):
+    if not moment.leaves_cloud:
         return None
     shares = course.ess_share
     least = float(np.nanmin(shares[max(since - 4, 1) : since + 4]))
     return sign(
-        "out-of-the-cloud" if moment.leaves_cloud else "out-of-the-cloud-at-once",
+        "out-of-the-cloud",
         since,
-        0.7 if moment.leaves_cloud else 0.4,
+        0.7,
         usual=moment.usual_fit,
         fit=middle(course.fit[moment.after]),
         least=least,
-    )
-
-
-def _beside_its_features(moment: Moment, since: int) -> Sign:
-    """Say the same of a target in parts, as a face by its features."""
-    course = moment.course
-    return sign(
-        "beside-its-features",
-        since,
-        0.6,
-        usual=moment.usual_fit,
-        fit=middle(course.fit[since + 1 : since + 1 + FOLLOWING]),
     )
 
 
@@ -128,23 +121,21 @@ def _nothing_fits(moment: Moment, since: int) -> Sign | None:
     return sign("nothing-fits", since, 0.6, misfit=middle(misfit[moment.after]), usual=middle(misfit[moment.usual]))
 
 
-def _at_once(moment: Moment) -> bool:
-    return moment.goes_blind is not None and moment.goes_blind <= AT_ONCE
-
-
 def left_behind(moment: Moment) -> Sign | None:
     """Ask whether the target, in full sight, went where the law of motion does not expect it."""
     course = moment.course
     near = moment.near
     sight = ~((course.hidden[near] == 1.0) | (course.outside[near] == 1.0)).any()
     mirrored = course.mirrored[moment.after] == 1.0  # then it is followed, as what looks the same
-    if not (sight and not moment.fits_after and moment.is_off) or np.count_nonzero(mirrored) > len(mirrored) / 2:
+    jump = _first_jump(moment)
+    left = sight and not moment.fits_after
+    if not (moment.is_off and (left or jump)) or np.count_nonzero(mirrored) > len(mirrored) / 2:
         return None
-    far = course.error > 0.5 * course.error[moment.frame]
-    since = min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
+    far = course.error > max(0.5 * course.error[moment.frame], WITHIN * middle(course.error[moment.usual]))
+    since = jump or min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
     true, believed = _paces(course, since, moment.frame)
     # Of a clip nobody may have told what is hidden.
-    in_sight = "left-behind-in-full-sight" if np.isfinite(course.hidden[near]).all() else "left-behind"
+    in_sight = "left-behind-in-full-sight" if sight and np.isfinite(course.hidden[near]).all() else "left-behind"
     return sign(
         in_sight,
         since,
@@ -156,6 +147,16 @@ def left_behind(moment: Moment) -> Sign | None:
         fit=middle(course.fit[moment.after]),
         usual=moment.usual_fit,
     )
+
+
+def _first_jump(moment: Moment) -> int | None:
+    """Return the frame just before a loss in which the target went further than ever; None if it did not."""
+    steps, first = moment.course.true_step, moment.before.start
+    for index in range(max(first, AT_ONCE + 1), moment.frame + 1):
+        longest = np.nanmax(steps[1:index], initial=0.0)
+        if 0.0 < JUMP * longest < steps[index]:
+            return index
+    return None
 
 
 def _way(places: Numbers) -> float:
@@ -184,9 +185,6 @@ def _stretch(holds: Flags, first: int) -> int:
     return int(ends[0]) if len(ends) else len(holds) - first
 
 
-WIDENED, WIDENED_EARLY, WIDER = 1.4, 2.0, 1.1
-"""Times its usual value that the deviation is where a cloud comes apart; the same in the first frames, and times the
-largest value before."""
 DOUBTED = 2.0
 """Times the fall to what is low, at most, where a model that has changed still fits what is followed."""
 CHANGED, STILL_ALIKE = 0.8, 0.95
@@ -244,31 +242,14 @@ def _begin_of_search(moment: Moment, found: int) -> int:
     return begun
 
 
-def widened_cloud(moment: Moment) -> Sign | None:
-    """Ask, where no truth is known, whether the cloud came apart while what is followed fitted as before."""
-    course = moment.course
-    usual = middle(course.deviation[moment.usual])
-    around = course.deviation[max(moment.frame - 4, 1) : moment.frame + 12]
-    widest = float(np.nanmax(around)) if np.isfinite(around).any() else np.nan
-    cloud = moment.is_place and bool(np.isfinite(course.particles).any())
-    before = course.deviation[moment.usual]
-    # In its first frames a cloud grows to what is usual.
-    wide = max(
-        (WIDENED if len(before) >= ENOUGH else WIDENED_EARLY) * usual, WIDER * float(np.max(before, initial=0.0))
-    )
-    if moment.knows_truth or not (cloud and moment.fits_after and widest >= wide):
-        return None
-    apart = course.deviation > 0.5 * (usual + widest)
-    since = min(moment.since(apart, gap=0), moment.frame)
-    return sign("widened-cloud", since, min(1.0, widest / usual / 4), widest=widest, usual=usual)
-
-
 def another_that_fits(moment: Moment) -> Sign | None:
     """Ask whether what is followed while the target is lost fits as well as the target did."""
-    course = moment.course
-    fit, off = middle(course.fit[moment.after]), middle(course.error[moment.after])
-    # A pose that is wrong is no other thing.
-    if not (moment.is_place and moment.fits_after and moment.is_off):
+    course, after = moment.course, moment.after
+    # A target that is found again fits as well, and a pose that is wrong is no other thing.
+    elsewhere = moment.off[after] & (course.hidden[after] != 1.0)
+    fit, off = middle(course.fit[after][elsewhere]), middle(course.error[after][elsewhere])
+    most = np.count_nonzero(elsewhere) > len(elsewhere) / 2
+    if not (moment.is_place and most and moment.fits_after and fit >= moment.good_fit):
         return None
     return sign("another-that-fits", moment.frame, 0.9, fit=fit, usual=moment.usual_fit, off=off)
 
@@ -369,15 +350,6 @@ TOO_SURE, DOUBTFUL = 3.0, 2.0
 """Times the stated deviation that an error exceeds where a belief is too sure, and where it begins to be."""
 STANDING = 0.01
 """Of the stated deviation that a target goes in a frame where it stands still."""
-WHITE = 1.2
-"""Mean square of the changes of a number from frame to frame over its variance, above which it does not go anywhere: of
-white noise it is 2 on average (von Neumann 1941)."""
-STILL_FRAMES, FEWEST = (60, 30), 12
-"""So many frames make a picture that stands still, if not all of them do; and the fewest of which that can be said."""
-WENT = 1.5
-"""Of its deviations that an estimate goes, at the least, where it should have stayed where it was."""
-MIRROR_NEAR, PARTED = 3.0, 8.0
-"""Deviations from a mirror image, at most, where a filter may come out on its side; and where both have parted."""
 
 
 def same_again(moment: Moment) -> Sign | None:
@@ -394,35 +366,6 @@ def same_again(moment: Moment) -> Sign | None:
     since = min(moment.since(over), moment.frame)
     worst = float(np.nanmax(near))
     return sign("same-again", since, min(1.0, worst / 10), worst=worst)
-
-
-def still_picture(moment: Moment) -> Sign | None:
-    """Ask, where no truth is known, whether what a filter without particles measures stands still."""
-    course, frame = moment.course, moment.frame
-    if moment.knows_truth or np.isfinite(course.particles).any():
-        return None
-    firsts = (1, *(frame + 1 - count for count in STILL_FRAMES))
-    still = [
-        one for one in firsts if one > 0 and frame + 1 - one >= FEWEST and _stands(course.measured[one : frame + 1])
-    ]
-    if not still:
-        return None
-    since = still[0]
-    first = slice(since, since + FEWEST // 3)
-    goes = np.abs(course.estimates[frame] - np.median(course.estimates[first], axis=0))
-    way = float(np.nanmax(goes / course.sigmas[first].mean(axis=0), initial=0.0))
-    if not way > WENT:
-        return None
-    return sign("still-picture", since, 0.6, count=frame + 1 - since, way=way)
-
-
-def _stands(measured: Numbers) -> bool:
-    """Whether all numbers (n, m) that were measured stay where they are but for white noise."""
-    known = measured[:, np.isfinite(measured).all(axis=0)]
-    if not known.shape[1]:
-        return False
-    changes, variances = np.square(np.diff(known, axis=0)).mean(axis=0), known.var(axis=0)
-    return bool((changes >= WHITE * variances).all())
 
 
 def too_sure(moment: Moment) -> Sign | None:
@@ -469,40 +412,29 @@ def mirror_image(moment: Moment) -> Sign | None:
     return sign("mirror-image", since, 1.0, off=float(moment.course.error[first]))
 
 
-def near_its_mirror_image(moment: Moment) -> Sign | None:
-    """Ask, where no truth is known, whether two poses that the camera shows alike were near each other."""
-    course, frame = moment.course, moment.frame
-    gap = course.mirror_gap
-    first = max(frame - 2 * FOLLOWING, 1)
-    window = gap[first : frame + 2 * FOLLOWING]
-    # Of hypotheses both are known to have been near each other when they have parted; of a Gaussian it is told at once.
-    passed = moment.fits_after if moment.is_gaussian else bool(gap[frame] > PARTED)
-    if moment.knows_truth or not (window < MIRROR_NEAR).any() or not passed:
-        return None
-    nearest = first + int(np.nanargmin(window))
-    since = min(first + int(np.flatnonzero(window < MIRROR_NEAR)[0]), frame)
-    return sign("near-its-mirror-image", since, 0.5, nearest=nearest, gap=float(gap[nearest]))
-
-
 RULES: tuple[Rule, ...] = (
+    nothing_seen,
+    same_picture,
+    noisy_pictures,
+    noisy_numbers,
+    other_light,
+    other_target,
+    dull_pictures,
+    says_nothing,
     beyond_the_picture,
     few_weights,
     alike_particles,
     same_again,
-    still_picture,
     mirror_image,
-    near_its_mirror_image,
     changed_model,
     wrong_find,
     everything_fits,
     too_sure,
     refuted,
     sure_of_nothing,
-    out_of_sight,
-    suddenly_gone,
-    another_that_fits,
-    widened_cloud,
     left_behind,
+    out_of_sight,
+    another_that_fits,
     out_of_the_cloud,
 )
 """All of them; of two signs since the same frame the one whose rule comes first is told first."""

@@ -108,6 +108,10 @@ CauseId: TypeAlias = Literal[
     "template-drift",
     "detector-seized-by-background",
     "target-not-in-the-picture",
+    "uninformative-likelihood",
+    "changed-look",
+    "noisy-picture",
+    "nothing-to-measure",
     "unclear",
 ]
 
@@ -115,6 +119,7 @@ CAUSES: dict[CauseId, str] = {cause: cause.replace("-", " ") for cause in get_ar
     "look-alike-capture": "look-alike capture",
     "template-drift": "drift of the model",
     "detector-seized-by-background": "seized by the background",
+    "changed-look": "changed look of the target",
 }
 """What they are called in a sentence."""
 
@@ -133,7 +138,7 @@ KINDS: Mapping[Kind, str] = {
 }
 """What failures have in common, with the words for it, in the order in which they are shown."""
 
-ORDER: tuple[CauseId, ...] = tuple(CAUSES)[:-2]  # of the last two no run is an example
+ORDER: tuple[CauseId, ...] = tuple(CAUSES)[:10]  # of the others no run is an example
 """Ids of the failures that have a number of their own, whichever experiment shows them; all others come after."""
 
 
