@@ -103,6 +103,18 @@ def test_what_happens_to_all_of_a_picture_is_told_from_the_pictures(kind: str, d
     assert {sign.cause for sign in diagnose_course(without_truth(run), 10).signs} == set()
 
 
+def test_a_target_of_another_colour_is_told_with_the_truth_and_one_that_comes_back_is_not() -> None:
+    """From behind the pillar the ball comes back green in one run, and on another path, red as it was, in the other."""
+    run = pftrack.run("ball", tracker="h-spf", seed=2, frames=60, distracter_radius_px=0)
+    changed, moved = (run.branch(23, values) for values in ({"ball_colour": "#4efb08"}, {"ball_path": "bounces"}))
+    for each in (changed, moved):
+        each.finish()
+        assert each.diagnostics[35].lost
+    found = diagnose(changed)
+    assert (found.cause, found.signs[0].since) == ("changed-look", 24)
+    assert "changed-look" not in {sign.cause for sign in diagnose(moved).signs}
+
+
 def test_measured_numbers_that_begin_to_jump_are_told() -> None:
     """Of a signal the second differences tell noise that begins, and missing values that nothing is measured."""
     for kind, cause in (("noise", "noisy-picture"), ("blank", "nothing-to-measure")):

@@ -72,8 +72,9 @@ def other_light(moment: Moment) -> Sign | None:
 
     def differs(one: Sight, other: Sight) -> bool:
         ratio = abs(np.log2((other.light + 1.0) / (one.light + 1.0)))
-        # Of a target that is hidden there is less of its colour, but not more of another one.
-        return bool(ratio > LIGHTER or (other.colours - one.colours).max() > RECOLOURED)
+        # Of a target that is hidden there is less of its colour; when it is back, no more than in the first frame.
+        more = other.colours - np.maximum(one.colours, moment.course.sights[0].colours)
+        return bool(ratio > LIGHTER or more.max() > RECOLOURED)
 
     since = _begins(moment, differs)
     if since is None:
@@ -92,7 +93,8 @@ def other_target(moment: Moment) -> Sign | None:
         return None
     colours = np.array([course.sights[index].target for index in shown])
     at = int(np.argmax(np.nan_to_num(np.abs(np.diff(colours, axis=0)).max(axis=1))))
-    apart = np.abs(colours[at + 1 :] - colours[at]).max(axis=1)
+    # Just before, it may have been half covered.
+    apart = np.abs(colours[at + 1 :] - np.median(colours[: at + 1], axis=0)).max(axis=1)
     if not (len(apart) >= LASTS and (apart > RECOLOURED).all() and shown[at + 1] <= moment.frame + 1):
         return None
     return sign("other-target", shown[at + 1], 0.9, apart=middle(apart))

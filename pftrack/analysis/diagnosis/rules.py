@@ -38,8 +38,8 @@ JUMP = 1.8
 """Times its largest step before that a target goes in a frame where it jumps."""
 PASSING = 3
 """Frames, at most, in which a target passes the edge of the picture."""
-AT_ONCE = 3
-"""Frames from the first on, at most, after which a target was never followed."""
+BRIEF = 3
+"""Frames that are too few to be followed in, or to tell how a target moves."""
 
 
 def beyond_the_picture(moment: Moment) -> Sign | None:
@@ -72,7 +72,7 @@ def out_of_sight(moment: Moment) -> Sign | None:
         return None
     near_it = course.error <= WITHIN * middle(course.error[moment.usual])
     seen = (near_it & ~moment.unseen & ~hidden)[begun + length : moment.frame]
-    if begun > moment.frame + AT_ONCE or np.count_nonzero(seen) >= AT_ONCE or _first_jump(moment):
+    if begun > moment.frame + BRIEF or np.count_nonzero(seen) >= BRIEF or _first_jump(moment):
         return None  # it went after the loss, or was followed again before it, or jumped
     if any(last - first + 1 >= length for first, last in spans(hidden[:begun].tolist())):
         return None  # it had come back from as long a time out of sight
@@ -152,7 +152,7 @@ def left_behind(moment: Moment) -> Sign | None:
 def _first_jump(moment: Moment) -> int | None:
     """Return the frame just before a loss in which the target went further than ever; None if it did not."""
     steps, first = moment.course.true_step, moment.before.start
-    for index in range(max(first, AT_ONCE + 1), moment.frame + 1):
+    for index in range(max(first, BRIEF + 1), moment.frame + 1):
         longest = np.nanmax(steps[1:index], initial=0.0)
         if 0.0 < JUMP * longest < steps[index]:
             return index
