@@ -67,6 +67,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
 }
 
 SENTENCE = re.compile(r"[\d,]+\s+of\s+[\d,]+\s+reference\s+figures\s.*?older\s+than\s+the\s+code\.", re.DOTALL)
+PENDING = "Not computed since the rules changed; `pftrack reproduce diagnosis --full` does it."
 UNFINISHED = "it had not been computed when this page was written"
 
 
@@ -117,6 +118,8 @@ def write() -> None:
 def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
     """Return the generated parts of the page of the diagnosis by name: its shares, and those of each cause."""
     figure, halves, ways = _figures_of_diagnosis(record), diagnosis.HALVES, diagnosis.WAYS
+    if math.isnan(figure("cases", halves[0])):
+        return dict.fromkeys(("diagnosis", "diagnosis by cause"), PENDING)
     columns = [(way, half) for half in halves for way in ways]
     shares = {
         "right": "of the causes that are named, right",
@@ -139,6 +142,8 @@ def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
 def diagnosis_in_short(record: Mapping[str, Entry]) -> dict[str, str]:
     """Return the generated part of the page that tells how to ask why."""
     figure, half = _figures_of_diagnosis(record), diagnosis.HALVES[0]
+    if math.isnan(figure("cases", half)):
+        return {"diagnosis in short": PENDING}
     right, outside, alarms = (
         " and ".join(f"{figure(name, way, half):.0%} {way}" for way in diagnosis.WAYS)
         for name in ("right", "outside", "alarms")
@@ -155,7 +160,8 @@ def open_set(record: Mapping[str, Entry]) -> str:
     """Return the file of what the library says of its diagnosis."""
     figure, half = _figures_of_diagnosis(record), diagnosis.HALVES[0]
     shares = "".join(f'"{way}" = {figure("right", way, half):.3f}\n' for way in diagnosis.WAYS)
-    return f"cases = {figure('cases', half):.0f}\n{shares}"
+    cases = figure("cases", half)
+    return f"cases = {0 if math.isnan(cases) else cases:.0f}\n{shares}"
 
 
 def _figures_of_diagnosis(record: Mapping[str, Entry]) -> Callable[..., float]:

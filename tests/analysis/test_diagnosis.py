@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.analysis.diagnosis import Diagnosis, diagnose, diagnose_course
+from pftrack.analysis.diagnosis import OPEN_SET, Diagnosis, diagnose, diagnose_course
 from pftrack.analysis.diagnosis.course import Course, course_of
 from pftrack.analysis.diagnosis.rules import wrong_find
 from pftrack.core.model.parameters import Value
@@ -99,8 +99,20 @@ def test_what_happens_to_all_of_a_picture_is_told_from_the_pictures(kind: str, d
     for found in (diagnose(run), unaided(run)):
         assert found.cause == cause
         assert found.signs[0].since == 14 + (kind == "frozen")  # the first one is as it was
-        assert found.reliability.endswith(" were right.")
     assert {sign.cause for sign in diagnose_course(without_truth(run), 10).signs} == set()
+
+
+def test_a_named_cause_comes_with_how_often_such_are_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The figures are those of the study, by the witness; without a cause, or without figures, nothing is said."""
+    run = pftrack.run("ball", preset="too-wide", frames=60)
+    monkeypatch.setitem(OPEN_SET, "cases", 0)
+    assert not diagnose(run).reliability
+    for name, value in (("cases", 200), ("with the truth", 0.9), ("without the truth", 0.8)):
+        monkeypatch.setitem(OPEN_SET, name, value)
+    told = "In 200 lost runs kept aside, with flaws of any kind, {}% of the causes named {} were right."
+    assert diagnose(run).reliability == told.format(90, "with the truth")
+    assert replace(diagnose(run), witness="").reliability == told.format(80, "without the truth")
+    assert not diagnose(run, 4).reliability
 
 
 def test_a_target_of_another_colour_is_told_with_the_truth_and_one_that_comes_back_is_not() -> None:

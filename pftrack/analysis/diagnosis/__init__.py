@@ -100,7 +100,7 @@ class Diagnosis:
         """How often a cause that is named is right, in a sentence; empty where none is named."""
         way = "with the truth" if self.witness == "truth" else "without the truth"
         told = "In {} lost runs kept aside, with flaws of any kind, {:.0%} of the causes named {} were right."
-        return told.format(OPEN_SET["cases"], OPEN_SET[way], way) if self.signs else ""
+        return told.format(OPEN_SET["cases"], OPEN_SET[way], way) if self.signs and OPEN_SET["cases"] else ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
