@@ -57,6 +57,8 @@ def noisy_numbers(moment: Moment) -> Sign | None:
     if not rows or not len(rows[0]) or len({len(row) for row in rows}) > 1 or len(rows) < 3 * LASTS + 2:
         return None
     jumps = np.array([middle(row) for row in np.abs(np.diff(np.array(rows), n=2, axis=0))])
+    if not np.isfinite(jumps[-LASTS:]).all():
+        return None  # nothing is measured, which is another matter
     levels = [(middle(jumps[:at]), middle(jumps[at:])) for at in range(2 * LASTS, len(jumps) - LASTS + 1)]
     ratios = [after / before for before, after in levels]
     if not np.nanmax(ratios, initial=0.0) > JUMPS:
