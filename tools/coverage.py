@@ -59,9 +59,9 @@ ASIDE = 10_000
 """The first number of the settings that are kept aside."""
 DRAWN_SEEDS = range(2)
 WHOLE = {"sine": 361}
-"""Frames of a whole turn of the signal, of which its declarations speak."""
+"""Frames of one period of the signal, to which its declarations refer."""
 WIDE = 20.0
-"""Of a number whose useful range is so many times its least value, the logarithm is drawn evenly."""
+"""Least ratio of the ends of a useful range at which the logarithm of a number is drawn evenly."""
 FROM_DRAWN, TO_DRAWN = "<!-- tools.coverage random: from here -->", "<!-- tools.coverage random: to here -->"
 
 MARKS = {"overconfident": "▼", "underconfident": "▲"}
