@@ -165,6 +165,7 @@ def main() -> None:
         frames=Size(120, 4, "frames of a sequence, at most"),
         seeds=Size(5, 1, "runs of ours"),
     )
+    cv2.setNumThreads(1)
     rows = list(measure(folder, given.frames, given.seeds, list(others())))
     for grey in sorted({bool(row["grey"]) for row in rows}):
         kind = [row for row in rows if row["grey"] is grey]
