@@ -73,16 +73,16 @@ DRAWN = slice(2750, 3751, 2)
 class BayesParameters(Parameters):
     """What was believed, how it is measured, and what was measured."""
 
-    mode: Literal["position", "distance"] = parameter("position", "What is measured")
+    mode: Literal["position", "distance"] = parameter("position", "Measured quantity")
     """The position itself, z = x + noise, or the distance to a camera at 5 m, z = |x - 5 m| + noise."""
     prior_mean: float = parameter(2, "Prior mean", unit="m", within=(-4, 14, 0.1))
-    """Where the position was believed to be."""
+    """Mean of the prior."""
     prior_sd: float = parameter(2, "Prior width", unit="m", within=(0.2, 20, 0.1))
-    """Standard deviation of the prior: how unsure that belief was."""
+    """Standard deviation of the prior."""
     noise_sd: float = parameter(1, "Noise", unit="m", within=(0.2, 5, 0.1))
     """Standard deviation of the measurement's error."""
     measured: float = parameter(5, "Measured z", unit="m", within=(0, 10, 0.1))
-    """The position or distance that was measured."""
+    """The measured position or distance."""
 
 
 def expected_measurement(x: ArrayLike, mode: str) -> Floats:

@@ -28,11 +28,11 @@ class EstimateParameters(Parameters):
     """A guess, and the second bump of the density."""
 
     guess: float = parameter(3, "Guess", unit="m", within=(LOW, HIGH, 0.05))
-    """The one position that is named."""
+    """The position that you name."""
     weight: float = parameter(0.3, "Weight of the second bump", within=(0, 1, 0.05))
     """Probability that the target is at the second bump."""
     second: float = parameter(4, "Position of the second bump", unit="m", within=(0, 6, 0.1))
-    """Middle of the second bump."""
+    """Centre of the second bump."""
 
 
 def posterior(weight: float = 0.3, second: float = 4.0) -> Mixture:

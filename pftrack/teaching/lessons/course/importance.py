@@ -40,11 +40,11 @@ class ImportanceParameters(Parameters):
     """The density that is sampled, and how often."""
 
     spread: float = parameter(1, "Spread s", within=(0.2, 4, 0.05))
-    """Standard deviation of the density q that is sampled; that of p is 0.5."""
+    """Standard deviation of the proposal q; that of p is 0.5."""
     centre: float = parameter(0, "Centre c", within=(-3, 4, 0.05))
-    """Mean of the density q that is sampled; that of p is 1."""
+    """Mean of the proposal q; that of p is 1."""
     draws: int = parameter(200, "Draws N", within=(10, MOST_DRAWS, 10))
-    """How many draws there are."""
+    """Number of draws."""
 
 
 @dataclass(frozen=True, slots=True)

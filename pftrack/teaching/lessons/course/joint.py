@@ -26,9 +26,9 @@ class JointParameters(Parameters):
     """How closely position and measurement go together, and what was measured."""
 
     correlation: float = parameter(0.8, "Correlation r", within=(-0.95, 0.95, 0.05))
-    """How closely x and z go together: 0 is not at all, 1 would be on a line."""
+    """Correlation of x and z: 0 is none, 1 a straight line."""
     measured: float = parameter(1.2, "Cut at z", within=(-3, 3, 0.1))
-    """The value of z that was learned, where the density is cut."""
+    """The measured value of z, where the density is cut."""
 
 
 def joint(x: Floats, z: Floats, correlation: float) -> Floats:

@@ -137,11 +137,11 @@ class KalmanParameters(Parameters):
     """How noisy motion and measurements are, which of these are missing, and where one looks."""
 
     process: float = parameter(0.05, "Process noise", unit="m²/s³", within=(0.005, 0.5, 0.005))
-    """Variance by which the velocity changes in a second."""
+    """Variance of the velocity change in a second."""
     noise: float = parameter(4, "Measurement noise R", unit="m²", within=(0.5, 25, 0.5))
-    """Variance of the error of a measured position."""
+    """Variance of the position measurement error."""
     dropped: int = parameter(
-        0, "Dropped frames", f"How many measurements are missing from frame {GAP} on.", within=(0, 30, 1)
+        0, "Dropped frames", f"Number of missing measurements from frame {GAP} on.", within=(0, 30, 1)
     )
     frame: int = parameter(39, "Frame", within=(0, FRAMES - 1, 1))
     """The frame whose errors are shown."""

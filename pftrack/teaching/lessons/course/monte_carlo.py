@@ -30,9 +30,9 @@ class MonteCarloParameters(Parameters):
     """How many samples there are, and of how many dimensions."""
 
     count: int = parameter(1000, "Samples N", within=(10, SIZES[-1], 10))
-    """How many samples the cloud has."""
+    """Number of samples in the cloud."""
     dimension: int = parameter(1, "Dimension", within=(1, 10, 1))
-    """How many independent coordinates a sample has, all alike."""
+    """Number of independent, identical coordinates of a sample."""
 
 
 def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[Floats, Floats]:

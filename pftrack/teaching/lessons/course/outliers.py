@@ -44,7 +44,7 @@ class OutliersParameters(Parameters):
     """A measurement, and the noise that it is believed to have."""
 
     z: float = parameter(5, "Measurement z", within=(LEAST_Z, MOST_Z, 0.1))
-    """What was measured; the prior expects it near 0."""
+    """The measurement; the prior expects it near 0."""
     scale: float = parameter(1, "Scale of the noise", within=(0.2, 5, 0.1))
     """Standard deviation of the Gaussian noise, and scale of the Cauchy noise; on the track in px."""
 

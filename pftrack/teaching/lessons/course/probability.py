@@ -75,15 +75,15 @@ class ProbabilityParameters(Parameters):
     """Draws, bins, an interval, and a bump that can be squeezed."""
 
     count: int = parameter(500, "Draws N", within=(10, MOST, 10))
-    """How many positions are drawn."""
+    """Number of drawn positions."""
     bin_width: float = parameter(0.25, "Bin width", unit="m", within=(0.05, 2, 0.05))
-    """How wide the bars of the histogram are."""
+    """Width of the bars of the histogram."""
     low: float = parameter(-1, "From a", unit="m", within=(LOW, HIGH, 0.1))
-    """Where the interval begins."""
+    """Start of the interval."""
     high: float = parameter(1, "To b", unit="m", within=(LOW, HIGH, 0.1))
-    """Where the interval ends."""
+    """End of the interval."""
     squeeze: float = parameter(0.5, "Width of the left bump", unit="m", within=(0.1, 1, 0.05))
-    """Standard deviation of the left bump: how far it spreads to either side."""
+    """Standard deviation of the left bump."""
 
 
 def two_bumps(left_sd: float = 0.5) -> Mixture:

@@ -34,17 +34,17 @@ class RecursionParameters(Parameters):
     """What is done, and how uncertain motion and measurements are."""
 
     rounds: int = parameter(4, "Rounds", within=(0, 30, 1))
-    """How often a prediction and then a measurement is made, at the beginning."""
-    predictions: int = parameter(0, "Predictions after them", within=(0, 30, 1))
-    """How many predictions follow in a row, without a measurement."""
-    measurements: int = parameter(0, "Measurements after those", within=(0, 30, 1))
-    """How many measurements follow in a row."""
+    """Number of rounds, each a prediction and a measurement."""
+    predictions: int = parameter(0, "Extra predictions", within=(0, 30, 1))
+    """Number of predictions after the rounds, without a measurement."""
+    measurements: int = parameter(0, "Extra measurements", within=(0, 30, 1))
+    """Number of measurements after the extra predictions."""
     motion: float = parameter(1, "Motion noise q", unit="m²", within=(0, 3, 0.1))
-    """Variance of how far the target moves in a step."""
+    """Variance of the motion in a step."""
     noise: float = parameter(2, "Measurement noise r", unit="m²", within=(0.5, 9, 0.1))
-    """Variance of the error of a measurement."""
+    """Variance of the measurement error."""
     hidden: bool = parameter(False, "No measurement")
-    """Whether the target is hidden, so that measuring brings nothing."""
+    """Whether the target is hidden, so that there is no measurement."""
 
     @property
     def steps(self) -> str:

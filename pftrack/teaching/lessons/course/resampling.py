@@ -97,15 +97,15 @@ ROUNDING = 1e-9
 
 
 class ResamplingParameters(Parameters):
-    """How particles are redrawn."""
+    """How particles are resampled."""
 
     particles: int = parameter(20, "Particles N", within=(2, 60, 1))
-    """How many are redrawn: teeth of the comb, or darts; and how many the tree follows."""
+    """Number of resampled particles: teeth of the comb, or darts; also the particles of the tree."""
     scheme: Scheme = parameter("systematic", "Scheme")
     """Systematic is one comb with equally spaced teeth, stratified a dart in each of N equal pieces, multinomial darts
     that may fall anywhere."""
     offset: float = parameter(0.3, "Comb offset", within=(0, 0.99, 0.01))
-    """Where the comb's first tooth stands, as a share of the space between two teeth."""
+    """Position of the comb's first tooth, as a share of the space between two teeth."""
 
 
 def show(parameters: ResamplingParameters, seed: int) -> Shown:

@@ -203,13 +203,13 @@ class SirParameters(Parameters):
     """The filter, the robot and its sensor."""
 
     particles: int = parameter(100, "Particles N", within=(10, 6400, 10))
-    """How many positions the filter follows at once."""
+    """Number of positions that the filter tracks at once."""
     noise_m: float = parameter(0.6, "Motion noise", unit="m", within=(0.1, 3, 0.1))
     """Standard deviation of the length of a step, which is 3 m on average."""
     quality: float = parameter(0.9, "Sensor quality", within=(0, 1, 0.05))
-    """How well the sensor tells a door from a wall: 0 is guessing, 1 is never wrong."""
+    """Reliability of the sensor: 0 is guessing, 1 is never wrong."""
     step: int = parameter(STEPS, "Step", within=(0, STEPS, 1))
-    """After which step the robot is looked at."""
+    """The step to show."""
 
 
 def steps_so_far(redrawn: list[Floats], walk: Walk, exact: Exact, parameters: SirParameters) -> Panel:
