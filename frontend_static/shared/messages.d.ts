@@ -388,7 +388,7 @@ export interface EstimateRequest {
   experiment: string;
   /** Title; made from the plan if it is not given. */
   title?: string | null;
-  /** Axes; the sweep has all combinations. May be empty on a recording. */
+  /** Axes; all values are combined. May be empty on a recording. */
   axes: SweepAxis[];
   /** Trackers; all get the same seeds. */
   trackers?: string[];
@@ -512,7 +512,7 @@ export interface Explanation {
 /** The exploration of a session's active branch to begin. */
 export interface ExplorationCreate {
   kind: "what-if" | "ensemble";
-  /** For what-if: a frame of the loss; default: the first lasting one */
+  /** For what-if: a frame of the loss (default: the first lasting) */
   frame?: number | null;
   /** For an ensemble: whether each run sees the scene of its own seed */
   scene?: "same" | "other";
@@ -1968,7 +1968,7 @@ export interface SourceCode {
 /** The runs to write as source code: one, or several to compare. */
 export interface SourceCodeRequest {
   runs: ComparedRun[];
-  /** Most frames of each run */
+  /** Frames per run */
   frames?: number | null;
 }
 
@@ -2021,7 +2021,7 @@ export interface SweepCreate {
   experiment: string;
   /** Title; made from the plan if it is not given. */
   title?: string | null;
-  /** Axes; the sweep has all combinations. May be empty on a recording. */
+  /** Axes; all values are combined. May be empty on a recording. */
   axes: SweepAxis[];
   /** Trackers; all get the same seeds. */
   trackers?: string[];

@@ -50,7 +50,7 @@ class SweepCreate(RequestBody):
     experiment: Name
     title: GivenTitle | None = Field(None, description="Title; made from the plan if it is not given.")
     axes: list[SweepAxis] = Field(
-        max_length=8, description="Axes; the sweep has all combinations. May be empty on a recording."
+        max_length=8, description="Axes; all values are combined. May be empty on a recording."
     )
     trackers: list[Name] = Field([], max_length=64, description="Trackers; all get the same seeds.")
     trials: Annotated[int, Field(ge=1, le=1_000_000), NOT_BOOLEAN] = 10

@@ -31,9 +31,7 @@ class ExplorationCreate(RequestBody):
     """The exploration of a session's active branch to begin."""
 
     kind: Literal["what-if", "ensemble"]
-    frame: FrameNumber | None = Field(
-        None, description="For what-if: a frame of the loss; default: the first lasting one"
-    )
+    frame: FrameNumber | None = Field(None, description="For what-if: a frame of the loss (default: the first lasting)")
     scene: Scene = Field("same", description="For an ensemble: whether each run sees the scene of its own seed")
     seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(LONGEST_S, description="Time limit, s")
 

@@ -439,9 +439,7 @@ class SourceCodeRequest(RequestBody):
     """The runs to write as source code: one, or several to compare."""
 
     runs: list[ComparedRun] = Field(min_length=1, max_length=4)
-    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(
-        None, description="Most frames of each run"
-    )
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(None, description="Frames per run")
 
 
 source_code = APIRouter(tags=["source code"])
