@@ -56,7 +56,7 @@ class Property:
     origin: str
     title: str
     options: dict[str, Option] = field(default_factory=dict)
-    margin: str = "Nothing in it is left to chance."
+    margin: str = "This check involves no chance."
     words: dict[str, str] = field(default_factory=dict)
 
     @property

@@ -298,13 +298,13 @@ class TestConduct:
     @pytest.mark.parametrize(
         ("old", "new", "words"),
         [
-            ("rng.standard_normal", "np.random.standard_normal", "other numbers with the same seed"),
-            ("rng.standard_normal", "np.random.default_rng().standard_normal", "other numbers with the same seed"),
-            ("rng.standard_normal", "np.random.default_rng(7).standard_normal", "whatever the seed is"),
+            ("rng.standard_normal", "np.random.standard_normal", "different numbers with the same seed"),
+            ("rng.standard_normal", "np.random.default_rng().standard_normal", "different numbers with the same seed"),
+            ("rng.standard_normal", "np.random.default_rng(7).standard_normal", "for every seed"),
             (
                 "    newest, before",
                 "    states = states + memory\n    newest, before",
-                "the file is loaded anew",
+                "the file is loaded again",
             ),
         ],
         ids=["global", "own", "fixed", "memory"],
