@@ -97,7 +97,8 @@ def other_target(moment: Moment) -> Sign | None:
     at = int(np.argmax(np.nan_to_num(np.abs(np.diff(colours, axis=0)).max(axis=1))))
     # Just before, it may have been half covered.
     apart = np.abs(colours[at + 1 :] - np.median(colours[: at + 1], axis=0)).max(axis=1)
-    if not (len(apart) >= LASTS and (apart > RECOLOURED).all() and shown[at + 1] <= moment.frame + 1):
+    covered = (course.hidden[shown[at] : behind] == 1.0).any()  # bit by bit, and its colours with it
+    if covered or not (len(apart) >= LASTS and (apart > RECOLOURED).all() and shown[at + 1] <= moment.frame + 1):
         return None
     return sign("other-target", shown[at + 1], 0.9, apart=middle(apart))
 
