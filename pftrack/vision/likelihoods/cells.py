@@ -70,8 +70,6 @@ OFFSETS = np.array(
     [(x, y, 0) for y in RINGS for x in RINGS] + [(0, 0, size) for size in (-0.3, -0.2, -0.1, 0.1, 0.2, 0.3)]
 )
 """Where windows are that are learned from, (K, 3): across and down in sides, and logarithms of sizes."""
-WORTH = exponentials(-0.5 * ((OFFSETS / (NEAR, NEAR, NEAR_SIZE)) ** 2).sum(axis=1))
-"""What s is to be of windows there."""
 HERE = OFFSETS[:1]
 AROUND = np.array([(x, y, 0.0) for x in (0.0, -0.75, 0.75) for y in (0.0, -0.75, 0.75)])
 """The target's place, and eight around it from which nothing was learned: likelihoods are to separate them."""
@@ -114,7 +112,9 @@ def learn(
         rounds: How often to learn from each window.
     """
     seen = _describe(read_only(image_rgb), windows_around(place, half_sides, OFFSETS), cells.step)
-    return cells._replace(weights=_learn(cells.weights, seen, WORTH, rate, rounds))
+    # What s should be for these windows. Not a constant: nothing may be compiled when a module is imported.
+    worth = exponentials(-0.5 * ((OFFSETS / (NEAR, NEAR, NEAR_SIZE)) ** 2).sum(axis=1))
+    return cells._replace(weights=_learn(cells.weights, seen, worth, rate, rounds))
 
 
 @compiled

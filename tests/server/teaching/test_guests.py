@@ -355,6 +355,7 @@ def test_a_class_sees_what_the_lecturer_does(
     guarded: Server, lecturer: httpx.Client, session: str, follow: dict[str, Any]
 ) -> None:
     """Followers see the same frame, hear a poll and answer it; the lecturer sees how many."""
+    steer(lecturer, session, "seek", frame=0)
     with follower(guarded, follow) as one, follower(guarded, follow) as other:
         assert one.page.status_code == 200
         assert f'<base href="{one.place}/">' in one.page.text

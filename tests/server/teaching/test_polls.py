@@ -118,6 +118,6 @@ def test_a_link_gives_no_rights_over_what_was_answered(
                 address = f"{place}/api/v1/{path}".removeprefix("" if place else "/")
                 assert client.request(method, address).status_code == 403
         answer = device.put(f"{owner}/api/v1/follows/{follow['id']}/poll", json={"kept": "it"})
-        assert "before" in error_of(answer, 403)["message"]
+        assert "earlier" in error_of(answer, 403)["message"]
         assert device.put(f"{owner}/api/v1/follows/{follow['id']}/poll", json=ASKED).status_code == 200
     lecturer.delete(f"/api/v1/follows/{follow['id']}/poll")
