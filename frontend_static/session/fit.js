@@ -87,10 +87,11 @@ function Fitting({ store, end, close }) {
 function Result({ found, store, close }) {
   const session = store.known;
   const open = async () => {
+    const { position } = session; // that of the branch is another one
     const made = await steer(store, { kind: "branch", frame: 0, values: { ...found.values, tracker: found.tracker }, title: "Fitted values" });
     if (!made) return;
     close();
-    await steer(store, { kind: "seek", frame: session.position });
+    await steer(store, { kind: "seek", frame: position });
   };
   const numbers = found.numbers.map((each) => {
     const note = each.at_bound && " (at its bound: the best may lie beyond)";

@@ -249,7 +249,7 @@ class SineParameters(SignalTrackerParameters, SignalParameters):
         Measured: 40 for a start that is known, 2.2 times as many with each dimension; and as many more as the start of
         each copy, place and velocity, is less known than a measurement.
         """
-        unknown = max(self.initial_sd / self.assumed_noise_sd, 1.0) ** (2 * self.dimension)
+        unknown = math.prod([max(self.initial_sd / self.assumed_noise_sd, 1.0)] * (2 * self.dimension))
         return self.sample_count / (40.0 * 2.2**self.dimension * unknown)
 
 

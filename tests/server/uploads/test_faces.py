@@ -9,12 +9,12 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from tests.experiments.head.test_head_start import turning
 
 from pftrack.runs.reproduction import load
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.face import FEATURES, LINKS, TITLES, gaze
 from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated
+from tests.experiments.head.test_head_recording import turning
 from tests.server.follow_jobs import bring_in
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.uploads.test_uploads import send

@@ -131,7 +131,7 @@ def test_the_mode_jumps_where_the_lesson_says() -> None:
         assert low <= curve.x[np.argmax(curve.y)] <= high
 
 
-@pytest.mark.parametrize(("said", "words"), [(0.0, "mode"), (0.4, "median"), (2.0, "halfway"), (4.0, "three tenths")])
+@pytest.mark.parametrize(("said", "words"), [(0.0, "mode"), (0.4, "median"), (2.0, "halfway"), (4.0, "holds only 0.3")])
 def test_usual_mistakes_are_told_apart(said: float, words: str) -> None:
     """Each place where one might put the guess has its own explanation."""
     verdict = judge(ESTIMATE_LESSON.question, ESTIMATE_LESSON.answer(asked_at(ESTIMATE_LESSON), 1), said)
@@ -210,7 +210,7 @@ def test_means_are_those_of_the_samples() -> None:
     assert means[:, 0, 0] == pytest.approx([samples[:size].mean() for size in (10, 30, 100, 250)])
 
 
-@pytest.mark.parametrize(("said", "words"), [(1000.0, "root of ten"), (400.0, "a tenth takes far more")])
+@pytest.mark.parametrize(("said", "words"), [(1000.0, "by √10"), (400.0, "a tenth takes far more")])
 def test_usual_mistakes_are_told_apart_in_carlo(said: float, words: str) -> None:
     """Ten times and four times the samples have explanations of their own."""
     answer = CARLO_LESSON.answer(asked_at(CARLO_LESSON), 1)
@@ -374,7 +374,7 @@ def test_the_answer_is_where_the_column_hides_the_target() -> None:
     answer = answer_of(COLOUR_LESSON)
     assert 87 <= float(answer.exact) <= 96
     assert judge(COLOUR_LESSON.question, answer, answer.exact).right
-    for said, words in ((120, "sharper"), (47, "look-alike"), (76, "begins to cover"), (107, "comes out"), (5, "few")):
+    for said, words in ((120, "sharper"), (47, "look-alike"), (76, "begins to cover"), (107, "reappears"), (5, "few")):
         verdict = judge(COLOUR_LESSON.question, answer, said)
         assert not verdict.right
         assert any(words in sentence for sentence in verdict.words)
