@@ -10,6 +10,7 @@ import pytest
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
+from pftrack.experiments.histogram.experiment import look_beside
 from pftrack.experiments.histogram.model import first_cells, teach
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
@@ -96,6 +97,16 @@ def textured(grey: bool) -> Pictures:
         picture[inside & (not grey), 1:] = 30
         shown.append(picture)
     return Pictures(shown)
+
+
+@pytest.mark.parametrize("place", [(-500.0, 100.0), (2000.0, 100.0), (100.0, -900.0)])
+def test_nothing_is_beside_an_estimate_that_has_left_the_picture(place: tuple[float, float]) -> None:
+    """Otherwise a log would be full of a measurement that fails."""
+    experiment = find("histogram")
+    step = Run(experiment, experiment.simulate(), tracker="condensation", seed=0, frames=2).advance()
+    model = experiment.trackers["condensation"].model
+    assert look_beside(step.frame, step.state, step.parameters) < 0.1
+    assert np.isnan(look_beside(step.frame, model.moved(step.state, None, np.array(place)), step.parameters))
 
 
 def test_a_grey_target_is_followed_by_its_edges() -> None:
