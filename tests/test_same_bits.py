@@ -104,7 +104,6 @@ REPORTS = {
     ("experiments/own/extension.py", "exp"): "a filter in a person's file",
     ("experiments/histogram/experiment.py", "@"): "colours of what is drawn",
     ("experiments/prism/experiment.py", "@"): "a drawing",
-    ("filters/kalman.py", "@"): "the coverage that is expected of bands",
     ("vision/face.py", "arctan2"): "angles as a person would say them, for the screen",
     ("vision/face.py", "arcsin"): "angles as a person would say them, for the screen",
 }

@@ -30,7 +30,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.coverage import Counts, Coverage, count_held, measured_run, pool_counts
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import LEAST_HELD, MOST_HELD
 from pftrack.testing.coverage import SEEDS, declared_of
 
 __all__ = [
@@ -262,7 +261,7 @@ class _Drawn(NamedTuple):
 
 
 def _try(drawn: _Drawn) -> dict[str, Any]:
-    """Return what came of a tracker in a setting: how much its bands have held, and what each run said of them."""
+    """Return for a tracker in a setting which share of the reports its bands promise, and which they held."""
     experiment = EXPERIMENTS[drawn.experiment]
     chosen, runs = draw(experiment, drawn.number), []
     for seed in DRAWN_SEEDS:
@@ -275,7 +274,7 @@ def _try(drawn: _Drawn) -> dict[str, Any]:
         run.finish()
         runs.append(run)
     held = {it.of: (it.promised, _short(it.share)) for it in pool_counts(map(count_held, runs)) if it.promised != HALF}
-    return {**drawn._asdict(), "held": held, "said": [run.miscalibration for run in runs]}
+    return {**drawn._asdict(), "held": held}
 
 
 def try_random(first: int, count: int, experiments: Iterable[str]) -> None:
@@ -297,27 +296,25 @@ def read_drawn() -> list[dict[str, Any]]:
 
 
 class Judged(NamedTuple):
-    """A band in a setting: how it is off, whether that is declared, in how many runs it is said, and of how many.
-
-    Of a band that is not off, anything that is declared or said counts.
-    """
+    """How a band is off in a setting, and whether it is declared so; for a right band any declaration counts."""
 
     off: Direction | None
     declared: bool
-    said: int
-    runs: int
 
 
 def judge_drawn(row: Mapping[str, Any]) -> Iterator[Judged]:
-    """Yield each band of a stored setting, beside what is declared of it today."""
+    """Yield a verdict on each band of a stored setting, by today's declarations."""
     experiment = EXPERIMENTS[row["experiment"]]
     parameters = revise(experiment.simulate().parameters, draw(experiment, row["number"]))
     faults = [it for it in experiment.quality.calibration.faults if it.holds(row["tracker"], parameters)]
     for of, (promised, share) in row["held"].items():
         off = _off(promised, share)
         declared = {it.direction for it in faults if not it.bands or of in it.bands}
-        said = sum(off in some if off else bool(some) for some in row["said"])
-        yield Judged(off, off in declared if off else bool(declared), said, len(row["said"]))
+        yield Judged(off, off in declared if off else bool(declared))
+
+
+LEAST_HELD, MOST_HELD = 0.85, 0.995
+"""Shares of the reports between which a band of 95 % is right."""
 
 
 def _off(promised: float, share: float) -> Direction | None:
@@ -327,22 +324,19 @@ def _off(promised: float, share: float) -> Direction | None:
 
 
 def drawn_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return what came of settings at random as Markdown: of those kept aside, and of those that rules were made by."""
-    lines = ["| settings | of these | bands off | declared | told | bands right | doubted |", f"|{'---|' * 7}"]
+    """Return a Markdown table of settings at random: those kept aside, and those by which rules were written."""
+    lines = ["| settings | of these | bands off | declared | bands right | doubted |", f"|{'---|' * 6}"]
     halves = (
         ("kept aside", [row for row in rows if row["number"] >= ASIDE]),
         ("seen", [row for row in rows if row["number"] < ASIDE]),
     )
-    return "\n".join([*lines, *(f"| {title} | {' | '.join(_cells(half))} |" for title, half in halves)])
+    return "\n".join([*lines, *(f"| {title} | {' | '.join(map(str, _cells(half)))} |" for title, half in halves)])
 
 
-def _cells(rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+def _cells(rows: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
     judged = [it for row in rows for it in judge_drawn(row)]
     off, right = [it for it in judged if it.off], [it for it in judged if not it.off]
-    said, runs = sum(it.said for it in off), sum(it.runs for it in off)
-    doubted = sum(it.declared or it.said > 0 for it in right)
-    told = f"{100 * said / runs:.0f} %" if runs else "–"
-    return str(len(rows)), str(len(off)), str(sum(it.declared for it in off)), told, str(len(right)), str(doubted)
+    return len(rows), len(off), sum(it.declared for it in off), len(right), sum(it.declared for it in right)
 
 
 def main(what: str, *experiments: str) -> None:

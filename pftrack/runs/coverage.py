@@ -4,9 +4,9 @@ The frames of one run are alike: where the truth is outside of a band, it is lik
 So the standard error treats each run as one observation, which is the estimator of a ratio over clusters.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import Counts, count_bands
+
+Counts: TypeAlias = Mapping[str, Mapping[float, tuple[int, int]]]
+"""Of one run: how many numbers a band has held, and how many there were, by what it is about and by its share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,16 @@ def count_held(run: Run, first: int = 1, end: int | None = None) -> Counts:
         first: The first frame that counts.
         end: The frame after the last; after all that were computed if not given.
     """
-    return count_bands(run.experiment, run.timeline, run.diagnostics[first:end])
+    counts: dict[str, dict[float, tuple[int, int]]] = {}
+    for row in run.diagnostics[first:end]:
+        tracker = run.tracker_at(row.frame)
+        for band in run.experiment.quality.calibration.bands:
+            if not band.trackers or tracker in band.trackers:
+                known = counts.setdefault(band.of, {})
+                for share, held in band.held(row).items():
+                    before = known.get(share, (0, 0))
+                    known[share] = before[0] + int(np.count_nonzero(held)), before[1] + len(held)
+    return counts
 
 
 def pool_counts(runs: Iterable[Counts]) -> tuple[Coverage, ...]:

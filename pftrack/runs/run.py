@@ -32,7 +32,7 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.checkpoint import Checkpoint, Keyframes
 from pftrack.runs.loss import judge_state
 from pftrack.runs.record import save
-from pftrack.runs.scoring import Summary, doubts_of, estimates_hash, evaluated_run, measurements, summarise
+from pftrack.runs.scoring import Summary, estimates_hash, evaluated_run, measurements, summarise
 from pftrack.runs.table import dataset_of, table_of
 
 if TYPE_CHECKING:
@@ -381,8 +381,8 @@ class Run:
 
     @property
     def miscalibration(self) -> tuple[Direction, ...]:
-        """Ways in which bands are off in the frames computed so far (`pftrack.runs.scoring.doubts_of`)."""
-        return doubts_of(self.experiment, self.timeline, self.diagnostics)
+        """Ways in which the bands of frames computed so far are declared to be miscalibrated."""
+        return self.experiment.miscalibration(*self.timeline.in_force_until(self.computed))
 
     def measures(self) -> Mapping[str, float | int]:
         """Return by name the measures of the run so far for which the truth is known."""

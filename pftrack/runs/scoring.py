@@ -7,13 +7,13 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from statistics import median
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.files import warn_once
-from pftrack.core.model.band import ALL, DIRECTIONS, HALF, MOST, Direction
+from pftrack.core.model.band import DIRECTIONS, Direction
 from pftrack.core.model.measures import HIT_RATE, EvaluatedRun, Measure, evaluate, is_success
 from pftrack.core.model.parameters import Parameters, Value, flat, with_role
 from pftrack.core.model.recipe import Change, Timeline
@@ -166,56 +166,6 @@ def _find_series(declared: Mapping[str, Series], name: str) -> Series:
     return declared[name]
 
 
-Counts: TypeAlias = Mapping[str, Mapping[float, tuple[int, int]]]
-"""Of one run: how many numbers a band has held, and how many there were, by what it is about and by its share."""
-
-SEEN = 50
-"""So many numbers beside their truth show whether their bands hold it."""
-
-LEAST_HELD, MOST_HELD, HALF_HELD = 0.85, 0.995, 0.75
-"""A band of 95 % that holds less is too narrow, one that holds more is too wide if that of 50 % holds as much."""
-
-
-def count_bands(experiment: Experiment, timeline: Timeline, rows: Sequence[Diagnostics]) -> Counts:
-    """Return how often each band has held the truth in some frames of a run, lost ones included."""
-    counts: dict[str, dict[float, tuple[int, int]]] = {}
-    for row in rows:
-        tracker = timeline.tracker_at(row.frame)
-        for band in experiment.quality.calibration.bands:
-            if not band.trackers or tracker in band.trackers:
-                known = counts.setdefault(band.of, {})
-                for share, held in band.held(row).items():
-                    before = known.get(share, (0, 0))
-                    known[share] = before[0] + int(np.count_nonzero(held)), before[1] + len(held)
-    return counts
-
-
-def doubts_of(experiment: Experiment, timeline: Timeline, rows: Sequence[Diagnostics]) -> tuple[Direction, ...]:
-    """Return the ways in which bands of a run are off: as its truth shows where it does, else as is declared.
-
-    Args:
-        experiment: Its wiring.
-        timeline: Its changes.
-        rows: All frames that it has computed.
-    """
-    in_force = timeline.in_force_until(len(rows) - 1)
-    return doubts_seen(experiment, timeline, rows[1:]) or experiment.miscalibration(*in_force)
-
-
-def doubts_seen(experiment: Experiment, timeline: Timeline, rows: Sequence[Diagnostics]) -> tuple[Direction, ...]:
-    """Return the ways in which bands are off in some frames of a run, by their truth; none where it is not known."""
-    counts = count_bands(experiment, timeline, rows).values()
-    seen = {_seen({share: held / of for share, (held, of) in one.items() if of >= SEEN}) for one in counts}
-    return tuple(direction for direction in DIRECTIONS if direction in seen)
-
-
-def _seen(held: Mapping[float, float]) -> Direction | None:
-    """Return how a band is off that has held so much, by its shares."""
-    if held.get(MOST, 1.0) < LEAST_HELD or held.get(ALL, 1.0) < ALL:
-        return "overconfident"
-    return "underconfident" if held.get(MOST, 0.0) > MOST_HELD and held.get(HALF, 0.0) > HALF_HELD else None
-
-
 @dataclass(frozen=True, slots=True)
 class Summary:
     """The results of a run so far.
@@ -231,7 +181,7 @@ class Summary:
         verdict: Verdict by the frames with known truth.
         measures: By name, the experiment's measures for which the truth is known.
         step_ms_median: Median time of a step of the tracker, ms; None for a run of one frame.
-        miscalibration: Ways in which its bands are off (`doubts_of`).
+        miscalibration: Ways in which bands of the run are declared to be miscalibrated.
         estimates_sha256: Hash of all estimates; equal if and only if they are the same bit for bit.
     """
 
@@ -298,6 +248,6 @@ def summarise(
         verdict=judge(course, Loss.of(rows), decisive, allowed_loss(timeline.parameters_at(last))),
         measures=evaluate(experiment.measures_on(setup.footage), course),
         step_ms_median=median(row.step_ms for row in rows[1:]) if last else None,
-        miscalibration=doubts_of(experiment, timeline, rows),
+        miscalibration=experiment.miscalibration(*timeline.in_force_until(last)),
         estimates_sha256=estimates_hash(np.array([row.estimate for row in rows])),
     )

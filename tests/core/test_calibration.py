@@ -62,22 +62,6 @@ def test_a_band_that_is_off_is_said_in_summary_notebook_and_manifest(direction: 
     assert "Error bands" not in summary_lines(plain)
 
 
-def test_the_truth_shows_whether_a_band_is_off() -> None:
-    """After fifty numbers, by the run itself; before that, and where bands are right, what is declared is said."""
-    frank = declaring(Miscalibration((FIRST,)))
-    for experiment, early in ((declaring(), ()), (frank, ("overconfident",))):
-        run = Run(experiment, experiment.simulate(), tracker=FIRST, frames=60)
-        run.seek(20)
-        assert run.miscalibration == early
-        run.finish()
-        assert run.miscalibration == run.summary().miscalibration == ("underconfident",)
-    sine = find("sine")
-    right = replace(sine, quality=Quality(Calibration(faults=(Miscalibration(("kalman",)),))))
-    run = Run(right, right.simulate(), tracker="kalman", frames=120)
-    run.finish()
-    assert run.miscalibration == ("overconfident",)
-
-
 def test_it_holds_by_tracker_and_values_in_any_frame_so_far() -> None:
     """A run that has come to the setting says so, and one that has only planned to does not."""
     experiment = declaring(Miscalibration((SECOND,)))

@@ -63,18 +63,6 @@ class TestWorkbench:
         tree.run.change({"tracker": "kalman"})
         assert tree.snapshot().doubts == {"overconfident": DIRECTIONS["overconfident"]}
 
-    def test_what_the_truth_shows_of_bands_is_said(self) -> None:
-        """Once so many frames have the settings of the next one: until then it is what is declared of these."""
-        tree = RunTree(config(frames=120))
-        tree.change({"occlusion_width_px": 80, "occlusion_offset_px": -160}, "b1")
-        assert tree.snapshot().doubts == {"overconfident": DIRECTIONS["overconfident"]}
-        forward(tree, 60)
-        assert tree.snapshot().doubts == {"underconfident": DIRECTIONS["underconfident"]}, (
-            "the pillar is not in the way"
-        )
-        tree.run.change({"tracker": "kalman"})
-        assert tree.snapshot().doubts == {"overconfident": DIRECTIONS["overconfident"]}
-
     def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
         """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""
         tree = RunTree(config(experiment="fish", tracker="guided", frames=4))

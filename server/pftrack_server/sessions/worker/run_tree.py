@@ -12,7 +12,7 @@ from typing import Any
 
 from pftrack.analysis.explanation import Explanation, explain
 from pftrack.core.files import free_bytes
-from pftrack.core.model.band import DIRECTIONS, Direction
+from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
@@ -27,13 +27,9 @@ from pftrack.runs import checkpoint, record, reproduction
 from pftrack.runs.loss import Loss
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import SEEN, doubts_seen
 from pftrack_server.sessions.spec import Goal, Problem, RunSnapshot, SessionDescription
 from pftrack_server.sessions.worker.description import FrameView, describe, describe_timeline, with_loss
 from pftrack_server.sessions.worker.protocol import Inspect, InspectionPublic, WorkerConfig
-
-LATELY = 500
-"""So many frames show whether bands hold the truth."""
 
 
 class RunTree:
@@ -78,7 +74,6 @@ class RunTree:
         self._loss = LossAccount()
         self._course: tuple[Timeline | None, dict[str, Any]] = None, {}
         self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
-        self._doubted: tuple[tuple[str, int, int, int], tuple[Direction, ...]] = ("", 0, 0, -1), ()
         self._runs[self.active] = self._begin(recipe)
         check_timeline(recipe.timeline, self.run.frames)
         self._recall()
@@ -149,7 +144,6 @@ class RunTree:
         run = self.run
         following = run.position + 1
         tracker, parameters = run.tracker_at(following), run.parameters_at(following)
-        declared = self.experiment.miscalibration((tracker, parameters))
         # Mostly the timeline is that of the frame before.
         if self._course[0] is not run.timeline:
             self._course = run.timeline, describe_timeline(run)
@@ -158,24 +152,13 @@ class RunTree:
             second=self.second,
             tracker=tracker,
             parameters=flat(parameters),
-            doubts={it: DIRECTIONS[it] for it in self._doubts(following) or declared},
+            doubts={it: DIRECTIONS[it] for it in self.experiment.miscalibration((tracker, parameters))},
             **self._course[1],
             restarts=self.restarts,
             position=run.position,
             computed=run.computed,
             branch_point=self.branch_point,
         )
-
-    def _doubts(self, following: int) -> tuple[Direction, ...]:
-        """Return how bands are off in the last frames with the settings of the next one; counted from time to time."""
-        run, starts = self.run, [one.start for one in self.run.timeline.segments]
-        start = max(it for it in starts if it <= following)
-        of = self.active, self.restarts, start, run.computed // SEEN
-        if self._doubted[0] != of:
-            end = min((it for it in starts if it > following), default=run.computed + 1)
-            rows = run.diagnostics[max(start, end - LATELY, 1) : end]
-            self._doubted = of, doubts_seen(run.experiment, run.timeline, rows)
-        return self._doubted[1]
 
     def forward(self) -> dict[str, Any] | None:
         """Go to the next frame; return its diagnostics if it had to be computed."""
