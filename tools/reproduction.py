@@ -122,7 +122,7 @@ def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
         return dict.fromkeys(("diagnosis", "diagnosis by cause"), PENDING)
     columns = [(way, half) for half in halves for way in ways]
     shares = {
-        "right": "of the causes that are named, right",
+        "right": "named causes that are right",
         "outside": "of the flaws outside the list, *unclear* or right",
         "alarms": "of the runs that hold, given a cause",
         "named": "of the lost runs, given a cause",
@@ -135,7 +135,7 @@ def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
     runs = ", ".join(f"{figure('cases', half):.0f} {half}" for half in halves)
     return {
         "diagnosis": f"Lost runs: {runs}.\n\n{_table(('', *map(', '.join, columns)), rows)}",
-        "diagnosis by cause": _table(("said to be", *ways), [row for row in causes if any(row[1:])]),
+        "diagnosis by cause": _table(("diagnosed as", *ways), [row for row in causes if any(row[1:])]),
     }
 
 

@@ -101,7 +101,7 @@ function Asked({ id, listed }) {
   return h(Loaded, { load: form, failed: "Couldn't open the upload", unknown });
 }
 
-/** The tour: large for a first visitor, a line for others, nothing if there is no tour.
+/** The offer of the tour: large for a first visitor, one line for others; empty without a tour.
  *
  * @param {{listed: ExperimentPublic[]}} props
  */

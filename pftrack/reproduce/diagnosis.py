@@ -199,7 +199,7 @@ def _one(some: Sequence[Any], chances: Stream) -> Any:  # noqa: ANN401 - one of 
 
 
 class Spoiled:
-    """A source of which something is wrong with the pictures, or with what is measured, from a frame on."""
+    """A source with faulty pictures or measurements from a frame on."""
 
     def __init__(self, source: Source[Any], kind: str, degree: float, at: int, seed: int) -> None:
         """Spoil a source.
@@ -407,7 +407,7 @@ def judge_case(number: int) -> Judgement | None:
 
 
 def without_truth(run: Run, told: Course | None = None) -> Course:
-    """Return the course of a run as it would be on a recording of which nothing is known.
+    """Return the course of a run as on a recording without truth.
 
     Args:
         run: The run.

@@ -131,7 +131,7 @@ export class FlatView {
       follow(() => [known.shown.value, overlay?.coat.value], this.#soon, signal);
       if (hasLegend && !signal.aborted) renderIn(this.#legend, h(LayerLegend, { layers: known }), signal);
     });
-    // The session shows the reason why there is no drawing.
+    // The session shows why the drawing is missing.
     this.#known.catch(() => {});
     watchCanvasSize(this.#place, (room) => this.#resize(room), signal);
     this.#nameWhatIsPointedAt();

@@ -245,7 +245,7 @@ def _begin_of_search(moment: Moment, found: int) -> int:
 def another_that_fits(moment: Moment) -> Sign | None:
     """Ask whether what is followed while the target is lost fits as well as the target did."""
     course, after = moment.course, moment.after
-    # A target that is found again fits as well, and a pose that is wrong is no other thing.
+    # A target that is found again fits as well, and a wrong pose of it is still the target.
     elsewhere = moment.off[after] & (course.hidden[after] != 1.0)
     fit, off = middle(course.fit[after][elsewhere]), middle(course.error[after][elsewhere])
     most = np.count_nonzero(elsewhere) > len(elsewhere) / 2

@@ -111,7 +111,7 @@ def _in_words(value: float) -> Grade:
 
 
 def grade(value: float, unusable: float, usable: float) -> float:
-    """Return the suitability, 0..1, for a quantity of which more is better.
+    """Return the suitability, 0..1, for a quantity; larger ones are better.
 
     Args:
         value: Measured value.

@@ -234,7 +234,7 @@ class Source(Protocol[P_contra]):
     Attributes:
         size: Width and height of the picture, px.
         frame_rate_hz: Frame rate, Hz.
-        frame_count: Number of frames, or None if there is no end.
+        frame_count: Number of frames; None if endless.
         start: The target at frame 0.
         noisy: Whether the frames depend on the seed; if not, all runs of a batch see the same frames.
     """
