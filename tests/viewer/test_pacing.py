@@ -4,11 +4,13 @@ import asyncio
 import itertools
 import math
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import pytest
 
+from pftrack_server.viewer import viewer
 from pftrack_server.viewer import viser_server as server
 from pftrack_server.viewer.viser_server import ASK_EVERY_S, LATE_S, LOADING_S, Connection
 from tests.viewer.host import Peer, Session, Site, drawing
@@ -89,6 +91,28 @@ async def test_what_delays_the_question_is_not_counted(ask_always: None) -> None
     connection = Connection(websocket, None)
     await connection.send(b"frame")
     assert time.monotonic() - connection._asked < 0.1
+
+
+def test_a_frame_of_a_run_does_not_wait_for_its_turn(
+    session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The time of drawing counts: drawing and rest together are shorter than a frame at 30 Hz."""
+    rests: list[float] = []
+
+    async def rest(seconds: float) -> None:
+        rests.append(seconds)
+        await asyncio.sleep(seconds)
+
+    def draw_slowly() -> None:
+        time.sleep(0.02)
+
+    monkeypatch.setattr(viewer, "asyncio", SimpleNamespace(**{**vars(asyncio), "sleep": rest}))
+    monkeypatch.setattr(session.viewer, "_draw", draw_slowly)
+    for frame in range(3):
+        rests.clear()
+        session.show(drawing(frame, 50), frame)
+        wait_for(lambda: bool(rests))
+        assert rests[0] + 0.02 < 1 / 30
 
 
 def frame_of(peer: Peer) -> int:
