@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import pftrack
 from pftrack.sources.results.writing import read_results_file
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
@@ -69,19 +68,3 @@ def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
     own = call("open", folder / "own.csv", "--video", folder / "clip.mp4")
     refused(own, 1, "own.csv: expected columns such as frame, id, x, y, w, h, got bild, links")
     refused(call("open", folder / "results.txt", "--form", "kitti"), 2, "--form must be one of mot")
-
-
-def test_truth_may_come_in_the_form_of_others(call: Call, folder: Path) -> None:
-    """An experiment that takes true boxes takes them from CVAT, MOTChallenge and the rest."""
-    run = pftrack.load(folder / "results.txt")
-    run.finish()
-    run.export(folder / "boxes.coco.json")
-    box = {"kind": "box", "x": 21, "y": 10, "width": 12, "height": 12}
-    status, _, err = call(
-        *("run", "histogram", "--video", folder / "clip.mp4", "--truth", folder / "boxes.coco.json", "--json"),
-        *("--mark", f"box:{box['x']},{box['y']},{box['width']},{box['height']}", "--frames", "3"),
-        *("--export", folder / "clicked.truth.mot.txt", "--export", folder / "believed.otb.txt"),
-    )
-    assert status == 0, err
-    assert read_results_file(folder / "clicked.truth.mot.txt").frames == 3
-    assert len(read_results_file(folder / "believed.otb.txt", form="otb").boxes) == 3
