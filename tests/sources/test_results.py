@@ -1,7 +1,6 @@
 """Results of trackers: each form is known by its content, read to the pixel, and written so that it is read again."""
 
 import json
-import math
 import time
 from pathlib import Path
 
@@ -298,32 +297,6 @@ def test_columns_that_a_person_names() -> None:
         rename(table, {"frame": 0, "y": 7})
 
 
-@pytest.mark.parametrize("form", [form for form in FORMS if form != "csv"])
-def test_what_is_written_is_read_again(form: str) -> None:
-    """Every form gives back the boxes that were written, to a tenth of a thousandth of a pixel."""
-    rng = np.random.default_rng(3)
-    several = (1, 4) if form not in {"otb", "vot"} else (1,)
-    boxes = [
-        Box(
-            frame,
-            target,
-            *(rng.uniform(1, 200, 4) + 0.5).tolist(),
-            score=0.75 if form in {"mot", "coco"} else math.nan,
-            label=f"a {target} & b" if form in {"cvat", "coco"} else "",
-        )
-        for frame in (0, 1, 3, 4)
-        for target in several
-    ]
-    data = write_results(form, boxes, frames=6, size=(320, 240), rate_hz=25.0)  # type: ignore[arg-type]
-    table = read_results(data, form=form if form == "otb" else None)  # type: ignore[arg-type]
-    assert table.form == form
-    assert [box.label for box in table.boxes] == [box.label for box in boxes]
-    assert table.frames == (5 if form == "mot" else 6)
-    assert np.array([box[:6] for box in table.boxes]) == pytest.approx(np.array([box[:6] for box in boxes]), abs=1e-4)
-    if form in {"mot", "coco"}:
-        assert {box.score for box in table.boxes} == {0.75}
-
-
 @pytest.mark.parametrize(
     "text", [MOT, MOT_TRUTH, CVAT, json.dumps(COCO), "1.5,2,3,4\n2,2,3,4\n", "frame,x,y,w,h\n0,1,2,3,4\n"]
 )
@@ -338,22 +311,6 @@ def test_results_open_as_a_recording(tmp_path: Path, text: str) -> None:
     run = pftrack.load(path)
     run.finish()
     assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
-
-
-@pytest.mark.parametrize("suffix", ["mot.txt", "vot.txt", "cvat.xml", "coco.json"])
-def test_results_survive_being_opened_and_written(tmp_path: Path, suffix: str) -> None:
-    """Frames before the first box and after the last, numbers and names of targets are what they were."""
-    form = suffix.partition(".")[0]
-    targets = ((7, "a cup"), (9, "a ball")) if form in {"cvat", "coco"} else ((1, ""),)
-    boxes = [Box(frame, number, 10 + frame, 20, 30, 40, label=name) for frame in (2, 3, 5) for number, name in targets]
-    path = tmp_path / f"results.{suffix}"
-    path.write_bytes(write_results(form, boxes, frames=8, size=(320, 240), rate_hz=25.0))  # type: ignore[arg-type]
-    run = pftrack.load(path)
-    run.finish()
-    run.export(tmp_path / f"again.{suffix}")
-    first, again = (read_results((tmp_path / f"{name}.{suffix}").read_bytes()) for name in ("results", "again"))
-    assert [(*box[:6], box.label) for box in again.boxes] == [(*box[:6], box.label) for box in first.boxes]
-    assert again.frames == first.frames
 
 
 sides = st.tuples(*[st.floats(-500, 500)] * 2, *[st.floats(1.01, 500)] * 2)
