@@ -191,56 +191,6 @@ def test_a_prediction_is_placed_by_pointer_finger_and_keys(figures: FigurePage) 
     assert asked.count() == 0
 
 
-def test_what_was_placed_and_what_is_exact_stand_side_by_side(figures: FigurePage) -> None:
-    """As lines with words at their values, and in the words of the panel."""
-    figures.show(EVERY["curves"])
-    figures.page.evaluate("figure.mark({ panel: 'densities', along: 'x', at: -1.2, exact: 0.84 })")
-    for name, at, words in (("placed", -1.2, "your prediction −1.20 m"), ("exact", 0.84, "exactly 0.84 m")):
-        line = figures.page.locator(f".figure-mark.{name}")
-        assert line.inner_text() == words
-        assert line.bounding_box()["x"] == pytest.approx(figures.place(DENSITIES, at, 0)[0], abs=1)
-    label = figures.page.locator("[data-panel=densities] [role=img]").get_attribute("aria-label")
-    assert "your prediction −1.20 m, exactly 0.84 m" in label
-    boxes = [flag.bounding_box() for flag in figures.page.locator(".figure-mark .figure-flag").all()]
-    assert boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
-    figures.page.evaluate("figure.mark(null)")
-    assert figures.page.locator(".figure-mark").count() == 0
-
-
-def test_nothing_jumps_when_data_change(figures: FigurePage) -> None:
-    """The boxes stay, the elements too, and the key never lies over data."""
-    boxes = "[...document.querySelectorAll('.figure-plot')].map((plot) => ({ ...plot.dataset }))"
-    figures.show(EVERY["curves"])
-    figures.page.evaluate("window.first = document.querySelector('.figure-plot canvas')")
-    before = figures.page.evaluate(boxes)
-    moved = DENSITIES.model_copy(update={"traces": DENSITIES.traces[2:4]})
-    figures.show(Figure(panels=(moved, *EVERY["curves"].panels[1:])))
-    assert figures.page.evaluate(boxes) == before
-    assert figures.page.evaluate("first === document.querySelector('.figure-plot canvas')")
-    for panel in figures.page.locator(".figure-panel").all():
-        key, plot = (panel.locator(part).bounding_box() for part in (".figure-key", ".figure-plot"))
-        assert key["y"] + key["height"] <= plot["y"] + 0.5
-
-
-def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
-    """With its signal the figure goes, and its tooltip."""
-    gone = figures.page.evaluate(
-        """async (shown) => {
-            const { FigureView } = await import('./static/shared/figure/figure.js');
-            const [end, place] = [new AbortController(), document.createElement('div')];
-            const before = document.querySelectorAll('.tooltip').length;
-            document.querySelector('main').append(place);
-            const other = new FigureView(place, { turn: () => {} }, end.signal);
-            await other.show(shown, { locked: false });
-            end.abort();
-            await other.show(shown, { locked: false });
-            return [place.childElementCount, document.querySelectorAll('.tooltip').length - before];
-        }""",
-        EVERY["curves"].model_dump(mode="json"),
-    )
-    assert gone == [0, 0]
-
-
 RNG = np.random.default_rng(5)
 X = np.linspace(-4.0, 4.0, 161)
 

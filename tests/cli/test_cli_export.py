@@ -7,7 +7,6 @@ from shutil import copy
 import cv2
 import pandas as pd
 import pytest
-from PIL import Image
 
 from pftrack.experiments import find
 from pftrack.runs.record import save
@@ -39,17 +38,6 @@ def test_a_saved_run_is_written_as_several_files(saved: Path, tmp_path: Path, ca
     assert pd.read_csv(tmp_path / "numbers.csv")["frame"].tolist() == list(range(10))
     assert cv2.VideoCapture(str(tmp_path / "film.mp4")).get(cv2.CAP_PROP_FRAME_COUNT) == 10
     assert call("run", tmp_path / "again.json", "--frames", 10, "--json")[0] == 0
-
-
-def test_one_plot_is_written_as_a_picture(saved: Path, tmp_path: Path, call: Call) -> None:
-    """The picture of one is smaller than that of all; one that is not there is refused with those that are."""
-    assert call("export", saved, "--to", tmp_path / "all.png")[0] == 0
-    beside = ("--to", tmp_path / "beside.jsonl")
-    assert call("export", saved, "--to", tmp_path / "one.png", *beside, "--plot", "ess")[0] == 0
-    with Image.open(tmp_path / "all.png") as every, Image.open(tmp_path / "one.png") as one:
-        assert every.size[1] > one.size[1]
-    refused(call("export", saved, "--to", tmp_path / "x.svg", "--plot", "gain"), 2, "no plot 'gain', only error, sigma")
-    refused(call("export", saved, "--to", tmp_path / "x.csv", "--plot", "ess"), 2, "a plot can be written as a picture")
 
 
 @pytest.mark.parametrize(

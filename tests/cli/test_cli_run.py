@@ -5,15 +5,11 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Drawing, Text
-from pftrack.experiments import EXPERIMENTS, find
 from tests.cli.commands import FRAMES, Call, on_clip, refused
 
 KEYS = {
@@ -169,21 +165,6 @@ def test_a_preset_gives_tracker_values_and_seed(call: Call) -> None:
     said = "--tracker", "apf", "--set", "sample_count=60", "--seed", 3
     own = json.loads(call("run", "ball", "--preset", "few", *said, "--frames", 5, "--json")[1])
     assert (own["tracker"], own["parameters"]["sample_count"], own["seed"]) == ("apf", 60, 3)
-
-
-def test_a_film_leaves_out_what_cannot_be_shown(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A drawing with a fault, as an experiment of another package may make, does not end the run: as on the page."""
-    sine = find("sine")
-
-    def draw(*given: Any) -> Drawing:
-        drawn = sine.draw(*given)
-        return replace(drawn, primitives={**drawn.primitives, "name": Text(np.zeros(3), 7, (0, 0, 0), "estimate")})  # type: ignore[arg-type]
-
-    monkeypatch.setitem(EXPERIMENTS._known, "sine", replace(sine, draw=draw))
-    film = tmp_path / "a.mp4"
-    status, _, err = call("run", "sine", "--frames", 3, "--video-out", film)
-    assert status == 0, err
-    assert film.stat().st_size > 0
 
 
 @pytest.mark.parametrize("again", [False, True], ids=["run", "replay"])

@@ -21,8 +21,8 @@ from playwright.sync_api import Browser
 
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
-from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep import Plan, Result, begin, compare, read_result
+from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples, significance
 from pftrack.sweep.report.files import Report, curves, export_result, figures, scale_of, write_report
 from pftrack.sweep.report.study import Study, number
@@ -88,21 +88,6 @@ def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
             f"{seen.p_values[0, 0]:.2g}",
         )
         assert table.folded == (quantity.name not in {"success", "error"})
-
-
-def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:
-    """Where nothing is lost or won, tables and figures are of errors alone, and one condition needs no figure."""
-    plan = Plan(
-        "sine", (Axis("sample_count", (5, 10)), Axis("dimension", (1, 2))), ("condensation", "kalman"), 3, frames=9
-    )
-    made = write_report(carry_out(plan, tmp_path / "sine.parquet"), tmp_path / "sine")
-    assert {"error.png", "curves.png"} <= {path.name for path in made.files}
-    assert "success.png" not in {path.name for path in made.files}
-    assert not any("success" in table.title.lower() for table in made.tables)
-    assert [table.quantity for table in made.tables if table.quantity] == ["error"]
-    assert "<h2>Success" not in made.page.read_text()
-    single = write_report(carry_out(Plan("sine", trials=2, frames=5), tmp_path / "one.parquet"), tmp_path / "one")
-    assert {path.name for path in single.files} == {"tables.csv", "index.html"}
 
 
 def test_axes_are_chosen_or_named(finished: Result) -> None:

@@ -128,15 +128,6 @@ def test_a_table_becomes_a_session(client: httpx.Client, tracks: dict[str, Any])
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 
-def test_a_point_keeps_its_name(client: httpx.Client) -> None:
-    """A point may be called as a file is on the disk of the server; it is spoken of by that name."""
-    rows = [line.split(",") for line in table().splitlines()]
-    never = [",".join([frame, "000000", *[""] * (len(rows[0]) - 2)]) for frame in {row[0] for row in rows[1:]}]
-    answer = send(client, ("prism.csv", "\n".join([table().rstrip("\n"), *never]).encode()))
-    assert answer.status_code == 201, answer.text
-    assert "Never seen and left out: 000000." in answer.json()["warnings"]
-
-
 def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict[str, Any]) -> None:
     """Tracks where pictures are wanted, pictures where tracks are, a mark where there is nothing to mark."""
     for experiment, words in (("ball", "must be pictures"), ("head", "must be pictures"), ("sine", "no recording")):
@@ -169,12 +160,3 @@ def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
     assert (len(rows), rows[0].split(",")[:4]) == (21, ["frame", "track", "x", "y"])
     assert rows[6].startswith("5,1,,,")
     client.delete(f"/api/v1/sessions/{session}")
-
-
-def test_experiments_say_what_they_take(client: httpx.Client) -> None:
-    """Kinds of recording and columns of truth are told with each experiment."""
-    told = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
-    assert told["structure"]["footage"] == ["tracks"]
-    assert told["structure"]["truth_columns"] == []
-    assert told["ball"]["footage"] == ["video", "gif", "images"]
-    assert told["sine"]["footage"] == []
