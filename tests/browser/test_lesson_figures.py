@@ -7,17 +7,7 @@ import numpy as np
 import pytest
 
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.figure import (
-    Axis,
-    Curve,
-    Figure,
-    Handle,
-    Histogram,
-    Panel,
-    Rule,
-    Stems,
-    Trace,
-)
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Trace
 from tests.browser.host import Server
 from tests.browser.views import View
 
@@ -129,7 +119,7 @@ def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
 
 def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: FigurePage) -> None:
     """Its values are those of its parameter; while it is held it stays there, then it stands where the figure says."""
-    figures.show(EVERY["curves"])
+    figures.show(CURVES)
     x, y = figures.place(DENSITIES, 1.5, 0.7)
     mouse = figures.page.mouse
     mouse.move(x + 5, y)
@@ -138,13 +128,13 @@ def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: F
     goal, _ = figures.place(DENSITIES, -0.5, 0.7)
     mouse.move(goal + 5, y)
     figures.until(lambda: figures.handle("z").input_value() == "-0.5", "it is at the pointer")
-    figures.show(EVERY["curves"])
+    figures.show(CURVES)
     assert figures.handle("z").input_value() == "-0.5"
     mouse.move(-300, 2 * y)
     figures.until(lambda: figures.handle("z").input_value() == "-3", "it is at its lowest value")
     assert figures.handle("z").get_attribute("aria-valuetext") == "−3.0 m"
     mouse.up()
-    figures.show(EVERY["curves"])
+    figures.show(CURVES)
     assert figures.handle("z").input_value() == "1.5"
     heard = figures.heard
     assert heard[-1] == ["z", -3]
@@ -154,7 +144,7 @@ def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: F
 
 def test_a_handle_is_moved_by_keys(figures: FigurePage) -> None:
     """Arrows move by a step, with shift by ten, home and end to its bounds; a locked one stays."""
-    figures.show(EVERY["curves"])
+    figures.show(CURVES)
     handle = figures.handle("z")
     assert handle.get_attribute("aria-label") == "Measured"
     for key in ("ArrowRight", "ArrowDown", "Home", "Shift+ArrowUp", "End"):
@@ -163,7 +153,7 @@ def test_a_handle_is_moved_by_keys(figures: FigurePage) -> None:
     figures.handle("height").press("ArrowUp")
     ((name, value),) = figures.heard
     assert (name, 0.25 < value < 0.26) == ("height", True)
-    figures.show(EVERY["curves"], locked=True)
+    figures.show(CURVES, locked=True)
     handle.press("ArrowLeft")
     assert figures.heard == []
     assert handle.is_disabled()
@@ -171,7 +161,7 @@ def test_a_handle_is_moved_by_keys(figures: FigurePage) -> None:
 
 def test_a_prediction_is_placed_by_pointer_finger_and_keys(figures: FigurePage) -> None:
     """Each place is told; it begins as not placed, and handles are locked meanwhile."""
-    figures.show(EVERY["curves"])
+    figures.show(CURVES)
     figures.page.evaluate("figure.ask({ panel: 'densities', along: 'x' })")
     asked = figures.page.get_by_role("slider", name="your prediction")
     assert asked.get_attribute("aria-valuetext") == "not placed yet"
@@ -191,43 +181,14 @@ def test_a_prediction_is_placed_by_pointer_finger_and_keys(figures: FigurePage) 
     assert asked.count() == 0
 
 
-RNG = np.random.default_rng(5)
 X = np.linspace(-4.0, 4.0, 161)
-
-
-def _normal(x: np.ndarray, mean: float, sigma: float) -> np.ndarray:
-    return np.asarray(np.exp(-(((x - mean) / sigma) ** 2) / 2) / (sigma * np.sqrt(2 * np.pi)))
-
-
-BELOW = Axis(title="position", low=-4.0, high=4.0, unit="m")
 DENSITIES = Panel(
     id="densities",
     title="Belief before and after",
-    x=BELOW,
+    x=Axis(title="position", low=-4.0, high=4.0, unit="m"),
     y=Axis(title="density", low=0.0, high=1.0, unit="1/m"),
-    traces=(
-        Histogram(
-            title="draws", ink="hidden", edges=np.linspace(-2, 2, 17), heights=_normal(np.linspace(-2, 2, 16), 0, 0.8)
-        ),
-        Curve(title="prior", ink="prediction", x=X, y=_normal(X, -1, 1), area=(-1.0, 1.0)),
-        Curve(title="likelihood", ink="observation", x=X, y=_normal(X, 1.5, 0.6)),
-        Curve(title="posterior", ink="estimate", x=X, y=_normal(X, 0.8, 0.5)),
-        Curve(title="exact", ink="truth", x=X, y=_normal(X, 0.84, 0.5), dashed=True),
-        Rule(title="mean", ink="estimate", at=0.8),
-    ),
+    traces=(Curve(title="posterior", ink="estimate", x=X, y=np.exp(-((X - 0.8) ** 2) / 0.5)),),
     handles=(Handle(parameter="z", at=1.5), Handle(parameter="height", at=0.25, along="y")),
     words="The posterior lies between prior and likelihood, with its mean at 0.8 m.",
 )
-STEMS = Panel(
-    id="stems",
-    title="Weights",
-    x=BELOW,
-    y=Axis(title="weight", low=0.0, high=1.0, hidden=True),
-    traces=(Stems(title="draws", ink="second", x=RNG.normal(0, 1.2, 40), y=RNG.uniform(0.1, 0.9, 40)),),
-    words="Forty draws of unequal weight.",
-    row=1,
-    share=(0.6, 1.0),
-)
-EVERY: dict[str, Figure] = {
-    "curves": Figure(panels=(DENSITIES, STEMS)),
-}
+CURVES = Figure(panels=(DENSITIES,))

@@ -54,13 +54,6 @@ def test_what_cannot_be_written_is_refused_first(
     refused(call("export", saved, "--to", tmp_path / name), status, words)
 
 
-def test_what_is_no_run_is_refused(tmp_path: Path, call: Call) -> None:
-    """A file that is none, and one that is not there."""
-    (tmp_path / "none.pft").write_text("none")
-    refused(call("export", tmp_path / "none.pft", "--to", tmp_path / "x.csv"), 1, "none.pft is not a saved run")
-    refused(call("export", tmp_path / "gone.pft", "--to", tmp_path / "x.csv"), 1, "does not exist")
-
-
 def test_the_recording_of_a_run_is_looked_for(clip: Path, tmp_path: Path, call: Call) -> None:
     """Beside the run, or where it is said to be; where it is missing, that is said."""
     moved, run = Path(copy(clip, tmp_path / "moved.mp4")), tmp_path / "run.pft"

@@ -1,6 +1,5 @@
 """Uploaded recordings of beliefs and tables of tracks: through the door of videos, to a session like any."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -52,28 +51,6 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
     told = ended(client, explore(client, session["id"], kind="what-if"))
     assert (told["state"], "shown as it was recorded" in told["error"]) == ("failed", True)
     client.delete(f"/api/v1/sessions/{session['id']}")
-
-
-def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
-    """A table with names of its own is refused, shown, and taken when it is said which column is which."""
-    table = b"bild;nummer;links;oben;breit;hoch\n" + b"".join(b"%d;4;%d;20;30;40\n" % (t, 10 + t) for t in range(5))
-    error_of(send(client, ("walk.csv", table)), 422)
-    seen = client.post("/api/v1/uploads/table", json={"text": table.decode()}).json()
-    assert seen["header"] == ["bild", "nummer", "links", "oben", "breit", "hoch"]
-    assert seen["rows"][0] == ["0", "4", "10", "20", "30", "40"]
-    assert [each["name"] for each in seen["meanings"]][:3] == ["frame", "target", "x"]
-    said = {"frame": 0, "target": 1, "x": 2, "y": 3, "w": 4, "h": 5}
-    files = {"file": ("walk.csv", table)}
-    taken = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=files)
-    assert taken.status_code == 201, taken.text
-    assert (taken.json()["kind"], taken.json()["frames"]) == ("beliefs", 5)
-    several = [("file", ("walk.mp4", video(5))), ("file", ("walk.csv", table))]
-    beside = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=several)
-    assert beside.status_code == 201, beside.text
-    assert (beside.json()["name"], beside.json()["kind"]) == ("walk.csv on walk.mp4", "beliefs")
-    wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files)
-    assert "Expected the frame" in error_of(wrong, 422)["message"]
-    error_of(client.post("/api/v1/uploads/table", json={"text": "a,b\n1,2\n"}), 422)
 
 
 def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
