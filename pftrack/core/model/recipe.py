@@ -129,19 +129,19 @@ class Timeline:
 
     def parameters_at(self, frame: int) -> Any:  # noqa: ANN401 - the experiment's own model
         """Return the parameters in force in a frame."""
-        return self._segment(frame).parameters
+        return self.segment_at(frame).parameters
 
     def tracker_at(self, frame: int) -> str:
         """Return the name of the tracker that computes a frame."""
-        return self._segment(frame).tracker
+        return self.segment_at(frame).tracker
 
     def seed_at(self, frame: int) -> int | None:
         """Return the random seed of the tracker in a frame; None means that of the run."""
-        return self._segment(frame).seed
+        return self.segment_at(frame).seed
 
     def moves_at(self, frame: int) -> tuple[Move, ...]:
         """Return the moves in the belief of the frame before."""
-        segment = self._segment(frame)
+        segment = self.segment_at(frame)
         return segment.moves if segment.start == frame else ()
 
     def insert(self, change: Change) -> "Timeline":
@@ -166,7 +166,12 @@ class Timeline:
         """Return the changes up to a frame, which a branch from there shares."""
         return tuple(change for change in self.changes if change.frame <= frame)
 
-    def _segment(self, frame: int) -> Segment:
+    def segment_at(self, frame: int) -> Segment:
+        """Return the values in force in a frame.
+
+        Raises:
+            IndexError: The frame is negative.
+        """
         for segment in reversed(self.segments):
             if segment.start <= frame:
                 return segment

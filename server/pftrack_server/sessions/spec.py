@@ -211,7 +211,8 @@ class SessionSnapshot(RunSnapshot):
 
 def differences(before: BaseModel, after: BaseModel) -> dict[str, Any]:
     """Return the fields of a snapshot that differ from an earlier one, with their new values."""
-    return {name: value for name, value in after if value != getattr(before, name)}
+    known = vars(before)
+    return {name: value for name, value in vars(after).items() if value is not known[name] and value != known[name]}
 
 
 class BranchSpec(BaseModel):

@@ -307,6 +307,13 @@ def branch_views(spec: snapshots.SessionSpec) -> list[snapshots.BranchPublic]:
     order = sorted(spec.branches, key=lambda name: (name != spec.branch, name != spec.run.second))
     colours = {name: hexadecimal(BRANCHES[place % len(BRANCHES)]) for place, name in enumerate(order)}
     return [
-        snapshots.BranchPublic(**dict(branch), id=name, tracker=branch.run.tracker, colour=colours[name])
+        snapshots.BranchPublic.model_construct(
+            id=name,
+            title=branch.title,
+            parent=branch.parent,
+            frame=branch.frame,
+            tracker=branch.run.tracker,
+            colour=colours[name],
+        )
         for name, branch in spec.branches.items()
     ]

@@ -15,7 +15,7 @@ from pftrack.core.files import free_bytes
 from pftrack.core.model.band import DIRECTIONS
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import Parameters, declarations, flat, limit_particles, revise, with_role
-from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
+from pftrack.core.model.recipe import Change, Recipe, Segment, Timeline, check_timeline, parameter_values
 from pftrack.core.model.setup import BESIDE, Setup, describe_course
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.refusal import ConflictError, ParameterError
@@ -72,7 +72,7 @@ class RunTree:
         self.restarts = 0
         self._view = FrameView()
         self._loss = LossAccount()
-        self._course: tuple[Timeline | None, dict[str, Any]] = None, {}
+        self._told: tuple[Timeline | None, Segment | None, dict[str, Any]] = None, None, {}
         self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
         self._runs[self.active] = self._begin(recipe)
         check_timeline(recipe.timeline, self.run.frames)
@@ -142,18 +142,21 @@ class RunTree:
     def snapshot(self) -> RunSnapshot:
         """Return the snapshot of the active branch, without the worker's own fields."""
         run = self.run
-        following = run.position + 1
-        tracker, parameters = run.tracker_at(following), run.parameters_at(following)
-        # Mostly the timeline is that of the frame before.
-        if self._course[0] is not run.timeline:
-            self._course = run.timeline, describe_timeline(run)
+        following = run.timeline.segment_at(run.position + 1)
+        # Mostly both are those of the frame before.
+        if self._told[0] is not run.timeline or self._told[1] is not following:
+            in_force = following.tracker, following.parameters
+            told = {
+                "tracker": following.tracker,
+                "parameters": flat(following.parameters),
+                "doubts": {it: DIRECTIONS[it] for it in self.experiment.miscalibration(in_force)},
+                **describe_timeline(run),
+            }
+            self._told = run.timeline, following, told
         return RunSnapshot(
             branch=self.active,
             second=self.second,
-            tracker=tracker,
-            parameters=flat(parameters),
-            doubts={it: DIRECTIONS[it] for it in self.experiment.miscalibration((tracker, parameters))},
-            **self._course[1],
+            **self._told[2],
             restarts=self.restarts,
             position=run.position,
             computed=run.computed,
