@@ -1,7 +1,8 @@
 """Fit the trackers' probabilities that their target is lost, and write the tables of their page.
 
     python -m tools.loss_probability fit ball   # fits and judges the ball's trackers, and writes their file
-    python -m tools.loss_probability table      # writes the results of `pftrack reproduce loss` into the page
+    python -m tools.loss_probability judge      # judges all that is declared, into docs/explanation/loss.json
+    python -m tools.loss_probability table      # writes what is stored into the page
     python -m tools.loss_probability clips ball # judges them scene by scene, in scenes that nothing was chosen by
     python -m tools.loss_probability clips histogram --recording DIR  # and on a recording with its truth
 
@@ -35,18 +36,28 @@ from pftrack.experiments.shared.loss_probability import (
     scale,
     signal_names,
 )
-from pftrack.reproduce.finding import Entry, read_record
-from pftrack.reproduce.loss_probability import Judgement, Witnessed, cases, judge, scenes_of, witness, witnessed
+from pftrack.reproduce.finding import Entry, Record, read_record
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import read_truth
-from tools.reproduction import RECORD
+from tools.loss_study import Judgement, Witnessed, cases, judge, loss_probabilities, scenes_of, witness, witnessed
 
-__all__ = ["PAGE", "describe", "describe_models", "fit", "fit_in_scenes", "page", "path_of", "sort_out", "write_models"]
+__all__ = [
+    "PAGE",
+    "RECORD",
+    "describe",
+    "describe_models",
+    "fit",
+    "fit_in_scenes",
+    "page",
+    "path_of",
+    "sort_out",
+    "write_models",
+]
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs/explanation/loss.md"
+PAGE, RECORD = ROOT / "docs/explanation/loss.md", ROOT / "docs/explanation/loss.json"
 RIDGE, FEWEST_LOSSES = 10.0, 5
 BEGIN, END = "<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"
 """Marks around the tables in the page."""
@@ -174,10 +185,25 @@ def fit_all(
     jobs: Annotated[int, typer.Option(help="Processes that compute.")] = 1,
 ) -> None:
     """Fit, judge and keep the probabilities of the trackers of an experiment."""
-    found = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, check=True, text=True)  # noqa: S607
     with progress(f"{name}, runs") as tick, Pool(jobs, tick) as pool:
-        described = fit_in_scenes(pool, name, found.stdout.strip())
+        described = fit_in_scenes(pool, name, _revision())
     path_of(name).write_text(write_models(described), "utf-8")
+
+
+@app.command("judge")
+def judge_all(
+    jobs: Annotated[int, typer.Option(help="Processes that compute.")] = 1,
+    figures: Annotated[Path | None, typer.Option(help="Folder for the figures.")] = None,
+) -> None:
+    """Judge what all trackers declare, and store it."""
+    with progress("runs") as tick, Pool(jobs, tick, figures) as pool:
+        found = list(loss_probabilities(pool))
+        Record(RECORD, _revision()).keep("loss", "full", found, sources="", pieces=pool.pieces, seconds=pool.seconds)
+
+
+def _revision() -> str:
+    command = ["git", "rev-parse", "--short", "HEAD"]
+    return subprocess.run(command, capture_output=True, check=True, text=True).stdout.strip()  # noqa: S603 - no input
 
 
 def fit_in_scenes(pool: Pool, name: str, revision: str) -> dict[str, Any]:

@@ -5,42 +5,31 @@ docs/explanation/reproduction.md, and the sentence with the counts in the README
 docs/explanation/reproduction.json, which `make reproduce` computes. A test compares pages and record.
 """
 
-import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 
-from pftrack.core.model.preset import CAUSES
-from pftrack.reproduce import RESULTS, diagnosis, is_older
+from pftrack.reproduce import RESULTS, is_older
 from pftrack.reproduce.finding import Entry, Finding, not_run, read_record
 
 __all__ = [
-    "DIAGNOSIS",
-    "OPEN_SET",
     "PAGE",
     "README",
     "RECORD",
+    "ROOT",
     "STUDIES",
-    "WHY",
     "blocks",
-    "diagnosis_blocks",
-    "diagnosis_in_short",
+    "fill_page",
     "findings_of",
-    "open_set",
     "sentence",
+    "table",
     "write",
 ]
 
 ROOT = Path(__file__).parents[1]
-PAGE, DIAGNOSIS, WHY, OPEN_SET, RECORD, README = (
-    ROOT / "docs/explanation/reproduction.md",
-    ROOT / "docs/explanation/diagnosis.md",
-    ROOT / "docs/how-to/why.md",
-    ROOT / "pftrack/analysis/diagnosis/open_set.toml",
-    ROOT / "docs/explanation/reproduction.json",
-    ROOT / "README.md",
-)
+PAGE, RECORD = (ROOT / "docs/explanation" / name for name in ("reproduction.md", "reproduction.json"))
+README = ROOT / "README.md"
 
 STUDIES: dict[str, tuple[str, ...]] = {
     "filters on signals (Bando 2007, ch. 2)": ("kalman-sine", "sample-count-signal", "dimension", "one-step"),
@@ -56,18 +45,15 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "prism (Bando 2007, ch. 4)": ("prism", "prism-readings", "prism-perspective", "pose-filters"),
     "head (Bando 2007, ch. 4)": ("head",),
     "bands of a pose": ("calibration",),
-    "probability of a loss": ("loss",),
     "shape from tracks (Bando 2007, ch. 4)": ("structure", "structure-face"),
     "window by its colours (Kagami 2012)": ("histogram", "histogram-trackers"),
     "trajectories (Ichimura and Ikoma)": ("trajectories", "corners"),
     "fish (Mitsugami et al. 2009)": ("fish-offline", "fish", "fish-ablations"),
     "hand (Shimada 1997, ch. 2)": ("hand", "hand-switches", "hand-scoring", "hand-particles", "hand-steps"),
     "chain of links (Shimada 1997, ch. 3 to 5)": tuple(name for name in RESULTS if name.startswith("linkage-")),
-    "why runs were lost": ("diagnosis",),
 }
 
 SENTENCE = re.compile(r"[\d,]+\s+of\s+[\d,]+\s+reference\s+figures\s.*?older\s+than\s+the\s+code\.", re.DOTALL)
-PENDING = "Not computed since the rules changed; `pftrack reproduce diagnosis --full` does it."
 UNFINISHED = "it had not been computed when this page was written"
 
 
@@ -99,82 +85,21 @@ def blocks(record: Mapping[str, Entry]) -> dict[str, str]:
         "run": _run(record),
         "counts": _counts(record),
         "differences": _differences(record),
-        "missing": _table(("result", "why"), [(one.result, one.reason) for one in missing]) if missing else "All were.",
+        "missing": table(("result", "why"), [(one.result, one.reason) for one in missing]) if missing else "All were.",
     }
 
 
 def write() -> None:
     """Rewrite the generated parts of the pages."""
     record = read_record(RECORD)
-    _fill(PAGE, blocks(record))
-    _fill(DIAGNOSIS, diagnosis_blocks(record))
-    _fill(WHY, diagnosis_in_short(record))
-    OPEN_SET.write_text(open_set(record), encoding="utf-8")
+    fill_page(PAGE, blocks(record))
     readme = README.read_text(encoding="utf-8")
     told = fill(sentence(record), 130)
     README.write_text(SENTENCE.sub(told, readme), encoding="utf-8")
 
 
-def diagnosis_blocks(record: Mapping[str, Entry]) -> dict[str, str]:
-    """Return the generated parts of the page of the diagnosis by name: its shares, and those of each cause."""
-    figure, halves, ways = _figures_of_diagnosis(record), diagnosis.HALVES, diagnosis.WAYS
-    if math.isnan(figure("cases", halves[0])):
-        return dict.fromkeys(("diagnosis", "diagnosis by cause"), PENDING)
-    columns = [(way, half) for half in halves for way in ways]
-    shares = {
-        "right": "named causes that are right",
-        "outside": "of the flaws outside the list, *unclear* or right",
-        "alarms": "of the runs that hold, given a cause",
-        "named": "of the lost runs, given a cause",
-    }
-    rows = [(title, *(f"{figure(name, *keys):.0%}" for keys in columns)) for name, title in shares.items()]
-    causes = [
-        (cause, *(_right_of(figure("cell-right", cause, way), figure("cell", cause, way)) for way in ways))
-        for cause in CAUSES.values()
-    ]
-    runs = ", ".join(f"{figure('cases', half):.0f} {half}" for half in halves)
-    return {
-        "diagnosis": f"Lost runs: {runs}.\n\n{_table(('', *map(', '.join, columns)), rows)}",
-        "diagnosis by cause": _table(("diagnosed as", *ways), [row for row in causes if any(row[1:])]),
-    }
-
-
-def diagnosis_in_short(record: Mapping[str, Entry]) -> dict[str, str]:
-    """Return the generated part of the page that tells how to ask why."""
-    figure, half = _figures_of_diagnosis(record), diagnosis.HALVES[0]
-    if math.isnan(figure("cases", half)):
-        return {"diagnosis in short": PENDING}
-    right, outside, alarms = (
-        " and ".join(f"{figure(name, way, half):.0%} {way}" for way in diagnosis.WAYS)
-        for name in ("right", "outside", "alarms")
-    )
-    told = (
-        f"In {figure('cases', half):.0f} lost runs kept aside, with flaws of any kind, a named cause was right in "
-        f"{right}. Where the flaw was outside the list, the answer was *unclear* or right in {outside}. Runs that held "
-        f"got a cause in {alarms}."
-    )
-    return {"diagnosis in short": fill(told, 140)}
-
-
-def open_set(record: Mapping[str, Entry]) -> str:
-    """Return the file of what the library says of its diagnosis."""
-    figure, half = _figures_of_diagnosis(record), diagnosis.HALVES[0]
-    shares = "".join(f'"{way}" = {figure("right", way, half):.3f}\n' for way in diagnosis.WAYS)
-    cases = figure("cases", half)
-    return f"cases = {0 if math.isnan(cases) else cases:.0f}\n{shares}"
-
-
-def _figures_of_diagnosis(record: Mapping[str, Entry]) -> Callable[..., float]:
-    figures = {one.result: one.ours for one in findings_of(record, ["diagnosis"])}
-    stated = diagnosis.REFERENCES.statements
-    return lambda name, *keys: figures.get(stated[name].result.format(*keys), math.nan)
-
-
-def _right_of(right: float, count: float) -> str:
-    return "" if math.isnan(count) else f"{right:.0f} of {count:.0f}"
-
-
-def _fill(file: Path, texts: dict[str, str]) -> None:
+def fill_page(file: Path, texts: Mapping[str, str]) -> None:
+    """Write texts into a page, each between the marks of its name."""
     page = file.read_text(encoding="utf-8")
     for name, text in texts.items():
         page = _between(name).sub(lambda found, text=text: f"{found[1]}\n{text}\n{found[3]}", page)  # type: ignore[misc]
@@ -220,7 +145,7 @@ def _counts(record: Mapping[str, Entry]) -> str:
         "our own figure",
         "not run",
     )
-    return _table(
+    return table(
         columns,
         [
             (
@@ -248,7 +173,7 @@ def _differences(record: Mapping[str, Entry]) -> str:
         (name, verdict, len(found), _figure(max(found, key=_distance)), reason)
         for (name, verdict, reason), found in groups.items()
     ]
-    return _table(("result", "verdict", "figures", "furthest (reference)", "reason"), rows)
+    return table(("result", "verdict", "figures", "furthest (reference)", "reason"), rows)
 
 
 def _distance(one: Finding) -> float:
@@ -268,7 +193,8 @@ def _verdict(one: Finding) -> str:
     return "differs, cause known" if one.explained else "differs, cause unknown"
 
 
-def _table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a table as Markdown."""
     lines = [columns, ["---"] * len(columns), *rows]
     return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines)
 

@@ -16,9 +16,7 @@ is computed all the same and reported as different, never hidden.
 - `fish`: guided diffusion on a fish that bends, Mitsugami et al. 2009;
 - `hand`: the pose of a hand from its silhouette, with one hypothesis and with four, Shimada 1997;
 - `linkage`: a chain of links by filters, mirrored hypotheses and regions, Shimada 1997;
-- `loss_probability`: how often bands hold the truth, and how true the probabilities are by which trackers say that they
-  have lost their target;
-- `diagnosis`: why runs were lost, told from their numbers, against what was put there.
+- `calibration`: how often the bands of a pose hold the truth.
 
 Beside them `finding` compares, `record` keeps what was found and knows on which files it depends, and `pool` computes.
 """

@@ -16,10 +16,10 @@ from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.model.series import Series
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
-from pftrack.reproduce.diagnosis import Spoiled, without_truth
 from pftrack.reproduce.pool import begin
 from pftrack.runs.loss import Loss
 from pftrack.runs.run import Run
+from tools.diagnosis import Spoiled, without_truth
 
 CALM: dict[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "process_noise_px": 6}
 

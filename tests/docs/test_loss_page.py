@@ -1,10 +1,9 @@
-"""The page of loss probabilities says what the record of reproduced results holds, and what is declared holds there."""
+"""The page of loss probabilities says what the record beside it holds, and what is declared holds there."""
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.shared.loss_probability import MOST_ERROR
 from pftrack.reproduce.finding import read_record
-from tools.loss_probability import PAGE, page
-from tools.reproduction import RECORD
+from tools.loss_probability import PAGE, RECORD, page
 
 ENTRIES = read_record(RECORD)
 

@@ -10,19 +10,13 @@ from pftrack.reproduce import RESULTS
 from pftrack.reproduce.finding import Finding, read_record
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import (
-    DIAGNOSIS,
-    OPEN_SET,
     PAGE,
     README,
     RECORD,
     SENTENCE,
     STUDIES,
-    WHY,
     blocks,
-    diagnosis_blocks,
-    diagnosis_in_short,
     findings_of,
-    open_set,
     sentence,
 )
 
@@ -43,15 +37,6 @@ def test_the_page_is_written_from_the_record(name: str) -> None:
     found = re.search(rf"<!-- reproduction {name} -->\n(.*?)\n<!-- end -->", PAGE_TEXT, re.DOTALL)
     assert found is not None
     assert found[1].strip() == blocks(ENTRIES)[name]
-
-
-def test_the_page_of_the_diagnosis_is_written_from_the_record() -> None:
-    """Its tables, the sentence of the how-to page and what the library says are those that the record gives."""
-    for file, texts in ((DIAGNOSIS, diagnosis_blocks(ENTRIES)), (WHY, diagnosis_in_short(ENTRIES))):
-        page = file.read_text(encoding="utf-8")
-        for name, text in texts.items():
-            assert f"<!-- reproduction {name} -->\n\n{text}\n\n<!-- end -->" in page, name
-    assert OPEN_SET.read_text(encoding="utf-8") == open_set(ENTRIES)
 
 
 def test_the_readme_counts_as_the_record_does() -> None:

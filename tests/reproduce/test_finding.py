@@ -10,9 +10,7 @@ from pftrack.reproduce import finding
 from pftrack.reproduce.finding import References, Statement, describe_verdicts, not_run
 
 STUDIES = sorted(
-    path
-    for path in Path(finding.__file__).parent.glob("*.yaml")
-    if path.stem not in {"diagnosis_flaws", "grounds", "results"}
+    path for path in Path(finding.__file__).parent.glob("*.yaml") if path.stem not in {"grounds", "results"}
 )
 AGAIN = {"known": {"reason": "so it is", "explained": False}}
 

@@ -97,7 +97,6 @@ def names_of(result: str) -> set[str]:
             "experiments/hand",
         ),
         ("hand", ("reproduce/hand", "experiments/hand/likelihood", "experiments/hand/experiment"), "experiments/ball"),
-        ("diagnosis", ("analysis/diagnosis/rules", "experiments/ball/experiment"), "teaching"),
     ],
 )
 def test_a_result_depends_on_what_it_imports(result: str, inside: tuple[str, ...], outside: str) -> None:
@@ -111,7 +110,6 @@ def test_data_beside_the_code_count() -> None:
     """What a tracker has learned is among the sources, and so is what is stated of the study, but not of others."""
     found = names_of("fish")
     assert {"pftrack/experiments/fish/learned.json", "pftrack/reproduce/fish.yaml"} <= found
-    assert "pftrack/reproduce/diagnosis_flaws.yaml" in names_of("diagnosis")
     assert "pftrack/reproduce/hand.yaml" not in found
 
 

@@ -108,7 +108,7 @@ class Diagnosis:
 
 
 OPEN_SET = tomllib.loads(Path(__file__).with_name("open_set.toml").read_text("utf-8"))
-"""What `pftrack reproduce diagnosis` found of the cases kept aside; `python -m tools.reproduction` writes it."""
+"""What was found of the cases kept aside; `python -m tools.diagnosis table` writes it."""
 
 NEVER = "The target is not lost in any frame computed so far."
 HELD: dict[Witness, str] = {

@@ -3,8 +3,9 @@
 A tracker goes on whether it follows its target or something else. What it computes on the way tells the two apart, more
 or less: how well the picture agrees with what was expected, how wide the belief is, how many particles carry it,
 whether the estimate jumps (signals). Each number means something only beside what it was before. A logistic
-regression weighs them; it is fitted on scenes that were drawn at random, frozen, and judged on others (`pftrack
-reproduce loss`), and only where it says what is true it is declared. On recordings it is not calibrated, and not told.
+regression weighs them; it is fitted on scenes that were drawn at random, frozen, and judged on others
+(`tools.loss_probability`), and only where it says what is true it is declared. On recordings it is not calibrated, and
+not told.
 """
 
 import json

@@ -1,23 +1,31 @@
-"""What runs were lost by when anything may be wrong, against what the diagnosis says (`docs/explanation/diagnosis.md`).
+"""Measure how often the diagnosis is right of runs lost by any flaw; write it into docs/explanation/diagnosis.md.
+
+    python -m tools.diagnosis measure     # judges all cases that are not stored; `measure 2` in two processes
+    python -m tools.diagnosis table       # writes what is stored into the pages, and into what the library says
 
 A *case* is a number, from which all else is drawn: an experiment, a tracker, a preset to begin with, a seed, and one
 flaw: a parameter of any role with a value anywhere in its range, or pictures that are noisy, in another light, blank,
 frozen or left out. What is lost with the flaw and holds without it, on the same seed, was lost because of it. Which
 answers are right follows from what was changed (`diagnosis_flaws.yaml`) and not from how the run looks; where that
-names no cause, only *unclear* is right. Half of the cases, by a hash of their number, are kept aside: no rule is made
-on them.
+names no cause, only *unclear* is right. Half of the cases, by a hash of their number, are kept
+aside: no rule is made on them.
 
 Each run is told twice: with the truth, and as on a recording without any truth. Somebody asks then about the frame in
 which it is lost, and there is nothing to go by but the frames and what the tracker itself computes.
+
+Cases are stored in tests/data/open_set.jsonl, a line each, and judged once: after a change of the rules, or to begin
+anew, delete the file.
 """
 
 import json
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from textwrap import fill
+from typing import Any, NamedTuple, TypeAlias
 
 import cv2
 import numpy as np
@@ -35,12 +43,33 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.core.refusal import RefusedError
 from pftrack.core.texts import CLOSED, read_as
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.reproduce.finding import Findings, References
 from pftrack.reproduce.pool import Pool, begin
 from pftrack.runs.loss import LASTING_FRAMES, Loss
 from pftrack.runs.run import Run
+from tools.reproduction import ROOT, fill_page, table
 
-REFERENCES = References(__file__)
+__all__ = [
+    "CASES",
+    "DATA",
+    "OPEN_SET",
+    "PICTURES",
+    "Case",
+    "Judgement",
+    "Spoiled",
+    "draw",
+    "figures_of",
+    "judge_case",
+    "meanings",
+    "measure",
+    "open_set",
+    "pages",
+    "read_judged",
+    "without_truth",
+]
+
+DATA = ROOT / "tests/data/open_set.jsonl"
+PAGE, WHY = ROOT / "docs/explanation/diagnosis.md", ROOT / "docs/how-to/why.md"
+OPEN_SET = ROOT / "pftrack/analysis/diagnosis/open_set.toml"
 OF_TRUTH = ("mirrored", "excess", "visible")
 """Roles of series that compare with the truth."""
 
@@ -111,11 +140,6 @@ class Case:
     before: Value | None
     after: Value
     at: int
-
-    @property
-    def kept_aside(self) -> bool:
-        """Whether no rule is made on it."""
-        return bool(sha256(str(self.number).encode()).digest()[0] % 2)
 
     @property
     def right(self) -> frozenset[CauseId]:
@@ -285,6 +309,7 @@ class Judgement(NamedTuple):
     """What is said of a lost run, and of the one that holds in its place.
 
     Attributes:
+        right: The causes that would be right; none where only unclear is.
         aided: With the truth.
         unaided: Without.
         calm_aided: Whether nothing is said of the run that holds, if it is asked about the same frame; None where it is
@@ -292,62 +317,123 @@ class Judgement(NamedTuple):
         calm_unaided: The same without the truth.
     """
 
+    right: Sequence[CauseId]
     aided: CauseId
     unaided: CauseId
     calm_aided: bool | None = None
     calm_unaided: bool | None = None
 
 
-def open_set(pool: Pool, full: bool) -> Findings:
-    """Count what is said of all cases, those kept aside apart; not in the quick form.
+Judged: TypeAlias = Mapping[int, Judgement | None]
+"""What is said of cases, by their number; None of one that is not lost by its flaw."""
 
-    Where the pool has a folder, each piece is written there as it comes, and what is there is not computed again.
-    """
-    del full
-    path = pool.folder and pool.folder / "open-set.jsonl"
-    kept = path.read_text("utf-8").splitlines() if path and path.exists() else []
-    known: dict[int, Judgement | None] = {number: said and Judgement(*said) for number, said in map(json.loads, kept)}
-    left = [number for number in range(CASES) if number not in known]
+
+def is_kept_aside(number: int) -> bool:
+    """Return whether no rule is made on a case."""
+    return bool(sha256(str(number).encode()).digest()[0] % 2)
+
+
+def read_judged(path: Path = DATA) -> dict[int, Judgement | None]:
+    """Return the stored cases."""
+    lines = path.read_text("utf-8").splitlines() if path.exists() else []
+    return {number: said and Judgement(*said) for number, said in map(json.loads, lines)}
+
+
+def measure(pool: Pool, numbers: Iterable[int], path: Path = DATA) -> None:
+    """Judge the cases that are not stored, and store each piece of them as it comes."""
+    known = read_judged(path)
+    left = [number for number in numbers if number not in known]
     for piece in (left[first : first + PIECE] for first in range(0, len(left), PIECE)):
-        came = dict(zip(piece, pool.map(judge_case, piece), strict=True))
-        known |= came
-        if path:
-            with path.open("a", encoding="utf-8") as file:
-                file.writelines(f"{json.dumps(each)}\n" for each in came.items())
-    yield from findings_of((draw(number), said) for number, said in sorted(known.items()) if said is not None)
+        came = zip(piece, pool.map(judge_case, piece), strict=True)
+        with path.open("a", encoding="utf-8") as file:
+            file.writelines(f"{json.dumps(each)}\n" for each in came)
 
 
-def findings_of(judged: Iterable[tuple[Case, Judgement]]) -> Findings:
-    """Return what comes of the cases that are lost by their flaw, each with what is said of it."""
-    counted = list(judged)
-    yield REFERENCES.judge("lost", len(counted))
-    for half in HALVES:
-        mine = [(case, said) for case, said in counted if case.kept_aside == (half == HALVES[0])]
-        yield REFERENCES.judge("cases", len(mine), half)
-        for place, way in enumerate(WAYS):
-            told = [(case, (said.aided, said.unaided)[place]) for case, said in mine]
-            calm = [(said.calm_aided, said.calm_unaided)[place] for _, said in mine if said.calm_aided is not None]
-            named = [cause in case.right for case, cause in told if cause != "unclear"]
-            outside = [cause in {"unclear", *case.right} for case, cause in told if case.right <= NEW]
-            yield REFERENCES.judge("right", _share(named), way, half)
-            yield REFERENCES.judge("named", len(named) / max(len(told), 1), way, half)
-            yield REFERENCES.judge("outside", _share(outside), way, half)
-            yield REFERENCES.judge("alarms", 1.0 - _share(calm), way, half)
-            if half == HALVES[0]:
-                yield from _cells(told, way)
+class Figures(NamedTuple):
+    """What comes of lost runs, told in one way.
+
+    Attributes:
+        cases: How many there are.
+        right: Share of the named causes that are right.
+        outside: Share of the flaws outside the list that are unclear or right.
+        alarms: Share of the runs that hold that get a cause.
+        named: Share of the lost runs that get a cause.
+        causes: By cause, how often it is named, and how often rightly; of unclear, where no cause is right.
+    """
+
+    cases: int
+    right: float
+    outside: float
+    alarms: float
+    named: float
+    causes: Mapping[CauseId, tuple[int, int]]
 
 
-def _cells(told: Sequence[tuple[Case, CauseId]], way: str) -> Findings:
-    """Yield how often each cause is named, and how often that is right."""
-    for cause, title in CAUSES.items():
-        right = [cause in case.right if cause != "unclear" else not case.right for case, said in told if said == cause]
-        if right:
-            yield REFERENCES.judge("cell", len(right), title, way)
-            yield REFERENCES.judge("cell-right", sum(right), title, way)
+SHOWN = {
+    "right": "named causes that are right",
+    "outside": "of the flaws outside the list, *unclear* or right",
+    "alarms": "of the runs that hold, given a cause",
+    "named": "of the lost runs, given a cause",
+}
+
+
+def figures_of(judged: Judged, way: str, half: str) -> Figures:
+    """Return what comes of the cases of a half that are lost by their flaw, told in one of the ways."""
+    mine = [said for number, said in judged.items() if said and is_kept_aside(number) == (half == HALVES[0])]
+    aided = way == WAYS[0]
+    told = [(said.right, said.aided if aided else said.unaided) for said in mine]
+    calm = [said.calm_aided if aided else said.calm_unaided for said in mine if said.calm_aided is not None]
+    named = [cause in right for right, cause in told if cause != "unclear"]
+    outside = [cause in {"unclear", *right} for right, cause in told if set(right) <= NEW]
+    rights = {
+        each: [each in right if each != "unclear" else not right for right, cause in told if cause == each]
+        for each in CAUSES
+    }
+    causes = {cause: (len(some), sum(some)) for cause, some in rights.items() if some}
+    return Figures(
+        len(mine), _share(named), _share(outside), 1.0 - _share(calm), len(named) / max(len(mine), 1), causes
+    )
 
 
 def _share(holds: Sequence[bool | None]) -> float:
     return sum(map(bool, holds)) / max(len(holds), 1)
+
+
+def pages(judged: Judged) -> dict[Path, dict[str, str]]:
+    """Return the generated parts of pages by name: shares, those of each cause, and the same in short."""
+    found = {(way, half): figures_of(judged, way, half) for half in HALVES for way in WAYS}
+    shares = [
+        (title, *(f"{getattr(figures, name):.0%}" for figures in found.values())) for name, title in SHOWN.items()
+    ]
+    aside = {way: found[way, HALVES[0]] for way in WAYS}
+    causes = [
+        (title, *("{1} of {0}".format(*it.causes[cause]) if cause in it.causes else "" for it in aside.values()))
+        for cause, title in CAUSES.items()
+    ]
+    runs = ", ".join(f"{found[WAYS[0], half].cases} {half}" for half in HALVES)
+    right, outside, alarms = (
+        " and ".join(f"{getattr(figures, name):.0%} {way}" for way, figures in aside.items())
+        for name in ("right", "outside", "alarms")
+    )
+    told = (
+        f"In {aside[WAYS[0]].cases} lost runs kept aside, with flaws of any kind, a named cause was right in "
+        f"{right}. Where the flaw was outside the list, the answer was *unclear* or right in {outside}. Runs that held "
+        f"got a cause in {alarms}."
+    )
+    return {
+        PAGE: {
+            "diagnosis": f"Lost runs: {runs}.\n\n{table(('', *map(', '.join, found)), shares)}",
+            "diagnosis by cause": table(("diagnosed as", *WAYS), [row for row in causes if any(row[1:])]),
+        },
+        WHY: {"diagnosis in short": fill(told, 140)},
+    }
+
+
+def open_set(judged: Judged) -> str:
+    """Return the file of what the library says of its diagnosis."""
+    aside = {way: figures_of(judged, way, HALVES[0]) for way in WAYS}
+    shares = "".join(f'"{way}" = {figures.right:.3f}\n' for way, figures in aside.items())
+    return f"cases = {aside[WAYS[0]].cases}\n{shares}"
 
 
 class Played(NamedTuple):
@@ -363,13 +449,11 @@ class Played(NamedTuple):
     failing: tuple[Course, Course]
     holding: tuple[Course, Course] | None
 
-    def judge(self) -> Judgement:
-        """Return what is said of it."""
+    def judge(self, right: Iterable[CauseId]) -> Judgement:
+        """Return what is said of it, where these causes would be right."""
         aided, unaided = (diagnose_course(course, self.frame).cause for course in self.failing)
-        if self.holding is None:
-            return Judgement(aided, unaided)
-        calm = [diagnose_course(course, self.frame).cause == "unclear" for course in self.holding]
-        return Judgement(aided, unaided, calm_aided=calm[0], calm_unaided=calm[1])
+        calm = [diagnose_course(course, self.frame).cause == "unclear" for course in self.holding or ()]
+        return Judgement(sorted(right), aided, unaided, *calm)
 
 
 def play(case: Case) -> Played | None:
@@ -399,11 +483,12 @@ def _courses(run: Run) -> tuple[Course, Course]:
 
 def judge_case(number: int) -> Judgement | None:
     """Return what is said of a case; None if it is not lost by its flaw, or its value is at odds with another."""
+    case = draw(number)
     try:
-        played = play(draw(number))
+        played = play(case)
     except RefusedError:
         return None
-    return played and played.judge()
+    return played and played.judge(case.right)
 
 
 def without_truth(run: Run, told: Course | None = None) -> Course:
@@ -417,3 +502,20 @@ def without_truth(run: Run, told: Course | None = None) -> Course:
     declared = [series for series in run.experiment.all_series() if series.role not in OF_TRUTH]
     blind = course_of(rows, declared, unit=run.experiment.judge.unit, size=picture_size(run))
     return replace(blind, sights=(told or course_of_run(run)).sights)
+
+
+def main() -> None:
+    """Carry out a command, see above."""
+    command, *jobs = sys.argv[1:] or ["table"]
+    if command == "measure":
+        with Pool(int(jobs[0]) if jobs else 1) as pool:
+            measure(pool, range(CASES))
+    else:
+        judged = read_judged()
+        for page, texts in pages(judged).items():
+            fill_page(page, texts)
+        OPEN_SET.write_text(open_set(judged), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,7 +1,6 @@
 """Runs that are lost by what was put there, and what the diagnosis says of them."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,20 +10,37 @@ from pftrack.core.model.parameters import declarations
 from pftrack.core.model.source import History
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.reproduce import diagnosis
-from pftrack.reproduce.diagnosis import (
+from pftrack.reproduce.pool import Pool
+from tools.diagnosis import (
+    CASES,
+    OPEN_SET,
     PICTURES,
     Case,
     Judgement,
     Spoiled,
     draw,
-    findings_of,
+    figures_of,
+    is_kept_aside,
     judge_case,
     meanings,
+    measure,
+    open_set,
+    pages,
+    read_judged,
 )
-from pftrack.reproduce.pool import Pool
 
-SAID = Judgement("sample-impoverishment", "unclear", calm_aided=True, calm_unaided=False)
+STORED = read_judged()
+FEW = Judgement(["sample-impoverishment"], "sample-impoverishment", "unclear", calm_aided=True, calm_unaided=False)
+
+
+def test_the_pages_and_the_library_say_what_is_stored() -> None:
+    """`python -m tools.diagnosis table` writes them; all cases of the study are there."""
+    for file, texts in pages(STORED).items():
+        page = file.read_text(encoding="utf-8")
+        for name, text in texts.items():
+            assert f"<!-- reproduction {name} -->\n\n{text}\n\n<!-- end -->" in page, name
+    assert OPEN_SET.read_text(encoding="utf-8") == open_set(STORED)
+    assert set(STORED) == set(range(CASES))
 
 
 def test_a_case_is_drawn_alike_again_and_leaves_the_rest_of_the_run_as_it_is() -> None:
@@ -42,8 +58,7 @@ def test_a_case_is_drawn_alike_again_and_leaves_the_rest_of_the_run_as_it_is() -
 
 def test_half_of_the_cases_are_kept_aside() -> None:
     """Which ones follows from the number alone."""
-    one = draw(0)
-    aside = [number for number in range(200) if replace(one, number=number).kept_aside]
+    aside = [number for number in range(200) if is_kept_aside(number)]
     assert aside[:8] == [0, 1, 4, 5, 6, 7, 9, 11]
     assert 80 < len(aside) < 120
 
@@ -119,36 +134,28 @@ def test_a_case_that_the_flaw_does_not_lose_does_not_count() -> None:
     """One that is lost is judged with the truth and without; one that holds all the same is not."""
     found = [judge_case(number) for number in (2, 3)]
     assert found[0] is not None
-    assert found[0].aided in draw(2).right
-    assert found[1] is None
+    assert found[0].aided in found[0].right == sorted(draw(2).right)
+    assert found == [STORED[2], None]
 
 
 def test_shares_are_of_each_half_and_of_what_is_named() -> None:
     """Right is of what is named; outside the list, unclear is right as well; alarms are of the runs that hold."""
-    few, size = case_of("sample_count", 800, 12, number=0), case_of("ball_radius_px", 5, 50, number=1)
-    told = [
-        (few, SAID),
-        (size, SAID),
-        (size, Judgement("unclear", "wrong-dynamics")),
-        (replace(few, number=2), SAID),
-    ]
-    found = {one.result: one.ours for one in findings_of(told)}
-
-    def figure(name: str, way: str = "with the truth", half: str = "kept aside") -> float:
-        return found[diagnosis.REFERENCES.statements[name].result.format(way, half)]
-
-    assert found[diagnosis.REFERENCES.statements["cases"].result.format("kept aside")] == 3
-    assert (figure("right"), figure("named"), figure("outside"), figure("alarms")) == (0.5, 2 / 3, 0.5, 0.0)
-    assert (figure("right", "without the truth"), figure("alarms", "without the truth")) == (0.0, 1.0)
-    assert figure("right", half="for the rules") == 1.0
+    size = FEW._replace(right=[])
+    told = {0: FEW, 1: size, 4: size._replace(aided="unclear", unaided="wrong-dynamics"), 2: FEW, 3: None}
+    found = figures_of(told, "with the truth", "kept aside")
+    assert found[:5] == (3, 0.5, 0.5, 0.0, 2 / 3)
+    assert found.causes == {"sample-impoverishment": (2, 1), "unclear": (1, 1)}
+    found = figures_of(told, "without the truth", "kept aside")
+    assert (found.right, found.alarms) == (0.0, 1.0)
+    assert figures_of(told, "with the truth", "for the rules").right == 1.0
 
 
-def test_cases_that_are_written_are_not_computed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The file of a folder is gone on with."""
-    monkeypatch.setattr(diagnosis, "CASES", 4)
-    (tmp_path / "open-set.jsonl").write_text(f"{json.dumps([0, SAID])}\n{json.dumps([1, None])}\n[2, null]\n", "utf-8")
-    with Pool(1, folder=tmp_path) as pool:
-        assert next(iter(diagnosis.open_set(pool, full=True))).ours == 1
-        assert pool.pieces == 1
-        assert next(iter(diagnosis.open_set(pool, full=True))).ours == 1
-        assert pool.pieces == 1
+def test_cases_that_are_stored_are_not_judged_again(tmp_path: Path) -> None:
+    """The file is gone on with."""
+    path = tmp_path / "judged.jsonl"
+    path.write_text(f"{json.dumps([0, FEW])}\n[1, null]\n[2, null]\n", "utf-8")
+    with Pool(1) as pool:
+        for _ in range(2):
+            measure(pool, range(4), path)
+            assert pool.pieces == 1
+    assert read_judged(path) == {0: FEW, 1: None, 2: None, 3: None}

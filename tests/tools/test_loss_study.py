@@ -7,7 +7,8 @@ import pytest
 
 from pftrack.core.arrays import Bools, Floats
 from pftrack.experiments import find
-from pftrack.reproduce.loss_probability import (
+from tools.loss_probability import describe_clips
+from tools.loss_study import (
     BINS,
     FIGURES,
     LAST_FRAME,
@@ -19,7 +20,6 @@ from pftrack.reproduce.loss_probability import (
     roc,
     scenes_of,
 )
-from tools.loss_probability import describe_clips
 
 
 def test_each_tracker_has_a_panel_that_shows_its_numbers() -> None:
