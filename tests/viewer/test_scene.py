@@ -231,16 +231,22 @@ def test_the_scene_tells_which_frame_it_shows(session: Session, peer: Peer) -> N
         wait_for(lambda frame=frame: peer.nodes.get("/frame", {}).get("position") == [float(frame), 0.0, 0.0])
 
 
-def test_an_unchanged_picture_is_not_sent_again(session: Session, peer: Peer) -> None:
+def test_what_is_unchanged_is_not_sent_again(session: Session, peer: Peer) -> None:
     """While paused only what a parameter moves is sent, also when the same file comes from another worker."""
-    shown = drawing()
+    corners = np.array([(0, 0, 0), (9, 9, 9)], dtype=np.float32)
+    shown = with_item(drawing(), "axis", Polyline(corners, COLOURS["truth"], 1.0, "truth"))
     session.show(shown, 0)
-    wait_for(lambda: "/picture" in peer.nodes)
-    data = peer.nodes["/picture"]["_data"]
+    wait_for(lambda: {"/picture", "/axis"} <= peer.nodes.keys())
+    data, line = peer.nodes["/picture"]["_data"], peer.nodes["/axis"]["points"]
     session.pictures = PictureEncoder()
-    session.show(with_item(drawing(0, 50), "picture", shown.primitives["picture"]), 0)
+    again = with_item(drawing(0, 50), "axis", Polyline(corners.copy(), COLOURS["truth"], 1.0, "truth"))
+    session.show(with_item(again, "picture", shown.primitives["picture"]), 0)
     wait_for(lambda: len(points(peer)) == 50)
     assert peer.nodes["/picture"]["_data"] is data
+    assert peer.nodes["/axis"]["points"] is line
+    session.show(with_item(shown, "axis", Polyline(2 * corners, COLOURS["lost"], 1.0, "truth")), 1)
+    wait_for(lambda: peer.nodes["/axis"]["points"] is not line)
+    assert peer.nodes["/axis"]["colors"] == bytes(COLOURS["lost"])
 
 
 def test_a_picture_that_was_hidden_comes_back_as_it_is_by_now(session: Session, peer: Peer) -> None:

@@ -48,6 +48,7 @@ class Node:
         handle: viser's handle, once it exists.
         source: The primitive or the picture that it shows.
         look: Its seldom changing properties; viser takes longer to compare them than to send them.
+        points: The points of its lines in the scene; those of a frame or an axis seldom change.
         stance: Its stance.
     """
 
@@ -55,6 +56,7 @@ class Node:
     handle: Any  # viser's handles share `visible` and `remove`, and no type that mypy can follow through `__setattr__`
     source: model.Primitive | EncodedPicture | None = None
     look: object = None
+    points: shapes.Floats | None = None
     stance: Stance | None = None
 
 
@@ -123,12 +125,12 @@ def _show_lines(server: viser.ViserServer, name: str, node: Node, item: shapes.L
         node.handle = server.scene.add_line_segments(
             f"/{name}", points, colours, thickness=thickness, thickness_units="screen"
         )
-        return
-    node.handle.points = points
-    if node.look != look:
+    elif node.points is None or not np.array_equal(node.points, points):
+        node.handle.points = points
+    if node.look not in {None, look}:
         node.handle.colors = colours
         node.handle.thickness = thickness
-    node.look = look
+    node.look, node.points = look, points
 
 
 def _show_ellipsoids(server: viser.ViserServer, name: str, node: Node, item: model.Ellipsoids, stance: Stance) -> None:
@@ -205,14 +207,14 @@ def _flatten(item: model.Mesh, stance: Stance) -> shapes.Floats:
 
 
 def _show_text(server: viser.ViserServer, name: str, node: Node, item: model.Text, stance: Stance) -> None:
-    x, y, z = (float(value) for value in shapes.to_scene(item.position, stance))
+    x, y, z = shapes.to_scene(item.position, stance).tolist()
     # Outside the picture there is room, and people can move closer to read a name.
-    words = item.title or item.text
+    look = item.title or item.text, (x, y, z)
     if node.handle is None:
-        node.handle = server.scene.add_label(f"/{name}", words, position=(x, y, z), anchor=ANCHORS[item.anchor])
-        return
-    node.handle.text = words
-    node.handle.position = (x, y, z)
+        node.handle = server.scene.add_label(f"/{name}", look[0], position=look[1], anchor=ANCHORS[item.anchor])
+    elif node.look != look:
+        node.handle.text, node.handle.position = look
+    node.look = look
 
 
 Show: TypeAlias = Callable[[viser.ViserServer, str, Node, Any, Stance], None]
@@ -279,11 +281,13 @@ class Scene:
             if not self.is_seen(item, relief) or (isinstance(item, model.Frustum) and relief < 1.0):
                 continue
             stance = Stance(relief, order * LAYER_GAP_PX, apex)
+            parts = {name: what.pictures.get(name, item)}
             more = raised(item, drawing.width, drawing.height) if relief > 0.0 else None
-            for each, part in ((name, what.pictures.get(name, item)), (f"{name} raised", more)):
-                if part is not None and not _is_empty(part):
-                    shown.add(each)
-                    self._show(each, part, stance)
+            if more is not None and not _is_empty(more):
+                parts[f"{name} raised"] = more
+            shown |= parts.keys()
+            for each, part in parts.items():
+                self._show(each, part, stance)
         for name, item in worlds.place_worlds(drawing):
             if self.is_seen(item, relief):
                 shown.add(name)
