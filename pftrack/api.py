@@ -1,11 +1,11 @@
-"""The few functions with which work in Python begins; `pftrack` itself offers them.
+"""The main functions for work in Python; `pftrack` itself offers them.
 
     >>> import pftrack
     >>> run = pftrack.run("ball", preset="works", seed=3)
     >>> run.export("ball.parquet")
 
-All that they do can be done step by step with what they call: experiments (`pftrack.experiments`), recipes and records
-(`pftrack.runs`), comparisons (`pftrack.runs.comparison`) and viewers (`pftrack.output.exports.formats`).
+Each step is also available on its own: experiments (`pftrack.experiments`), recipes and records (`pftrack.runs`),
+comparisons (`pftrack.runs.comparison`) and viewers (`pftrack.output.exports.formats`).
 """
 
 import json
@@ -58,25 +58,25 @@ def run(
     """Compute a run and return it, at its last frame.
 
     Args:
-        experiment: Its name, or a recipe, to which all that is said beside it is a change.
-        tracker: Name of the tracker, or a file with a filter, FILE.py; the experiment's own choice if not given.
+        experiment: Its name, or a recipe, which the other arguments change.
+        tracker: Name of the tracker, or a file with a filter, FILE.py; by default the experiment's choice.
         preset: Name of a starting point, with its tracker, parameters and seed.
-        seed: Of all random numbers; 0 if not given.
-        frames: Length; the recording's, or the experiment's own, if not given.
+        seed: Random seed (default 0).
+        frames: Length; by default that of the recording or the experiment.
         recording: A video, an animated GIF, a folder of pictures, a table of tracks or a recording of
             beliefs; the simulated scene without.
         mark: The target in the picture `start`, as its kind writes it, such as {"kind": "box", "x": 80, ...}; it is
             looked for if not given, where that can be done.
         box: Short for a mark that is a box: x, y, width and height, px.
-        start: Number of the picture to begin with; the first with a truth, or 0, if not given.
-        truth: What is true of the pictures of the recording: a file, or values by number of the picture.
+        start: Number of the first picture; by default the first with a truth, or 0.
+        truth: Truth of the recording's pictures: a file, or values by number of the picture.
         large: Whether pictures may have up to 8K and files 16 GiB, which take time and memory.
         finish: Whether to compute all frames; else the run is at its frame 0.
         **parameters: Values of frame 0 by name, as the experiment declares them.
 
     Raises:
         RefusedError: The experiment or the preset is unknown.
-        FilterFileError: The filter in the file cannot go on; it says the line.
+        FilterFileError: The filter in the file fails; the error names the line.
         OSError: The file with the filter cannot be read.
         ParameterError: A value is unknown or out of bounds.
         RefusedError: The recording is missing, is another one, or shows no target.
@@ -123,7 +123,7 @@ def record(
     embed: bool = True,
     watch: bool = False,
 ) -> Recorder:
-    """Begin a file with what a loop of your own believes; `load` opens it as a run.
+    """Begin a file of the beliefs of your own loop; `load` opens it as a run.
 
         with pftrack.record("mine.pft", source="clip.mp4") as rec:
             for t, frame in enumerate(frames):
@@ -131,15 +131,16 @@ def record(
                 rec(t, particles=states, log_weights=log_weights, ancestors=ancestors)
 
     Args:
-        path: Where to, usually .pft; a file that is there is replaced at once.
-        source: What the loop looks at: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by
-            number of the frame; the times of the frames (T,), s; or nothing.
+        path: Output file, usually .pft; an existing file is replaced at once.
+        source: Input of the loop: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by number of
+            the frame; the times of the frames (T,), s; or nothing.
         components: Names of the states' components.
-        units: Of the components, which stand at plots and errors; without them px of the first two, if there are
+        units: Units of the components, shown at plots and errors; by default px for the first two, if there are
             pictures.
-        frame_rate_hz: Of frames that have no clip and no times.
-        precision: Of the particles and their weights in the file.
-        embed: Whether the content of a clip goes into the file; else its name does, and the digest of its content.
+        frame_rate_hz: Frame rate of frames without clip and times.
+        precision: Precision of the particles and their weights in the file.
+        embed: Whether to store the content of a clip in the file; otherwise its name and the digest of its content are
+            stored.
         watch: Whether to open the scene in a browser and have it follow the loop.
 
     Raises:
@@ -174,12 +175,12 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
 
     Args:
         path: A .pft file, a saved run or a recording of beliefs; or a recipe, .json, which is computed to its end.
-        recording: Where the recording lies that it was made on, if it lies elsewhere than the file says; of a
-            recording of beliefs its clip, if that is neither in it nor beside it.
+        recording: Path of its recording, if it differs from the path in the file; for a recording of beliefs its clip,
+            if that is not in the file or next to it.
         trust: Whether to execute the filters that the file brings, which may do all that you may.
 
     Raises:
-        FilterFileError: It brings a filter that is not trusted, or cannot go on.
+        FilterFileError: It contains a filter that is not trusted, or that fails.
         ParameterError: A value of a recipe is unknown or out of bounds.
         RefusedError: It is neither a saved run nor a recipe, or its recording is missing or is another one.
     """
@@ -215,7 +216,7 @@ def read_recipe(path: Path) -> Recipe:
 
 
 def _run_of_beliefs(file: Path, clip: PathOrName | None) -> Run:
-    """Return the run of what a file says of a clip; the clip is in the file, or looked for beside it, if not given."""
+    """Return the run of a recording of beliefs; by default its clip is taken from the file, or from its folder."""
     if clip is None:
         return run(find_for("beliefs").id, recording=file)
     wiring = find_for("beliefs")
@@ -237,7 +238,7 @@ def compare(*runs: Run) -> Comparison:
 
 
 def _with_filter(recipe: Recipe, file: Path) -> tuple[str, Recipe]:
-    """Return the tracker that a file makes, and a recipe that brings it; whoever names a file trusts it."""
+    """Return the tracker that a file defines, and a recipe that contains it; naming a file means trusting it."""
     name = name_of(file)
     filters = {**recipe.filters, name: (read_source(file),)}
     changed = recipe.model_copy(update={"filters": filters})
@@ -258,7 +259,7 @@ def _read_truth(wiring: Experiment, file: Path) -> Mapping[int, Sequence[float]]
 
 
 def _footage(known: Footage | None, recording: PathOrName | None, said: Mapping[str, Any]) -> Footage | None:
-    """Return the footage of a recipe, or of a new recording, with what is said of the target."""
+    """Return the footage of a recipe, or of a new recording, with the target's marks."""
     changes = {name: value for name, value in said.items() if value is not None}
     if known is None and recording is None:
         if changes:
@@ -274,7 +275,7 @@ def _footage(known: Footage | None, recording: PathOrName | None, said: Mapping[
 def _opener(
     recording: PathOrName | None, folder: Path | None = None, limits: Limits = LARGE_LIMITS
 ) -> OpenSequence | None:
-    """Return how the pictures of a recipe are found: where somebody says, else beside the file that speaks of them."""
+    """Return a finder of a recipe's pictures: at the given path, else in the folder of the recipe's file."""
 
     def open_footage(footage: Footage) -> FrameSequence:
         beside = (folder or Path()) / (footage.path or footage.name)

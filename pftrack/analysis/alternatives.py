@@ -12,7 +12,7 @@ from pftrack.runs.run import Run
 Kind: TypeAlias = Literal[
     "seeds", "particles", "tracker", "resampling", "noise", "sharpness", "threshold", "memory", "world"
 ]
-"""What a change alters: the seeds alone, the tracker, or a parameter with a role."""
+"""The subject of a change: only the seeds, the tracker, or a parameter with a role."""
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """In the order in which they are tried."""
@@ -34,7 +34,7 @@ class Alternative:
     """One change of a run.
 
     Attributes:
-        kind: What it alters.
+        kind: Its subject.
         title: In words, such as "Particles 800 to 3,200".
         values: By parameter name; `tracker` names a tracker. Empty where nothing but the seeds is changed.
         parameter: Name of the one parameter that is changed; empty if none is.
@@ -68,7 +68,7 @@ def alternatives(run: Run, frame: int, *, allow: Allow = allow_all) -> tuple[Alt
     Args:
         run: The run.
         frame: The first frame that is computed otherwise.
-        allow: What may be computed.
+        allow: Limits of the computation.
     """
     parameters, tracker = run.parameters_at(frame), run.tracker_at(frame)
     found = [BASELINE, *_trackers(run, tracker)]

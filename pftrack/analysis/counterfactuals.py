@@ -1,16 +1,15 @@
 """Counterfactuals: what would have saved a run that lost its target, found by experiment.
 
-A run can be repeated from any of its frames, to the same numbers. So one goes back to shortly before the loss
-(`pftrack.runs.loss`), changes one thing, and lets the run go on with many other seeds: does it then hold? The
-changes (`pftrack.analysis.alternatives`) are found by what parameters declare of themselves, their roles, so that they
-exist for every tracker. First of all nothing is changed: of the same settings with other seeds many may hold, and then
-it was bad luck.
+A run can be repeated from any of its frames with the same numbers. So pftrack goes back to shortly before the loss
+(`pftrack.runs.loss`), changes one thing, and continues the run with many other seeds: does it then hold? The changes
+(`pftrack.analysis.alternatives`) follow from the declared roles of parameters, so they exist for every tracker. The
+first trial changes nothing: if many runs with other seeds hold, the loss was bad luck.
 
 Each share comes with Wilson's interval. A change is compared with no change on the same seeds (McNemar's test), and
-since many are tried the p-values are corrected for that (Holm). Below eleven pairs nothing is said, since even eleven
-seeds that all speak for a change are only just enough among thirty. Runs are judged soon after the loss and at their
-end: a change may save the target for a while only. What cures this run need not cure others: that is a question for a
-sweep.
+since many are tried the p-values are corrected for that (Holm). Below eleven pairs there is no verdict, since even
+eleven seeds that all favour a change are only just enough among thirty. Runs are judged soon after the loss and at
+their
+end: a change may save the target only for a while. A cure of this run need not cure others; only a sweep shows that.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,16 +36,16 @@ from pftrack.runs.run import Run
 __all__ = ["Alternative", "Finding", "Report", "alternatives", "find_loss", "join", "read_record", "record", "what_if"]
 
 
-# Reports: the results of the changes that were tried, and how certain they are; and the trials themselves.
+# Reports: the results of the tested changes, with their certainty; and the trials themselves.
 #
-# A trial is a run that goes on from shortly before a loss, with a change and with other seeds.
+# A trial is a run that continues from shortly before a loss, with a change and with other seeds.
 
 Verdict: TypeAlias = Literal["baseline", "better", "brief", "worse", "unclear", "few"]
-"""What may be said of a change: "brief" if it helps soon after the loss and not later, "unclear" if chance alone
-would do as much, "few" before it was tried with enough seeds."""
+"""The verdict on a change: "brief" if it helps soon after the loss but not later, "unclear" if chance explains as much,
+"few" before it was tried with enough seeds."""
 
 LEAST_P = 0.001
-"""Smaller p-values are told as below this."""
+"""Smaller p-values are shown as below this."""
 
 WORDS: Mapping[Verdict, str] = {
     "baseline": "",
@@ -56,27 +55,27 @@ WORDS: Mapping[Verdict, str] = {
     "unclear": "not clearly better than no change",
     "few": "too few seeds to tell",
 }
-"""What verdicts are called."""
+"""Names of verdicts."""
 
 LEVEL = 0.05
 """Corrected p-values below this are called better or worse than no change."""
 
 LEAST_PAIRS = 11
-"""Seeds with which both a change and none must have been tried before anything is said of it: with fewer, not even a
-change that always wins is better after the correction for thirty changes."""
+"""Number of seeds required with and without a change for a verdict: with fewer, not even a change that always wins is
+better after the correction for thirty changes."""
 
 CAVEAT = "A cure of this run is not a cure in general: a sweep over seeds and scenes says that."
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What came of one change.
+    """The results of one change.
 
     Attributes:
         alternative: The change.
         held: Whether the run held its target soon after the loss, by seed; of all seeds tried so far.
         steps: Steps that were taken.
-        seconds: That they took.
+        seconds: Their duration.
         place: Number of the change in the order in which they are tried; 0 is none.
         at_end: Whether the run held its target in the last frame of its trial, by seed; of those tried so far.
     """
@@ -90,12 +89,12 @@ class Finding:
 
     @property
     def runs(self) -> int:
-        """How many seeds were tried."""
+        """Number of tried seeds."""
         return len(self.held)
 
     @property
     def holding(self) -> int:
-        """How many runs held."""
+        """Number of runs that held."""
         return sum(self.held.values())
 
     @property
@@ -136,7 +135,7 @@ class Comparison:
         lost: Seeds with which it held without it only.
         pairs: Seeds that both were tried with.
         lasts: Whether more runs hold in the last frame with the change than without, as far as that is known.
-        p_value: Of McNemar's test.
+        p_value: P value of McNemar's test.
         corrected: The same after Holm's correction for all changes that are tried.
     """
 
@@ -149,7 +148,7 @@ class Comparison:
 
     @property
     def verdict(self) -> Verdict:
-        """What may be said of it."""
+        """The verdict on it."""
         if self.pairs < LEAST_PAIRS:
             return "few"
         if self.corrected >= LEVEL:
@@ -164,21 +163,21 @@ class ToldFinding:
     """One change with its share of runs that hold; the first changes nothing but the seed.
 
     Attributes:
-        kind: Of the change.
-        title: What people call it.
-        values: What it sets.
+        kind: Kind of the change.
+        title: Its title.
+        values: The values that it sets.
         parameter: Name of the one parameter that is changed; empty if none is.
-        holding: How many runs held soon after the loss.
-        runs: How many seeds were tried.
-        share: Of the runs that held.
+        holding: Number of runs that held soon after the loss.
+        runs: Number of tried seeds.
+        share: Share of the runs that held.
         low: Lower end of its 95 % interval (Wilson).
         high: Upper end.
-        holding_at_end: How many runs held in the last frame to which they were followed.
-        runs_to_end: How many were followed to that frame.
-        shares: How many runs hold, in words.
+        holding_at_end: Number of runs that held in the last frame to which they were followed.
+        runs_to_end: Number of runs followed to that frame.
+        shares: The shares of holding runs, in words.
         step_ms: Mean time of a step, ms.
         corrected: p-value of McNemar's test against no change on the same seeds, after Holm's correction.
-        verdict: What may be said of it.
+        verdict: The verdict.
         words: The same in words.
         seed: To look at: the first with which it holds, else the first that was tried.
     """
@@ -204,17 +203,17 @@ class ToldFinding:
 
 @dataclass(frozen=True)
 class Report:
-    """What came of all changes, as far as they have been tried; its JSON has findings as they are told.
+    """The results of all changes tried so far; its JSON has the findings as shown.
 
     Attributes:
         loss: Frame in which the loss began that is explained, as *Why?* names it.
         begin: Last frame that all runs have in common; the changes are in force from the next one on.
         end: Frame soon after the loss up to which runs are compared.
         last: Last frame to which they are followed: 300 frames after the loss, or the end of the run.
-        judged: In how many last frames a run must not have lost its target, to hold.
-        planned: How many changes are tried in all, beside none.
+        judged: Number of last frames in which a run must not have lost its target, to hold.
+        planned: Number of changes to try, in addition to none.
         trials: Seeds that each is tried with in the end.
-        findings: Of the unchanged settings first, then in the order in which they were tried.
+        findings: Finding on the unchanged settings first, then on changes in the order of their trials.
         is_complete: Whether all that was planned was tried.
         first_lost_frame: The first frame of all in which the run has lost its target.
         reaches_end: Whether `last` is the end of the run.
@@ -241,7 +240,7 @@ class Report:
 
     @property
     def baseline(self) -> Finding:
-        """What came of the same settings with other seeds."""
+        """The result of the same settings with other seeds."""
         return self.findings[0]
 
     @cached_property
@@ -271,11 +270,11 @@ class Report:
         return (self.baseline, *sorted(known, key=lambda each: each.rank))
 
     def verdict(self, finding: Finding) -> Verdict:
-        """Return what may be said of a change."""
+        """Return the verdict on a change."""
         return "baseline" if finding is self.baseline else self.comparisons[finding.alternative].verdict
 
     def words(self, finding: Finding) -> str:
-        """Return what may be said of a change, with its corrected p-value; of none, nothing."""
+        """Return the verdict on a change, with its corrected p-value; empty for no change."""
         verdict = self.verdict(finding)
         if verdict in {"baseline", "few"}:
             return WORDS[verdict]
@@ -284,7 +283,7 @@ class Report:
         return f"{WORDS[verdict]} ({told})"
 
     def shares(self, finding: Finding) -> str:
-        """Return how many runs hold soon after the loss, and in the last frame, as far as that is known."""
+        """Return the numbers of runs that hold soon after the loss, and in the last frame, as far as known."""
         near = f"{finding.holding} of {finding.runs} hold to"
         end = "the end" if self.reaches_end else f"frame {self.last}"
         if self.end == self.last:
@@ -295,7 +294,7 @@ class Report:
     @computed_field  # type: ignore[prop-decorator]
     @property
     def correction(self) -> str:
-        """Where the p-values come from, a sentence."""
+        """The origin of the p-values, a sentence."""
         tests = f"Holm's correction for {self.planned} changes"
         return f"p is from McNemar's test against no change on the same seeds, after {tests}."
 
@@ -320,17 +319,17 @@ class Report:
 
     @property
     def done(self) -> int:
-        """How many trials were made: soon after the loss a run is judged once, and once more at its end."""
+        """Number of trials made: a run is judged soon after the loss, and again at its end."""
         return sum(each.runs + len(each.at_end) for each in self.findings)
 
     @property
     def total(self) -> int:
-        """How many trials are planned."""
+        """Number of planned trials."""
         return 2 * (self.planned + 1) * self.trials
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The report in sentences: the result, each finding, and what the result does not say."""
+        """The report in sentences: the result, each finding, and the limits of the result."""
         return (self.sentence, *map(self._line, self.best_first), self.correction, CAVEAT)
 
     def _line(self, each: Finding) -> str:
@@ -346,7 +345,7 @@ class Report:
         return tuple(map(self._tell, self.best_first))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what is told of it as JSON values."""
+        """Return its displayed values as JSON values."""
         return as_json(self)
 
     def _tell(self, each: Finding) -> ToldFinding:
@@ -392,7 +391,7 @@ def read_record(values: Mapping[str, Any]) -> Report:
 
 
 def join(reports: Sequence[Report]) -> Report | None:
-    """Return one report of what several have found of one run, each of other changes; None before anything is.
+    """Return one report from several on one run, each on other changes; None before anything is.
 
     Without findings about the unchanged settings there is nothing to compare with.
     """
@@ -419,7 +418,7 @@ def find_loss(run: Run, frame: int | None = None) -> tuple[int, int]:
     The second is earlier where the target came back between two losses, but for fewer frames than a run needs to hold.
 
     Args:
-        run: As far as it has been computed.
+        run: The run, as far as computed.
         frame: The last loss that began at or before this frame is meant, failing that the first after it; the first
             that lasts if not given.
 
@@ -446,16 +445,16 @@ def what_if(
     allow: Allow = allow_all,
     share: tuple[int, int] = (0, 1),
 ) -> Iterator[Report]:
-    """Try what would have saved a run, and yield the report again and again as it grows.
+    """Try changes that might have saved a run, and yield the growing report repeatedly.
 
     Stop iterating when you have seen enough: each report holds for what has been tried. Several processes may share
     the work, each with its part of the changes; `join` puts their reports together.
 
     Args:
-        run: As far as it has been computed; it is left as it is.
+        run: The run, as far as computed; it stays unchanged.
         frame: In or after the loss that is meant; see `find_loss`.
         rounds: Ascending numbers of seeds: all changes are tried with the first so many, then with more.
-        allow: What may be computed.
+        allow: Limits of the computation.
         share: (k, n): of n parts of the changes only the k-th is tried, and in the reports. No change is in the first.
 
     Raises:
@@ -487,7 +486,7 @@ def what_if(
 
 
 class _Trials:
-    """What all trials begin with."""
+    """The common start of all trials."""
 
     def __init__(self, run: Run, begin: int, loss: int) -> None:
         self.begin, most = begin, run.frames - 1
@@ -500,7 +499,7 @@ class _Trials:
     def extend(self, finding: Finding, seeds: Sequence[int], last: int) -> Iterator[Finding]:
         """Yield a finding with more and more seeds tried up to a frame, where a tracker can with all of them at once.
 
-        A seed whose outcome nobody knows is left out, and ends the trials of its change.
+        A seed with an unknown outcome is left out, and ends the trials of its change.
         """
         timeline, run, first = self._timeline(finding.alternative), self._run, self.begin + 1
         source, together = self._source(finding.alternative, timeline), takes_all_at_once(run, timeline, first)
@@ -513,7 +512,7 @@ class _Trials:
             if together:
                 found = go_on(run, timeline, some, self._state, blocks, first)
                 lost = truly = np.concatenate([each for _, each in found], axis=1)
-                if not finding.steps:  # what a step of a run by itself takes
+                if not finding.steps:  # the duration of a step of a single run
                     one.take(next(read_blocks(source, timeline.history, first, first)))
             else:
                 for block in blocks:

@@ -1,6 +1,6 @@
-"""Trackers on the sequences of public benchmarks, which a user brings, by the benchmark's own protocol.
+"""Trackers on the sequences of public benchmarks, which the user provides, by the benchmark's own protocol.
 
-The pictures of these benchmarks have no licence, so none comes along.
+The pictures of these benchmarks have no licence, so pftrack does not include them.
 """
 
 import csv
@@ -40,7 +40,7 @@ from pftrack.sources.truth import TruthTable
 #
 # Of four corners the smallest upright box around them is taken. A line whose numbers are not finite, or whose box has
 # no area, is a frame without truth. Where there are not as many lines as pictures, lines begin with the picture that
-# `cfg.json` names as `startFrame`, as jwlim/tracker_benchmark has it; without it the sequence is refused.
+# `cfg.json` names as `startFrame`, as in jwlim/tracker_benchmark; without it the sequence is refused.
 
 Rectangle = tuple[float, float, float, float]
 
@@ -50,10 +50,10 @@ class BenchmarkSequence:
     """A sequence of a benchmark.
 
     Attributes:
-        name: Of its folder, and the number of the target if it has several.
+        name: Name of its folder, and the number of the target if it has several.
         pictures: The folder of its pictures.
         start: Number of the picture of the first line, from 0.
-        frames: How many lines there are.
+        frames: Number of lines.
         boxes: (x, y, w, h) in px by number of the picture, the first pixel being 0; frames without truth are missing.
     """
 
@@ -105,10 +105,10 @@ def _read(text: Path) -> BenchmarkSequence:
 
 
 def _start(folder: Path, pictures: Path, text: str, lines: int) -> int:
-    """Return which picture the first line is of: the one whose name is the number that `cfg.json` says.
+    """Return the picture of the first line: its name is the number in `cfg.json`.
 
     Raises:
-        RefusedError: There are not as many lines as pictures, and nothing says which are meant.
+        RefusedError: The numbers of lines and pictures differ, and `cfg.json` does not name the first picture.
     """
     numbers = sorted(int(path.stem) for path in pictures.iterdir() if path.stem.isdecimal())
     try:
@@ -126,10 +126,10 @@ def _start(folder: Path, pictures: Path, text: str, lines: int) -> int:
 
 
 # A tracker is given the true box of the first picture and nothing after it (one-pass evaluation, OPE, by Wu, Lim and
-# Yang, "Online object tracking: a benchmark", 2013). The success curve says in what share of the frames the box of the
-# tracker overlaps the true one by more than a threshold; the figure that trackers are ranked by is the area under it,
-# the mean over the 21 thresholds 0, 0.05, ..., 1. Precision is the share of frames whose centre is within 20 px of the
-# true one. The first frame counts, as it does there.
+# Yang, "Online object tracking: a benchmark", 2013). The success curve is the share of the frames in which the box of
+# the tracker overlaps the true one by more than a threshold; trackers are ranked by the area under it, the mean over
+# the 21 thresholds 0, 0.05, ..., 1. Precision is the share of frames whose centre is within 20 px of the true one. The
+# first frame counts, as it does there.
 
 THRESHOLDS = np.arange(21) / 20.0
 GREY_LEVELS = 3.0
@@ -157,15 +157,15 @@ PRECISION = next(measure for measure in PICTURE_MEASURES if measure.name == "pre
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What a tracker came to on a sequence, over all seeds.
+    """Score of a tracker on a sequence, over all seeds.
 
     Attributes:
-        name: Of the sequence.
-        frames: How many there are.
+        name: Name of the sequence.
+        frames: Number of frames.
         grey: Whether its pictures have no colours.
         success: Area under the success curve, of each seed.
         precision: Share of frames within 20 px, of each seed.
-        frames_per_second: Of the tracker alone, the first frames left out: the median over all.
+        frames_per_second: Speed of the tracker alone, without the first frames: the median over all.
     """
 
     name: str
@@ -199,10 +199,10 @@ def evaluate_sequence(
     """Track through a sequence from its first box on, once for each seed.
 
     Args:
-        experiment: Of a target with a box.
+        experiment: An experiment for a target with a box.
         sequence: The sequence.
         tracker: By name; the experiment's own if not given.
-        seeds: How many; they are 0, 1, 2, ...
+        seeds: Number of seeds; they are 0, 1, 2, ...
         values: Setup -> values of parameters that are not those with which a recording begins.
         on_run: Called after each run.
 

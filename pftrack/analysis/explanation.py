@@ -1,7 +1,7 @@
-"""The explanation of a run: why the target was lost, as far as its own numbers tell, and what would have saved it.
+"""The explanation of a run: why the target was lost, as far as its own numbers show, and what would have saved it.
 
-`Run.explain` and `pftrack explain` lead here. What is known of a loss comes together in one place, so that the page,
-the command line, a notebook and an export say the same.
+`Run.explain` and `pftrack explain` use this module. It collects all findings on a loss, so the page, the command line,
+a notebook and an export agree.
 """
 
 from collections.abc import Callable
@@ -19,10 +19,10 @@ from pftrack.runs.run import Run
 
 @dataclass(frozen=True)
 class Explanation:
-    """What can be said of a loss.
+    """All findings on a loss.
 
     Attributes:
-        diagnosis: What went wrong, with the numbers that this is said from.
+        diagnosis: The cause, with its numbers.
         what_if: What would have saved the run; None where that was not asked, or nothing was lost.
         untried: Why nothing could be tried, a sentence, where it was asked; else empty.
         before: The frame from which to watch the loss; None where nothing was lost.
@@ -35,7 +35,7 @@ class Explanation:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The explanation in sentences: what went wrong, what each sign is said from, and what would have saved it."""
+        """The explanation in sentences: the cause, the evidence of each sign, and what would have saved the run."""
         untried = (self.untried,) if self.untried else ()
         saved = untried if self.what_if is None else self.what_if.lines
         return (self.diagnosis.sentence, *(sign.words for sign in self.diagnosis.signs), *saved)
@@ -60,7 +60,7 @@ def explain(
     Args:
         run: The run.
         frame: The frame to ask about; the first lasting loss if not given.
-        seeds: With how many each change is tried that might have saved the run; 0 tries none.
+        seeds: Number of seeds for each change that might have saved the run; 0 tries none.
         on_step: Is called with the runs that were tried, and with all that there are.
 
     Raises:

@@ -1,6 +1,6 @@
 """The gallery of failures: those of all experiments in one order, each with a number, and their runs.
 
-It takes the experiments as an argument, a mapping by name, so that it knows none.
+It takes the experiments as an argument, a mapping by name, so it does not import any.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ class Entry:
     """A failure in the gallery.
 
     Attributes:
-        number: Its place, from 1 on; it stands for the id in commands and addresses.
+        number: Its place, from 1 on, which replaces the id in commands and addresses.
         experiment: The one that shows it.
         failure: The failure.
     """
@@ -44,11 +44,11 @@ class FailureRun:
     """A run of a failure, cured or not.
 
     Attributes:
-        recipe: What made it.
+        recipe: Its recipe.
         rows: The diagnostics of all its frames.
-        course: What they say over time.
-        diagnosis: Why the target was lost, as a run that nobody has declared is told.
-        sign: Of the failure's cause, if the diagnosis comes to it first and the target stays lost; else None.
+        course: Their values over time.
+        diagnosis: The diagnosis of the loss, as for any other run.
+        sign: Sign of the failure's cause, if the diagnosis ranks it first and the target stays lost; else None.
     """
 
     recipe: Recipe
@@ -64,7 +64,7 @@ class FailureRun:
 
     @property
     def finding(self) -> str:
-        """What was found in its numbers, a sentence."""
+        """The evidence in its numbers, a sentence."""
         if self.sign is not None:
             return self.sign.words
         loss = self.course.loss
@@ -75,11 +75,11 @@ class FailureRun:
 
 @dataclass(frozen=True)
 class Measured:
-    """What shows a failure, in its run and in the cured one, in the frames from its loss to the end.
+    """Evidence of a failure, in its run and in the cured one, in the frames from its loss to the end.
 
     Attributes:
-        title: What it is, a few words.
-        unit: Empty for pure numbers, of which the median is meant; % for the share of the frames in which it is so.
+        title: Its title, a few words.
+        unit: Empty for the median of pure numbers; % for the share of the frames in which it holds.
         failing: In the run that fails; NaN where it has no such number.
         cured: In the cured one, in the same frames.
     """
@@ -93,7 +93,7 @@ class Measured:
 def gallery(experiments: Mapping[str, Experiment]) -> tuple[Entry, ...]:
     """Return all failures: those that a course names in its order, then the others by experiment.
 
-    Of two with one id that of the experiment that comes first is kept.
+    If two share an id, that of the first experiment is kept.
     """
     found: dict[str, tuple[Experiment, Failure]] = {}
     for experiment in experiments.values():

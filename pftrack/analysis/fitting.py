@@ -1,11 +1,11 @@
-"""Fitting: noises and sharpnesses that a recording supports, found by what filters say of it.
+"""Fitting: noises and sharpnesses that a recording supports, by the evidence of filters.
 
-A filter that has seen the frames up to t - 1 says how probable frame t is. The product of these numbers over a
+A filter that has seen the frames up to t - 1 gives the probability of frame t. The product of these numbers over a
 recording is the evidence of its settings, p(z_{1:T} | settings), and settings that make it large are those under which
 the recording is least surprising (Särkkä 2013, chapter 12).
 
-`pftrack.analysis.search` looks for them: golden section for one number, a simplex for several, on logarithms;
-expectation maximisation where the model is linear and its noise Gaussian.
+`pftrack.analysis.search` finds them: golden section for one number, a simplex for several, on logarithms; expectation
+maximisation where the model is linear and its noise Gaussian.
 """
 
 import math
@@ -33,32 +33,31 @@ from pftrack.runs.run import Run
 __all__ = ["MOST_NUMBERS", "Fit", "Fitted", "Half", "Method", "Score", "fit", "fittable"]
 
 
-# Fitting a run's numbers to what it has seen, on its first half, judged on its second; and what a fit has found.
+# Fitting a run's numbers to its observations, on its first half, judged on its second; and the result of a fit.
 #
-# Fixed is what was seen, with all that was changed in the scene while it went on; varied is what the tracker is told.
-# So the fit of a simulated run is one to that recording, not one to a scene that changes with the trial. A trial is a
-# run on these frames with other values and other random numbers; its score says how good some frames are, by the
-# filter's own word and by the truth. A fit knows the numbers before and after, how both halves went, and whether to
-# keep it.
+# The observations are fixed, with all changes of the scene during the run; the tracker's settings vary. So the fit of a
+# simulated run is one to that recording, not one to a scene that changes with the trial. A trial is a run on these
+# frames with other values and other random numbers; its score rates some frames by the filter's evidence and by the
+# truth. A fit has the numbers before and after, the scores of both halves, and whether to keep it.
 
 # Where a likelihood leaves out a constant of the frame, a sharper one has another constant, and its evidence cannot be
-# compared. What can is how much more probable the frame is where the filter had expected the target than anywhere in
-# the picture: the evidence beside the mean likelihood over all places. That is a score for predicting the place among
-# all places, and it has no constant left (Bishop 2006, section 4.3: a softmax over places).
+# compared. The comparable number is the frame's likelihood where the filter expected the target relative to the whole
+# picture: the evidence less the log of the mean likelihood over all places. That is a score for predicting the place
+# among all places, and it has no constant left (Bishop 2006, section 4.3: a softmax over places).
 
 MOST_BELOW: Final = 50.0
-"""By how much the log evidence of a frame may be below the run's median where it is not exact: one in which all
+"""Largest deficit of a frame's log evidence below the run's median where it is not exact: a frame in which all
 particles happen to have a weight of zero would hide all other frames."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What some frames come to, over several runs.
+    """The score of some frames, over several runs.
 
     Attributes:
         log_evidence: Mean log evidence of a frame, nats.
-        coverage: Share of the reports in which a band of 50 or 95 % held the truth, by that percentage; empty where no
-            truth is known or no band is told.
+        coverage: Share of the reports in which a band of 50 or 95 % held the truth, by that percentage; empty without a
+            known truth or without bands.
         nees: Mean squared error of a coordinate in its deviation (`Consistency`).
         nis: Mean squared innovation of a number in its deviation.
         nis_limits: Between which that of a right filter is in 95 %.
@@ -76,8 +75,8 @@ def _log_evidence(run: Run, levels: Mapping[int, float] | None) -> Floats:
 
     Args:
         run: The run.
-        levels: By frame, the mean log likelihood all over the picture, beside which the evidence is taken; if there are
-            any, other frames do not count and are NaN. None where it is taken as it is.
+        levels: By frame, the mean log likelihood over the whole picture, to which the evidence is relative; if given,
+            other frames do not count and are NaN. None where it is taken as it is.
     """
     evidence = np.array([row.log_evidence for row in run.diagnostics])
     evidence = np.where(np.isnan(evidence), -np.inf, evidence)
@@ -104,16 +103,16 @@ def _level(run: Run, before: Any, step: Any) -> float:  # noqa: ANN401 - the sta
 
 
 def _score(runs: Sequence[Run], evidence: Floats, first: int, end: int) -> Score:
-    """Return what some frames of several runs come to.
+    """Return the score of some frames of several runs.
 
     Args:
-        runs: Of the same recording and settings with other random numbers, computed to that end.
+        runs: Runs of the same recording and settings with other random numbers, computed up to that end.
         evidence: (L,) log evidence of the frames that count, nats, as a mean over the runs.
         first: The first frame that counts.
         end: The frame after the last.
     """
     pooled = pool_counts(count_held(run, first, end) for run in runs)
-    # Of the first band that the experiment declares.
+    # Coverage of the first band that the experiment declares.
     coverage = {f"{100 * one.promised:g}": one.share for one in pooled if one.of == pooled[0].of}
     squares = measure_consistency(runs, first, end)
     return Score(float(evidence.mean()), coverage, squares.nees, squares.nis, squares.nis_limits)
@@ -138,16 +137,16 @@ def _known(evidence: Sequence[Floats], first: int, end: int) -> Floats:
 
 
 KEPT_BYTES: Final = 512 * 2**20
-"""Of pictures that are kept, so that hundreds of runs over a recording do not decode it hundreds of times."""
+"""Size of cached pictures, so hundreds of runs over a recording do not decode it hundreds of times."""
 
 TRIALS: Final[Mapping[int, int]] = {1: 30, 2: 60, 3: 100, 4: 150}
-"""How many values of the evidence are asked for, by how many numbers are fitted."""
+"""Number of evaluations of the evidence, by the number of fitted numbers."""
 SEEDS: Final = 3
-"""How many runs there are of each setting, where random numbers decide on anything."""
+"""Number of runs of each setting, if it depends on random numbers."""
 SMALLEST_SHARE: Final = 1e-4
-"""Of a number's largest value: the least that is tried of one that may be 0."""
+"""Least tried value of a number that may be 0, as a share of its largest value."""
 LEVELLED: Final = 40
-"""Frames of each half in which the likelihood is looked at all over the picture, where that is needed."""
+"""Number of frames of each half in which the likelihood is computed over the whole picture, where needed."""
 
 
 class Trials:
@@ -160,9 +159,9 @@ class Trials:
         begin: The values to begin with: those, within the bounds.
         bounds: Least and largest value of each number that is tried.
         linear: The first half as a linear model, where it is one in these numbers, and wanted.
-        seeds: How many runs there are of each setting.
-        tried: How many settings were tried.
-        done: How many runs were made.
+        seeds: Number of runs of each setting.
+        tried: Number of tried settings.
+        done: Number of runs made.
     """
 
     def __init__(
@@ -183,7 +182,7 @@ class Trials:
             middle: First frame of the second half.
             end: The frame after its last.
             linear: Whether the model is to be laid open where it is linear.
-            on_step: Called with how many runs are done, and of how many at most.
+            on_step: Called with the number of finished runs, and the largest number.
         """
         self.tracker = run.tracker_at(run.position)
         self.halves = (1, middle - 1), (middle, end - 1)
@@ -210,7 +209,7 @@ class Trials:
         return float(_known(evidence, first, last + 1).mean())
 
     def judge(self, values: Sequence[float]) -> list[tuple[Score, Floats]]:
-        """Return what each half comes to, and the evidence of its frames, with random numbers that no trial had."""
+        """Return the score of each half, and the evidence of its frames, with random numbers that no trial used."""
         runs, found = self._evidence(values, range(self.seeds, self.seeds + self._judging), self.halves[1][1])
         known = [_known(found, first, last + 1) for first, last in self.halves]
         return [
@@ -272,18 +271,18 @@ def _needs_levels(run: Run, tracker: str, declared: Sequence[Declaration]) -> bo
 
 
 def _levelled(halves: Sequence[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the frames in which the likelihood is looked at all over the picture, which takes longer than a step."""
+    """Return the frames in which the likelihood is computed over the whole picture, which takes longer than a step."""
     spread = (np.linspace(first, last, min(LEVELLED, last - first + 1)) for first, last in halves)
     return tuple(sorted({round(frame) for frames in spread for frame in frames.tolist()}))
 
 
 SURE_SD: Final = 2.0
-"""By how many standard errors what was found must be better on the second half to be kept."""
+"""Standard errors by which a result must be better on the second half to be kept."""
 MOST_LOST: Final = 0.1
 """Share of the frames in which a target may be lost without a word of caution."""
 
 Method: TypeAlias = Literal["em", "search"]
-"""How numbers are found: by expectation maximisation where the model is linear, by trying values elsewhere."""
+"""The method: expectation maximisation for linear models, trial of values for others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,7 +295,7 @@ class Fitted:
         unit: Its unit.
         before: Its value before.
         after: The value that was found.
-        at_bound: Whether that is about a bound of the number, so that the best may lie beyond.
+        at_bound: Whether it is near a bound of the number, so the best value may lie beyond.
     """
 
     name: str
@@ -314,7 +313,7 @@ class Half:
     Attributes:
         first: Its first frame.
         last: Its last frame.
-        before: What it comes to with the values before.
+        before: Its score with the values before.
         after: With those that were found.
     """
 
@@ -326,20 +325,20 @@ class Half:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What came of a fit.
+    """The result of a fit.
 
     Attributes:
         tracker: Name of the tracker.
         numbers: Those that were fitted.
         halves: The half that was used, and the one that was not.
-        gain: By how much the log evidence of a frame of the second half is larger, nats.
+        gain: Increase of the log evidence per frame of the second half, nats.
         gain_error: Standard error of that.
-        method: How they were found.
-        rounds: How many steps of expectation maximisation, or how many settings were tried.
-        runs: How many runs it took.
-        seeds: How many runs of each setting.
-        lost: In how many of the frames the run had lost its target, by the truth or by the tracker's own account.
-        gains: By how much the log evidence of each frame of the second half is larger, nats; not in JSON.
+        method: The method.
+        rounds: Number of steps of expectation maximisation, or of tried settings.
+        runs: Number of runs.
+        seeds: Number of runs of each setting.
+        lost: Number of frames in which the run had lost its target, by the truth or by the tracker's own report.
+        gains: Increase of the log evidence of each frame of the second half, nats; not in JSON.
     """
 
     tracker: str
@@ -363,13 +362,13 @@ class Fit:
     @computed_field  # type: ignore[prop-decorator]
     @property
     def values(self) -> dict[str, Value]:
-        """What was found, by name; empty if it is not kept."""
+        """The new values, by name; empty if they are not kept."""
         return {it.name: it.after for it in self.numbers} if self.kept else {}
 
     @computed_field  # type: ignore[prop-decorator]
     @property
     def verdict(self) -> str:
-        """What came of it, one sentence."""
+        """The result, one sentence."""
         if all(it.after == it.before for it in self.numbers):
             return "Not changed: nothing better was found than what was there."
         way = "larger" if self.gain > 0 else "smaller"
@@ -383,7 +382,7 @@ class Fit:
     @computed_field  # type: ignore[prop-decorator]
     @property
     def procedure(self) -> str:
-        """How it was found, one sentence."""
+        """The method, one sentence."""
         each = f", in {self.seeds} runs each" if self.seeds > 1 else ""
         if self.method == "em":
             steps = "step" if self.rounds == 1 else "steps"
@@ -411,23 +410,23 @@ class Fit:
 MOST_NUMBERS: Final = max(TRIALS)
 FITTED_ROLES: Final[tuple[Role, ...]] = ("noise", "sharpness")
 LEAST_HALF, LONGEST_HALF = 20, 300
-"""Frames of each half: fewer tell nothing, more take longer and tell little more."""
+"""Frames of each half: fewer are not enough, more take longer and help little."""
 BLOCKS: Final = 10
-"""Into which the second half is cut to see how far its evidence differs by chance, since frames in a row are alike."""
+"""Number of stretches of the second half for the standard error, since successive frames are correlated."""
 NEAR_BOUND: Final = 0.05
 
 
 def fittable(experiment: Experiment, tracker: str, model: type[Parameters]) -> tuple[Declaration, ...]:
-    """Return the numbers of a tracker that can be fitted to what it has seen: its noises and sharpnesses.
+    """Return the numbers of a tracker that can be fitted to its observations: its noises and sharpnesses.
 
     Args:
         experiment: The wiring.
         tracker: Name of the tracker.
-        model: Of the parameters.
+        model: Model of the parameters.
 
     Returns:
-        Empty if the tracker's evidence does not tell settings apart. Of a linear model those that scale its noises: any
-        other changes what is measured.
+        Empty if the tracker's evidence does not distinguish settings. For a linear model those that scale its noises:
+        any other would change the measurement.
     """
     known = experiment.trackers[tracker]
     if known.model is not None and known.sampling == "exact":
@@ -443,13 +442,13 @@ def fit(
     method: Method | None = None,
     on_step: Callable[[int, int], object] = lambda *_: None,
 ) -> Fit:
-    """Fit numbers of a run's tracker to what it has seen, and return what came of it; the run stays as it is.
+    """Fit numbers of a run's tracker to its observations, and return the result; the run stays unchanged.
 
     Args:
         run: Computed as far as it is to be used. Where it stands, its tracker and values are the beginning.
-        names: Of the numbers; all noises and sharpnesses if there are none.
-        method: How to find them; by expectation maximisation where the model is linear if not given.
-        on_step: Called with how many runs are done, and of how many at most.
+        names: Names of the numbers; by default all noises and sharpnesses.
+        method: The method; by default expectation maximisation for linear models.
+        on_step: Called with the number of finished runs, and the largest number.
 
     Raises:
         RefusedError: The tracker's evidence does not tell settings apart, a number cannot be fitted, the run is short,

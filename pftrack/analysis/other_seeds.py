@@ -1,8 +1,8 @@
-"""Other seeds: what many runs of the same settings do, which differ in nothing but their seeds.
+"""Other seeds: many runs of the same settings that differ only in their seeds.
 
-A run that is watched is one of many that might have been. An ensemble says of every frame which errors they have and
-what share of them still holds the target; it shows whether a run is typical. Any of its runs can be opened as a branch
-(`Run.branch` with `seed` among the changes) or as a run of that seed, with the same numbers to the bit.
+A run is one of many possible ones. For every frame, an ensemble gives their errors and the share that still holds the
+target; it shows whether a run is typical. Any of its runs can be opened as a branch (`Run.branch` with `seed` among the
+changes) or as a run of that seed, with the same numbers to the bit.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -25,7 +25,7 @@ from pftrack.runs.run import Run
 
 RUNS = 40
 ROUNDS = (10,)
-"""So many runs are carried out to the end before all others begin: few are soon there, and show where it leads."""
+"""Number of runs that are completed before all others begin: a few finish soon and give a first result."""
 
 QUANTILES = 0.1, 0.5, 0.9
 
@@ -35,13 +35,13 @@ Scene: TypeAlias = Literal["same", "other"]
 
 @dataclass(frozen=True, slots=True)
 class Bands:
-    """What runs with other seeds do, frame by frame, as far as they have come.
+    """Results of runs with other seeds, frame by frame, as far as computed.
 
     Attributes:
-        runs: How many there are.
-        frames: How many frames some of them have come so far.
-        computed: How many of the runs have come to each frame so far.
-        unit: Of the errors.
+        runs: Number of runs.
+        frames: Number of frames computed so far in some of them.
+        computed: Number of runs that have reached each frame so far.
+        unit: Unit of the errors.
         low: Error below which 10 % of the runs are, by frame.
         middle: Below which 50 % are.
         high: Below which 90 % are.
@@ -60,13 +60,13 @@ class Bands:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """What runs of the same settings with other seeds do, as far as they have come.
+    """Runs of the same settings with other seeds, as far as computed.
 
     Attributes:
         seeds: One a run.
         errors: (N, L) of the runs in frames 0..L-1, in the experiment's unit; NaN where the truth is unknown.
-        lost: (N, L) 1 where a run has lost the target, else 0; NaN where nobody knows.
-        computed: (L,) how many of the runs, the first of them, have come so far; of the others all is NaN.
+        lost: (N, L) 1 where a run has lost the target, else 0; NaN where unknown.
+        computed: (L,) number of runs that have reached the frame; they are the first ones, and all others are NaN.
         unit: Of the errors.
     """
 
@@ -78,7 +78,7 @@ class Ensemble:
 
     @property
     def frames(self) -> int:
-        """How many frames some runs have come so far."""
+        """Number of frames computed so far in some runs."""
         return int(self.errors.shape[1])
 
     @cached_property
@@ -93,13 +93,13 @@ class Ensemble:
 
     @cached_property
     def holding(self) -> Floats:
-        """(L,) share of the runs that have the target, 0..1; NaN where nobody knows."""
+        """(L,) share of the runs that have the target, 0..1; NaN where unknown."""
         has_come = np.arange(len(self.seeds))[:, None] < self.computed
         return np.asarray(1.0 - np.where(has_come, self.lost, 0.0).sum(axis=0) / self.computed, np.float64)
 
     @property
     def bands(self) -> Bands:
-        """Where most of the runs are in each frame."""
+        """The range of most runs in each frame."""
         low, middle, high = (tuple(row) for row in self.quantiles.tolist())
         computed, holding = tuple(self.computed.tolist()), tuple(self.holding.tolist())
         return Bands(len(self.seeds), self.frames, computed, self.unit, low, middle, high, holding)
@@ -131,9 +131,9 @@ def ensemble(run: Run, *, runs: int = RUNS, frames: int | None = None, scene: Sc
 
     Args:
         run: Its timeline is that of all.
-        runs: How many, at least 1.
-        frames: How far they go, at least 1; as far as the run is long, if not given.
-        scene: What they see.
+        runs: Number of runs, at least 1.
+        frames: Their length, at least 1; by default that of the run.
+        scene: The scene that they see.
 
     Raises:
         RefusedError: The run is a recording of what was computed elsewhere.
@@ -152,15 +152,15 @@ def ensemble(run: Run, *, runs: int = RUNS, frames: int | None = None, scene: Sc
 def ensembling(
     run: Run, seeds: Sequence[int], frames: int, *, scene: Scene = "same", rounds: Sequence[int] = ROUNDS
 ) -> Iterator[Ensemble]:
-    """Carry out the runs of an ensemble side by side, and yield what they have come to, again and again.
+    """Compute the runs of an ensemble side by side, and repeatedly yield the results so far.
 
-    On the same scene all begin in frame 0 as the run does, and draw random numbers of their own from then on.
+    On the same scene all begin in frame 0 like the run, and draw their own random numbers from then on.
 
     Args:
         run: The settings of all; it is left as it is.
         seeds: One a run.
-        frames: How far they go, at least 1.
-        scene: What they see; where a scene does not depend on the seed, "other" is different in frame 0 alone.
+        frames: Their length, at least 1.
+        scene: The scene that they see; if a scene does not depend on the seed, "other" differs only in frame 0.
         rounds: Ascending: so many runs are carried out to the end before further ones begin.
 
     Raises:
@@ -206,7 +206,7 @@ def _on_the_same_scene(run: Run, seeds: Sequence[int], shared: KeptFrames, frame
 
 
 def _on_other_scenes(run: Run, seeds: Sequence[int], frames: int) -> Iterator[Losses]:
-    """Begin a run with each of the seeds, on what it makes of the scene."""
+    """Begin a run with each of the seeds, on its version of the scene."""
     timeline = run.timeline
     opened = run.setup.open_source(seeds[0], timeline.parameters_at(0))
     sources = [run.setup.open_source(seed, timeline.parameters_at(0)) for seed in seeds] if opened.noisy else [opened]
@@ -226,7 +226,7 @@ def go_on(
         run: Whose wiring and source all have.
         timeline: Parameters and trackers in force in all runs; its seeds do not count.
         seeds: (N,) one a run.
-        state: Of the frame before the first.
+        state: State of the frame before the first.
         blocks: The frames to come.
         first: Index of the first of them.
     """
@@ -258,8 +258,9 @@ def _newest(trials: Sequence[Trial], block: FrameBlock) -> Losses:
 def _take_side_by_side(trials: Sequence[Trial], block: FrameBlock) -> None:
     """Track runs of the same trackers through a block that all of them see.
 
-    All take one frame after the other: what a tracker makes of a picture alone, and keeps for as long as that is the
-    last one, is then made once for all runs. Where a tracker takes many frames at a time, one run follows the other.
+    All runs advance frame by frame: values that a tracker computes from a picture alone, and caches for the last
+    picture, are then computed once for all runs. Where a tracker takes many frames at a time, one run follows the
+    other.
     """
     folds = any(one.folds(index) for one in trials[:1] for index in range(block.first, block.end))
     for part in [block] if folds else [FrameBlock((frame,), 1, block.width) for frame in block.frames]:

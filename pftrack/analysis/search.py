@@ -1,10 +1,10 @@
-"""Search: the place at which a function of a few positive numbers is largest.
+"""Search: the maximum of a function of a few positive numbers.
 
 Noises and sharpnesses are scales: what matters is the factor between two of them, so the search goes over logarithms.
 One number is found by golden section with parabolas (Brent 1973, ch. 5), several by the simplex of Nelder and Mead
-(1965). Both ask for values only, which is right for filters with particles: with the same random numbers in all trials
-their evidence is a function of the settings, but one with small steps, where resampling takes another particle. Where
-the model is linear and its noise Gaussian, expectation maximisation finds the numbers without trying.
+(1965). Both need only values, which suits particle filters: with the same random numbers in all trials their evidence
+is a function of the settings, but one with small steps, where resampling picks another particle. If the model is linear
+with Gaussian noise, expectation maximisation finds the numbers without a search.
 """
 
 import contextlib
@@ -28,9 +28,9 @@ Objective: TypeAlias = Callable[[tuple[float, ...]], float]
 Loss: TypeAlias = Callable[[Floats], float]
 
 FACTOR = 2.0
-"""By which each number of the first simplex is multiplied."""
+"""Factor of each number in the first simplex."""
 TOLERANCE = 0.02
-"""Of a number's logarithm: two values that differ by less are one."""
+"""Difference of a number's logarithm below which two values are equal."""
 
 
 def maximise(
@@ -40,9 +40,9 @@ def maximise(
 
     Args:
         objective: The function; it is asked at each place once.
-        begin: Where to begin: positive numbers, within their bounds.
+        begin: First values: positive numbers, within their bounds.
         bounds: Least and largest value of each number, positive.
-        evaluations: How many values may be asked for.
+        evaluations: Largest number of evaluations.
 
     Raises:
         ValueError: A number or bound is not positive, or there are none.
@@ -102,7 +102,7 @@ class LinearHalf:
 
     Attributes:
         chains: The model, with the values to begin with.
-        scales: What each number scales.
+        scales: Noise that each number scales.
     """
 
     chains: tuple[LinearChain, ...]
@@ -112,10 +112,10 @@ class LinearHalf:
 def maximise_linear(
     half: LinearHalf, begin: Sequence[float], bounds: Sequence[tuple[float, float]]
 ) -> tuple[tuple[float, ...], int]:
-    """Return the values under which the half is most probable, and how many steps they took.
+    """Return the values under which the half is most probable, and the number of steps.
 
     Args:
-        half: What was seen.
+        half: The observations.
         begin: The values with which its chains were made, positive.
         bounds: Least and largest value of each number.
     """

@@ -1,4 +1,4 @@
-"""`compare`, `explain`, `fit` and `failures`: how runs differ, why a target was lost, which noises fit."""
+"""`compare`, `explain`, `fit` and `failures`: differences of runs, causes of losses, and fitted noises."""
 
 import math
 from pathlib import Path
@@ -123,7 +123,7 @@ def fit(
     with output.progress("Runs") as tick:
         found = fit_numbers(made, names or (), on_step=tick)
     if out is not None and found.kept:
-        # What was set later on would take the place of what was found.
+        # Values set later would override the fitted ones.
         later = (
             Change(it.frame, {name: value for name, value in it.values.items() if name not in found.values})
             for it in made.recipe.timeline

@@ -1,11 +1,11 @@
 """The command line, `pftrack`.
 
-`list` and `show` say what there is; `new` writes a file to begin with; `run`, `replay`, `compare`, `fit`, `failures`,
-`learn` and `sweep` compute; `open` looks at what others have computed; `explain` says why a target was lost; `export`
-takes a run to other programs; `lessons` teaches; `exercise` checks what students write; `reproduce`, `evaluate`,
-`bench` and `doctor` check; commands from other packages, such as the server's `serve`, join through the entry point
-group `pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1 failed, with one clear line, 2
-wrong use.
+`list` and `show` describe experiments; `new` writes a first file; `run`, `replay`, `compare`, `fit`, `failures`,
+`learn` and `sweep` compute; `open` shows results of other programs; `explain` explains why a target was lost; `export`
+writes a run for other programs; `lessons` teaches; `exercise` checks students' files; `reproduce`, `evaluate`, `bench`
+and `doctor` check; commands from other packages, such as the server's `serve`, join through the entry point group
+`pftrack.commands`, so the library does not depend on them. Exit status: 0 done, 1 failed, with one clear line, 2 wrong
+use.
 """
 
 import os
@@ -94,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         sys.stdout.flush()
     except OSError as error:
-        # What could not be said is dropped, or Python would try again at its end.
+        # Unwritten output is dropped, or Python would try again at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if not (status or isinstance(error, BrokenPipeError)):
             _fail(CommandError(f"the result could not be written: {error.strerror}"), [])

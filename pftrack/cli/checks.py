@@ -1,4 +1,4 @@
-"""`reproduce`, `evaluate`, `bench` and `doctor`: are the figures right, is it good and fast, and what is missing?"""
+"""`reproduce`, `evaluate`, `bench` and `doctor`: checks of figures, accuracy, speed and the installation."""
 
 import json as json_format
 from pathlib import Path

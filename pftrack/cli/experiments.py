@@ -1,6 +1,6 @@
-"""`list`, `show` and `new`: which experiments there are and what they take, and files of your own to begin with.
+"""`list`, `show` and `new`: experiments and their parameters, and first files of your own.
 
-A file with a filter may stand wherever a tracker is named.
+A filter file may be used wherever a tracker is named.
 """
 
 from collections.abc import Iterator, Sequence
@@ -224,7 +224,7 @@ def experiment_(
 
 
 def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
-    """Return trackers by name, and texts of those that are files; whoever names one trusts it."""
+    """Return trackers by name, and texts of those that are files; naming a file means trusting it."""
     from pftrack.core.files import read_source
     from pftrack.experiments.own.code import trust
     from pftrack.experiments.own.extension import name_of
@@ -247,7 +247,7 @@ def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple
 
 
 def chosen_tracker(recipe: "Recipe", tracker: str | None, *, trusted: bool) -> "tuple[Experiment, Recipe, str | None]":
-    """Return the experiment of a recipe with the tracker that was chosen beside it, if one was, which may be a file."""
+    """Return the experiment of a recipe with the separately chosen tracker, if any, which may be a file."""
     from pftrack.experiments.own.code import trust_filters
 
     if trusted:

@@ -1,4 +1,4 @@
-"""`export`, and `--export` of `run` and `replay`: a run as files of other programs, told apart by suffix."""
+"""`export`, and `--export` of `run` and `replay`: a run as files of other programs, selected by suffix."""
 
 from contextlib import ExitStack
 from pathlib import Path

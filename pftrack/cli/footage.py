@@ -1,4 +1,4 @@
-"""What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
+"""Options of a recording on the command line: its path, its start, its marks and its truth."""
 
 import os
 from collections.abc import Sequence
@@ -46,11 +46,11 @@ Moved = Annotated[Path | None, typer.Option("--video", help="The run's video, if
 
 @dataclass(frozen=True)
 class FootageOptions:
-    """What was said of a recording, as it was said.
+    """The options of a recording, as given.
 
     Attributes:
-        video: Where it is.
-        option: The one that said so.
+        video: Its path.
+        option: The option that gave it.
         marks: (name of the option, kind of mark, text) of every mark given.
         start: Number of the picture with the mark.
         truth: File of what is true of it.
@@ -95,14 +95,14 @@ class FootageOptions:
 def open_setup(
     stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: FootageOptions, folder: Path
 ) -> "tuple[Setup, FrameSequence | None]":
-    """Return the setup of a recipe on which a command line has its say, and its recording, which the stack closes.
+    """Return the setup of a recipe as changed by a command line, and its recording, which the stack closes.
 
     Args:
         stack: Closes what is opened.
         experiment: The recipe's.
-        recipe: What a file says, or the experiment alone.
-        said: What the options say, which goes before.
-        folder: Of the file, from which the path of its recording is seen.
+        recipe: The recipe of a file, or of the experiment alone.
+        said: The options, which have precedence.
+        folder: Folder of the file, to which the path of its recording is relative.
     """
     from pftrack.core.model.recipe import LONGEST_RUN, Footage
     from pftrack.runs.reproduction import wire
@@ -145,10 +145,10 @@ class Swept:
     """A recording on which a sweep is.
 
     Attributes:
-        footage: What a recipe says of it, with the target where it was marked or found.
-        kind: Of recording.
-        frames: How many there are from its start on.
-        recording: Where it is.
+        footage: Its entry in a recipe, with the marked or found target.
+        kind: Kind of recording.
+        frames: Number of frames from its start on.
+        recording: Its path.
     """
 
     footage: "Footage"
@@ -162,8 +162,8 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
 
     Args:
         experiment: Whose sweep it is.
-        said: What the options say.
-        out: Where the result goes, from which the recording is found again.
+        said: The options.
+        out: Path of the result, to which the path of the recording is relative.
     """
     from pftrack.core.model.recipe import Recipe
     from pftrack.sources.limits import DEFAULT_LIMITS, LARGE_LIMITS
@@ -183,7 +183,7 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
 
 
 def frames_left(sequence: "FrameSequence", setup: "Setup") -> int:
-    """Return how many frames a recording has from its start on."""
+    """Return the number of a recording's frames from its start on."""
     return sequence.frame_count - (setup.footage.start if setup.footage else 0)
 
 
@@ -193,7 +193,7 @@ def path_from(video: Path, out: Path) -> str:
 
 
 def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None, large: bool = False) -> "FrameSequence":
-    """Open a recording, with pixels made square or not as a run says; it is closed with the stack."""
+    """Open a recording, with square pixels if the run requires them; it is closed with the stack."""
     from pftrack.core.refusal import RefusedError
     from pftrack.sources.limits import DEFAULT_LIMITS, LARGE_LIMITS
     from pftrack.sources.sequence import open_sequence
@@ -207,13 +207,13 @@ def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None, la
 
 
 def place_of(footage: "Footage", file: Path, video: Path | None, used: str) -> Path:
-    """Return where a recording is: where it is now, if that is said, else as a file beside it says.
+    """Return the path of a recording: the given one, else the one in a file.
 
     Args:
-        footage: What the file says of it.
+        footage: Its entry in the file.
         file: The file.
-        video: Where the recording is now.
-        used: What it was used for, the beginning of the sentence that refuses.
+        video: Present path of the recording.
+        used: Its use, the beginning of the sentence that refuses.
     """
     place = video or file.parent / (footage.path or footage.name)
     if not place.exists():
@@ -222,10 +222,10 @@ def place_of(footage: "Footage", file: Path, video: Path | None, used: str) -> P
 
 
 def footage_of(stack: ExitStack, file: Path, video: Path | None) -> "OpenSequence":
-    """Return what finds the recording of a saved run: where it is now, if that is said, else as its file says.
+    """Return a finder of a saved run's recording: at the given path, else at the path in its file.
 
     Args:
-        stack: What is opened stays so for as long as this lasts.
+        stack: Keeps files open while it lasts.
         file: The saved run.
         video: Where the recording is now.
     """
@@ -264,7 +264,7 @@ def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
         only = f", only {', '.join(kinds)}" if kinds else ": all of the recording is followed"
         raise wrong_use(f"{experiment.id} takes no mark of kind {name!r}{only}")
     try:
-        # It is in the pixels that a person sees of the recording today, whatever a file says of them.
+        # It is in the pixels of the recording as shown today, independent of a file's entry.
         return {"mark": kinds[name].parse(text).model_dump(mode="json"), "square": None}
     except ParameterError:
         raise
@@ -280,7 +280,7 @@ def _truth(experiment: "Experiment", path: Path) -> "TrueRows":
 
 
 def _note_misfits(experiment: "Experiment", truth: "TrueRows | None", sequence: "FrameSequence") -> None:
-    """Say how a truth was read, and what makes it doubtful that it is of this recording."""
+    """Report how a truth was read, and reasons to doubt that it belongs to this recording."""
     from pftrack.sources.truth import within
 
     if truth is not None and experiment.video.truth is not None:

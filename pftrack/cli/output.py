@@ -1,9 +1,9 @@
-"""What commands say, and where: the result on standard output, all else on standard error; and options they share.
+"""Output of commands: the result on standard output, all else on standard error; and shared options.
 
-With `--json` the result is exactly one JSON value, a failure too; without it, a table for people. A command that cannot
-do what was asked raises a `CommandError`, or lets an error of the library through: `explain` makes one sentence of
-either. Values of parameters are given as NAME=VALUE, or as NAME=@FILE where the value is a file's text; `--jobs` says
-on how many processes a command computes.
+With `--json` the result is exactly one JSON value, even for a failure; without it, a table for people. A command that
+fails raises a `CommandError`, or passes an error of the library on: `explain` turns either into one sentence. Values of
+parameters are given as NAME=VALUE, or as NAME=@FILE where the value is a file's text; `--jobs` sets the number of
+processes of a command.
 """
 
 import json
@@ -52,7 +52,7 @@ class CommandError(Exception):
     Attributes:
         message: One sentence for people.
         status: The exit status.
-        details: What else a program may want to know.
+        details: Further values for programs.
     """
 
     def __init__(self, message: str, status: int = FAILED, details: Mapping[str, object] | None = None) -> None:
@@ -82,7 +82,7 @@ def refusing(kind: type[Exception] = RefusedError) -> Iterator[None]:
 
 @contextmanager
 def writing(place: Path) -> Iterator[None]:
-    """Say which file cannot be written, and why."""
+    """Report the file that cannot be written, and why."""
     try:
         yield
     except FileExistsError:
@@ -93,7 +93,7 @@ def writing(place: Path) -> Iterator[None]:
 
 @contextmanager
 def reading(place: Path) -> Iterator[None]:
-    """Say which file cannot be read as text, and why."""
+    """Report the file that cannot be read as text, and why."""
     try:
         yield
     except OSError as error:
@@ -167,7 +167,7 @@ def explain(error: Exception) -> CommandError:
 
 
 def emit(value: object) -> None:
-    """Print one JSON value, in ASCII for consoles of any encoding; a number that JSON cannot say becomes null."""
+    """Print one JSON value, in ASCII for consoles of any encoding; a number outside JSON becomes null."""
     sys.stdout.write(json.dumps(_plain(value), allow_nan=False) + "\n")
     sys.stdout.flush()
 
@@ -178,7 +178,7 @@ def picked(value: object, *names: str) -> dict[str, Any]:
 
 
 def note(message: str) -> None:
-    """Say something on standard error."""
+    """Print a message on standard error."""
     Console(stderr=True, highlight=False, soft_wrap=True).print(Text(message))
 
 
@@ -207,7 +207,7 @@ def cell(value: object) -> str:
 
 
 class _Rate(bars.ProgressColumn):
-    """How many pieces are done in a second."""
+    """Finished pieces per second."""
 
     def render(self, task: bars.Task) -> Text:
         """Return the rate, once it is known."""
@@ -216,11 +216,11 @@ class _Rate(bars.ProgressColumn):
 
 @contextmanager
 def progress(title: str, *, counted: bool = True) -> Iterator[Tick]:
-    """Show how far a long command is, on standard error if that is a terminal; yields a function (done, total).
+    """Show the progress of a long command, on standard error if that is a terminal; yields a function (done, total).
 
     Args:
-        title: What is done.
-        counted: Whether pieces are counted, or a share is told.
+        title: Title of the work.
+        counted: Whether to show a number of pieces, or a share.
     """
     amount = (bars.MofNCompleteColumn(), _Rate()) if counted else (bars.TaskProgressColumn(),)
     columns = bars.TextColumn("{task.description}"), bars.BarColumn(), *amount, bars.TimeRemainingColumn()
@@ -231,7 +231,7 @@ def progress(title: str, *, counted: bool = True) -> Iterator[Tick]:
 
 
 def _given_value(error: Exception) -> str:
-    """What was given to an option that could not be read: typer's own sentence leaves it out."""
+    """The value of an option that could not be read; typer's own sentence omits it."""
     listed: Sequence[dict[str, object]] = getattr(error.__cause__ or error.__context__, "errors", list)()
     return f", got {listed[0]['input']!r}" if listed and "input" in listed[0] else ""
 
@@ -285,7 +285,7 @@ def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":
     """Read a value; that of a parameter which is a file's text may be the file, @FILE.
 
     Raises:
-        ParameterError: The name is unknown or the text is no value of its kind.
+        ParameterError: The name is unknown or the text is not a value of its kind.
     """
     from pftrack.core.model.parameters import declarations, parse
 
@@ -301,13 +301,13 @@ def text_of(path: Path) -> str:
     from pftrack.core.model.parameters import LONGEST_FILE
 
     text = read_text(path, 4 * LONGEST_FILE)  # a character takes at most four bytes
-    if not text.strip():  # an empty value stands for no file
+    if not text.strip():  # an empty value means no file
         raise CommandError(f"{path} is empty")
     return text
 
 
 def read_jobs(jobs: str | None) -> int:
-    """Return the number that is said, or else that of the cores that this process may use."""
+    """Return the given number, or else the number of cores that this process may use."""
     return _cores() if jobs is None else whole("--jobs", jobs, 1, 256)
 
 
@@ -320,7 +320,7 @@ EVERY_S = 3.0
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """Say on standard error that functions are compiled and how many; nothing if none is."""
+    """Report on standard error how many functions are compiled; nothing if none is."""
     from pftrack.core.numerics.compiled import FUNCTIONS
     from pftrack.doctor.compiling import watch
 

@@ -1,4 +1,4 @@
-"""`run`, `replay`, `open` and `show-recipe`: compute a run from options, a recipe or a file, and say how it went."""
+"""`run`, `replay`, `open` and `show-recipe`: compute a run from options, a recipe or a file, and report its result."""
 
 import json as json_format
 import math
@@ -112,7 +112,7 @@ def run(
         summary = {**compute_run(made, video_out, frames=made.frames), **suitability}
         write_exports(exports, made)
         if out is not None:
-            with output.writing(out):  # an error speaks of the file beside it, which nobody asked for
+            with output.writing(out):  # an error would name the temporary file
                 save(made, out, footage_path=path_from(said.video, out) if said.video else None)
     print_summary(summary, made, json=json)
 
@@ -213,7 +213,7 @@ def _check_places(out: Path | None, film: Path | None) -> None:
 
 
 def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any]:
-    """Return how far the target can be followed, and say so before it is tracked if that is not well."""
+    """Return the suitability of the target, and warn before tracking if it is poor."""
     footage, suits = made.setup.footage, made.experiment.video.suits
     if sequence is None or footage is None or suits is None:
         return {}
@@ -225,7 +225,7 @@ def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any
 
 
 def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
-    """Compute a run, and a film of it if one is wanted, and return how it went."""
+    """Compute a run, and a film of it if requested, and return its result."""
     from pftrack.core.model.faults import without_faults
     from pftrack.runs.loss_probability import measure_loss_probability
     from pftrack.runs.scoring import reductions
@@ -252,7 +252,7 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
 
 
 def print_summary(summary: Mapping[str, object], run: "Run", *, json: bool) -> None:
-    """Print how a run went; people are told of its parameters which ones differ from their defaults."""
+    """Print the result of a run; the table for people lists the parameters that differ from their defaults."""
     from pftrack.core.model.parameters import flat
 
     if json:

@@ -40,7 +40,7 @@ class _Sweep(TyperGroup):
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """What is said of the runs of a plan, as it is said."""
+    """The options of a plan's runs, as given."""
 
     preset: PresetName = None
     axes: Annotated[
@@ -169,10 +169,10 @@ def plan_of(
 
     Args:
         experiment: Whose runs they are.
-        asked: What the options say.
+        asked: The options.
         trackers: Names; the preset's or the experiment's own if there are none.
         swept: The recording.
-        trials: How many runs of each kind, if the options do not say.
+        trials: Number of runs of each kind, unless an option sets it.
 
     Raises:
         SweepError: They make no sense together.
@@ -186,7 +186,7 @@ def plan_of(
     named = tuple(trackers)
     values = _values(experiment, asked.assignments or [], kind)
     preset = find_preset(experiment, asked.preset)
-    if preset is not None:  # what is said beside it goes before
+    if preset is not None:  # separate options have precedence
         said = {axis.name for axis in varied} | set(values)
         values = {name: value for name, value in preset.parameters.items() if name not in said} | values
         if not named and "tracker" not in said:
@@ -239,7 +239,7 @@ def _place(resume: Path | None, out: Path | None) -> Path:
 
 
 def _recording_of(place: Path, video: Path | None) -> "Recording | None":
-    """Return where the recording of a sweep that was begun is: where it is said to be now, else where its plan says."""
+    """Return the path of a begun sweep's recording: the given one, else the one in its plan."""
     from pftrack.sources.sequence import Recording
     from pftrack.sweep import resume as journal_of
 
@@ -295,7 +295,7 @@ def _compute(
 
 
 class _Shown:
-    """What the progress bar shows, and how many lost workers were reported."""
+    """The state of the progress bar, and the number of reported lost workers."""
 
     def __init__(self, tick: output.Tick) -> None:
         self.seen, self._tick, self._lost = (0, 0), tick, 0

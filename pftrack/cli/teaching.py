@@ -146,7 +146,7 @@ def _folders(option: str, folder: Path | None) -> list[Path]:
 
 
 def _note_problems(problems: "Iterable[Problem]") -> None:
-    """Say what is wrong with files; the others stay."""
+    """Report the problems of files; the other files remain."""
     for problem in problems:
         output.note(f"pftrack: {problem.sentence}")
 

@@ -1,4 +1,4 @@
-"""Names of the arrays that are passed around; their shapes stand in the docstrings."""
+"""Names of array types; docstrings give the shapes."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,16 +14,16 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 
 def spans(flags: Sequence[bool] | Bools) -> list[tuple[int, int]]:
-    """Return the first and the last place of each stretch of flags (L,) that hold, in order."""
+    """Return the first and the last index of each stretch of true flags (L,), in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], np.asarray(flags, np.bool_), [False]])))
     return [(first, end - 1) for first, end in edges.reshape(-1, 2).tolist()]
 
 
-# Checks at the doors of the library: what reaches compiled code has the shape for which it was written.
+# Checks at the public functions of the library: compiled code receives only arrays of the right shape.
 #
-# Compiled loops look at no bounds, so an array of another shape would be read beyond its end. Every public function
-# that the interpreter calls says what it expects as sides, "N d", and gets a sentence with both sides if they do not
-# agree. Functions of compiled loops, which cannot format numbers, compare sizes themselves.
+# Compiled loops do not check bounds, so they would read an array of another shape beyond its end. Every public function
+# that the interpreter calls states the expected sides, "N d"; the error names the expected and the given sides.
+# Functions of compiled loops, which cannot format numbers, compare sizes themselves.
 
 
 def check(*, missing: bool = False, **arrays: tuple[Any, str] | tuple[Any, str, Literal["whole"]]) -> Mapping[str, int]:
@@ -35,7 +35,7 @@ def check(*, missing: bool = False, **arrays: tuple[Any, str] | tuple[Any, str, 
             with "whole" if it holds whole numbers.
 
     Raises:
-        TypeError: One is not an array of real or whole numbers.
+        TypeError: An argument is not an array of real or whole numbers.
         ValueError: One has other sides, is empty, or holds NaN or infinity.
     """
     found = [
@@ -55,7 +55,7 @@ def check(*, missing: bool = False, **arrays: tuple[Any, str] | tuple[Any, str, 
 def _sizes(arrays: tuple[tuple[str, type, Any, Any, tuple[str, ...]], ...]) -> Mapping[str, int]:
     """Return the sizes of the sides of arrays, each with its name, class, shape, kind of numbers and sides.
 
-    Steps ask for the same in each frame, so that what agrees is remembered.
+    Steps repeat the same check in each frame, so successful checks are cached.
     """
     sizes: dict[str, int] = {}
     for name, kind, shape, numbers, (sides, *whole) in arrays:

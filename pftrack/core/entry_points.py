@@ -1,6 +1,6 @@
-"""What other packages, or rooms above, provide under a name: entry points, found when somebody asks for one.
+"""Entry points: objects that other packages, or higher layers, provide under a name, looked up on demand.
 
-So a run can be shown, exported and served, though it knows nobody who does that.
+So a run can be shown, exported and served without importing those layers.
 """
 
 from importlib.metadata import EntryPoint, entry_points
@@ -21,7 +21,7 @@ def load(group: str, name: str) -> Any:  # noqa: ANN401 - whatever a package pro
     """Return what is provided under a name.
 
     Raises:
-        ConflictError: Nobody provides it.
+        ConflictError: No package provides it.
     """
     found = find(group, name)
     if found is None:

@@ -1,7 +1,7 @@
-"""Files and tables that can be relied on: written whole, safe in a spreadsheet; keys of pictures; warnings given once.
+"""Reliable files and tables: written completely, safe in a spreadsheet; keys of pictures; warnings given once.
 
-A file is written beside its place under a hidden name of its own, brought to the disk, and only then renamed. So a
-reader sees the old content or the new one, even after a crash.
+A file is written under a hidden temporary name in its folder, flushed to the disk, and only then renamed. So a reader
+sees the old content or the new one, even after a crash.
 """
 
 import csv
@@ -24,16 +24,16 @@ from pftrack.core.refusal import RefusedError
 
 
 def free_bytes(folder: Path) -> int:
-    """Return how much this user may still write to the disk of a folder.
+    """Return the bytes that this user can still write to the disk of a folder.
 
     Raises:
-        OSError: There is no such folder.
+        OSError: The folder does not exist.
     """
     return shutil.disk_usage(folder).free
 
 
 def part_of(path: Path) -> Path:
-    """Return a new hidden name beside a path, under which its content can be written.
+    """Return a new hidden name next to a path for writing its content.
 
     It is absolute: FFmpeg and Arrow take a relative name with a colon for an address.
     """
@@ -52,7 +52,7 @@ def settle(part: Path, path: Path) -> None:
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write a file so that nobody sees a piece of it.
+    """Write a file atomically.
 
     Raises:
         OSError: It cannot be written; what was there before is still there, and nothing beside it.
@@ -83,9 +83,9 @@ def read_text(path: Path, most_bytes: int) -> str:
         raise ValueError(f"{path.name} is not a text") from None
 
 
-# Names in tables come from files of anybody. A spreadsheet takes a cell that begins with one of a few characters for a
-# formula, which may ask other machines and read other cells. So an apostrophe stands before such a text: a spreadsheet
-# shows what follows it, and other programs see it. Numbers stay as they are, whatever their sign.
+# Names in tables come from files of anybody. A spreadsheet treats a cell that begins with one of a few characters as a
+# formula, which may contact other machines and read other cells. So such a text gets an apostrophe in front: a
+# spreadsheet hides it, other programs show it. Numbers stay as they are, whatever their sign.
 
 BEGINNING: Final = re.compile(r"(^\s*|[;\t\r\n])(?=[=+\-@＝＋－＠])")  # noqa: RUF001 - wide forms stand for the others
 """Where a formula begins: with the cell, or where a spreadsheet of another language cuts it."""
@@ -99,7 +99,7 @@ def read_source(path: Path) -> str:
 
     Raises:
         OSError: It cannot be read.
-        RefusedError: It is not text in the encoding that it says.
+        RefusedError: It is not text in the stated encoding.
     """
     try:
         return decode_source(path.read_bytes())
@@ -108,7 +108,7 @@ def read_source(path: Path) -> str:
 
 
 def literal(text: str) -> str:
-    """Return the text of a cell that every spreadsheet shows as it is."""
+    """Return the text of a cell that every spreadsheet shows unchanged."""
     return text if NUMBERS.fullmatch(text) else BEGINNING.sub(r"\1'", text)
 
 
@@ -119,12 +119,12 @@ def csv_text(rows: Iterable[Iterable[str]]) -> str:
     return file.getvalue()
 
 
-# A frame is tracked first and drawn then, and what is computed of its picture is needed both times: so pictures are
-# keys of caches.
+# A frame is first tracked and then drawn, and both need the same values computed from its picture, so pictures are keys
+# of caches.
 
 
 class PictureKey:
-    """A picture as a key: equal to itself alone. As long as it is kept, no other has its identity.
+    """A picture as a key, equal only to itself. While it is kept, no other object has its identity.
 
     A picture that may be written should not be kept so: it may become another.
     """
@@ -139,7 +139,7 @@ class PictureKey:
         return id(self.image_rgb)
 
 
-# What goes wrong in one frame mostly does in all that follow.
+# An error in one frame usually repeats in all later frames.
 
 logger = logging.getLogger(__name__)
 
@@ -151,9 +151,9 @@ def warn_once(about: str, message: str, error: Exception | None = None) -> None:
     """Log a warning, unless there was one about the same in this process.
 
     Args:
-        about: What it is about; further ones about it are left out, whatever they say.
+        about: Its subject; further warnings on the same subject are suppressed.
         message: The warning, a sentence.
-        error: What was raised; the log then says where.
+        error: The exception; the log then shows its place.
     """
     with _lock:
         if about in _warned:

@@ -17,7 +17,7 @@ from pftrack.core.numerics.matrices import principal
 #
 # Z turns first, so that for a head that looks into the camera theta_x is its nod (positive downwards), theta_y its turn
 # (positive towards the left of the picture) and theta_z its roll (positive clockwise in the picture), each in the frame
-# that the later ones carry along. Angles are always written in the order (theta_x, theta_y, theta_z).
+# that the later rotations carry along. Angles are always written in the order (theta_x, theta_y, theta_z).
 #
 # Filters linearise R, so its derivatives are here as well; all are compiled, for use inside the loops of filters.
 #
@@ -26,7 +26,7 @@ from pftrack.core.numerics.matrices import principal
 
 @compiled
 def rotation(theta: Floats) -> Floats:
-    """Return R(theta), (3, 3), of angles (3,) in rad."""
+    """Return R(theta), (3, 3), for angles (3,) in rad."""
     sx, sy, sz = np.sin(theta[0]), np.sin(theta[1]), np.sin(theta[2])
     cx, cy, cz = np.cos(theta[0]), np.cos(theta[1]), np.cos(theta[2])
     matrix = np.empty((3, 3))
@@ -96,8 +96,9 @@ def turn(points: Floats, matrix: Floats) -> Floats:
 def nearest_rotation(matrix: Floats) -> Floats:
     """Return the rotation R that has the greatest trace(R^T M), given M (2, 2) or (3, 3).
 
-    In the plane it turns by the angle of (M_00 + M_11, M_10 - M_01); a matrix that prefers none gives no rotation. In
-    space its quaternion is the eigenvector of the greatest eigenvalue of a matrix of M's entries (Horn 1987).
+    In the plane it turns by the angle of (M_00 + M_11, M_10 - M_01); a matrix without a preferred angle gives the
+    identity. In space its quaternion is the eigenvector of the greatest eigenvalue of a matrix of M's entries (Horn
+    1987).
     """
     if matrix.shape == (2, 2):
         along, across = matrix[0, 0] + matrix[1, 1], matrix[1, 0] - matrix[0, 1]
@@ -245,8 +246,8 @@ def right_jacobian(omega: Floats) -> Floats:
 # Convex polygons on a grid of pixels: hulls, rows of pixels inside, sums over these, and distances.
 #
 # Coordinates are (column, row down) in px, and the centre of a pixel has whole ones. A pixel is inside a polygon if its
-# centre is, so a convex polygon covers one span of pixels in each row. With sums along the rows of a mask, made once
-# for a picture, what lies inside a polygon is counted with two look-ups a row: thousands of hypotheses in some
+# centre is, so a convex polygon covers one span of pixels in each row. With row sums of a mask, computed once per
+# picture, the pixels inside a polygon are counted with two look-ups per row: thousands of hypotheses in some
 # milliseconds.
 
 
@@ -284,8 +285,8 @@ def spans(polygon: Floats, height: int, width: int) -> tuple[int, Ints, Ints]:
 
     Args:
         polygon: (m, 2) corners in order, either way around.
-        height: Of the picture, px.
-        width: Of the picture, px.
+        height: Height of the picture, px.
+        width: Width of the picture, px.
 
     Returns:
         The uppermost row, and the first and the last column (k,) in that row and in those below it; where no pixel of a
@@ -333,8 +334,8 @@ def sum_within(sums: NDArray[np.int32], top: int, firsts: Ints, lasts: Ints) -> 
     """Return how many pixels of a mask are within spans.
 
     Args:
-        sums: Of `row_sums`.
-        top: Of `spans`, and so are the others.
+        sums: Result of `row_sums`.
+        top: Result of `spans`, like the others.
         firsts: (k,).
         lasts: (k,).
     """
@@ -350,9 +351,9 @@ def fill(corners: Floats, counts: Ints, height: int, width: int) -> Bools:
 
     Args:
         corners: (P, K, 2) of P polygons, in order around each.
-        counts: (P,) how many corners each has; the rest is not looked at.
-        height: Of the picture, px.
-        width: Of the picture, px.
+        counts: (P,) number of corners of each; the rest is ignored.
+        height: Height of the picture, px.
+        width: Width of the picture, px.
     """
     mask = np.zeros((height, width), np.bool_)
     for polygon in range(corners.shape[0]):
@@ -390,7 +391,7 @@ def distance_to_polygon(point: Floats, polygon: Floats) -> float:
 
 @compiled
 def _before(points: Floats, first: int, second: int) -> bool:
-    """Tell whether a point comes before another from left to right, and from the top where they are level."""
+    """Return whether a point precedes another from left to right, and from the top if they are level."""
     if points[first, 0] != points[second, 0]:
         return bool(points[first, 0] < points[second, 0])
     return bool(points[first, 1] < points[second, 1])

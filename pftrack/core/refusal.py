@@ -1,16 +1,16 @@
-"""Refusals: what is asked for cannot be done, in a sentence that names both sides and the remedy."""
+"""Refusals: a request cannot be met; the sentence names both sides and the remedy."""
 
 from collections.abc import Sequence
 from typing import Any
 
 
 class RefusedError(ValueError):
-    """What was asked for cannot be done.
+    """A request cannot be met.
 
     Attributes:
-        field: What of it is wrong; empty where that is nothing in particular.
-        bound: What is allowed, in words, where that is known.
-        value: What was given.
+        field: Name of the wrong part; empty if no single part is wrong.
+        bound: Allowed values, in words, if known.
+        value: The given value.
     """
 
     def __init__(self, message: str, field: str = "", *, bound: str | None = None, value: object = None) -> None:
@@ -19,11 +19,11 @@ class RefusedError(ValueError):
 
 
 class ConflictError(RefusedError):
-    """It cannot be done with what is there now, whatever is given with it: no further frame, nothing to draw."""
+    """The present state does not allow it, whatever the arguments: no further frame, nothing to draw."""
 
 
 class ParameterError(RefusedError):
-    """A value that cannot be accepted; the sentence is made of its parts."""
+    """A value that is not accepted; the sentence is built from its parts."""
 
     def __init__(self, field: str, value: object, bound: str) -> None:
         super().__init__(f"{field} must be {bound}, got {_format_value(value)}", field, bound=bound, value=value)
@@ -34,7 +34,7 @@ class ParameterError(RefusedError):
 
 
 def first_problem(errors: Sequence[Any]) -> Any:  # noqa: ANN401 - as pydantic tells it
-    """Return what pydantic found wrong, first of all that it lists.
+    """Return pydantic's first error.
 
     Raises:
         RefusedError: A validator has raised it.
@@ -47,7 +47,7 @@ def first_problem(errors: Sequence[Any]) -> Any:  # noqa: ANN401 - as pydantic t
 
 
 def _format_value(value: object) -> str:
-    if isinstance(value, str) and "\n" in value:  # the content of a file, of which the beginning says nothing
+    if isinstance(value, str) and "\n" in value:  # the content of a file, whose beginning does not help
         return f"a text of {len(value)} characters"
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,4 +1,4 @@
-"""Texts that people read and mend, such as presets and the glossary: YAML files beside what they speak of."""
+"""Texts that people read and edit, such as presets and the glossary: YAML files next to their subject."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -12,9 +12,9 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def read_texts(path: Path) -> tuple[Mapping[str, Any], Mapping[str, str]]:
-    """Return what a YAML file declares under its names, and where each of them stands, as "folder/file, line N".
+    """Return the declarations of a YAML file by name, and the place of each, as "folder/file, line N".
 
-    What a mapping below a name has is named too, as "name.further name".
+    Entries of a mapping below a name are named, too, as "name.further name".
 
     Raises:
         ValueError: The file is not YAML, or it does not map names to what it declares; it names file and line.
@@ -41,7 +41,7 @@ def _lines(mapping: yaml.MappingNode, above: str) -> Iterator[tuple[str, int]]:
 
 
 CLOSED = ConfigDict(extra="forbid")
-"""Of a dataclass that a file declares: pydantic refuses what is not one of its fields."""
+"""For a dataclass that a file declares: pydantic refuses unknown fields."""
 
 Origin: TypeAlias = Annotated[str, Field(exclude=True)]
 """File and line where something is declared, which no answer and no file tells."""
@@ -53,15 +53,15 @@ PROBLEMS = {"unexpected_keyword_argument": UNKNOWN, "extra_forbidden": UNKNOWN, 
 
 
 def refusal(error: ValidationError, places: Mapping[str, str], file: str, *above: str) -> ValueError:
-    """Return the refusal of what a file declares: file and line, whose it is, and the first problem.
+    """Return the refusal of a file's declaration: file and line, its owner, and the first problem.
 
     Args:
-        error: What pydantic says of it.
-        places: Of names, as of `read_texts`.
-        file: What to say instead of a place that is not known.
-        above: Names that what was validated stands below in the file.
+        error: Pydantic's error.
+        places: Places of names, as from `read_texts`.
+        file: Text to use if the place is unknown.
+        above: Names above the validated value in the file.
     """
-    # A misspelt field is both unknown and missing, and of that the first says more.
+    # A misspelt field is both unknown and missing; the first of these is more helpful.
     first = min(error.errors(), key=lambda each: each["type"] == "missing")
     way = (*above, *map(str, first["loc"]))
     known = next((n for n in range(len(way), 0, -1) if ".".join(way[:n]) in places), 0)

@@ -1,3 +1,3 @@
-"""The version of the library, apart from what offers it, so that all can write it into their files."""
+"""The version of the library, in a separate module so that all parts can write it into their files."""
 
 __version__ = "1.1.0"

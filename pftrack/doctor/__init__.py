@@ -1,1 +1,1 @@
-"""Whether this machine is ready: checks of what pftrack needs, and compiling in advance."""
+"""Readiness of this machine: checks of pftrack's requirements, and compiling in advance."""

@@ -1,7 +1,7 @@
-"""Whether this machine has what pftrack needs, and what to do where it has not.
+"""Checks of pftrack's requirements on this machine, with remedies.
 
-Each check is one sentence of what was found: `ok`, `warning` where something is missing that not everybody needs, or
-`broken` where pftrack will not work.
+Each check gives one sentence and a status: `ok`, `warning` if something optional is missing, or `broken` if pftrack
+will not work.
 """
 
 import os
@@ -33,7 +33,7 @@ Status = Literal["ok", "warning", "broken"]
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at."""
+    """One check."""
 
     name: str
     status: Status
@@ -104,7 +104,7 @@ def _libraries() -> tuple[Status, str]:
 
 
 def _numbers(version: str) -> tuple[int, ...]:
-    """Turn 4.14.0 into (4, 14): trailing zeros say nothing."""
+    """Turn 4.14.0 into (4, 14): trailing zeros are ignored."""
     parts = [int(part) for part in re.findall(r"\d+", re.split(r"[^\d.]", version)[0])]
     while parts and parts[-1] == 0:
         parts.pop()
@@ -139,7 +139,7 @@ def _compilation(*, everything: bool) -> Check:
 
 
 def _experiments(*, everything: bool) -> tuple[Status, str]:
-    """Look at the experiments of other packages; what is broken there harms nothing else, so it is a warning."""
+    """Check the experiments of other packages; a broken one affects nothing else, so it is a warning."""
     from pftrack.doctor.warming import Warming
     from pftrack.experiments import EXPERIMENTS
 
@@ -163,7 +163,7 @@ def _experiments(*, everything: bool) -> tuple[Status, str]:
 
 
 def _run_default(experiment: "Experiment") -> int:
-    """Run some frames of the default tracker; return how many trackers ran."""
+    """Run some frames of the default tracker; return the number of trackers that ran."""
     from pftrack.doctor.compiling import run_case
 
     run_case(experiment, experiment.default_tracker, {})

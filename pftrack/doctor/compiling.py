@@ -1,7 +1,7 @@
-"""What is compiled: which runs call all of it, and what a process tells that makes them.
+"""Compilation: the runs that call all compiled functions, and the reports of the process that makes them.
 
-Trackers, presets, and choices and switches of parameters are all run. Otherwise a class would wait for the compiler in
-the moment in which somebody first turns to the pinhole camera.
+Trackers, presets, and choices and switches of parameters are all run. Otherwise a class would wait for the compiler at
+the first switch to the pinhole camera.
 """
 
 import time
@@ -33,7 +33,7 @@ def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
         for value in others:
             if value != item.default:
                 yield (item.trackers[0] if item.trackers else experiment.default_tracker), {item.name: value}
-    # A choice may matter only beside another one.
+    # A choice may matter only together with another one.
     yield from (
         (preset.tracker, dict(preset.parameters)) for preset in experiment.presets if len(preset.parameters) > 1
     )
@@ -60,7 +60,7 @@ class _Watch(event.Listener):
             self._begun(name)
 
     def on_end(self, event: Any) -> None:  # noqa: ANN401 - numba's
-        """Tell how much processor time it took, less what it called."""
+        """Report its processor time, less that of the functions it called."""
         begun, inside = self._open.pop()
         whole = time.process_time() - begun
         if self._open:
@@ -71,7 +71,7 @@ class _Watch(event.Listener):
 
 @contextmanager
 def watch(begun: Callable[[str], None], ended: Callable[[str, float], None]) -> Iterator[None]:
-    """Tell of every function of ours that this process compiles.
+    """Report every function of pftrack that this process compiles.
 
     Args:
         begun: Is called with its name.
@@ -95,7 +95,7 @@ def compile_case(name: str, number: int) -> list[str]:
     """Run one of the `cases` of an experiment, and return the names of all that is compiled by then.
 
     It reports `{"begun": EXPERIMENT, "cases": 12, "total": 81}` before the first case of one, with the number of all
-    functions that there are, and `{"function": NAME, "seconds": S}` for what it has compiled.
+    functions, and `{"function": NAME, "seconds": S}` for each compiled function.
     """
     every = tuple(cases(EXPERIMENTS[name]))
     if number == 0:

@@ -1,9 +1,9 @@
-"""Which experiments have been compiled on this machine: a folder beside Numba's cache remembers.
+"""A record of the experiments that have been compiled on this machine: a folder next to Numba's cache.
 
-It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
-is remembered; an experiment is then called again, which takes a second if everything is there after all. What other
-packages compile is not looked at: after a change of theirs their own sessions compile it. Each experiment is a file in
-the folder: several processes compile at once, and none may forget what another remembers.
+Its name depends on everything that compiled code depends on, so after a change, or an update of a library, the record
+is empty; an experiment is then called again, which takes a second if its code is already compiled. Code of other
+packages is not included: after a change there their own sessions compile it. Each experiment is a file in the folder:
+several processes compile at once, and none may erase another's record.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ KEPT = 8
 
 
 def cache_folder() -> Path | None:
-    """Return where what is compiled is kept: by the environment, else beside the source, else in the user's cache."""
+    """Return the folder of compiled code: from the environment, else next to the source, else in the user's cache."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     beside = Path(__file__).parents[1] / "__pycache__"
     places = [Path(chosen)] if chosen else [beside, Path("~/.cache").expanduser()]
@@ -61,7 +61,7 @@ def memory_folder() -> Path | None:
 def _name() -> str:
     """Return the folder's name: a hash of all that compiled code depends on: our source, the compiler and its target.
 
-    All of the source, since a process that has imported more than another must come to the same.
+    All of the source, since the result must not depend on what a process has imported.
     """
     digest = hashlib.sha256(str(sys.implementation.cache_tag).encode())
     on = machine.describe_platform()
@@ -73,7 +73,7 @@ def _name() -> str:
 
 @cache
 def source_hash() -> bytes:
-    """Return a hash of our source, which a process reads once: it goes on with what it has imported."""
+    """Return a hash of the source, which a process reads once, since it keeps its imported code."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
@@ -88,7 +88,7 @@ def existing(place: Path) -> Path:
 
 
 def writable(place: Path) -> bool:
-    """Tell whether files can be made in a folder, or in the nearest one above it that exists."""
+    """Return whether files can be made in a folder, or in the nearest one above it that exists."""
     try:
         with tempfile.TemporaryFile(dir=existing(place)):
             return True

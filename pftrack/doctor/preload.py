@@ -1,4 +1,4 @@
-"""What the fork server of the processes that compile imports: all experiments, once for all of them."""
+"""Imports of the fork server for compiling processes: all experiments, once for all of them."""
 
 from pftrack.doctor.compiling import compile_case
 from pftrack.experiments import EXPERIMENTS

@@ -1,15 +1,15 @@
-"""Compiling all that is compiled, once on each machine, before somebody waits for it.
+"""Compiling all functions, once on each machine, before a user waits for it.
 
 Numba compiles a function when it is first called and keeps it on disk. Calling everything once takes most of a minute,
-so processes of low priority do it, case by case on all processors (`compiling`), and their owner looks at their
-progress; what has been compiled stays when they are ended, and which experiments are ready is remembered (`memory`).
+so processes of low priority do it, case by case on all processors (`compiling`), and their owner follows their
+progress. Compiled code remains when they are ended, and `memory` records the experiments that are ready.
 
-The first case of an experiment is how it is by default, which is all that its session needs to begin. So the first
-cases of all come before the others, and before them what somebody waits for.
+The first case of an experiment is its default, which is all that its session needs to begin. So the first cases of all
+come before the others, and an awaited experiment comes before them.
 
 Two processes that need the same function at the same time both compile it. Cases that follow one another call much the
-same functions, so then a process stays with the experiment that it has begun; when that has no more, it helps another
-from its end, where other things are chosen than in the beginning.
+same functions, so a process then stays with the experiment that it has begun; when that has no more, it helps another
+one from its end, where other choices are used than at the beginning.
 """
 
 import os
@@ -30,22 +30,22 @@ PRELOAD = "pftrack.doctor.preload"
 LOW_PRIORITY = 10
 
 LEAST = 5
-"""Functions that must be compiled before anything can be said of how long it will take."""
+"""Number of compiled functions required for an estimate of the remaining time."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far compiling is.
+    """The progress of compiling.
 
     Attributes:
         done: Functions that are compiled, or were.
         total: Functions that there are; 0 while that is not known yet.
         usable: Experiments that run as they are by default; what else they can is compiled where it is used first.
-        ready: Experiments of which everything is compiled.
+        ready: Experiments that are completely compiled.
         failed: Why experiments could not be run, by name.
-        seconds: What was compiled now, by function, and the processor time of each without what it calls.
+        seconds: The functions compiled now, and the processor time of each without its callees.
         elapsed_s: Since the beginning.
-        left_s: About how long it goes on where nothing else runs, s; None while nothing can be said. It never rises.
+        left_s: Approximate remaining time on an idle machine, s; None while unknown. It never rises.
         finished: Whether all experiments are ready or have failed.
     """
 
@@ -61,7 +61,7 @@ class Progress:
 
     @property
     def sentence(self) -> str:
-        """What to tell a person: "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"."""
+        """The message to users: "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"."""
         if self.finished:
             return "compiled"
         parts = ["compiling"]
@@ -77,7 +77,7 @@ Case = tuple[str, int]
 
 
 class Schedule:
-    """The cases of all experiments: waiting, running, or done. How many an experiment has is told when it is begun."""
+    """The cases of all experiments: waiting, running, or done; their number is known once an experiment has begun."""
 
     def __init__(self, names: Iterable[str]) -> None:
         self._waiting: list[Case] = [(name, 0) for name in names]
@@ -90,7 +90,7 @@ class Schedule:
         return bool(self._waiting)
 
     def on_begin(self, name: str, count: int) -> None:
-        """Take up how many cases there are of an experiment whose first is running; after `clear` none are taken up."""
+        """Add the cases of an experiment whose first one is running; after `clear` none are added."""
         if not self._cleared:
             self._waiting += [(name, number) for number in range(1, count)]
 
@@ -101,8 +101,8 @@ class Schedule:
     def take(self, before: str | None) -> Case | None:
         """Return what a process is to run next, if anything waits.
 
-        What is preferred comes first, then the first cases of the others, then the experiment that the process has
-        begun; then it helps the one of which most cases wait, from its end.
+        The preferred experiment comes first, then the first cases of the others, then the experiment that the process
+        has begun; then it helps the one with the most waiting cases, from its end.
 
         Args:
             before: The experiment of what it ran last.
@@ -130,7 +130,7 @@ class Schedule:
         self._waiting = [case for case in self._waiting if case[0] != name]
 
     def clear(self) -> None:
-        """Forget all that waits, for good: what a process said before it was ended may still be read."""
+        """Forget all waiting cases permanently, because reports of an ended process may still be read."""
         self._cleared = True
         self._waiting.clear()
 
@@ -138,7 +138,7 @@ class Schedule:
 class Warming:
     """Compiles what experiments need, in processes of low priority.
 
-    It may be looked at and ended from any thread.
+    It may be read and ended from any thread.
     """
 
     def __init__(
@@ -153,11 +153,11 @@ class Warming:
         """Begin.
 
         Args:
-            names: Of the experiments, in the order in which they are needed.
-            processes: How many at once; one a processor if not given.
-            told: Is called with the progress after every piece of news, by one thread at a time.
+            names: Names of the experiments, in the order in which they are needed.
+            processes: Number of processes at once; by default one per processor.
+            told: Called with the progress after every report, by one thread at a time.
             compile_case: Does it, in those processes.
-            low_priority: Whether others come first, as they should where nobody waits for it.
+            low_priority: Whether other processes come first, as they should if no user waits.
         """
         names = tuple(names)
         self._schedule = Schedule(names)
@@ -185,7 +185,7 @@ class Warming:
 
     @property
     def progress(self) -> Progress:
-        """How far it is now."""
+        """The present progress."""
         with self._lock:
             return Progress(
                 len(self._done),
@@ -200,7 +200,7 @@ class Warming:
             )
 
     def prefer(self, name: str) -> None:
-        """Compile an experiment before the others, since somebody waits for it."""
+        """Compile an experiment before the others, since a user waits for it."""
         with self._lock:
             self._schedule.prefer(name)
 
@@ -210,14 +210,14 @@ class Warming:
         return self.progress
 
     def stop(self) -> None:
-        """End the processes; what they have compiled stays."""
+        """End the processes; compiled code remains."""
         with self._lock:
             self._schedule.clear()
         self._pool.close()
         self._over.set()
 
     def _hand_out(self, before: str | None) -> None:
-        """Give cases to processes that have nothing to do; when there are no more, let all of them end.
+        """Give cases to idle processes; when there are no more, let all of them end.
 
         Args:
             before: The experiment of what was run last.
@@ -264,7 +264,7 @@ class Warming:
             self._tell()
 
     def _estimate(self) -> None:
-        """Say how long it goes on, by processor time, which other work does not stretch; an estimate never rises."""
+        """Return the remaining time, by processor time, which other work does not stretch; the estimate never rises."""
         if len(self._seconds) >= LEAST and self._total:
             each_s = sum(self._seconds.values()) / len(self._seconds)
             left_s = each_s * max(self._total - len(self._done), 1) / self._pool.processes

@@ -1,20 +1,20 @@
 """Experiments: source, tracker, parameters, drawing and measure wired together under a name.
 
-Each experiment is a folder beside this file and a line of the list below; other packages add theirs by entry point.
-Everything else (command line, server, sweeps) finds an experiment through `find` or `EXPERIMENTS`, and none is imported
-before. `shared` holds what several experiments use, `own` the filters in a person's own file.
+Each experiment is a folder next to this file and a line of the list below; other packages add theirs by entry point.
+Everything else (command line, server, sweeps) finds an experiment through `find` or `EXPERIMENTS`, which import it on
+demand. `shared` holds code of several experiments, `own` the filters in a user's own file.
 
 - `ball`: switching particle filters on a ball behind an occluder (Bando 2007, ch. 3);
 - `fish`: a fish that bends, by a filter that is guided by learned changes (Mitsugami et al. 2009);
 - `hand`: the pose of a hand by its silhouette, by several hypotheses (Shimada 1997);
 - `head`: the pose of a head by its features, simulated or on a recording (Bando 2007, ch. 4);
 - `histogram`: a window followed by its colours, past a look-alike and behind a column (Kagami 2012);
-- `linkage`: a chain of three links, whose lengths and depth one camera is to tell (Shimada 1997);
+- `linkage`: a chain of three links, whose lengths and depth are estimated from one camera (Shimada 1997);
 - `prism`: a solid's pose by adaptive sampling of its corners (Bando 2007, ch. 4);
-- `recorded`: what loops and trackers of others have computed, looked at like any run;
+- `recorded`: results of other loops and trackers, shown like any run;
 - `sine`: the Kalman filter beside the particle filter on a signal in noise (Bando 2007, ch. 2);
 - `structure`: the shape of a body from tracks of its points (Bando 2007, ch. 4 section 5);
-- `trajectories`: points that are followed through outliers, each by itself (Ichimura and Ikoma).
+- `trajectories`: points followed through outliers, each independently (Ichimura and Ikoma).
 """
 
 import re
@@ -52,13 +52,13 @@ __all__ = [
 # The registry: experiments by name, each imported when it is first asked for.
 #
 # The project's own experiments are listed as addresses, `module:ATTRIBUTE`. Other packages add theirs by an entry point
-# of the group `pftrack.experiments`, whose name is the experiment's id. Code from outside may be broken in every way,
-# so it is examined before it is let in, and what cannot be used is left out, with the reason, and harms nothing else.
+# of the group `pftrack.experiments`, whose name is the experiment's id. Code from other packages may be broken in any
+# way, so it is checked first. Unusable experiments are left out with the reason, and do not affect the others.
 
 GROUP = "pftrack.experiments"
 
 NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,63}")
-"""What may be an id: it becomes part of addresses and of file names."""
+"""Pattern of an id, which becomes part of addresses and file names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class Plugin:
         name: The entry point's, which is to be the experiment's id.
         package: Name and version of the distribution.
         reason: Why the experiment cannot be used, a clause; empty if it can.
-        detail: What the exception said, if one was the reason. It may name files of this machine, so no answer has it.
+        detail: Text of the exception, if one was the reason. It may name files of this machine, so no answer has it.
     """
 
     name: str
@@ -85,12 +85,12 @@ class Plugin:
 
     @property
     def report(self) -> str:
-        """The problem with what the exception said, for who looks after this machine."""
+        """The problem with the exception's text, for the administrator."""
         return f"{self.problem.removesuffix('.')}: {self.detail}" if self.detail else self.problem
 
 
 class Registry(Mapping[str, Experiment]):
-    """All experiments that can be used, by id: the project's own in their order, then those of other packages."""
+    """All usable experiments, by id: the project's own in their order, then those of other packages."""
 
     def __init__(self, own: Mapping[str, str]) -> None:
         """List experiments without importing any.
@@ -116,7 +116,7 @@ class Registry(Mapping[str, Experiment]):
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:
-        """All experiments of other packages, those that cannot be used too; this imports them."""
+        """All experiments of other packages, including unusable ones; this imports them."""
         outcomes = [(entry, self._examine(entry)) for entry in self._entries]
         return tuple(
             outcome if isinstance(outcome, Plugin) else Plugin(entry.name, _package(entry))
@@ -125,7 +125,7 @@ class Registry(Mapping[str, Experiment]):
 
     @cached_property
     def _entries(self) -> tuple[EntryPoint, ...]:
-        """What other packages add, in an order that does not depend on the order in which they are found."""
+        """Experiments of other packages, in an order that does not depend on how they are found."""
         return tuple(sorted(entry_points(group=GROUP), key=_key))
 
     def _load(self, name: str) -> Experiment:
@@ -200,15 +200,15 @@ EXPERIMENTS = Registry(
         )
     }
 )
-"""All experiments by name, in the order in which they are shown: places, poses, shapes, a signal, and
-what others have computed."""
+"""All experiments by name, in display order: places, poses, shapes, a signal, and results of other programs."""
 
 
 def find(experiment_id: str) -> Experiment:
     """Return an experiment by name.
 
     Raises:
-        RefusedError: The experiment is unknown or cannot be used; the sentence lists those that can, or says why.
+        RefusedError: The experiment is unknown or cannot be used; the sentence lists the usable ones, or gives the
+            reason.
     """
     if experiment_id in EXPERIMENTS:
         return EXPERIMENTS[experiment_id]

@@ -1,13 +1,13 @@
-"""What an experiment says in YAML files in its folder, so that a sentence or a number can be mended without Python.
+"""Declarations of an experiment in YAML files in its folder, so texts and numbers can be edited without Python.
 
-- `experiment.yaml`: title, question and description, what it comes from, titles of its trackers and what these
-  report, its words, measures, plots, readings, layers and worlds;
-- `presets.yaml` and `failures.yaml`, where there is one: where to begin, and what goes wrong;
-- `quality.yaml`: how far bands of error are to be believed, and on which scenes the probability of a loss was fitted.
+- `experiment.yaml`: title, question and description, sources, titles and reports of its trackers, its terms, measures,
+  plots, readings, layers and worlds;
+- `presets.yaml` and, if present, `failures.yaml`: starting points, and typical failures;
+- `quality.yaml`: the reliability of bands of error, and the scenes on which the probability of a loss was fitted.
 
-`thumbnail.webp` beside them is a run in small for the start page; `python -m tools.thumbnails` draws it.
+`thumbnail.webp` next to them shows a small run on the start page; `python -m tools.thumbnails` draws it.
 
-Plots, readings and layers that many experiments have are there by their names alone.
+Common plots, readings and layers are listed by name only.
 """
 
 from collections.abc import Callable, Mapping
@@ -38,7 +38,7 @@ for _kind in (
     *(Layer, World, Viewpoint, Plot, Reading, Term, ExampleSweep, Tour, Scenes),
     *(band.Calibration, band.Miscalibration, band.EstimateBand, band.DeviationBand, band.IntervalBand, band.FlagBand),
 ):
-    with_config(CLOSED)(_kind)  # pydantic refuses unknown fields of them in files; in Python they are called as ever
+    with_config(CLOSED)(_kind)  # pydantic refuses unknown fields of them in files; calls in Python are unchanged
 
 KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
     "layers": (TypeAdapter(Layer), "name"),
@@ -50,10 +50,10 @@ KINDS: Mapping[str, tuple[TypeAdapter[Any], str]] = {
     "worlds": (TypeAdapter(World), "name"),
     "measures": (TypeAdapter(Measure), "name"),
 }
-"""Sections that map names to what they declare: what that is, and its field that takes the name."""
+"""Sections that map names to declarations: their type, and the field for the name."""
 
 ERRORS: Callable[[EvaluatedRun], Floats] = attrgetter("errors")
-"""What a measure of a file is of, by default."""
+"""Default subject of a file's measure."""
 
 STANDARD: Mapping[str, Mapping[str, object]] = {
     "layers": {layer.name: layer for layer in POINT_LAYERS},
@@ -61,7 +61,7 @@ STANDARD: Mapping[str, Mapping[str, object]] = {
     "readings": {one.title: one for one in STANDARD_READINGS},
     "series": {BESIDE.name: BESIDE},
 }
-"""What has no more than a name."""
+"""Entries with only a name."""
 
 
 @with_config(CLOSED)
@@ -78,7 +78,7 @@ class _Title(TypedDict):
 
 
 class _Said(NamedTuple):
-    """What `experiment.yaml` says of the experiment, its trackers by name, and what these report."""
+    """The content of `experiment.yaml`: the experiment, its trackers by name, and their reports."""
 
     outline: _Outline
     texts: Texts
@@ -120,14 +120,14 @@ def read_words(
     measured: Measured = NOTHING_MEASURED,
     frames: Mapping[str, Callable[[EvaluatedRun], Floats]] | None = None,
 ) -> Words:
-    """Return what the files of an experiment's folder say of it.
+    """Return the declarations in the files of an experiment's folder.
 
     Args:
-        folder: With `experiment.yaml`, `presets.yaml`, and `failures.yaml`, `quality.yaml` and `loss_probability.json`
-            if there are such.
-        trackers: By name; they get the titles and descriptions that the first file has of them.
-        shared: A file with what several experiments have by its name alone.
-        measured: What stands before the series and measures of the first file.
+        folder: Folder with `experiment.yaml`, `presets.yaml`, and optionally `failures.yaml`, `quality.yaml` and
+            `loss_probability.json`.
+        trackers: Trackers by name; they get their titles and descriptions from the first file.
+        shared: A file with declarations that several experiments use by name.
+        measured: Series and measures that precede those of the first file.
         frames: By name of a measure of the file, the values of the frames; of others those are the errors.
 
     Raises:
@@ -161,7 +161,7 @@ def read_worlds(folder: Path, shared: Path | None = None) -> tuple[World, ...]:
 
 
 def read_reported(folder: Path, shared: Path | None = None) -> dict[str, Series]:
-    """Return the series by name that `experiment.yaml` in a folder says trackers report; errors as of `read_words`."""
+    """Return the reported series by name from `experiment.yaml` in a folder; errors as for `read_words`."""
     return {series.name: series for series in _read(folder, shared).reported}
 
 
@@ -184,7 +184,7 @@ def _read(folder: Path, shared: Path | None = None) -> _Said:
 
 
 def _part(kind: type[T], sections: dict[str, Any], path: Path, places: Mapping[str, str]) -> T:
-    """Return a part of an experiment of the sections that have the names of its fields, and take these out."""
+    """Return a part of an experiment from the sections named like its fields, and remove these sections."""
     names = [name for name in kind.__dataclass_fields__ if name in sections]  # type: ignore[attr-defined]
     return _validate(TypeAdapter(kind), {name: sections.pop(name) for name in names}, path, places)
 
@@ -219,7 +219,7 @@ def _section(
     places: Mapping[str, str],
     known: Mapping[str, Mapping[str, object]],
 ) -> Any:  # noqa: ANN401
-    """Return what a section declares, in its order; what is not a section of names as it stands."""
+    """Return a section's declarations in their order; a section without names is returned unchanged."""
     standard = known.get(section, {})
     if not isinstance(given, dict):
         return given

@@ -1,4 +1,4 @@
-"""What an experiment is: a named wiring of source, trackers, parameters, drawing and measure.
+"""An experiment: a named wiring of source, trackers, parameters, drawing and measure.
 
 It is declared with presets, setups of sources, and a drawing of each step.
 """
@@ -28,13 +28,13 @@ from pftrack.filters.learning.diffusion import Guidance
 from pftrack.sources.results.table import Box
 from pftrack.sources.truth import BOXES, TruthKind
 
-# Recordings: how an experiment follows a target in pictures or tables that somebody brings.
+# Recordings: how an experiment follows a target in a user's pictures or tables.
 #
-# An experiment declares in one place which kinds of recording and of mark it takes, and how it is wired to them. What
-# all wirings have in common is done here: the mark and the first picture are looked at before an experiment sees them.
+# An experiment declares in one place its kinds of recording and of mark, and its wiring. The common part of all wirings
+# is here: the mark and the first picture are checked before an experiment sees them.
 
 PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
-"""The kinds of recording that are made of pictures."""
+"""The kinds of recording that consist of pictures."""
 
 Wire: TypeAlias = Callable[[FrameSequence, Any, int, Truth | None], Setup]
 """(recording, mark in the picture to start at, number of that picture, truth where it is known) -> setup."""
@@ -45,19 +45,18 @@ class Video:
     """How recordings are followed.
 
     Attributes:
-        wire: Wires a recording. It gets a mark of one of the kinds that are taken, which lies in the picture, or None
-            where that is allowed. A setup without footage gets that of the recording and the mark.
-        footage: The kinds of recording that are taken, of pictures by default; none if nothing can be brought.
+        wire: Wires a recording. The mark is of an accepted kind and lies in the picture, or is None where that is
+            allowed. A setup without footage gets that of the recording and the mark.
+        footage: The accepted kinds of recording, by default of pictures; empty if recordings are not supported.
         recorded: (kind of a recording) -> the parameters of runs on it, before they are fitted to a target; they are
             needed where a sweep on a recording is planned.
-        marks: The kinds of mark that are taken; the first is the one that an editor offers. Where there are none, all
-            of a recording is followed.
-        wanted: What a mark has to be, for the sentence that refuses another one.
-        unmarked: The kinds of recording that may come without a mark all the same, since all of one may be the target.
-        advice: What a person who marks the target should know, a sentence.
+        marks: The accepted kinds of mark; an editor offers the first. Without any, the whole recording is followed.
+        wanted: The requirement on a mark, for the sentence that refuses another one.
+        unmarked: The kinds of recording that also work without a mark, since the whole recording may be the target.
+        advice: Advice for marking the target, a sentence.
         finder: How the target is found without a mark, where it can be.
-        suits: How to see whether a target in a recording can be followed, where that can be told.
-        truth: The kind of truth that comes with a recording; None where there is none to be given.
+        suits: Function that estimates whether a target in a recording can be followed.
+        truth: The kind of truth that comes with a recording; None if it cannot be estimated.
         clip_title: Name of the experiment on the screen where a recording is tracked, by what it follows; its title if
             empty.
         clip_about: Names of the parameters to turn first on a recording; if there are none, those of presets.
@@ -83,15 +82,15 @@ class Video:
 
         Args:
             sequence: The pictures.
-            mark: The target in the picture `start`; None to have it found, where that can be done, or where nothing is
-                to be marked.
+            mark: The target in the picture `start`; None to find it automatically, where possible, or if no mark is
+                needed.
             start: Number of the picture to start at, or to look for the target from.
             truth: By number of the picture, where it is known.
 
         Raises:
             ParameterError: The mark is missing, or of a kind that is not taken; or the mark or the start is not within
                 the recording.
-            ValueError: There is no target in it.
+            ValueError: It does not contain a target.
         """
         if not isinstance(mark, self.marks) and (mark is not None or self.needs_mark(sequence.index.kind)):
             raise ParameterError("mark", mark and mark.kind, self.wanted)
@@ -103,14 +102,14 @@ class Video:
         return setup if setup.footage else replace(setup, footage=Footage.of(sequence, mark, start, truth))
 
     def needs_mark(self, kind: str) -> bool:
-        """Return whether a person has to mark the target in a recording of this kind."""
+        """Return whether the user must mark the target in a recording of this kind."""
         return bool(self.marks) and self.finder is None and kind not in self.unmarked
 
     def mark(self, raw: object) -> Mark:
-        """Read a mark of one of the kinds that are taken from JSON values.
+        """Read a mark of an accepted kind from JSON values.
 
         Raises:
-            ParameterError: They are no mark of such a kind.
+            ParameterError: They are not a mark of such a kind.
         """
         return read_mark(self.marks, raw)
 
@@ -123,7 +122,7 @@ NO_VIDEO = Video(_take_none, footage=(), truth=None)
 """Where only a simulated scene is followed."""
 
 INTERFACE = 4
-"""Version of what an experiment and the library expect of each other: raised with every change that may break one."""
+"""Version of the interface between experiments and the library, raised with every breaking change."""
 
 
 def _check_names(origin: str, of: str, kind: str, names: Iterable[object], known: Container[object]) -> None:
@@ -135,11 +134,11 @@ def _check_names(origin: str, of: str, kind: str, names: Iterable[object], known
 
 @dataclass(frozen=True)
 class Quality:
-    """What trackers say of their own error.
+    """The trackers' own error estimates.
 
     Attributes:
-        calibration: Bands in which they have the truth, and settings in which these are not to be believed.
-        loss_probability: How probable it is that a tracker has lost its target, of those of which that can be told.
+        calibration: Bands that should hold the truth, and settings in which these are unreliable.
+        loss_probability: Probability that a tracker has lost its target, for trackers with a fitted probability.
     """
 
     calibration: Calibration = STANDARD_CALIBRATION
@@ -151,15 +150,15 @@ STANDARD_QUALITY = Quality()
 
 @dataclass(frozen=True)
 class Texts:
-    """What people read about an experiment.
+    """Texts about an experiment.
 
     Attributes:
         question: The question it answers, one sentence.
-        description: What is to be seen, a few sentences.
-        references: What it comes from, the main one first.
-        target: What is tracked, one word.
-        family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
-        terms: Words of its own that its plots, readings and measures use, for the glossary.
+        description: What the experiment shows, a few sentences.
+        references: Its sources, the main one first.
+        target: The tracked object, one word.
+        family: Kind of the estimated quantity, a few words. The start page groups experiments by family.
+        terms: Its own terms in plots, readings and measures, for the glossary.
     """
 
     question: str
@@ -172,13 +171,13 @@ class Texts:
 
 @dataclass(frozen=True)
 class Display:
-    """What is shown of a run, each in the order in which it is listed.
+    """The displays of a run, each in its listed order.
 
     Attributes:
-        layers: What can be drawn.
-        plots: What is drawn of a run over its frames.
-        readings: What is written of the frame that is shown.
-        worlds: What is shown beside the picture in a space of its own; every drawing has all of them.
+        layers: Layers that can be drawn.
+        plots: Plots of a run over its frames.
+        readings: Values written for the shown frame.
+        worlds: Spaces shown next to the picture; every drawing has all of them.
         thumbnail: A small WebP picture of a run for the start page, a file; None if there is none.
     """
 
@@ -196,13 +195,13 @@ class Display:
 
 @dataclass(frozen=True)
 class Measured:
-    """What is measured of runs beside what their trackers report.
+    """Measurements of runs in addition to the trackers' reports.
 
     Attributes:
-        series: What is measured of every frame, such as distances from the truth.
-        measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
-        measures: What a whole run beside its truth gives, one number each.
-        report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
+        series: Values measured in every frame, such as distances from the truth.
+        measure: (frame, state) -> the values of these series, by name; values that a frame does not have are omitted.
+        measures: Numbers computed from a whole run and its truth.
+        report: (diagnostics of all frames) -> further values of a whole run, JSON values.
     """
 
     series: tuple[Series, ...] = ()
@@ -220,12 +219,12 @@ class Judge:
 
     Attributes:
         error: (estimates (..., d), true positions (..., d)) -> distances (...).
-        unit: Of estimate and error: "px", "deg", or "" for a pure number.
+        unit: Unit of estimate and error: "px", "deg", or "" for a pure number.
         lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
             makes sense.
-        missed: (state, target) -> whether what is believed misses a target of which more is known than a place and a
-            size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
-        scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
+        missed: (state, target) -> whether the belief misses the target, if more is known of the target than place and
+            size, such as its silhouette, or if the belief is not a point; None leaves it to `lost`.
+        scale: Factor that converts estimates and positions to `unit`; 180/pi for angles in rad.
     """
 
     error: Callable[[Floats, Floats], Any]
@@ -236,7 +235,7 @@ class Judge:
 
     @property
     def has_loss(self) -> bool:
-        """Whether there is a notion of lost."""
+        """Whether loss is defined."""
         return self.lost is not None or self.missed is not None
 
 
@@ -247,29 +246,29 @@ class Experiment:
     Attributes:
         id: Name in commands, addresses and files.
         title: Name on the screen.
-        texts: What people read about it.
-        trackers: By name, in the order in which they are shown; the first is the one to begin with.
+        texts: Its texts.
+        trackers: By name, in the order in which they are shown; the first is the default.
         frames: Length of a simulated run.
         presets: Starting points that show something.
-        display: What is shown of a run.
-        warm_frames: So many frames of a run call all functions that any further frame calls.
+        display: Its displays of a run.
+        warm_frames: Number of frames after which a run has called all functions that any further frame calls.
         simulate: Wire the simulated scene.
         draw: Draw a frame.
         judge: How estimates are compared with the truth.
         video: How recordings are followed, where the experiment takes any.
-        measured: What is measured of its runs beside what its trackers report.
-        example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
-        exports: Files that it offers of what is believed in a frame.
-        guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
-        boxes: (state) -> the boxes that are believed of all targets of a frame, where there are several; else the one
-            around the estimate is, of the role "extent".
-        quality: What its trackers say of their own error, and how well that holds.
-        failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
+        measured: Measurements of its runs in addition to the trackers' reports.
+        example_sweep: A first sweep; by default its first two numbers are varied.
+        exports: Files of a frame's belief that it offers.
+        guidance: Declaration for learning from its recorded states, if learned motion can guide its particles.
+        boxes: (state) -> the believed boxes of all targets of a frame, if there are several; else the box around the
+            estimate with the role "extent".
+        quality: The trackers' own error estimates, and their reliability.
+        failures: Named failures of its trackers, each with its symptoms and its cure.
         model: The belief that a filter from a file is joined with; None where it takes none.
-        joined: Trackers that joined it later, each with the one whose parameters it reads.
-        filters: Texts of the files whose filters stand among its trackers, all versions, by the names of these.
+        joined: Trackers added later, each with the tracker whose parameters it reads.
+        filters: Texts of the files whose filters are among its trackers, all versions, by tracker name.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
-            it is not used; 0, for the project's own, is always the present one.
+            it is not used; 0, for the project's own, always means the present version.
     """
 
     id: str
@@ -297,7 +296,7 @@ class Experiment:
     interface: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse plots, readings and tours of what nobody declares, and columns, worlds or failures of one name.
+        """Refuse plots, readings and tours of undeclared series, and columns, worlds or failures with the same name.
 
         Raises:
             ValueError: A plot or reading names an unknown series, or two different series have one name, or two
@@ -327,12 +326,12 @@ class Experiment:
 
     @property
     def default_tracker(self) -> str:
-        """Name of the tracker to begin with: the first one."""
+        """Name of the default tracker: the first one."""
         return next(iter(self.trackers))
 
     @property
     def glossary(self) -> Section:
-        """Its own words: those that it declares, and its trackers."""
+        """Its own terms: the declared ones, and its trackers."""
         return Section(self.title, (*self.texts.terms, *(tracker.term for tracker in self.trackers.values())), self.id)
 
     def check_starts(self) -> None:
@@ -373,7 +372,7 @@ class Experiment:
         for kind, known, names in wanted:
             for name in names:
                 if name not in known:
-                    raise ValueError(f"{self.id} has no {kind} {name!r}, of which its calibration speaks")
+                    raise ValueError(f"{self.id} has no {kind} {name!r}, which its calibration names")
 
     def declarations(self, model: type[Parameters]) -> tuple[Declaration, ...]:
         """Return the declaration of every parameter of a setup's model, each with all trackers that read it."""
@@ -386,7 +385,7 @@ class Experiment:
 
     @property
     def run_measures(self) -> tuple[Measure, ...]:
-        """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
+        """All measures of a run: the hit rate, if loss is defined, and the declared ones."""
         return (*((HIT_RATE,) if self.judge.has_loss else ()), *self.measured.measures)
 
     def with_trackers(self, *trackers: Tracker, like: str) -> "Experiment":
@@ -407,11 +406,11 @@ class Experiment:
         return replace(self, judge=judge, display=replace(self.display, plots=plots))
 
     def measures_on(self, footage: Footage | None, *, loss_probability: bool = False) -> tuple[Measure, ...]:
-        """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone.
+        """Return the measures of a run on a recording, or on the scene: without truth, from its own estimates alone.
 
         Args:
             footage: The recording, if it is on one.
-            loss_probability: Whether how probable it is that the target is lost was asked for.
+            loss_probability: Whether the probability of a loss was requested.
         """
         known = self.run_measures if footage is None or footage.is_labelled else own_account(self.judge.unit)
         return (*known, MEAN_LOSS_PROBABILITY) if loss_probability else known
@@ -430,10 +429,10 @@ class Experiment:
         return self.video.recorded(kind)
 
     def miscalibration(self, *in_force: tuple[str, Any]) -> tuple[Direction, ...]:
-        """Return the ways in which bands are declared to be off.
+        """Return the declared errors of bands.
 
         Args:
-            in_force: Trackers by name with their parameters; it holds of any of them.
+            in_force: Trackers by name with their parameters; an error of any of them counts.
         """
         faults = self.quality.calibration.faults
         found = {fault.direction for fault in faults if any(fault.holds(*each) for each in in_force)}
@@ -442,7 +441,7 @@ class Experiment:
     def preset_of(
         self, tracker: str, seed: int, values: Mapping[str, Value], defaults: Mapping[str, Value]
     ) -> Preset | None:
-        """Return the preset that a simulated run begins as, if there is one.
+        """Return the preset at the start of a simulated run, if there is one.
 
         Args:
             tracker: Name of its tracker at frame 0.
@@ -464,7 +463,7 @@ class Experiment:
         return self.video.clip_title or self.title if footage else self.title
 
     def subjects(self, preset: Preset | None, footage: Footage | None = None) -> tuple[str, ...]:
-        """Return the parameters that a preset or a recording is about; without either, those that any preset sets."""
+        """Return the main parameters of a preset or a recording; without either, those that any preset sets."""
         if preset is not None:
             return preset.subjects
         if footage is not None and self.video.clip_about:
@@ -516,10 +515,11 @@ class Experiment:
     def check_names(self, recipe: Recipe) -> None:
         """Refuse a recipe that names a tracker or a parameter that this experiment does not have.
 
-        What a filter of the recipe declares is not known before it is executed: beside one, any identifier may be its.
+        The declarations of a recipe's filter are unknown before it is executed: with one, any identifier may belong to
+        it.
 
         Raises:
-            ParameterError: There is no tracker or no parameter of such a name, on any kind of recording.
+            ParameterError: The tracker or parameter does not exist, for any kind of recording.
         """
         trackers = (*self.trackers, *recipe.filters)
         if recipe.tracker is not None:

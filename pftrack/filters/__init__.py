@@ -5,21 +5,21 @@ The members differ in how they represent the posterior and where they put their 
 
 - `kalman`, `extended`, `unscented`: one Gaussian; exact for linear models, by derivatives, by sigma points;
 - `bootstrap`: particles drawn from the prediction (SIR, Condensation);
-- `auxiliary`: parents chosen with regard to the new observation, for all particles or for some, as rules say that look
-  at how uncertain the last posterior was;
+- `auxiliary`: parents chosen with regard to the new observation, for all particles or for some; rules set the share by
+  the uncertainty of the last posterior;
 - `unscented_particle`: every particle proposed from its own unscented Kalman update;
-- `dynamics`: how states move; and the state a few frames ago, given what has been seen since, for Gaussians and for
-  particles;
+- `dynamics`: how states move, and fixed-lag smoothing for Gaussians and for particles;
 - `disturbances`: how large the noises of a linear model were, given all frames.
 
 An object with several features is tracked in two layers:
 
-- `adaptive`: what a layer is; below, particles of each feature, drawn in a given ratio from the upper prediction and
-  from their own;
-- `affine`, `perspective`: above, the camera's entries and the pose from them, or the pose itself;
+- `adaptive`: the interface of a layer, and the lower layer: particles of each feature, drawn in a given ratio from the
+  upper layer's prediction and from their own;
+- `affine`, `perspective`: the upper layer, which estimates the camera's entries and the pose from them, or the pose
+  itself;
 - `sequential`: the small Kalman filters of both, for compiled loops;
-- `agreement`: features that are elsewhere, or less exact than they say;
-- `rao_blackwell`: both layers at once, particles of all features together and an exact camera for each of them.
+- `agreement`: features that are misplaced, or less exact than their variances;
+- `rao_blackwell`: both layers at once; each particle holds all features and an exact camera.
 
-Filters know no pictures: the likelihood is an argument, a function of states (N, d) that returns log densities (N,).
+Filters do not see pictures. The likelihood is an argument, a function of states (N, d) that returns log densities (N,).
 """

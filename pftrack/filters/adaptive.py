@@ -1,15 +1,15 @@
 """Features tracked by small particle filters that draw from two predictions at once.
 
-Each feature has N particles of its own, positions (x, y) in this frame and in the last. A share alpha of them is drawn
-from the upper layer's prediction of that feature (`layers`), the others from the feature's own past by a second-order
-model, so that a wrong model of the object and a hidden feature are both survived. The mixture of the two is the prior
-as well as the sampling distribution, and therefore the weight of a particle is its likelihood alone (Bando 2007, ch. 4,
+Each feature has its own N particles, positions (x, y) in this frame and in the last. A share alpha of them is drawn
+from the upper layer's prediction of that feature, the others from the feature's own past by a second-order model. The
+filter therefore survives both a wrong model of the object and a hidden feature. The mixture of the two is the prior as
+well as the sampling distribution, and therefore the weight of a particle is its likelihood alone (Bando 2007, ch. 4,
 eqs. 4.1-4.3, 4.6-4.10).
 
-How many come from where is no draw but a division: round(alpha N) and the rest. How alpha is adapted is the business of
-`learning.mixture_em`; at 1 and at 0 the filter follows only the upper or only the lower prediction.
+The two numbers of particles are fixed, not drawn: round(alpha N) and the rest. `learning.mixture_em` adapts alpha; at 1
+the filter follows only the upper prediction, at 0 only the lower one.
 
-All features are handled together. The likelihood comes from outside, for all particles at once: `draw`, then the
+All features are handled together. The caller computes the likelihood for all particles at once: `draw`, then the
 likelihood of `positions`, then `weigh`.
 """
 
@@ -25,12 +25,12 @@ from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import systematic_parents
 
-# What an upper layer is: a model of the whole object that says where each of its features should be seen.
+# An upper layer is a model of the whole object that predicts where each of its features should be seen.
 #
 # Features are tracked in two layers. The lower one is the image positions of the features, a small particle filter
-# each; the upper one, the state of the object that carries them. From above comes a prediction of every feature, a
-# Gaussian per axis over its position in this frame and in the last (Bando 2007, ch. 4, eq. 4.8); from below come
-# measured positions, the means of the particles, with their variances.
+# each; the upper one, the state of the object that carries them. The upper layer predicts every feature: a Gaussian per
+# axis over its position in this frame and in the last (Bando 2007, ch. 4, eq. 4.8). The lower layer measures positions:
+# the means of the particles, with their variances.
 #
 # The members are `affine` (entries of an affine camera by a Kalman filter, from which the pose is estimated) and
 # `perspective` (pose and translation by an extended Kalman filter on a pinhole).
@@ -40,7 +40,7 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, slots=True)
 class Projection:
-    """Where F features should be seen: independent Gaussians per feature and axis, of positions now and a frame ago.
+    """Predicted positions of F features: independent Gaussians per feature and axis, over this frame and the last.
 
     Attributes:
         means: (F, 2, 2) px; by feature, axis (x, y) and age (this frame, the last).
@@ -87,9 +87,10 @@ class Draw(NamedTuple):
 
     Attributes:
         coordinates: (F, 4, N) px; by feature: x and y in this frame, x and y in the last.
-        upper_counts: (F,) how many of each feature's particles, the first ones, came from the upper prediction.
-        parents: (F, N) which particle of the last frame each was drawn from, counted over all features, feature by
-            feature; -1 of those from the upper prediction, which have none.
+        upper_counts: (F,) number of each feature's particles that came from the upper prediction; they are the first
+            ones.
+        parents: (F, N) index of the particle of the last frame that each was drawn from, counted over all features,
+            feature by feature; -1 for particles from the upper prediction, which have none.
     """
 
     coordinates: Floats
@@ -108,10 +109,12 @@ class Features:
 
     Attributes:
         coordinates: (F, 4, N) px; by feature: x and y in this frame, x and y in the last.
-        upper_counts: (F,) how many of each feature's particles, the first ones, came from the upper prediction.
-        parents: (F, N) which particle of the last frame each was drawn from, counted as in `Draw`; -1 without one.
+        upper_counts: (F,) number of each feature's particles that came from the upper prediction; they are the first
+            ones.
+        parents: (F, N) index of the particle of the last frame that each was drawn from, counted as in `Draw`; -1 if
+            none.
         log_weights: (F, N); the weights of a feature sum to one.
-        survivors: (F, N) which particles were drawn by weight, to be the parents of the next frame.
+        survivors: (F, N) indices of particles drawn by weight; they are the parents of the next frame.
         means: (F, 2) px, weighted means of the positions.
         covariances: (F, 2, 2) px^2, weighted.
         log_evidences: (F,) log of the mean likelihood; -inf if no particle of the feature had any.
@@ -180,8 +183,8 @@ def draw(
         rng: The frame's generator.
 
     Raises:
-        TypeError: One is not an array of real numbers, or the count is not a whole number.
-        ValueError: One has another shape, a ratio is not between 0 and 1, or the count is below 1.
+        TypeError: An argument is not an array of real numbers, or the count is not a whole number.
+        ValueError: An array has another shape, a ratio is not between 0 and 1, or the count is below 1.
     """
     check_count("count", count)
     size = check(
@@ -203,13 +206,13 @@ def weigh(drawn: Draw, log_likelihoods: Floats, rng: Generator) -> Features:
 
     Args:
         drawn: The particles.
-        log_likelihoods: (F, N) up to a constant for each feature; NaN counts as impossible. A feature of which all
-            particles are impossible keeps them with equal weights.
+        log_likelihoods: (F, N) up to a constant for each feature; NaN counts as impossible. A feature keeps its
+            particles with equal weights if all are impossible.
         rng: The frame's generator.
 
     Raises:
         TypeError: The likelihoods are not an array of real numbers.
-        ValueError: There are not as many as particles.
+        ValueError: Their number differs from that of the particles.
     """
     check(missing=True, coordinates=(drawn.coordinates, "F 4 N"), log_likelihoods=(log_likelihoods, "F N"))
     offsets = rng.random(len(drawn.upper_counts))
@@ -218,12 +221,12 @@ def weigh(drawn: Draw, log_likelihoods: Floats, rng: Generator) -> Features:
 
 
 def orphan(features: Features) -> Features:
-    """Return features whose particles have no parents, as the last frame's were those of another filter."""
+    """Return features whose particles have no parents, because another filter handled the last frame."""
     return replace(features, parents=np.full_like(features.parents, -1))
 
 
 def hold(features: Features) -> Features:
-    """Return features for a frame in which nothing is drawn, so that each particle is what it was in the last."""
+    """Return features for a frame without a draw: each particle stays as it was in the last frame."""
     return replace(features, parents=np.arange(features.parents.size).reshape(features.parents.shape))
 
 

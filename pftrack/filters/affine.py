@@ -5,14 +5,15 @@ P_t = 2 P_{t-1} - P_{t-2} + noise. A feature at X_n is seen at P (X_n; 1), which
 is exact for this model (Bando 2007, ch. 4 section 3.1). The rows of P do not interact: there is one filter of eight
 components for x and one for y.
 
-What makes it fail: the measured positions are means of particles that may themselves have been drawn from this layer's
-prediction, so that information is counted twice. If all of them always are, and the picture says little, the layer
-becomes sure of itself, which is why its share is adapted (`learning.mixture_em`).
+The layer fails when information is counted twice: the measured positions are means of particles that may have been
+drawn from this layer's own prediction. If all of them always are, and the picture carries little information, the layer
+becomes overconfident. For this reason its share is adapted (`learning.mixture_em`).
 
 The pose follows from the entries. A rigid object that turns by R(theta) in front of the camera P_0 = (A_0, .) is seen
-by a camera whose first three columns are A = A_0 R(theta): six numbers that say three angles (Bando 2007, Appendix D,
-eq. A.31, without the last column, which only says where the object is). The six entries and their covariance are the
-measurement there. The angles walk at random, since second-order dynamics diverge while the entries are poor.
+by a camera whose first three columns are A = A_0 R(theta), six numbers that determine three angles (Bando 2007,
+Appendix D, eq. A.31, without the last column, which only holds the object's position). The six entries and their
+covariance are the measurement of that filter. The angles walk at random, since second-order dynamics diverge while the
+entries are poor.
 
 - `extended_step`: the extended Kalman filter, linearised at the predicted angles (Appendix D.2);
 - `particle`: particles of the angles (Appendix D.1).
@@ -72,7 +73,7 @@ class AffineLayer:
         noise_sd: (4,) process noise of the entries of each row, per frame.
         theta_sd_rad: Process noise of the angles, per frame.
         estimator: How the pose is estimated from the entries.
-        theta_count: Particles of that, if by particles.
+        theta_count: Number of particles, if it is estimated by particles.
         walk: (3, 3) covariance of the angles' step in place of `theta_sd_rad`, rad^2, where they turn together.
     """
 
@@ -85,11 +86,11 @@ class AffineLayer:
     walk: Floats | None = None
 
     def __post_init__(self) -> None:
-        """Keep what compiled code gets in the one form for which it is compiled.
+        """Store arrays in the one form that compiled code expects.
 
         Raises:
-            TypeError: One is not an array of real numbers.
-            ValueError: One has another shape, or is not finite.
+            TypeError: An argument is not an array of real numbers.
+            ValueError: An array has another shape, or is not finite.
         """
         check(points_mm=(self.points_mm, "F 3"), reference=(self.reference, "2 4"), noise_sd=(self.noise_sd, "4"))
         if self.walk is not None:
@@ -121,8 +122,8 @@ class AffineLayer:
         """Condition the camera on positions (F, 2) px with variances (F, 2) px^2, and the pose on the camera.
 
         Raises:
-            TypeError: One is not an array of real numbers.
-            ValueError: One has another shape, or is not finite.
+            TypeError: An argument is not an array of real numbers.
+            ValueError: An array has another shape, or is not finite.
         """
         check(points_mm=(self.points_mm, "F 3"), positions=(positions, "F 2"), variances=(variances, "F 2"))
         mean, covariance = observe(belief.mean, belief.covariance, self.points_mm, positions, variances)
@@ -149,7 +150,7 @@ def predict(mean: Floats, covariance: Floats, noise_sd: Floats) -> tuple[Floats,
     """Return mean (2, 8) and covariance (2, 8, 8) a frame later, given the noise (4,) of the entries of a row.
 
     Raises:
-        ValueError: One has another size.
+        ValueError: An array has another size.
     """
     if mean.shape != (2, 8) or covariance.shape != (2, 8, 8) or noise_sd.shape[0] != 4:
         raise ValueError("expected a mean (2, 8), a covariance (2, 8, 8) and noises (4,), got other sizes")
@@ -168,7 +169,7 @@ def project(mean: Floats, covariance: Floats, points_mm: Floats) -> tuple[Floats
     """Return means and covariances of `Projection`, given the camera's, (2, 8) and (2, 8, 8), and points (F, 3).
 
     Raises:
-        ValueError: One has another size.
+        ValueError: An array has another size.
     """
     if mean.shape != (2, 8) or covariance.shape != (2, 8, 8) or points_mm.shape[1] != 3:
         raise ValueError("expected a mean (2, 8), a covariance (2, 8, 8) and points (F, 3), got other sizes")
@@ -180,7 +181,7 @@ def project(mean: Floats, covariance: Floats, points_mm: Floats) -> tuple[Floats
             row[i] = points_mm[n, i]
         for axis in range(2):
             for place in range(4):
-                # Of this frame's and the last one's position: both means, and all four covariances.
+                # Both means and all four covariances of the positions in this frame and in the last.
                 age, other = place // 2, place % 2
                 total = 0.0
                 for i in range(4):
@@ -216,7 +217,7 @@ def observe(
         Mean and covariance of the posterior.
 
     Raises:
-        ValueError: One has another size.
+        ValueError: An array has another size.
     """
     count = points_mm.shape[0]
     if positions.shape != (count, 2) or variances.shape != (count, 2):
@@ -252,8 +253,8 @@ def entries(mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
         covariance: (2, d, d) of each row; the rows are independent.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
     """
     if check(mean=(mean, "2 d"), covariance=(covariance, "2 d d"))["d"] < 3:
         raise ValueError(f"mean must be (2, d) with d at least 3, got {mean.shape}")
@@ -278,11 +279,11 @@ def extended_step(
         noise: (6, 6) their covariance.
         reference: A_0, (2, 3) px/mm.
         theta_sd_rad: Standard deviation of the step of each angle.
-        walk: (3, 3) covariance of the step in place of that, where angles turn together.
+        walk: (3, 3) covariance of the step, used instead where angles turn together.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
     """
     check(mean=(theta.mean, "3"), covariance=(theta.covariance, "3 3"))
     _check(measured, noise, reference, walk)
@@ -314,8 +315,8 @@ def particle(
         walk: (3, 3) covariance of the step in place of `theta_sd_rad`, where angles turn together.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
     """
     check_count("count", count)
     check(particles=(particles, "N 3"))

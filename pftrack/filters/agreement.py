@@ -1,7 +1,7 @@
-"""Features that do not agree with the solid that carries them: elsewhere, or less exact than they say.
+"""Features that do not agree with the solid that carries them: misplaced, or less exact than their variances.
 
-- `agreeing`: an upper layer listens to those features that agree with it;
-- `excess_variance`: how sure a fit is whose measurements have errors that nobody told it.
+- `agreeing`: an upper layer uses only the features that agree with it;
+- `excess_variance`: the uncertainty of a fit whose measurements have unknown additional errors.
 """
 
 import numpy as np
@@ -11,12 +11,12 @@ from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import multiply, solve
 
 # The mean of a feature's particles is its place only if the feature is where the template fits best. A template that
-# has slipped onto a cheek is sure of itself and wrong, and one such feature pulls the whole solid, which is then wrong
-# about all others. Here a feature is within some slack of where the solid has it, with the long tails of a t
-# distribution. So each particle is weighed by that too, and what a feature says is the mean of what is left, believed
-# the less the less is left. The solid is then estimated again, and the weighing repeated: the iterated reweighting by
-# which t-distributed errors are fitted (Lange, Little & Taylor, Journal of the American Statistical Association 84,
-# 1989).
+# has slipped onto a cheek is confident and wrong. One such feature pulls the whole solid, which then predicts all other
+# features wrongly. Here the distance between a feature and the solid's prediction has a t distribution with long tails,
+# whose scale is a given slack. Each particle is weighed by that density, too. The mean of the remaining weight is the
+# feature's measurement, and its variance grows as the remaining weight shrinks. The solid is then estimated again, and
+# the weighing is repeated: this is iterated reweighting, which fits t-distributed errors (Lange, Little & Taylor,
+# Journal of the American Statistical Association 84, 1989).
 
 ROUNDS = 3
 """Estimates of the solid, each from the features as the last one weighs them."""
@@ -25,10 +25,10 @@ FREEDOM = 2.0
 """Degrees of freedom of the tails."""
 
 LEAST_AGREEMENT = 1e-3
-"""A feature that agrees less counts as if it agreed as much as this."""
+"""Least agreement that a feature is given."""
 
 NOTHING_KNOWN_PX2 = 1e8
-"""Variance of a feature that the picture says nothing of."""
+"""Variance of a feature without any evidence in the picture."""
 
 
 def agreeing(
@@ -39,19 +39,19 @@ def agreeing(
     slack_px: float,
     sd_floor_px: float,
 ) -> tuple[Floats, Floats]:
-    """Return what features say as far as they agree with a solid: means (F, 2) px and variances (F, 2) px^2.
+    """Return the means (F, 2) px and variances (F, 2) px^2 of features as far as they agree with a solid.
 
     Args:
         positions: (F, N, 2) px of particles.
         weights: (F, N), normalised by feature.
         expected: (F, 2) px, where the solid has the features.
-        doubts: (F,) by how much the variances are too small, infinite for features that say nothing.
+        doubts: (F,) factor by which the variances are too small; infinite for features without evidence.
         slack_px: How far a feature is from there.
-        sd_floor_px: Smallest standard deviation of what a feature says.
+        sd_floor_px: Smallest standard deviation of a feature's measurement.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: There are not as many of one as of the others.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: The arrays differ in length.
     """
     check(
         missing=True,
@@ -103,10 +103,10 @@ def _agreeing(
 
 # Random effects by Paule and Mandel.
 #
-# A model of p unknowns is fitted to m measured numbers. Each comes with a variance v_i of its own, but there is more
-# error in it than that: the model's camera is too simple, its shape is not quite the object's, what is measured has
-# slipped. None of this is noise that averages out over frames, so no filter that is told v_i alone can know of it. It
-# shows nevertheless, in that the numbers do not fit together as well as v_i says.
+# A model of p unknowns is fitted to m measured numbers. Each comes with a variance v_i of its own, but its error is
+# larger: the model's camera is too simple, its shape differs from the object's, or the measured feature has slipped.
+# Such errors do not average out over frames, so a filter that has only v_i cannot account for them. They still show:
+# the measurements fit together less well than v_i predicts.
 #
 # Let the unknown part have one variance tau^2 for all numbers, as between laboratories that measure the same quantity.
 # With weights w_i = 1 / (v_i + tau^2) the residuals e of the fit obey
@@ -117,16 +117,17 @@ def _agreeing(
 # for regressions R. DerSimonian and R. Kacker 2007). The sum is convex and falls with tau^2, and its slope is -sum_i
 # w_i^2 e_i^2, since the fit minimises it: Newton's method from 0 approaches the root from one side.
 #
-# Measurements of what may not be there at all, each said with probability s_i, are expected to add sum_i s_i in place
-# of m: one that is surely missing has a huge v_i, adds nothing to the sum, and may not be counted as one that fits.
+# Where a measurement exists only with probability s_i, the expected sum is sum_i s_i instead of m: a measurement that
+# is certainly missing has a huge v_i, adds nothing to the sum, and must not count as one that fits.
 #
-# What a fit with other weights u comes to has then the covariance G diag(v + tau^2) G^T, G = (J^T U J)^-1 J^T U.
+# A fit with other weights u then has the covariance G diag(v + tau^2) G^T, G = (J^T U J)^-1 J^T U.
 #
-# The limit of this: an error that looks like a change of the unknowns leaves no residual, and is seen by nobody.
+# The method has a limit: an error that looks like a change of the unknowns leaves no residual, so it cannot be
+# detected.
 
 MOST_ROUNDS = 60
 CLOSE = 1e-6
-"""Of the sum to what is expected, relative: where Newton's method ends."""
+"""Relative difference of the sum from its expected value at which Newton's method ends."""
 
 
 @compiled
@@ -138,7 +139,7 @@ def fit_gain(jacobian: Floats, weights: Floats) -> tuple[Floats, bool]:
         weights: (m,).
 
     Raises:
-        ValueError: There are not as many weights as rows.
+        ValueError: The number of weights differs from that of the rows.
     """
     if weights.shape[0] != jacobian.shape[0]:
         raise ValueError("expected weights (m,) for a slope (m, p), got another number")
@@ -156,12 +157,12 @@ def excess_variance(
     variances: Floats,
     shown: Floats,
 ) -> float:
-    """Return tau^2, the variance that measurements have beyond their own; 0 if none shows, NaN if none can be told.
+    """Return tau^2, the variance of measurements beyond their own; 0 if there is none, NaN if it cannot be estimated.
 
     Args:
         residuals: (m,) measured less expected at any point near the fit.
-        jacobian: (m, p) derivatives of what is expected.
-        variances: (m,) of each measurement as it is known, above 0.
+        jacobian: (m, p) derivatives of the predicted measurements.
+        variances: (m,) known variance of each measurement, above 0.
         shown: (m,) how likely each is a measurement at all, 0..1.
 
     Raises:
@@ -198,7 +199,7 @@ def fit_covariance(gain: Floats, variances: Floats) -> Floats:
     """Return the covariance (p, p) of a fit by its gain (p, m), to numbers that have these variances (m,) in truth.
 
     Raises:
-        ValueError: There are not as many variances as columns.
+        ValueError: The number of variances differs from that of the columns.
     """
     if variances.shape[0] != gain.shape[1]:
         raise ValueError("expected variances (m,) for a gain (p, m), got another number")

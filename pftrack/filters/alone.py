@@ -12,8 +12,9 @@
 
     found = pftrack.filter(Walk(), measurements, n=1000)
 
-It is the bootstrap filter (`pftrack.filters.bootstrap`; Gordon, Salmond and Smith 1993). A model of pftrack's own
-(`pftrack.core.model.model.FilterModel`) whose functions need no tracker's state runs as well, on a list of its frames.
+It is the bootstrap filter (`pftrack.filters.bootstrap`; Gordon, Salmond and Smith 1993). A built-in model
+(`pftrack.core.model.model.FilterModel`) also runs, on a list of its frames, if its functions do not need a tracker's
+state.
 """
 
 import inspect
@@ -31,25 +32,26 @@ from pftrack.filters.dynamics import Sampled
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import Resampler, systematic
 
-# What functions of other people return, checked: arrays of the right shape, without NaN, that say what they say.
+# Checks of what user functions return: arrays of the right shape, without NaN, with values of the right meaning.
 #
-# A filter in a person's own file, and a model that `pftrack.filter` runs, are called between the steps of a filter.
-# What comes back wrong is refused in one sentence that names the function and both sides.
+# pftrack calls the functions of a user's own filter file, and of a model that `pftrack.filter` runs, between the steps
+# of a filter. It refuses a wrong result in one sentence that names the function, the expected value and the returned
+# value.
 
 MOST_PARTICLES = 1_000_000
 LARGEST_EXCESS = 1e-6
-"""By which a sum of weights may differ from one."""
+"""Largest accepted difference of a sum of weights from one."""
 
 
 def named_arguments(
     name: str, function: Callable[..., object], allowed: Sequence[str], refuse: Callable[[str, str], Exception]
 ) -> tuple[str, ...]:
-    """Return the arguments that a function names, of those that it may have.
+    """Return those of the allowed arguments that a function names.
 
     Args:
-        name: Of the function.
-        function: Of somebody else.
-        allowed: Names of all arguments that it may have.
+        name: Name of the function.
+        function: The user's function.
+        allowed: Names of all allowed arguments.
         refuse: See `Answers`; it is raised for an argument of another name.
     """
     try:
@@ -69,7 +71,7 @@ class Answers:
 
     Attributes:
         refuse: (name of the function, what is wrong) -> the error to raise.
-        components: Of the states, in order; empty where nobody has named them, and then their number is free.
+        components: Names of the states' components, in order; if empty, their number is free.
     """
 
     refuse: Callable[[str, str], Exception]
@@ -79,8 +81,8 @@ class Answers:
         """Return states (N, d), contiguous.
 
         Args:
-            function: What has returned them.
-            found: What it has returned.
+            function: The function that returned them.
+            found: The returned value.
             count: N; any number of particles if None.
         """
         names = ", ".join(each.name for each in self.components)
@@ -106,11 +108,11 @@ class Answers:
         """Return logarithms (count,) that may be -inf.
 
         Args:
-            function: What has returned them.
-            found: What it has returned.
+            function: The function that returned them.
+            found: The returned value.
             count: N.
             what: They are, as the sentence names them.
-            states: (N, d) of which they are, for the sentence.
+            states: (N, d) their states, for the sentence.
         """
         logs = self.array(function, found)
         named = f" {what}" if what else ""
@@ -170,7 +172,7 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Filtered:
-    """What a filter found in T frames.
+    """Results of a filter over T frames.
 
     Attributes:
         means: (T, d) posterior means.
@@ -200,11 +202,11 @@ def filter(  # noqa: A001 - as users call it, pftrack.filter
 ) -> Filtered:
     """Run a particle filter over data, and return what it finds.
 
-    The model has three functions, which get those of their arguments that they name:
+    The model has three functions. Each receives only the arguments that it names:
 
     - begin(n, rng, ...) -> states (n, d), drawn before the first frame is seen;
     - propagate(states, rng, ...) -> states (n, d), each drawn from p(x_t | x_{t-1});
-    - log_likelihood(states, frame, ...) -> (n,) log p(z_t | x_t), up to a constant; -inf for what cannot be.
+    - log_likelihood(states, frame, ...) -> (n,) log p(z_t | x_t), up to a constant; -inf for impossible states.
 
     All may name `parameters` and `frame`, one item of the data; begin may name `target`.
 
@@ -214,12 +216,12 @@ def filter(  # noqa: A001 - as users call it, pftrack.filter
         n: Number of particles.
         parameters: Handed to the functions as they are.
         target: Handed to begin as it is.
-        seed: Of all random numbers; the same one gives the same result.
+        seed: Random seed; the same seed gives the same result.
         resample: How parents are drawn (`pftrack.filters.resampling`).
         threshold: Resample where the effective sample size is below this share of n.
 
     Raises:
-        TypeError: The model lacks a function, or one asks for an argument that there is not.
+        TypeError: The model lacks a function, or a function asks for an unknown argument.
         ValueError: There are no data, a function returns a wrong shape or NaN, or no particle is possible.
     """
     check_count("n", n)

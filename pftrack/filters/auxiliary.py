@@ -1,18 +1,18 @@
-"""The auxiliary particle filter: let the observation have a say in who becomes a parent.
+"""The auxiliary particle filter: the observation influences the choice of parents.
 
 Each particle is judged in advance by the likelihood g at a representative point, the mean of its prediction. Parents
 drawn by weight times g (the *observation sampler*) lie where the new picture shows something; parents drawn by weight
 alone (the *prediction sampler*) are those of the bootstrap filter. One step here serves both and any mixture of them.
 
-What weight a particle of the observation sampler gets is the decisive choice, and Bando 2007 does not say. Three rules
-(docs/methods/filters.md):
+The decisive choice is the weight of a particle from the observation sampler; Bando 2007 does not specify it. There are
+three rules (docs/methods/filters.md):
 
 - `corrected`: likelihood / g, the rule of Pitt and Shephard (1999). The posterior is the Bayesian one; in a mixture
   each group is put on the common scale by the mean of g over the last posterior.
 - `balanced`: the same target, with the balance heuristic over the mixture of both samplers; lower variance.
 - `sharpened`: the likelihood alone, which reproduces Bando 2007. The likelihood then enters twice, at the
   representative point and at the particle. This is **not** a valid importance sampler of the posterior but a heuristic
-  that trusts the observation more than the model does; its sigma is too small and its log evidence is no evidence.
+  that trusts the observation more than the model does; its sigma is too small, and its log evidence is not valid.
 """
 
 import math
@@ -56,12 +56,12 @@ def step(
 
     Returns:
         The posterior, prediction_count + observation_count particles in that order. If g is zero for every particle,
-        the observation has nothing to say and all of them come from the prediction sampler.
+        the observation carries no information, and all particles come from the prediction sampler.
 
     Raises:
-        TypeError: The likelihood returns something else than an array, or a count is not a whole number.
-        ValueError: The dynamics are of another dimension than the particles, the likelihood returns another number of
-            values than there are particles, or no particles are to be drawn.
+        TypeError: The likelihood does not return an array, or a count is not a whole number.
+        ValueError: The dynamics are of another dimension than the particles, the likelihood returns a number of values
+            other than that of the particles, or no particles are to be drawn.
     """
     check_count("prediction_count", prediction_count, 0)
     check_count("observation_count", observation_count, 0 if prediction_count else 1)
@@ -96,7 +96,7 @@ def correction(log_g_parent: Floats, log_mean_g: float, prediction_count: int, b
         balanced: By the balance heuristic, or each group by its own sampler.
 
     Raises:
-        ValueError: More came from the prediction sampler than there are.
+        ValueError: The number from the prediction sampler exceeds the number of particles.
     """
     count = log_g_parent.shape[0]
     if not 0 <= prediction_count <= count:
@@ -120,7 +120,7 @@ def correction(log_g_parent: Floats, log_mean_g: float, prediction_count: int, b
 
 # How many particles each sampler should provide is judged by the last posterior. While the target is in view it is
 # narrow and the prediction can be trusted. When it widens, whether because the target is hidden or because the dynamics
-# are wrong, the observation should have more say. The switching particle filters of Bando 2007 compare the posterior
+# are wrong, the observation should count more. The switching particle filters of Bando 2007 compare the posterior
 # standard deviation with thresholds; they differ in how hard the switch is.
 
 
@@ -160,7 +160,7 @@ def soft(sigma: Floats, gamma_min: float, gamma_max: float, count: int) -> int:
         count: N.
 
     Raises:
-        ValueError: There is no sigma, or one is NaN.
+        ValueError: The sigmas are empty, or one is NaN.
     """
     widest = 0.0
     for axis in range(sigma.shape[0]):

@@ -1,7 +1,7 @@
-"""Beams: a belief as a few hypotheses with weights, each of which knows from which of the frame before it comes.
+"""Beams: a belief as a few weighted hypotheses, each with a link to its parent in the previous frame.
 
-A beam keeps what a single estimate would have to decide at once. Which possibility was right may show only later; the
-links to the parents then lead back from the best one of now to what it means for the frames before.
+A beam keeps alternatives between which a single estimate would have to decide at once. Later frames may show which
+alternative was right. The links to the parents then lead back from the best current hypothesis to its past.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ class Beam(Generic[T]):
 
         Raises:
             TypeError: Weights or parents are not an array of numbers.
-            ValueError: There is no member, or there are not as many weights or parents as members.
+            ValueError: There is no member, or the number of weights or parents differs from that of the members.
         """
         if not self.members:
             raise ValueError("a beam needs at least one member, got none")
@@ -74,15 +74,16 @@ def select_best(
 
     Args:
         members: N candidates, at least one.
-        scores: (N,) log probabilities up to a constant. What is not finite is impossible: such a member is kept only
-            where no member is possible, and then all are as probable as one another.
+        scores: (N,) log probabilities up to a constant. A score that is not finite marks an impossible member.
+            Impossible members are kept only if all are impossible, and then with equal probabilities.
         parents: (N,) index of each one's parent in the frame before, or -1.
         width: Most members that are kept, at least 1.
-        same: Whether two members are one and the same hypothesis; the less probable of them is dropped.
+        same: Whether two members are the same hypothesis; the less probable one is dropped.
 
     Raises:
         TypeError: Scores or parents are not an array of numbers.
-        ValueError: There is nothing to keep, or no room for it, or there are not as many scores and parents as members.
+        ValueError: There is nothing to keep, the size is below 1, or the number of scores or parents differs from that
+            of the members.
     """
     if not members or width < 1:
         raise ValueError(f"keeping the best needs a member and a width of at least 1, got {len(members)} and {width}")
@@ -100,10 +101,10 @@ def select_best(
 
 
 def backtrack(parents: Sequence[Ints], last: int) -> Ints:
-    """Return which member of each frame a member of the last one comes from.
+    """Return the ancestor, in each frame, of a member of the last frame.
 
     Args:
-        parents: Of T frames, the (K_t,) parents of the members of each; those of the first frame are not read.
+        parents: Parents (K_t,) of the members of each of T frames; the first frame's are not read.
         last: Index of a member of the last frame.
 
     Returns:

@@ -1,7 +1,7 @@
 """The bootstrap filter: sample from the dynamics, weigh by the likelihood.
 
-The same algorithm goes by sampling importance resampling (SIR; Gordon, Salmond and Smith 1993) and Condensation (Isard
-and Blake 1998). Its particles go where the prediction says, whatever the observation says: simple, consistent, and
+The same algorithm is known as sampling importance resampling (SIR; Gordon, Salmond and Smith 1993) and Condensation
+(Isard and Blake 1998). Its particles follow the prediction and ignore the new observation: simple, consistent, and
 wasteful when the prediction is poor. Source: Bando 2007, ch. 2 section 3.1, eqs. 2.11 to 2.13, and ch. 3 section 1.
 """
 
@@ -32,7 +32,7 @@ def step(
         dynamics: p(x_t | x_{t-1}).
         log_likelihood: log p(z_t | x_t) up to a constant, (n, d) -> (n,).
         rng: The frame's generator.
-        count: Number of particles wanted; as many as there are if not given.
+        count: Number of particles wanted; the present number by default.
         resample: How parents are drawn.
         threshold: Resample only if the effective sample size is below this share of N; 1 resamples always.
 
@@ -40,9 +40,9 @@ def step(
         The posterior of this frame, `count` particles.
 
     Raises:
-        TypeError: The likelihood returns something else than an array.
-        ValueError: The dynamics are of another dimension than the particles, or the likelihood returns another number
-            of values than there are particles.
+        TypeError: The likelihood does not return an array.
+        ValueError: The dynamics are of another dimension than the particles, or the likelihood returns a number of
+            values other than that of the particles.
     """
     count = len(particles) if count is None else count
     ancestors = decide(resample, threshold, rng, particles, count)

@@ -1,11 +1,11 @@
 """Smoothing disturbances: how large the noises of a linear Gaussian model were, given all frames.
 
-The filter goes forward and keeps what it expected and how wrong that was; going back, r_t gathers what all later
-measurements say of the state of frame t, and N_t how sure they are. From these follow the noises themselves:
+The forward filter keeps its predictions and their errors. In the backward pass r_t gathers the information of all later
+measurements on the state of frame t, and N_t its precision. From these follow the noises themselves:
 
     E[u_t | Z] = B_t^T r_t,    var[u_t | Z] = I - B_t^T N_t B_t.
 
-Unlike the recursion of Rauch, Tung and Striebel (1965), which comes to the same moments, this inverts no predicted
+Unlike the recursion of Rauch, Tung and Striebel (1965), which gives the same moments, this does not invert a predicted
 covariance, which is singular where a state holds its own past.
 
 Source: Koopman 1993; Durbin and Koopman 2012, sections 4.4 and 4.5.
@@ -28,7 +28,7 @@ class Disturbances:
 
     Attributes:
         log_evidence: (T,) log p(z_t | z_{1:t-1}), 0 where nothing was measured.
-        process: Mean of E[u^2 | Z] over all frames and components: 1 if the noise was as large as it is taken to be.
+        process: Mean of E[u^2 | Z] over all frames and components: 1 if the noise was as large as assumed.
         observation: Mean of E[v^T R^-1 v | Z] / m over the frames with a measurement, likewise.
         process_count: Over how many numbers the first mean is.
         observation_count: Over how many the second is.
@@ -48,12 +48,12 @@ def smooth_disturbances(
 
     Args:
         chain: The model and its measurements.
-        process_factor: By which the covariance of the process noise is multiplied.
-        observation_factor: By which that of the observation noise is.
+        process_factor: Factor of the covariance of the process noise.
+        observation_factor: Factor of the covariance of the observation noise.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
         numpy.linalg.LinAlgError: An innovation covariance is singular.
     """
     check(
@@ -88,7 +88,7 @@ def smooth_disturbances(
 
 @compiled
 def _go_forward(chain: LinearChain, measured: Bools) -> tuple[tuple[Floats, Floats, Floats, Floats], bool]:
-    """Return what the filter keeps of each frame, and whether all is regular.
+    """Return the filter's values of each frame, and whether all innovation covariances are regular.
 
     That is the log evidence (T,), the innovation (T, m, 1), its precision (T, m, m) and the gain (T, d, m).
     """

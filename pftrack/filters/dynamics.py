@@ -1,10 +1,10 @@
 """Dynamics: how a state moves from one frame to the next, and how uncertain that is.
 
-The models here are linear with Gaussian noise, x' = A x + d + B u with u white and of unit variance, so one
-type serves them all; the functions below build the usual members. A second-order model of a position carries the two
-newest positions in its state, (x_t, x_{t-1}).
+The models here are linear with Gaussian noise, x' = A x + d + B u with u white and of unit variance, so one type covers
+them all; the functions below build the usual members. A second-order model of a position carries the two newest
+positions in its state, (x_t, x_{t-1}).
 
-A family member needs two things, which keeps nonlinear models possible: `predict`, the mean of the next state, and
+A family member needs only two methods, so nonlinear models are possible: `predict`, the mean of the next state, and
 `diffuse`, which adds the noise to means that may have been chosen among.
 """
 
@@ -37,7 +37,7 @@ class Sampled:
     """A transition density that can be sampled only as a whole.
 
     Attributes:
-        propagate: (states (n, d), rng) -> the next states (n, d), one of each.
+        propagate: (states (n, d), rng) -> the next states (n, d), one for each.
     """
 
     propagate: Callable[[Floats, Generator], Floats]
@@ -69,8 +69,8 @@ class LinearDynamics:
         """Refuse arrays that do not fit together.
 
         Raises:
-            TypeError: One is not an array of real numbers.
-            ValueError: One has another shape, or is not finite.
+            TypeError: An argument is not an array of real numbers.
+            ValueError: An array has another shape, or is not finite.
         """
         check(transition=(self.transition, "d d"), offset=(self.offset, "d"), noise=(self.noise, "d k"))
 
@@ -151,8 +151,8 @@ def autoregression(newer: Floats, older: Floats, offset: Floats, noise: Floats) 
         noise: B, (d, k).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
     """
     dimension = check(newer=(newer, "d d"), older=(older, "d d"), offset=(offset, "d"), noise=(noise, "d k"))["d"]
     one, zero = np.eye(dimension), np.zeros((dimension, dimension))
@@ -201,7 +201,7 @@ def diffuse(
 
     Args:
         means: (N, d).
-        ancestors: (n,) which of them.
+        ancestors: (n,) their indices.
         noise: B, (d, k).
         normals: u, (k, n).
 
@@ -229,7 +229,7 @@ def diffuse(
     return states.T
 
 
-# Fixed-lag smoothing: where was the target a few frames ago, given what has been seen since?
+# Fixed-lag smoothing: the target's position a few frames ago, given all frames since.
 #
 # For a Gaussian model the answer comes from augmenting the state with its own past, (x_t, ..., x_{t-L}), and filtering
 # as usual: the last block is smoothed by L later observations. For particles it comes from the genealogy: each
@@ -255,7 +255,7 @@ def augment_dynamics(dynamics: LinearDynamics, order: int, lag: int) -> LinearDy
     """Return the dynamics of (x_t, ..., x_{t-lag}) from those of (x_t, ..., x_{t-order+1}).
 
     Args:
-        dynamics: On states that stack `order` blocks of the variable, newest first, of which only the first is new.
+        dynamics: States stack `order` blocks of the variable, newest first; only the first block is new.
         order: 1 for a first-order model, 2 for a second-order autoregression.
         lag: L, at least order - 1.
 
@@ -346,7 +346,7 @@ def smooth(lineage: Lineage, particles: ParticleSet, age: int) -> Floats:
 
     Raises:
         TypeError: The age is not a whole number.
-        ValueError: It is negative, or the lineage is of another number of particles.
+        ValueError: It is negative, or the lineage has another number of particles.
         IndexError: The lineage does not reach back so far.
     """
     check_count("age", age, 0)

@@ -23,8 +23,8 @@ def predict(
         noise_covariance: Q, (d, d).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
     """
     check(mean=(posterior.mean, "d"), covariance=(posterior.covariance, "d d"))
     slope, moved = jacobian(posterior.mean), transition(posterior.mean)
@@ -58,8 +58,8 @@ def update(
         The approximate p(x | z) and log p(z).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     check(mean=(prior.mean, "d"), covariance=(prior.covariance, "d d"))

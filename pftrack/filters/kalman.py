@@ -19,7 +19,7 @@ from pftrack.core.numerics.random import Gaussian, log_densities
 
 
 class NormalisedInnovation(NamedTuple):
-    """How far off a measurement was from what had been expected of it, whatever was measured.
+    """The deviation of a measurement from its prediction.
 
     Attributes:
         squared: Its squared length in standard deviations.
@@ -33,12 +33,12 @@ class NormalisedInnovation(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Innovation:
-    """What a measurement says that was not expected.
+    """The part of a measurement that was not predicted.
 
     Attributes:
         values: (m,) the measurement less its prediction.
-        covariance: (m, m) that is expected of it.
-        gain: (d, m) by how much each of its values moves the mean.
+        covariance: (m, m) its predicted covariance.
+        gain: (d, m) change of the mean per unit of each value.
         normalised: Its length.
     """
 
@@ -83,8 +83,8 @@ def update(
         p(x | z) and log p(z).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     try:
@@ -128,8 +128,8 @@ def condition(
         noise_covariance: R, (m, m).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     try:

@@ -1,4 +1,4 @@
-"""Particle sets: a distribution as a cloud of weighted hypotheses; and what one step of a particle filter gives.
+"""Particle sets: a distribution as a cloud of weighted hypotheses; and the result of one step of a particle filter.
 
 A particle set approximates a distribution by N states and weights that sum to one. Weights are kept as logarithms,
 since the likelihood of even a short signal underflows (raw weights of ten particles fail at dimension 5 on the cosine
@@ -39,9 +39,9 @@ class ParticleSet:
         """Refuse arrays that do not fit together, and states that are not finite.
 
         Raises:
-            TypeError: One is not an array of real numbers.
-            ValueError: There are no particles, not as many states as weights and ancestors, or a state holds NaN or
-                infinity.
+            TypeError: An argument is not an array of real numbers.
+            ValueError: There are no particles, the numbers of states, weights and ancestors differ, or a state holds
+                NaN or infinity.
         """
         states, weights, ancestors = self.states, self.log_weights, self.ancestors
         try:
@@ -148,8 +148,8 @@ def evaluate(log_likelihood: LogLikelihood, states: Floats) -> Floats:
     """Return the log likelihoods (n,) of states (n, d); NaN counts as impossible when they are normalised.
 
     Raises:
-        TypeError: The likelihood returns something else than an array of real numbers.
-        ValueError: It returns another number of values than there are states.
+        TypeError: The likelihood does not return an array of real numbers.
+        ValueError: It returns a number of values other than that of the states.
     """
     values = log_likelihood(states)
     try:
@@ -165,7 +165,8 @@ def evaluate(log_likelihood: LogLikelihood, states: Floats) -> Floats:
 def normalise(log_weights: Floats) -> tuple[Floats, float]:
     """Scale weights so that they sum to one.
 
-    NaN counts as a weight of zero, and so does +inf, which no likelihood can mean. If every weight is zero, nothing is
+    NaN counts as a weight of zero, and so does +inf, which is not a valid likelihood. If every weight is zero, nothing
+    is
     known: the result is uniform and the log of the sum is -inf.
 
     Args:
@@ -200,7 +201,7 @@ def moments(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
     """Return the weighted mean (d,) and covariance (d, d) of states (N, d), given weights (N,) that sum to one.
 
     Raises:
-        ValueError: There are not as many weights as states.
+        ValueError: The number of weights differs from that of the states.
     """
     count, dimension = states.shape
     if weights.shape[0] != count:

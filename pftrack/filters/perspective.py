@@ -2,8 +2,8 @@
 
 The state is q = (theta_x, theta_y, theta_z, t_x, t_y, t_z) and its predecessor, with second-order dynamics. Feature n
 lies at R(theta) X_n + t in the camera's frame and is seen through the pinhole there. Unlike the affine camera this
-model is right about perspective and about an object that comes nearer, but not linear; it is linearised at the
-predicted state (Bando 2007, Appendix E, whose eq. A.39 is this linearisation, corrected: docs/methods/adaptive.md).
+model handles perspective and an approaching object correctly, but is not linear; it is linearised at the predicted
+state (Bando 2007, Appendix E, whose eq. A.39 is this linearisation, corrected: docs/methods/adaptive.md).
 """
 
 import math
@@ -33,8 +33,9 @@ class PerspectiveLayer:
         start: (6,) q at the beginning, rad and mm.
         principal_px: (2,) principal point.
         noise_sd: (6,) process noise, rad and mm per frame.
-        reach_rad: How far the object turns from where it was at the start (standard deviation), if it is held. Of a
-            pose that is well seen this says nothing; one that is not comes back instead of turning on and on.
+        reach_rad: How far the object turns from where it was at the start (standard deviation), if it is held. It
+            hardly affects a pose that is well observed; a poorly observed pose returns instead of turning further and
+            further.
     """
 
     points_mm: Floats
@@ -45,11 +46,11 @@ class PerspectiveLayer:
     reach_rad: float = math.inf
 
     def __post_init__(self) -> None:
-        """Keep what compiled code gets in the one form for which it is compiled.
+        """Store arrays in the one form that compiled code expects.
 
         Raises:
-            TypeError: One is not an array of real numbers.
-            ValueError: One has another shape, or is not finite.
+            TypeError: An argument is not an array of real numbers.
+            ValueError: An array has another shape, or is not finite.
         """
         check(points_mm=(self.points_mm, "F 3"), principal_px=(self.principal_px, "2"))
         check(start=(self.start, "6"), noise_sd=(self.noise_sd, "6"))
@@ -68,7 +69,7 @@ class PerspectiveLayer:
         return Gaussian(*predict_second_order(belief.mean, belief.covariance, self.noise_sd))
 
     def project(self, belief: Gaussian) -> Projection:
-        """Return where the features should be seen: h_n(q) with covariance H_n V H_n^T, of which each axis is used."""
+        """Return where the features should be seen: h_n(q) with covariance H_n V H_n^T, axis by axis."""
         means, covariances = project(belief.mean, belief.covariance, self.points_mm, self.focal_px, self.principal_px)
         return Projection(means, covariances)
 
@@ -76,8 +77,8 @@ class PerspectiveLayer:
         """Condition on positions (F, 2) px with variances (F, 2) px^2.
 
         Raises:
-            TypeError: One is not an array of real numbers.
-            ValueError: One has another shape, or is not finite.
+            TypeError: An argument is not an array of real numbers.
+            ValueError: An array has another shape, or is not finite.
         """
         del rng
         check(points_mm=(self.points_mm, "F 3"), positions=(positions, "F 2"), variances=(variances, "F 2"))
@@ -94,7 +95,7 @@ def features(state: Floats, points_mm: Floats, focal_px: float) -> tuple[Floats,
     """Return where points (F, 3) are seen, (F, 2) px from the principal point, and the derivatives (F, 2, 6) by q.
 
     Raises:
-        ValueError: One has another size.
+        ValueError: An array has another size.
     """
     if state.shape[0] != 6 or points_mm.shape[1] != 3:
         raise ValueError("expected a state (6,) and points (F, 3), got other sizes")
@@ -123,7 +124,7 @@ def project(
     """Return the Gaussians of `Projection`, given mean (12,) and covariance (12, 12) of (q_t, q_{t-1}).
 
     Raises:
-        ValueError: One has another size.
+        ValueError: An array has another size.
     """
     if mean.shape[0] != 12 or covariance.shape != (12, 12) or principal_px.shape[0] != 2:
         raise ValueError("expected a mean (12,), a covariance (12, 12) and a principal point (2,), got other sizes")

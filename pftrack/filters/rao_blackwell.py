@@ -1,8 +1,8 @@
-"""The Rao-Blackwellised particle filter of both layers: the strict answer that the layered tracker approximates.
+"""The Rao-Blackwellised particle filter of both layers: the exact model that the layered tracker approximates.
 
 A particle is the positions of all F features at once, and given its past the affine camera is a Gaussian that a Kalman
-filter knows exactly. So only the features are sampled, in 2 F dimensions (Bando 2007, ch. 4 section 3.3). The model is
-that of `affine`, with features scattered around the camera's prediction, x_t = C a_t + s v. Observation matrix and
+filter computes exactly. So only the features are sampled, in 2 F dimensions (Bando 2007, ch. 4 section 3.3). The model
+is that of `affine`, with features scattered around the camera's prediction, x_t = C a_t + s v. Observation matrix and
 noise are the same for all particles, hence so are the gain and the covariances, and a particle carries only its mean of
 the camera; the two axes share even the covariance.
 
@@ -102,15 +102,16 @@ def step(
     Args:
         belief: Posterior of the last frame, N particles.
         layer: Points and noise of the camera, and how its pose walks.
-        log_likelihood: From positions (F, N, 2) px to log likelihoods (F, N), up to a constant for each feature.
+        log_likelihood: Function from positions (F, N, 2) px to log likelihoods (F, N), up to a constant for each
+            feature.
         rng: The frame's generator.
-        count: Particles wanted; as many as there are if not given.
+        count: Particles wanted; the present number by default.
         scatter_px: s, standard deviation of the features around the camera's prediction.
         threshold: Resample if the effective sample size is below this share of N.
 
     Raises:
-        TypeError: The likelihood returns something else than an array of real numbers.
-        ValueError: It returns another number of values, or the belief is of other sizes than the layer.
+        TypeError: The likelihood does not return an array of real numbers.
+        ValueError: It returns another number of values, or the sizes of belief and layer differ.
     """
     size = len(belief.log_weights)
     count = size if count is None else count

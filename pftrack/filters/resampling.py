@@ -5,8 +5,8 @@ A resampler is a function `(rng, log_weights, count) -> ancestors` that draws `c
 
 - `multinomial`: independent draws, the textbook definition and the noisiest;
 - `stratified`: one draw in each of `count` equal strata of the cumulative weight;
-- `systematic`: the same with one common offset; each index comes floor or ceil of its expectation; the default;
-- `residual`: the whole parts without any noise, the fractions by multinomial draws.
+- `systematic`: the same with one common offset; each index occurs floor or ceil of its expectation times; the default;
+- `residual`: the integer parts without noise, the fractions by multinomial draws.
 
 All return indices in ascending order. `decide` resamples only when the effective sample size has fallen below a share
 of N.
@@ -76,9 +76,9 @@ def parents(kind: int, log_weights: Floats, count: int, seed: int, frame: int, p
         kind: Place of the resampler in `RESAMPLERS`.
         log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
         count: How many to draw.
-        seed: Of the run.
+        seed: Seed of the run.
         frame: Index of the frame.
-        purpose: What the numbers are for.
+        purpose: Purpose of the numbers.
         draw: Number of the draw.
     """
     weights = _relative(log_weights)

@@ -1,12 +1,12 @@
 """The Kalman filter one number at a time, for compiled loops.
 
-A measurement of m numbers with independent noise can be taken in one after another: each is a scalar update, a gain and
-an outer product, and the result is that of conditioning on all at once, without solving a system of equations. Numbers
-that are not independent are made so by a triangular transform first. So small filters take microseconds, and a number
-that is certain already is left out instead of making a matrix singular.
+A measurement of m numbers with independent noise can be used one number after another: each is a scalar update, a gain
+and an outer product. The result equals conditioning on all at once, without solving a system of equations. A triangular
+transform first makes dependent numbers independent. So small filters take microseconds, and a number that is already
+certain is skipped instead of making a matrix singular.
 
-What is linear or linearised is the caller's affair: `condition` takes the residuals z - h(m) and the derivative of h at
-the prior's mean m, and serves the Kalman filter (Bando 2007, ch. 4, eq. 4.4) and the extended one alike.
+The caller linearises the model: `condition` takes the residuals z - h(m) and the derivative of h at the prior's mean m,
+and suits the Kalman filter (Bando 2007, ch. 4, eq. 4.4) and the extended one alike.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 SMALLEST_PIVOT = 1e-12
-"""Relative to its variance: what is left of a number's variance when the ones before it are known, at least."""
+"""Least share of a number's variance that remains when the numbers before it are known."""
 
 
 @compiled

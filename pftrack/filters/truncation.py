@@ -1,18 +1,17 @@
-"""Gaussians that are cut by half-spaces: the moments of what is left, as a Gaussian again.
+"""Gaussians cut by half-spaces: the remaining part, approximated by a Gaussian with the same moments.
 
-A hard bound a'x <= b takes the part beyond it off a Gaussian. Along a what is left is a normal distribution cut at one
-side, whose mean and variance are known in closed form; across it nothing changes but by correlation. Several bounds are
-applied one after the other, each to the Gaussian that the one before has left, and those that cut least come first: the
-order matters, since what is left is not Gaussian.
+A hard bound a'x <= b removes the part of a Gaussian beyond it. Along a, the remaining part is a normal distribution cut
+at one side, with mean and variance in closed form; other directions change only by correlation. Several bounds are
+applied one after the other, each to the Gaussian that the previous one gave, and those that cut least come first. The
+order matters, since the remaining part is not Gaussian.
 
 With c = (b - a'x) / sqrt(a'Pa), phi and Phi the standard normal density and distribution:
 
     mu = -phi(c) / Phi(c),   s = 1 + c mu - mu^2,
     x <- x + P a mu / sqrt(a'Pa),   P <- P - (1 - s) P a (P a)' / (a'Pa).
 
-A bound says something once. Applied to the same Gaussian in every frame it goes on shrinking it, and no observation is
-needed for that: N(65, 10^2) cut to [60, 80] has a standard deviation of 5.98, after 21 times 3.02, after 300 times
-2.36.
+Apply a bound once. If it is applied to the same Gaussian in every frame, it shrinks the Gaussian further without any
+observation: N(65, 10^2) cut to [60, 80] has a standard deviation of 5.98, after 21 times 3.02, after 300 times 2.36.
 
 Source: Shimada 1997, section 4.4, eqs. 4.22 to 4.30, and appendix B, corrected (docs/methods/linkages.md); Simon and
 Simon 2010.
@@ -29,9 +28,9 @@ Bounds: TypeAlias = tuple[Floats, Floats, Floats]
 """A, lo and hi of lo <= A x <= hi."""
 
 BEYOND_NOTICE = 8.0
-"""A bound so many standard deviations away takes nothing off that double precision would show."""
+"""A bound this many standard deviations away has no effect in double precision."""
 LEAST_SHARE = 1e-12
-"""Of the variance along a bound, that is left of it however far the Gaussian lies beyond."""
+"""Least share of the variance along a bound that remains, however far beyond it the Gaussian is."""
 FAR = 50.0
 """Beyond it four terms of a series are exact, where the closed form of the variance would cancel."""
 
@@ -130,9 +129,10 @@ def least_room(mean: Floats, covariance: Floats, bounds: Bounds) -> float:
 
 @compiled
 def log_share(mean: Floats, covariance: Floats, bounds: Bounds) -> float:
-    """Return the logarithm of what a Gaussian has within lo <= A x <= hi, each bound taken by itself.
+    """Return the log of a Gaussian's probability within lo <= A x <= hi, each bound taken independently.
 
-    A direction without any spread is within a bound or not. Arguments and errors as for `truncate`; none is changed.
+    A direction without spread is either inside or outside a bound. Arguments and errors as for `truncate`; none is
+    changed.
     """
     _check(mean, covariance, bounds)
     rows, low, high = bounds

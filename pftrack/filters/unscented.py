@@ -2,8 +2,7 @@
 
 A Gaussian is represented by its mean and points at +- sqrt(d + kappa) standard deviations along the columns of a square
 root of its covariance. Sent through a function, their weighted mean and covariance are right to second order, without
-derivatives (Julier and Uhlmann 1997). For a linear function they are exact, so that this filter is then the Kalman
-filter.
+derivatives (Julier and Uhlmann 1997). For a linear function they are exact, and this filter is then the Kalman filter.
 
 The transform works on a batch of Gaussians at once, since the unscented particle filter has one for every particle.
 """
@@ -37,8 +36,8 @@ def transform(
         Means (n, m) and covariances (n, m, m) of the images, and cross covariances (n, d, m).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite, or d + kappa is not positive.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite, or d + kappa is not positive.
     """
     check(means=(means, "n d"))
     dimension = means.shape[-1]
@@ -56,7 +55,7 @@ def transform(
 
 @compiled
 def _sigma_points(covariances: Floats, scale: float) -> Floats:
-    """Return where the sigma points (n, 2 d + 1, d) are of Gaussians (n, d, d), from their means."""
+    """Return the offsets (n, 2 d + 1, d) of the sigma points of Gaussians (n, d, d) from their means."""
     count, dimension, _ = covariances.shape
     offsets = np.zeros((count, 2 * dimension + 1, dimension))
     for n in range(count):
@@ -75,7 +74,7 @@ def _weight(weights: Floats, offsets: Floats, images: Floats) -> tuple[Floats, F
     Args:
         weights: (s,) of the sigma points.
         offsets: (n, s, d) or (1, s, d) of the sigma points from their means.
-        images: (n, s, m) what became of them.
+        images: (n, s, m) their images.
     """
     count, points, size = images.shape
     dimension = offsets.shape[2]
@@ -102,8 +101,8 @@ def predict(
     """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise of covariance Q (d, d); f maps (..., d) -> (..., d).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
     """
     check(
         mean=(posterior.mean, "d"),
@@ -134,8 +133,8 @@ def update(
         The approximate p(x | z) and log p(z).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     check(mean=(prior.mean, "d"), covariance=(prior.covariance, "d d"))
@@ -153,7 +152,7 @@ def update_batch(
     noise_covariance: Floats,
     kappa: float | None = None,
 ) -> tuple[Floats, Floats, Floats]:
-    """Condition n Gaussians on the same measurement: means (n, d) and covariances (n, d, d), or (1, d, d) of all.
+    """Condition n Gaussians on the same measurement: means (n, d) and covariances (n, d, d), or (1, d, d) for all.
 
     The other arguments are those of `update`.
 
@@ -161,8 +160,8 @@ def update_batch(
         Means (n, d), covariances (n, d, d) and log p(z), (n,).
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: One has another shape, or is not finite.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     check(measurement=(measurement, "m"), noise_covariance=(noise_covariance, "m m"))
@@ -185,7 +184,7 @@ def _condition(
     updated, remaining = means.copy(), np.empty((count, dimension, dimension))
     for n in range(count):
         own = min(n, covariances.shape[0] - 1)
-        # The gain, transposed, and what it takes off the covariance: K S K^T, of which S K^T is the cross covariance.
+        # The gain, transposed, and what it takes off the covariance: K S K^T, where S K^T is the cross covariance.
         gain, regular = solve(innovation_covariances[n], cross[n].T.copy())
         if not regular:
             return updated, remaining, False

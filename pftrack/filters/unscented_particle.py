@@ -1,12 +1,11 @@
-"""The unscented particle filter: every particle proposed by an unscented Kalman filter of its own.
+"""The unscented particle filter: every particle is proposed by its own unscented Kalman filter.
 
-The proposal already looks at a measurement, so particles move towards it, and the weights take the proposal back out:
-w = p(z | x) p(x | parent) / q(x | parent, measurement). A particle's filter begins at the particle. Its covariance is
-what the process noise of one frame leaves open or, as in Bando 2007, ch. 3 section 4, eq. 3.13 (van der Merwe, Doucet,
-de Freitas and Wan 2000, fig. 1), handed down: what measurements have told the particle's ancestors, and the dynamics
-have blurred since. Then the gain is that of a Kalman filter that runs along. That is not better for it: a particle
-stands for one position, so its next one is as uncertain as the noise and no more, and what is proposed further away is
-given hardly any weight.
+The proposal already uses a measurement, so particles move towards it, and the weights correct for the proposal: w = p(z
+| x) p(x | parent) / q(x | parent, measurement). A particle's filter begins at the particle. Its covariance is what the
+process noise of one frame leaves open or, as in Bando 2007, ch. 3 section 4, eq. 3.13 (van der Merwe, Doucet, de
+Freitas and Wan 2000, fig. 1), inherited: the particle's ancestors narrowed it by measurements, and the dynamics widened
+it since. The gain then equals that of a parallel Kalman filter. This does not help: a particle represents one position,
+so its next position is only as uncertain as the noise, and proposals further away get hardly any weight.
 
 The first coordinates of the state are the ones that receive process noise; lagged coordinates (the previous position of
 a second-order model) follow their parent exactly and are left out of the densities.
@@ -30,7 +29,7 @@ from pftrack.filters.unscented import Function, update_batch
 
 @dataclass(frozen=True)
 class UnscentedParticles(ParticleSet):
-    """Particles, each with what its own filter makes of it.
+    """Particles, each with the covariance of its own filter.
 
     Attributes:
         covariances: (N, d, d) of the filters, whose means are the states.
@@ -67,8 +66,8 @@ def step(
         measurement: A crude measurement (m,) for the proposal, or None to propose from the prediction.
         observe: h, what the measurement would be for the noisy coordinates, (..., k) -> (..., m).
         noise_covariance: R of the measurement, (m, m).
-        recursive: Whether the particles' covariances are handed down. Where none have been, they begin at zero.
-        count: Number of particles wanted; as many as there are if not given.
+        recursive: Whether particles inherit covariances. Without inherited ones they begin at zero.
+        count: Number of particles wanted; the present number by default.
         resample: How parents are drawn.
 
     Returns:
@@ -93,7 +92,7 @@ def step(
     ancestors = resample(rng, particles.log_weights, count)
     means = dynamics.predict(particles.states)[ancestors]
     noise = dynamics.noise_covariance[:driven, :driven]
-    # Without memory nothing else than the noisy coordinates is uncertain.
+    # Without memory only the noisy coordinates are uncertain.
     prior = noise[None] if predicted is None else predicted[ancestors]
     proposed, covariances, _ = update_batch(
         means[:, : prior.shape[1]], prior, measurement, lambda states: observe(states[..., :driven]), noise_covariance
@@ -142,7 +141,7 @@ def _propose(
     covariances: Floats,
     normals: Floats,
 ) -> Floats:
-    """Return states (N, d): their first k coordinates drawn around those proposed, the others as they are expected.
+    """Return states (N, d): their first k coordinates drawn around the proposed ones, the others as predicted.
 
     Args:
         means: (N, d) of the predictions.

@@ -1,6 +1,6 @@
-"""Displays: what a notebook shows of a run, a comparison, an explanation or a look into a frame that a cell ends with.
+"""Displays: HTML that a notebook shows for a run, a comparison, an explanation or a frame's inspection.
 
-They are HTML and SVG that need nothing else, in the colours of the page that shows them, light or dark.
+They are self-contained HTML and SVG, in the colours of the page that shows them, light or dark.
 """
 
 import base64
@@ -55,7 +55,7 @@ def _macros() -> Any:  # noqa: ANN401 - jinja's
 
 MISSING = "–"
 DECIMALS = {"": 3, "frames": 0}
-"""Of quantities, by unit; one decimal in other units."""
+"""Decimals of quantities, by unit; one decimal in other units."""
 
 
 def quantity(value: float | None, unit: str) -> str:
@@ -170,12 +170,12 @@ def explanation_html(explanation: "Explanation") -> str:
 
 
 WIDE_PX = 320
-"""Of the picture, as it is shown; it has twice as many pixels where there are that many."""
+"""Width of the picture as shown; it has up to twice as many pixels."""
 QUALITY = 85
 
 
 def summary_lines(run: Run) -> dict[str, str]:
-    """Return what came of a run so far, in words by what it is."""
+    """Return the results of a run so far, in words by name."""
     made, experiment, unit = run.summary(), run.experiment, run.experiment.judge.unit
     lines = {"Frames": extent_of(run)}
     if made.verdict.success is not None:
@@ -221,7 +221,7 @@ def _picture(run: Run, drawing: Drawing) -> str:
 
 
 LAYER = "inspected"
-"""Of what is looked at; it is no layer of an experiment, and is always shown."""
+"""Layer of the inspection; it does not belong to an experiment, and is always shown."""
 
 RING_SHARE = 0.022
 """Radius of the ring around the place, as a share of the picture's width; its cross reaches twice as far."""
@@ -231,8 +231,8 @@ SHORTEST_RING_PX = 4.0
 def draw_likelihood(drawing: Drawing, found: LikelihoodMap) -> Drawing:
     """Return a drawing whose picture is grey, with a likelihood over it from purple, the lowest, to yellow.
 
-    A viewer with depth shows it as a relief, too.
-    Its caption says which numbers these are. Where there is no picture, the likelihood lies on white paper.
+    A viewer with depth shows it as a relief, too. Its caption names these numbers. Without a picture, the likelihood
+    lies on white paper.
     """
     items, relief = drawing.primitives, found.levels.astype(np.float32)
     name = next((name for name, item in items.items() if isinstance(item, Picture)), None)
@@ -252,7 +252,7 @@ def draw_likelihood(drawing: Drawing, found: LikelihoodMap) -> Drawing:
 
 
 def draw_arrows(drawing: Drawing, arrows: Sequence[tuple[float, float, float, float]]) -> Drawing:
-    """Return a drawing with arrows, x, y, x, y px each, that say which way something pulls."""
+    """Return a drawing with arrows, x, y, x, y px each, that show the direction of a pull."""
     ends = np.asarray(arrows, np.float32).reshape(-1, 2, 2)
     ends = ends[np.isfinite(ends).all(axis=(1, 2))]
     segments = np.concatenate([ends, np.zeros((len(ends), 2, 1), np.float32)], axis=2)
@@ -264,7 +264,7 @@ def draw_place(drawing: Drawing, place: Floats, path: Floats) -> Drawing:
     """Return a drawing with a ring and a cross around a place, and the way that leads there.
 
     Args:
-        drawing: What is to be seen.
+        drawing: The drawing.
         place: (2,) px.
         path: (A, 2) the place and where it was in the frames before, px; empty without.
     """

@@ -1,9 +1,9 @@
-"""Processes: the one way in which pftrack starts child processes, confines them, and says how they ended.
+"""Processes: the one way in which pftrack starts child processes, confines them, and reports how they ended.
 
 A child is a fork of a warm process that has no threads (`fork_server`), never a copy of its parent, whose threads may
-hold locks. The parent talks with it through a pipe (`pipe`, `child`). Most children answer calls, with JSON where they
-read what came from elsewhere (`calls`): alone for one task, or kept in a pool (`pool`). Before that they give up what
-they do not need (`limits`): memory, processor time, files, the network, and what a fork has brought along.
+hold locks. The parent talks with it through a pipe (`pipe`, `child`). Most children answer calls, with JSON if they
+read data from elsewhere (`calls`): alone for one task, or kept in a pool (`pool`). Before that they give up what they
+do not need (`limits`): memory, processor time, files, the network, and whatever a fork has inherited.
 """
 
 from pftrack.process.calls import Fault, Outcome, Refusal, Reply, report

@@ -1,8 +1,8 @@
-"""Calls: what a parent asks its children to compute, and what comes back.
+"""Calls: computations that a parent requests from its children, and the answers.
 
 A child answers one call after the other until its parent hangs up. Below the first call it gives up what it does not
-need, since the arguments may name what came from elsewhere. A function that takes long is a generator that yields how
-far it is, or calls `report`; what it returns is the value of the call.
+need, since the arguments may name data from elsewhere. A long function is a generator that yields its progress, or
+calls `report`; its return value is the value of the call.
 """
 
 import base64
@@ -39,14 +39,14 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """How far a call is: the pair of what is done and all that there is, or what has been found."""
+    """The progress of a call: a pair of finished and total work, or intermediate results."""
 
     value: Any
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What a call came to."""
+    """The answer of a call."""
 
     value: Any
 
@@ -66,10 +66,10 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """The function failed in a way that nobody has foreseen.
+    """The function failed unexpectedly.
 
     Attributes:
-        name: Of the exception, with its message.
+        name: Name of the exception, with its message.
         traceback: For the log.
     """
 
@@ -78,16 +78,16 @@ class Fault:
 
 
 Answer: TypeAlias = Step | Reply | Refusal | Fault
-"""What a child sends."""
+"""Messages of a child."""
 
 Outcome: TypeAlias = Reply | Refusal | Fault | Ending
-"""What comes of a call: an answer, or how the child ended without one."""
+"""The result of a call: an answer, or how the child ended without one."""
 
 _report: Callable[[object], None] = lambda _: None  # noqa: E731 - what `report` does outside of a child
 
 
 def report(value: object) -> None:
-    """Tell how far the call is that this process carries out; in a process that carries out none, do nothing."""
+    """Report the progress of this process's call; outside of a call, do nothing."""
     _report(value)
 
 
@@ -102,7 +102,7 @@ def answer_calls(
 
     Args:
         end: The child's end of the pipe.
-        budget: What it may take.
+        budget: Its limits.
         refusals: Exceptions by which functions refuse their arguments; all others are faults.
         pack: Writes an answer, as the parent reads it; pickles if not given.
         prepare: Is called before the first call.
@@ -176,7 +176,7 @@ def _live(budget: Budget) -> None:
 
 
 def _exhaust(steps: Generator[object, None, Any], tell: Callable[[object], None]) -> object:
-    """Go through the steps of a call, tell of them now and then, and return its result."""
+    """Run the steps of a call, report them from time to time, and return its result."""
     told = time.monotonic()
     while True:
         try:
@@ -189,9 +189,9 @@ def _exhaust(steps: Generator[object, None, Any], tell: Callable[[object], None]
 
 
 # A child that reads what came from elsewhere answers in JSON: a file may have taken that process over. A pickle from it
-# would run in its parent whatever it liked; of JSON the worst that can come is a wrong value. Bytes stand in it as an
-# object of one field: base64, under a name that is drawn for each answer and begins it, so that no value of a file can
-# be taken for them.
+# would run in its parent whatever it liked; of JSON the worst that can come is a wrong value. Bytes are encoded as an
+# object of one field: base64, under a random name that begins the answer, so no value of a file can be mistaken for
+# them.
 
 TAG_LENGTH = 16
 
@@ -221,7 +221,7 @@ def pack(answer: Answer) -> bytes:
 
 
 def unpack(data: bytes | bytearray) -> Answer:
-    """Read what `pack` wrote; lists stand for tuples.
+    """Read the result of `pack`; tuples become lists.
 
     Raises:
         ValueError: It is something else.

@@ -1,8 +1,8 @@
-"""Children as their parent sees them: their number, the pipe to them, how they are ended, and how they ended.
+"""Children from the parent's side: their process number, the pipe to them, and their end.
 
 The pipe carries whole messages over a socket pair, length first. The child's end blocks, as it has nothing else to do.
-The parent's end never does: a child that is stopped in the middle of a message must not stop everybody else, which is
-why `multiprocessing`'s own connections will not do here.
+The parent's end never does: a child that is stopped in the middle of a message must not stop all others, so
+`multiprocessing`'s own connections do not suit.
 """
 
 import asyncio
@@ -65,7 +65,7 @@ class BlockingEnd:
         """Return the parent's next message, or None when none came in time.
 
         Args:
-            wait_s: How long to wait; None for ever.
+            wait_s: Longest time to wait; None for ever.
 
         Raises:
             EOFError: The other end is closed.
@@ -119,9 +119,9 @@ class AsyncEnd(asyncio.BufferedProtocol):
         Args:
             end: It.
             on_message: Is called with every message.
-            on_lost: Is called when the child is gone, or has sent what is no message.
-            unpack: Reads a message, or raises a `ValueError`. A pickle is read of nobody but a process that runs our
-                own program.
+            on_lost: Called when the child is gone, or has sent an invalid message.
+            unpack: Reads a message, or raises a `ValueError`. Pickles are read only from processes that run our own
+                program.
             most_bytes: Length of a message.
         """
         end.setblocking(False)
@@ -170,7 +170,7 @@ class AsyncEnd(asyncio.BufferedProtocol):
         self._on_message(message)
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's signature
-        """Tell that the child is gone (asyncio)."""
+        """Report that the child is gone (asyncio)."""
         self._on_lost()
 
 
@@ -178,7 +178,7 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THRE
 """Environment that keeps numerical libraries to one thread: there is a process for every core already."""
 
 NUMBER = struct.Struct("!q")
-"""What a fork server says of a child, first its process number and then its exit status."""
+"""A fork server's report on a child: first its process number and then its exit status."""
 
 
 class Ending(Enum):
@@ -208,10 +208,10 @@ class Child:
         self._is_closed = False
 
     def status(self, wait_s: float | None = 0.0) -> int | None:
-        """Return its exit status, negative for a signal; None if it goes on, or if nobody knows it any more.
+        """Return its exit status, negative for a signal; None if it runs, or if it is unknown.
 
         Args:
-            wait_s: How long to wait for its end; None for ever.
+            wait_s: Longest time to wait for its end; None for ever.
         """
         if not self._is_closed:
             poll = select.poll()

@@ -1,9 +1,9 @@
 """The fork server: a process that has imported everything and waits, from which children are forked in milliseconds.
 
-A fresh interpreter needs most of a second of processor time before it computes; a fork of a warm one shares with its
-siblings what they all have imported. It starts no threads, since a fork copies the locks that they hold, but not them.
-What it has not imported, it can load when the first child needs it (`fork`). It lives as long as the socket between it
-and its owner; its children are ended with it.
+A fresh interpreter needs most of a second of processor time before it computes; a fork of a warm one shares all imports
+with its siblings. The fork server does not start threads, since a fork copies their locks, but not the threads. It can
+load further modules when the first child needs them (`fork`). It lives as long as the socket between it and its owner;
+its children are ended with it.
 """
 
 import asyncio
@@ -30,7 +30,7 @@ from pftrack.process.limits import adopt_orphans, close_descriptors, leave_inter
 
 GRACE_S = 5.0
 NEW_CHILD, LOAD = b"+", b"="
-"""What an owner wants: a child that calls something, or that the fork server itself calls it."""
+"""A request of an owner: a call in a child, or in the fork server itself."""
 
 
 class ForkServer:
@@ -65,8 +65,8 @@ class ForkServer:
     def fork_off(self) -> None:
         """Import the preload here, and fork the server off this process, which must not have started a thread yet.
 
-        So what both have imported is in memory once. A secret that is in the environment of this process would be in
-        that of the server, too; take it away before (`take_secret`).
+        So shared imports are in memory once. A secret that is in the environment of this process would be in that of
+        the server, too; take it away before (`take_secret`).
         """
         os.environ.update(ONE_THREAD)
         importlib.import_module(self.preload)
@@ -90,15 +90,15 @@ class ForkServer:
         """Fork a child that calls a function with its end of a pipe and the arguments, and ends when that returns.
 
         Args:
-            function: Of a module.
-            arguments: What can be pickled.
+            function: A function of a module.
+            arguments: Values that can be pickled.
             load: A function and its argument, which the fork server calls once before: all children that are forked
-                later share what it loads. It must start no thread; what it raises is of no consequence.
+                later share what it loads. It must not start threads; its exceptions have no effect.
 
         Raises:
             OSError: The system makes no process, or the preload cannot be imported.
         """
-        body = pickle.dumps((function, arguments), protocol=5)  # first: what cannot be sent costs no child
+        body = pickle.dumps((function, arguments), protocol=5)  # first: a failed pickle then costs no child
         first = pickle.dumps((load[0], load[1:]), protocol=5) if load else None
         ours, theirs = pair()
         try:
@@ -108,7 +108,7 @@ class ForkServer:
             ours.close()
             raise
         child = Child(pid, ours, sentinel)
-        with suppress(BrokenPipeError, ConnectionResetError):  # its status tells that it has ended
+        with suppress(BrokenPipeError, ConnectionResetError):  # its status shows that it has ended
             BlockingEnd(ours, bytes).send(body)
         return child
 
@@ -129,7 +129,7 @@ class ForkServer:
             return await asyncio.shield(making)
         except asyncio.CancelledError:
             ending = asyncio.ensure_future(_end_unwanted(making))
-            while not ending.done():  # to be cancelled once more is no reason to leave the child behind
+            while not ending.done():  # a second cancellation must not leave the child behind
                 with suppress(asyncio.CancelledError):
                     await asyncio.wait((ending,))
             raise
@@ -141,13 +141,13 @@ class ForkServer:
             self._let_go()
 
     def _request_fork(self, theirs: socket.socket, load: bytes | None) -> tuple[int, int]:
-        """Have a child forked; return its number, and the descriptor that will tell its exit status."""
+        """Have a child forked; return its number, and the descriptor that will carry its exit status."""
         with self._lock:
             for _ in range(2):
                 if load is not None:
                     self._load(load)
                 sentinel, told = os.pipe()
-                with suppress(OSError):  # it was lost: the sentinel says so
+                with suppress(OSError):  # it was lost: the sentinel shows that
                     socket.send_fds(self._running(), [NEW_CHILD], [theirs.fileno(), told])
                 os.close(told)
                 number = os.read(sentinel, NUMBER.size)
@@ -178,7 +178,7 @@ class ForkServer:
     def _running(self) -> socket.socket:
         if self._socket is None:
             ours, theirs = socket.socketpair()
-            # In the owner's own group: whoever ends the group of a driver ends all that belongs to it.
+            # In the owner's own group, so ending the group of a driver ends everything that belongs to it.
             own = {name: value for name, value in environment().items() if name.upper() not in self._secrets}
             with theirs:
                 process = subprocess.Popen(  # noqa: S603 - this very Python and a module of ours
@@ -283,7 +283,7 @@ def _serve_request(owner: socket.socket, children: dict[int, int], mine: list[in
 
 
 def _load(end: int) -> None:
-    """Call what the owner wants to be loaded, and tell when that is done."""
+    """Call the owner's loading function, and report when it is done."""
     with socket.socket(fileno=end) as ours, suppress(EOFError, OSError):
         pipe = BlockingEnd(ours)
         try:
@@ -296,7 +296,7 @@ def _load(end: int) -> None:
 
 
 def _fork(owner: socket.socket, children: dict[int, int], mine: list[int], end: int, told: int) -> None:
-    """Fork a child that gets one end of a pipe, and whose status is told to a descriptor."""
+    """Fork a child that gets one end of a pipe, and whose status is written to a descriptor."""
     try:
         pid = os.fork()
     except OSError as error:
@@ -333,7 +333,7 @@ def _reap(children: dict[int, int]) -> None:
 def _end_orphans(children: Container[int]) -> bool:
     """End what was started by children that have ended, in whatever group; return whether there was any.
 
-    What loses its parent becomes a child of this process (`adopt_orphans`), and so does what it has started in turn.
+    Orphans become children of this process (`adopt_orphans`), and so do their own children.
     """
     try:
         listed = Path(f"/proc/self/task/{os.getpid()}/children").read_text(encoding="ascii").split()
@@ -347,13 +347,13 @@ def _end_orphans(children: Container[int]) -> bool:
 
 
 def _end_group(pid: int) -> None:
-    """End what a child has started, if it led a group of its own."""
+    """End all processes that a child has started, if it led its own group."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(pid, signal.SIGKILL)
 
 
 def _tell(told: int, number: int) -> None:
-    with suppress(BrokenPipeError):  # nobody wants to know
+    with suppress(BrokenPipeError):  # the owner has gone
         os.write(told, NUMBER.pack(number))
 
 
@@ -361,7 +361,7 @@ def _call(end: socket.socket) -> None:
     """Be a child: call what the owner wants."""
     try:
         function, arguments = BlockingEnd(end).receive()
-    except (EOFError, ConnectionResetError):  # nobody wants it any more
+    except (EOFError, ConnectionResetError):  # it is no longer needed
         return
     function(end, *arguments)
 

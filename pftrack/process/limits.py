@@ -1,9 +1,9 @@
-"""Limits that a child process sets itself before it touches what came from elsewhere, so that it harms only itself.
+"""Limits that a child process sets itself before it touches data from elsewhere, so it harms only itself.
 
 They are those of the operating system, and none can be raised again. Linux has all of them; other Unixes lack those on
-memory and on the network. They hold against a program that runs wild. An attacker who takes a confined process over is
-still the same user, with that user's files; and a fork has the memory of the process that it was forked from. So a
-program takes a secret out of its environment before it makes children (`take_secret`).
+memory and on the network. They stop a runaway program. An attacker who takes over a confined process is still the same
+user, with that user's files; and a fork has the memory of its parent. So a program takes a secret out of its
+environment before it makes children (`take_secret`).
 """
 
 import ctypes
@@ -21,13 +21,13 @@ from pathlib import Path
 MEBIBYTE = 1024**2
 
 CPU_GRACE_S = 5
-"""Between the signal that tells why a process ends and the one that cannot be caught."""
+"""Time between the signal that gives the reason and the one that cannot be caught."""
 
 NEW_NETWORK, NEW_USER = 0x40000000, 0x10000000
 """Flags of unshare(2)."""
 
 SACRIFICE = 500
-"""For oom_score_adj: as if the process had half of all memory on top of what it has."""
+"""For oom_score_adj: as if the process used half of all memory in addition."""
 
 END_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
@@ -41,21 +41,21 @@ PATIENCE_S, AUTOGROUP_WAIT_S = 1.0, 0.05
 """The kernel allows one change of an autogroup in a tenth of a second, on the whole system."""
 
 PIPE = "_PIPE"
-"""Ends the name of the variable that tells the program that begins anew from which descriptor to read."""
+"""Suffix of the variable that gives the restarted program the descriptor to read from."""
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What a child that answers calls may take.
+    """Limits of a child that answers calls.
 
     Attributes:
         memory_bytes: Address space on top of what is forked with it; None for any.
         cpu_seconds: Processor time; None for any.
-        silence_s: How long it may give no sign of life while it computes; None for ever.
+        silence_s: Longest silence while it computes; None for ever.
         file_bytes: Length of any file that it writes; None for any.
-        open_files: How many descriptors it may hold; None for as many as the system allows.
+        open_files: Largest number of descriptors; None for the system's limit.
         answer_bytes: Length of an answer.
-        niceness: By how much it comes after others on the processor.
+        niceness: Its lower priority on the processor.
     """
 
     memory_bytes: int | None = 1024 * MEBIBYTE
@@ -68,7 +68,7 @@ class Budget:
 
 
 UNLIMITED = Budget(memory_bytes=None, cpu_seconds=None, silence_s=None, open_files=None)
-"""For computations that whoever started them can end."""
+"""For computations that their owner can end."""
 
 
 def confine(
@@ -83,10 +83,10 @@ def confine(
     When all memory of the machine or the container is used up, Linux ends this process before its parent.
 
     Args:
-        memory_bytes: Address space on top of what it has now, since most of that is shared with its siblings.
+        memory_bytes: Address space in addition to the present one, most of which is shared with its siblings.
         cpu_seconds: CPU time from now on; then SIGXCPU ends it.
         file_bytes: Length of any file that it writes.
-        open_files: How many descriptors it may hold.
+        open_files: Largest number of descriptors.
     """
     _leave_network()
     _be_first_to_go()
@@ -111,8 +111,8 @@ def leave_interrupts_to_parent() -> None:
 def stand_alone(keep: int) -> None:
     """Let go of what a fork has brought along: descriptors, standard streams, terminal and process group.
 
-    The process then leads a group of its own, so that whatever it starts can be ended with it, and ends with the
-    process that it was forked from. Call it after `confine`, since a change of the user namespace may undo that.
+    The process then leads its own group, so everything it starts can be ended with it, and it ends with its parent.
+    Call it after `confine`, since a change of the user namespace may undo that.
 
     Args:
         keep: The one descriptor that it needs.
@@ -129,12 +129,12 @@ def give_way(niceness: int, patience_s: float = PATIENCE_S) -> None:
     """Come after others on the processor, with all that is in the group that this process leads.
 
     A Linux kernel may first divide processor time among sessions of processes, as `stand_alone` begins one, and heed
-    the niceness only among the processes of one (autogroup in sched(7)). So that of the session is set as well, to half
-    of it: others are many sessions, not one, and what somebody waits for has to end on a machine that is never idle.
+    the niceness only among the processes of one (autogroup in sched(7)). So the session's niceness is set as well, to
+    half of it: other work has many sessions, not one, and awaited work must finish on a machine that is never idle.
 
     Args:
-        niceness: By how much more than now.
-        patience_s: How long to wait for the kernel to take that of the session; then it stays as it is.
+        niceness: Increase of the present value.
+        patience_s: Longest time to wait for the kernel to accept that of the session; then it stays unchanged.
     """
     total = os.nice(niceness)
     if os.getsid(0) != os.getpid():
@@ -142,7 +142,7 @@ def give_way(niceness: int, patience_s: float = PATIENCE_S) -> None:
     for remaining in range(round(patience_s / AUTOGROUP_WAIT_S), -1, -1):
         try:
             Path("/proc/self/autogroup").write_text(str(total // 2), encoding="ascii")
-        except BlockingIOError:  # somebody else has just made one
+        except BlockingIOError:  # another process has just made one
             if remaining:
                 time.sleep(AUTOGROUP_WAIT_S)
         except OSError:  # the kernel does no such thing, and niceness does all
@@ -156,7 +156,7 @@ def close_descriptors(keep: int) -> None:
     listing = Path("/proc/self/fd" if sys.platform == "linux" else "/dev/fd")
     for descriptor in [int(each.name) for each in listing.iterdir()]:
         if descriptor > 2 and descriptor != keep:
-            with suppress(OSError):  # the listing had one of its own
+            with suppress(OSError):  # the listing had its own descriptor
                 os.close(descriptor)
 
 
@@ -213,7 +213,7 @@ def _lower(what: int, soft: int, grace: int = 0) -> None:
     """Set a limit and, `grace` above it, the one that cannot be raised; neither above what holds already."""
     _, most = resource.getrlimit(what)
     hard = soft + grace if most == resource.RLIM_INFINITY else min(soft + grace, most)
-    # Where the shell allows less, the signal that tells why still comes before the one that cannot be caught.
+    # If the shell allows less, the signal that gives the reason still comes before the one that cannot be caught.
     resource.setrlimit(what, (max(min(soft, hard - grace), min(1, hard)), hard))
 
 

@@ -1,4 +1,4 @@
-"""Workers: children that answer calls, as their parent sees them, alone for one task or kept in a pool.
+"""Workers: children that answer calls, from the parent's side, for one task or kept in a pool.
 
 A pool keeps its workers for the next call, and has one more for each that finds none free. A program without an event
 loop has one in a thread (`BackgroundLoop`).
@@ -50,7 +50,7 @@ class Worker:
 
         Args:
             fork_server: It has imported what is to be called.
-            budget: What it may take.
+            budget: Its limits.
             refusals: Exceptions by which functions refuse their arguments.
             as_json: Whether its answers travel as JSON, since what it reads may take it over.
             prepare: Is called in it before its first call.
@@ -92,9 +92,9 @@ class Worker:
         """Return what comes of a call; after an ending, or when this is cancelled, the worker is to be closed.
 
         Args:
-            function: Of a module.
+            function: A function of a module.
             arguments: For it.
-            on_step: Is called with all that it tells of how far it is.
+            on_step: Called with its progress reports.
             stopped: Asked ten times a second whether to give up.
         """
         self._last, self._on_step = asyncio.get_running_loop().create_future(), on_step
@@ -120,11 +120,11 @@ class Worker:
         self._child.terminate()
 
     def kill(self) -> None:
-        """End it now, with whatever it has started; its call then comes to an ending."""
+        """End it now, with everything it has started; its call then ends."""
         self._child.kill()
 
     async def close(self) -> str:
-        """End it now, with whatever it has started; return in words how it had ended."""
+        """End it now, with everything it has started; return in words how it had ended."""
         self._child.kill()
         if self._end is not None:
             self._end.close()
@@ -132,7 +132,7 @@ class Worker:
         return describe(await self._child.wait(END_S))
 
     async def _fate(self) -> Ending:
-        """Return how it ended; one that goes on without a pipe is as good as crashed."""
+        """Return how it ended; one that runs without a pipe counts as crashed."""
         status = await self._child.wait(LAST_WORDS_S)
         return Ending.CRASHED if status is None else ending(status)
 
@@ -159,7 +159,7 @@ async def run_task(
     stopped: Callable[[], bool] | None = None,
     prepare: Callable[[], object] | None = None,
 ) -> Outcome:
-    """Have a child of its own carry out a task, and return what came of it, which has travelled as JSON.
+    """Run a task in a separate child, and return its result, transferred as JSON.
 
     The child, and whatever it has started, has ended when this returns or is cancelled. The arguments are as for
     `Worker.start` and `Worker.call`.
@@ -184,7 +184,7 @@ class WorkerLostError(Exception):
 
 
 class CallError(Exception):
-    """A function failed in a way that nobody has foreseen.
+    """A function failed unexpectedly.
 
     Attributes:
         traceback: For the log.
@@ -196,10 +196,10 @@ class CallError(Exception):
 
 
 class Pool:
-    """Workers for calls, some of which may be made at the same time.
+    """Workers for calls, which may run at the same time.
 
-    A worker does one thing at a time. One that takes too long, dies, or is no longer waited for is ended, and another
-    takes its place when it is needed.
+    A worker does one thing at a time. A worker that takes too long, dies, or is no longer awaited is ended, and
+    replaced when needed.
     """
 
     def __init__(
@@ -216,9 +216,9 @@ class Pool:
 
         Args:
             fork_server: It has imported what is to be called.
-            most: How many calls may be under way; others wait.
-            kept: How many workers are kept while nothing is asked for.
-            budget: What each may take.
+            most: Largest number of running calls; others wait.
+            kept: Number of idle workers to keep.
+            budget: Limits of each.
             refusals: Exceptions by which functions refuse their arguments.
             prepare: Is called in each worker before its first call.
         """
@@ -286,7 +286,7 @@ class BackgroundLoop:
         """Begin.
 
         Args:
-            name: Of its thread.
+            name: Name of its thread.
         """
         self._closing = threading.Lock()
         self._loop = asyncio.new_event_loop()
@@ -301,7 +301,7 @@ class BackgroundLoop:
         """Cancel what still runs, wait until it has ended, and end the thread; a second time, do nothing.
 
         Args:
-            last: What is then still done in the loop.
+            last: Final task in the loop.
         """
         with self._closing:
             if self._loop.is_closed():
@@ -354,9 +354,9 @@ class BlockingPool:
         """Have a worker call a function, and return its future, with the result or exceptions of `Pool.call`.
 
         Args:
-            function: Of a module.
+            function: A function of a module.
             arguments: For it.
-            on_step: Is called, by the pool's thread, with all that it tells of how far it is.
+            on_step: Called, by the pool's thread, with its progress reports.
         """
         return self._loop.submit(self._pool.call(function, *arguments, on_step=on_step))
 

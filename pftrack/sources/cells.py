@@ -1,10 +1,10 @@
-"""Tables as text: how a program saved one, its header, and its lines; what is wrong is told by line.
+"""Tables as text: their separators, header and lines; errors name the line.
 
 Cells are separated by commas, semicolons or tabs, whichever the header has most of; a comma within a cell separates
 decimals. Names of columns are compared in small letters, with _ for spaces. Blank lines and comments, which begin with
-#, are passed over; a comment before the first line of numbers may be the header.
+#, are skipped; a comment before the first line of numbers may be the header.
 
-All lines before the first with a number are the header. Of several the first counts, without those that have fewer
+All lines before the first with a number are the header. Among several lines the first counts, except lines with fewer
 cells: the others are titles and units, as in the tables of TrackMate. If the last two lines repeat names, they are
 joined, as in the tables of DeepLabCut: `nose, nose` above `x, y` become `nose_x, nose_y`.
 """
@@ -24,7 +24,7 @@ from pftrack.core.texts import read_whole
 
 LARGEST_FRAME = 10_000_000
 MOST_COLUMNS = 16_384
-"""As many as a spreadsheet can have."""
+"""The limit of a spreadsheet."""
 LONGEST_HEADER = 12
 """Lines before the first number that may be its header."""
 COMMENT = "#"
@@ -47,7 +47,7 @@ class Asked(BaseModel):
     """A column of boxes.
 
     Attributes:
-        asks: What a person is asked.
+        asks: Question to the user.
         named: How programs name it.
     """
 
@@ -58,7 +58,7 @@ class Asked(BaseModel):
 
 
 class ColumnNames(BaseModel):
-    """What `columns.yaml` declares, by what a column is.
+    """The declarations of `columns.yaml`, by meaning of a column.
 
     Attributes:
         boxes: Columns of a table of boxes.
@@ -77,16 +77,16 @@ BOX_NAMES = {what: column.named for what, column in COLUMN_NAMES.boxes.items()}
 
 
 def places_of(header: Sequence[str]) -> dict[str, int]:
-    """Return where each column is, by name, the first of several; a list takes minutes where there are many."""
+    """Return the place of each column by name, the first of several; a list would take minutes for many columns."""
     return {name: place for place, name in reversed(tuple(enumerate(header)))}
 
 
 def find_columns(places: Mapping[str, int], names: Mapping[str, Sequence[str]], prefix: str = "") -> dict[str, int]:
-    """Return where columns are, by what they are, of those that there are.
+    """Return the places of the existing columns, by their meaning.
 
     Args:
-        places: Of all columns, as of `places_of`.
-        names: How programs name them, by what they are; the first name counts.
+        places: Places of all columns, as from `places_of`.
+        names: Names that programs use, by meaning; the first name counts.
         prefix: Before each name.
     """
     found = {
@@ -184,7 +184,7 @@ def _cells(lines: Iterable[str], delimiter: str) -> Reader:
 
 
 def _header(lines: Sequence[str], delimiter: str) -> list[str]:
-    """Return the names of the columns that these lines of as many cells say."""
+    """Return the names of the columns from these lines of equal length."""
     try:
         named = [[_name(cell) for cell in cells] for cells in _cells(lines, delimiter)]
     except csv.Error:
@@ -228,7 +228,7 @@ def refuse_two_readings(line: int, cells: Iterable[str], separated: re.Pattern[s
 
 
 def lines_of(text: str) -> Iterator[tuple[int, str]]:
-    """Yield number, from 1, and content of each line of text that is neither blank nor a comment."""
+    """Yield number, from 1, and content of each line that is not blank and not a comment."""
     for number, line in enumerate(text.splitlines(), 1):
         if (bare := line.strip()) and not bare.startswith(COMMENT):
             yield number, bare
@@ -237,8 +237,8 @@ def lines_of(text: str) -> Iterator[tuple[int, str]]:
 def cells_of(line: str) -> list[str]:
     """Return the cells of a line of numbers without a header; a separator at its end adds none.
 
-    They are separated by semicolons or tabs. Without these, commas separate them; but where spaces do and no comma
-    stands beside one, commas separate decimals.
+    They are separated by semicolons or tabs. Without these, commas separate them; but if spaces separate cells and no
+    comma is next to a space, commas separate decimals.
     """
     bare = line.strip()
     delimiter = next((mark for mark in ";\t" if mark in bare), None)

@@ -1,8 +1,8 @@
-"""Formats: what a file is, recognised by its first bytes.
+"""Formats: file types, recognised by the first bytes.
 
-Decoders are never left to guess. A file that calls itself `.mp4` may be a list of other files (`ffconcat`, `m3u8`), and
-a decoder that guesses would open what is named there: files of this machine, or addresses in its network. So the
-content is looked at here, and the decoder is then given that container format, and no other.
+Decoders never guess. A file named `.mp4` may be a list of other files (`ffconcat`, `m3u8`), and a decoder that guesses
+would open the named files on this machine, or addresses in its network. So this module inspects the content, and the
+decoder gets that container format and no other.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ ALLOWED = (
     "results of a tracker (MOTChallenge, OTB or VOT text, CVAT's video XML, COCO's video JSON, or a table of boxes)"
 )
 TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
-"""What a table of tracks has; see `pftrack.sources.tracks` for other forms."""
+"""Columns of a table of tracks; see `pftrack.sources.tracks` for other forms."""
 
 RECORDING_ENTRY = "recording.json"
 """Name of the first entry of a recording of beliefs."""
@@ -34,9 +34,9 @@ class Format:
 
     Attributes:
         kind: Which decoder it takes.
-        title: What people call it.
-        decoder: The name that forces it: of FFmpeg's demuxer, or of Pillow's plug-in for a picture; "results" where
-            beliefs are those of another tracker's file.
+        title: Name for users.
+        decoder: The name that selects FFmpeg's demuxer, or Pillow's plug-in for a picture; "results" for beliefs from
+            another tracker's file.
     """
 
     kind: Literal["video", "gif", "picture", "tracks", "beliefs"]
@@ -45,13 +45,13 @@ class Format:
 
 
 def sniff(head: bytes) -> Format:
-    """Tell a file's format by its first bytes.
+    """Return a file's format by its first bytes.
 
     Args:
         head: The first `HEAD_BYTES` of the file, fewer only if it is shorter.
 
     Raises:
-        RefusedError: It is empty, or nothing that can be read here.
+        RefusedError: It is empty, or its format is not supported.
     """
     if not head:
         raise RefusedError(f"the file is empty; expected {ALLOWED}")
@@ -77,7 +77,7 @@ def is_beliefs(path: Path) -> bool:
 
 
 def _tracks(head: bytes) -> bool:
-    """Look for the header of a table that has x and y, or columns of points of their own and a frame."""
+    """Look for the header of a table with x and y, or with a frame and separate columns for points."""
     names = _columns(head)
     if {"x", "y"} <= find_columns(names, COLUMN_NAMES.tracks).keys():
         return not _boxes(head)

@@ -1,13 +1,13 @@
 """Folders of pictures: each file is a frame, in natural order of their names (`2.png` before `10.png`).
 
-Pillow reads them. It tells a picture's size from its header before it decodes anything, it can be held to one format,
-and it knows palettes, transparency and the camera's orientation; all pictures leave here as 8-bit RGB:
+Pillow reads them. It reads a picture's size from its header before it decodes, can be limited to one format, and
+handles palettes, transparency and the camera's orientation. All pictures are converted to 8-bit RGB:
 
 - 16-bit grey keeps its upper byte, as 16-bit colour does in Pillow: full scale stays full scale;
 - transparent parts lie on white paper, as those of a GIF do in FFmpeg;
-- a photograph is turned upright by its own note of how the camera was held.
+- a photograph is turned upright by its orientation tag.
 
-Animated GIFs are read by `pftrack.sources.video`: FFmpeg composes their partial frames right and knows their times.
+Animated GIFs are read by `pftrack.sources.video`: FFmpeg composes their partial frames correctly and reads their times.
 """
 
 import hashlib
@@ -45,7 +45,7 @@ class ImageSequence(FrameSequence):
         """List the pictures and survey them, unless their index is known already.
 
         Args:
-            folder: Where they are; folders in it, hidden files and files that are no pictures are passed over.
+            folder: Their folder; folders in it, hidden files and files that are not pictures are skipped.
             limits: How large it may be.
             index: From an earlier survey of the same content.
 
@@ -93,7 +93,7 @@ class ImageSequence(FrameSequence):
             if self._cache.used_bytes < self._limits.cache_bytes // 2:
                 self._cache.put(number, picture, picture.nbytes)
         told = missing_numbers([file.path.stem for file in self._files])
-        others = "1 file that is no picture is" if left_out == 1 else f"{left_out} files that are no pictures are"
+        others = "1 file that is not a picture is" if left_out == 1 else f"{left_out} files that are not pictures are"
         return FrameIndex(
             kind="images",
             sha256=sha256,
@@ -108,7 +108,7 @@ class ImageSequence(FrameSequence):
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """One picture of a folder: where it is, what it is, and the digest of its bytes."""
+    """One picture of a folder: its path, format, and the digest of its bytes."""
 
     path: Path
     format: str
@@ -116,7 +116,7 @@ class _File:
 
     @property
     def title(self) -> str:
-        """What a message calls it: its own name, as its owner knows it."""
+        """Its name in messages: the file's own name."""
         name = "".join(letter if letter.isprintable() else "?" for letter in self.path.name)
         return name if len(name) <= 60 else f"{name[:57]}..."
 
@@ -176,7 +176,7 @@ def _decode(file: _File, limits: Limits) -> NDArray[np.uint8]:
 
 
 def _check(image: Image.Image, file: _File, limits: Limits) -> None:
-    """Refuse, by its header, a picture that is too large or has no one way to be shown."""
+    """Refuse, by its header, a picture that is too large or has no unique display."""
     check_pixels(image.width, image.height, limits, f"{file.title} has")
     if image.mode in _DEPTHLESS:
         raise RefusedError(f"{file.title} has 32 bits a channel; expected 8 or 16")

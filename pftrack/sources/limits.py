@@ -1,4 +1,4 @@
-"""Limits of a sequence, so that nothing that a stranger brings fills a machine; and the order of files' names."""
+"""Limits of a sequence, so a stranger's file cannot fill a machine; and the order of files' names."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pftrack.core.refusal import RefusedError
 
 HEAD_BYTES = 1024
-"""How much of a file is looked at to tell what it is."""
+"""Number of bytes that are read to recognise a file's format."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,7 @@ class Limits:
 
     Attributes:
         frames: Most frames.
-        pixels: Most pixels of one picture.
+        pixels: Largest number of pixels of one picture.
         file_bytes: Largest file, or all files of a folder together.
         cache_bytes: Decoded pictures kept at hand by an open sequence.
     """
@@ -28,7 +28,7 @@ class Limits:
 
 DEFAULT_LIMITS = Limits()
 LARGE_LIMITS = Limits(pixels=8192 * 4320, file_bytes=16 * 1024**3, cache_bytes=512 * 1024**2)
-"""On a machine of one's own: pictures of 4K and 8K, which take time and memory."""
+"""On the user's own machine: pictures of 4K and 8K, which take time and memory."""
 SMALLER = (
     "make it smaller with `ffmpeg -i FILE -vf scale=1920:-2 small.mp4`, or on your own machine allow it with --large, "
     "in Python large=True"
@@ -39,7 +39,7 @@ def check_bytes(size_bytes: int, limits: Limits, subject: str) -> None:
     """Refuse what is larger than the limits allow.
 
     Raises:
-        RefusedError: It is; the sentence begins with the subject.
+        RefusedError: It exceeds them; the sentence begins with the subject.
     """
     if size_bytes > limits.file_bytes:
         size, most = (f"{number / 1024**2:.4g} MiB" for number in (size_bytes, limits.file_bytes))
@@ -50,7 +50,7 @@ def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
     """Refuse pictures that have more pixels than the limits allow, or none.
 
     Raises:
-        RefusedError: They have; the sentence begins with the subject.
+        RefusedError: They exceed it; the sentence begins with the subject.
     """
     if width <= 0 or height <= 0:
         raise RefusedError(f"{subject} no size that can be read; expected from 1 to {limits.pixels:,} pixels")
@@ -60,6 +60,6 @@ def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
 
 
 def natural_order(name: str) -> tuple[tuple[int, str], ...]:
-    """Return a sorting key under which runs of digits count as numbers, and letters' case does not matter."""
+    """Return a sorting key that treats runs of digits as numbers and ignores case."""
     parts = re.split(r"(\d+)", name.casefold(), flags=re.ASCII)
     return (*((int(part), "") if part.isdecimal() else (-1, part) for part in parts), (-2, name))

@@ -1,10 +1,10 @@
 """Sequences: random access to the frames of a recording: videos, GIFs, folders of pictures, tables, and beliefs.
 
-A sequence is surveyed once, from its first frame to its last: only what really decodes is counted, and each picture
-leaves a checksum in the `FrameIndex`. From then on any frame can be asked for in any order, and the pixels handed out
-are those of the survey, to the bit: a picture reached by a seek is believed only when its checksum is right.
+A sequence is surveyed once, from its first frame to its last: only pictures that decode are counted, and each picture
+leaves a checksum in the `FrameIndex`. Then any frame can be read in any order, with exactly the pixels of the survey: a
+picture reached by a seek is used only if its checksum is right.
 
-What a file is, its content tells, never its name (`pftrack.sources.formats`).
+The content of a file determines its format, never its name (`pftrack.sources.formats`).
 """
 
 import hashlib
@@ -27,7 +27,7 @@ class Recording:
 
     Attributes:
         path: The file, or the folder of pictures.
-        index: What is known of its frames, as JSON; None to look.
+        index: The index of its frames, as JSON; None to survey it.
         limits: How large it may be.
     """
 
@@ -52,16 +52,16 @@ def open_sequence(
 
     A folder may also hold the results of a tracker with their clip and their truth (`pftrack.sources.results.parts`).
 
-    A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
-    more memory than there is. Whoever serves strangers opens it in a child process first that confines itself
-    (`pftrack.process`), and believes the index that comes from there.
+    A file from a stranger may be hostile: it may crash a decoder, keep it busy for ever, or expand beyond all memory. A
+    server for strangers first opens it in a confined child process (`pftrack.process`), and trusts the index from
+    there.
 
     Args:
         path: The file or folder.
         limits: How large it may be.
         index: From an earlier survey of the same content; without it the sequence is decoded once from end to end.
-        square: Whether to make pixels square that are not; None for as the index has it, and yes without one. A run of
-            an earlier version was made on pixels as they are stored.
+        square: Whether to make pixels square that are not; None follows the index; without an index the default is yes.
+            A run of an earlier version used pixels as stored.
 
     Raises:
         RefusedError: It is not a sequence of pictures, is broken, or exceeds the limits.
@@ -118,7 +118,7 @@ def _recorded(file: BinaryIO) -> BinaryIO:
 
 
 def _inspect(file: BinaryIO, limits: Limits) -> Format:
-    """Tell the format of an open file before any decoder sees it."""
+    """Return the format of an open file before any decoder sees it."""
     found = sniff(file.read(HEAD_BYTES))
     if found.kind == "picture":
         one = f"one {found.title} picture, or an animation in that format, not a sequence that is read"
@@ -138,7 +138,7 @@ class BoundedCache(Generic[T]):
         """Begin empty.
 
         Args:
-            capacity_bytes: What all values together may take.
+            capacity_bytes: Largest total size of the values.
         """
         self.capacity_bytes = capacity_bytes
         self.used_bytes = 0
@@ -149,7 +149,7 @@ class BoundedCache(Generic[T]):
         return len(self._entries)
 
     def __contains__(self, number: int) -> bool:
-        """Tell whether a frame is at hand, without using it."""
+        """Return whether a frame is cached, without using it."""
         return number in self._entries
 
     def get(self, number: int) -> T | None:
@@ -161,7 +161,7 @@ class BoundedCache(Generic[T]):
         return entry[0]
 
     def put(self, number: int, value: T, size_bytes: int) -> None:
-        """Keep a value, and let go of the least recently used ones where there is no room."""
+        """Store a value, and drop the least recently used ones if the cache is full."""
         self.drop(number)
         self._entries[number] = (value, size_bytes)
         self.used_bytes += size_bytes
@@ -169,7 +169,7 @@ class BoundedCache(Generic[T]):
             self.drop(next(iter(self._entries)))
 
     def drop(self, number: int) -> None:
-        """Let go of a frame's value, if there is one."""
+        """Drop a frame's value, if it exists."""
         entry = self._entries.pop(number, None)
         if entry is not None:
             self.used_bytes -= entry[1]

@@ -48,14 +48,14 @@ COVARIANCE = ("cov_xy", "var_xy")
 
 @dataclass(frozen=True, eq=False)
 class TrackTable:
-    """What a table says.
+    """The content of a table.
 
     Attributes:
-        names: (n,) of the points, in the order in which they come first.
+        names: (n,) names of the points, in order of appearance.
         positions: (T, n, 2) px, NaN where a point was not seen.
         variances: (T, n, 2) px^2, infinite there.
         first: Number of the first frame.
-        warnings: What was passed over, one sentence each.
+        warnings: What was skipped, one sentence each.
     """
 
     names: tuple[str, ...]
@@ -67,7 +67,7 @@ class TrackTable:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    """In which columns the numbers of a point are; None where there are none."""
+    """The columns of a point's numbers; None where they are missing."""
 
     x: int
     y: int
@@ -140,7 +140,7 @@ def _table(
 
 
 def _duplicate_message(line: int, name: str | None, frame: int) -> str:
-    """Say what is wrong with a line that lists the point of this name, None where no column names it, once more."""
+    """Return the error for a line that repeats the point of this name; None if no column names points."""
     if name is not None:
         return f"line {line} lists point {name} in frame {frame} for the second time"
     return (
@@ -229,33 +229,33 @@ def write(names: Sequence[str], positions: Floats, variances: Floats) -> str:
     return csv_text(lines)
 
 
-# A table of tracks as a sequence: its frames can be looked at as pictures of dots, and a tracker is given the tracks.
+# A table of tracks as a sequence: its frames are shown as pictures of dots, and a tracker receives the tracks.
 #
-# So a table goes the ways of a video: it is surveyed once, kept with its index, and named by the hash of its content.
-# It says nothing of the picture that it comes from, so that is taken to be as large as what is seen of the points.
+# So a table is handled like a video: it is surveyed once, kept with its index, and named by the hash of its content.
+# The table does not give the size of its picture, so the extent of the visible points is used.
 
 FRAME_RATE_HZ = 30.0
 LONGEST_PX, SHORTEST_PX, USUAL_PX = 1280, 200, 640
-"""Of the picture's longer side: tracks in other units than px are scaled to the usual one."""
+"""Limits of the picture's longer side: tracks in units other than px are scaled to the usual one."""
 
 MARGIN = 0.08
 TRUSTED = 5.0
-"""A position whose standard deviation is so many times the middle one says nothing of where the body is."""
+"""A position whose standard deviation exceeds the median by this factor is ignored for the extent."""
 
 LEAST_EXTENT = 1e-9
-"""Up to which all points are at one place, in the unit of the table: what is smaller cannot be scaled to a picture."""
+"""Extent, in the table's unit, up to which all points are at one place; it cannot be scaled to a picture."""
 
 LEAST_VARIANCE_PX2 = 1e-12
-"""No tracker is so exact, and of much less the inverse is no number."""
+"""No tracker is more exact, and the inverse of much smaller values overflows."""
 
 PAPER, DOT_RGB, DOT_PX = 255, (86, 180, 233), 4.0
 
 
 class TrackSequence(FrameSequence):
-    """Tracks of a file, in px of a picture that holds what is seen of them.
+    """Tracks of a file, in px of a picture that holds all visible points.
 
     Attributes:
-        names: Of the points.
+        names: Names of the points.
         positions: (T, n, 2) px, NaN where a point was not seen.
         variances: (T, n, 2) px^2, infinite there.
         scale: px of the picture for a unit of the file.
@@ -309,7 +309,7 @@ class TrackSequence(FrameSequence):
 
 
 def _scaling(size: tuple[int, int], scale: float, origin: Floats) -> str:
-    """Return what a person has to know to find a position of the file in the picture."""
+    """Return the remark that lets a user find a position of the file in the picture."""
     across, down = (0.0 - origin).tolist()
     return (
         f"The positions were scaled by {scale:.3g} to fit into a picture of {size[0]} x {size[1]} px: a point of the "
@@ -343,14 +343,14 @@ class RecordedTracks:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second.
         frame_count: Frames from the chosen one to the end.
-        start: What is known beforehand.
+        start: Prior knowledge.
         noisy: The frames do not depend on the seed.
     """
 
     noisy = False
 
     def __init__(self, sequence: TrackSequence, start: Target, first: int = 0) -> None:
-        """Wire tracks up from the frame `first` of the sequence on, with what is known of them beforehand."""
+        """Wire tracks up from the frame `first` of the sequence on, with prior knowledge of them."""
         self._sequence, self._first = sequence, first
         self.size, self.frame_rate_hz = sequence.size, sequence.frame_rate_hz
         self.frame_count: int | None = sequence.frame_count - first

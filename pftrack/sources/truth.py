@@ -2,12 +2,11 @@
 
 Boxes are read in all forms of other trackers and of annotators (`pftrack.sources.results`). The shortest is a table
 with the columns `frame, x, y, w, h`: the frame's number from 0, the left and upper edge of the box and its width and
-height, in px of the picture. Which columns another table must have says its `TruthKind`, which an experiment declares.
-Further columns are ignored. A frame that is not listed, or whose values are empty, is a frame without truth: it counts
-neither for the tracker nor against it.
+height, in px of the picture. An experiment declares the columns of other tables by a `TruthKind`. Further columns are
+ignored. A frame that is not listed, or whose values are empty, is a frame without truth and is not counted.
 
-A person may also mark the target in pictures of the clip: a `TruthKind` says by which kind of mark, and where in it the
-values of a frame stand.
+A user may also mark the target in pictures of the clip: a `TruthKind` gives the kind of mark, and the place of a
+frame's values in it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,13 +26,13 @@ from pftrack.sources.cells import Table, content_of, decode, frame_in, number_in
 from pftrack.sources.cells import read_table as read_cells
 from pftrack.sources.results.writing import read_results_file
 
-# A target may leave the picture, partly or for some frames entirely, and its true box with it. Where most boxes lie
-# wholly outside, they were drawn on a clip of another size, or hold other numbers than their columns say.
+# A target may leave the picture, partly or for some frames entirely, and its true box with it. If most boxes lie wholly
+# outside, they were drawn on a clip of another size, or their columns are mislabelled.
 
 MOST = 0.5
-"""A larger share of boxes outside is no target that has left the picture."""
+"""A larger share of boxes outside is not explained by a target that has left the picture."""
 LISTED = 3
-"""Of so many stretches of frames the numbers are told."""
+"""Number of stretches of frames that are listed."""
 
 
 def boxes_outside(boxes: Iterable[tuple[int, Sequence[float]]], width: int, height: int) -> tuple[str, ...]:
@@ -41,8 +40,8 @@ def boxes_outside(boxes: Iterable[tuple[int, Sequence[float]]], width: int, heig
 
     Args:
         boxes: (frame, (x, y, w, h)) of every box, px, of frames that the recording has.
-        width: Of the pictures, px.
-        height: Of the pictures, px.
+        width: Width of the pictures, px.
+        height: Height of the pictures, px.
     """
     known = list(boxes)
     outside = [
@@ -79,14 +78,14 @@ LARGEST_FILE_BYTES = 16 * 1024 * 1024
 
 
 class Form(NamedTuple):
-    """What a table has.
+    """The form of a table.
 
     Attributes:
         columns: Their names, that of the frame's number first.
-        one: What the values of a frame are called.
+        one: Name of a frame's values.
         several: The same for several frames.
         largest: That a value may be, in either direction.
-        unit: Of the values.
+        unit: Unit of the values.
         positive: Columns whose values must be above 0.
     """
 
@@ -104,7 +103,7 @@ class Form(NamedTuple):
         return all(value > 0 for value in self.lengths(values))
 
     def lengths(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Return those of a frame's values that must be above 0."""
+        """Return the values of a frame that must be above 0."""
         return tuple(values[self.columns.index(name) - 1] for name in self.positive)
 
 
@@ -117,7 +116,7 @@ class TruthTable:
 
     Attributes:
         boxes: (x, y, w, h) in px by frame number; a frame without truth is missing.
-        warnings: What was passed over in reading, one sentence each.
+        warnings: What was skipped in reading, one sentence each.
     """
 
     boxes: Mapping[int, tuple[float, float, float, float]]
@@ -129,7 +128,7 @@ class TruthTable:
         return self.boxes
 
     def at(self, frame: int) -> Target | None:
-        """Return the target of a frame of the clip, or None where there is no truth.
+        """Return the target of a frame of the clip, or None without a truth.
 
         A box covers whole pixels and positions count from the centre of the first pixel, so the centre of a box of `w`
         pixels lies (w - 1) / 2 to the right of its first one.
@@ -159,14 +158,13 @@ class TruthKind(NamedTuple):
     """A kind of truth.
 
     Attributes:
-        form: What its file has.
+        form: Form of its file.
         read: Reads a file.
         table: Makes its table of rows that were saved.
-        mark: By which a person says in a picture what is true of it; None if no mark says that.
-        parts: Where in the mark's JSON the values of a frame stand, in the order of the columns; names of a path are
-            joined by dots.
-        misfits: (frame and values of every row, width and height of the pictures, px) -> what makes it doubtful that
-            they are of these pictures, a sentence each.
+        mark: Kind of mark by which a user states the truth of a picture; None if no mark can.
+        parts: Paths of a frame's values in the mark's JSON, in the order of the columns; dots join the names of a path.
+        misfits: (frame and values of every row, width and height of the pictures, px) -> reasons to doubt that they
+            belong to these pictures, a sentence each.
     """
 
     form: Form
@@ -183,16 +181,16 @@ BOXES = TruthKind(BOX_FORM, read_truth, TruthTable, Box, ("x", "y", "width", "he
 def within(
     kind: TruthKind, known: Truth, frames: int, size: tuple[int, int]
 ) -> tuple[dict[int, tuple[float, ...]], list[str]]:
-    """Return the rows of the frames that a recording has, and what a person has to know of them, a sentence each.
+    """Return the rows of a recording's frames, and remarks on them, a sentence each.
 
     Args:
-        kind: Of the truth.
+        kind: Kind of the truth.
         known: All that is given.
         frames: How many the recording has.
         size: Width and height of its pictures, px.
 
     Raises:
-        RefusedError: There are none.
+        RefusedError: None remain.
     """
     rows = {frame: row for frame, row in known.rows.items() if frame < frames}
     if not rows:
@@ -213,14 +211,14 @@ def write_table(rows: Mapping[int, Sequence[float]], form: Form) -> str:
 
     Args:
         rows: The values of each frame that has any, by its number.
-        form: What the file has.
+        form: Form of the file.
     """
     lines = ((str(frame), *(_text(float(value)) for value in rows[frame])) for frame in sorted(rows))
     return csv_text((form.columns, *lines))
 
 
 def _text(value: float) -> str:
-    """Return a number in as few digits as tell it exactly."""
+    """Return a number in the fewest digits that are exact."""
     return str(int(value)) if value.is_integer() else repr(value)
 
 

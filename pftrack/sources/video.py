@@ -1,22 +1,22 @@
-"""Videos and animated GIFs: any frame in any order, with the very pixels of a pass from the first to the last.
+"""Videos and animated GIFs: any frame in any order, with exactly the pixels of a pass from the first to the last.
 
 A compressed video is a chain: most pictures are differences to others, and decoding can begin only at a keyframe. So
 `VideoSequence` first makes one pass and keeps, for each picture, its time and the checksum of its pixels. To reach a
-frame it then seeks to the keyframe before it and decodes from there; pictures on the way that no other rests on are
-skipped, and the last ones before the goal are kept, because a step backwards wants them next.
+frame it then seeks to the keyframe before it and decodes from there; pictures on the way that no other picture needs
+are skipped, and the last ones before the goal are cached, because a step backwards needs them next.
 
-What a seek gives need not be what the pass gave: some files let pictures refer across keyframes, some containers seek
-inexactly, damage spreads differently. So each picture is checked against its checksum before it is handed out. If it is
+A seek may give other pixels than the pass: some files let pictures refer across keyframes, some containers seek
+inexactly, and damage spreads differently. So each picture is compared with its checksum before it is returned. If it is
 wrong, the keyframe is not used again, an earlier one is tried, and in the end the pass is repeated from the start. That
-repetition does just what the survey did: it skips nothing and holds on to no decoder's buffers, because what a decoder
-puts where data are missing may be what an earlier picture left in the buffer.
+repetition repeats the survey exactly: it skips nothing and keeps no decoder's buffers, because a decoder may fill
+missing data from an earlier picture in a buffer.
 
 The decoder below is FFmpeg through PyAV, with a fixed format and strict limits:
 
 - The container's format is forced; nothing is guessed.
-- The file comes in as an open file object without a name, and whatever else the container may want to open is refused.
-- Only decoders of a list of well-known codecs are let near the bytes; sound and subtitles are not decoded at all.
-- One thread, so that the same bytes give the same pictures, also where they are damaged.
+- The file is passed as an open file object without a name, and any other file that the container requests is refused.
+- Only decoders of a list of well-known codecs are used; sound and subtitles are not decoded.
+- One thread decodes, so the same bytes give the same pictures, even where they are damaged.
 """
 
 import os
@@ -55,7 +55,8 @@ _CODECS = read_texts(Path(__file__).with_name("codecs.yaml"))[0]
 _MOST_OBLONG = 4
 _NEARLY_SQUARE = 0.01
 _HEADROOM = 16
-"""FFmpeg itself stops at this many times the allowed pixels; what exceeds them by less is refused with the limit."""
+"""FFmpeg itself stops at this multiple of the allowed pixels; pictures between both limits are refused in a sentence
+with the limit."""
 
 
 WIDE = {int(ColorTrc.SMPTE2084), int(ColorTrc.ARIB_STD_B67)}
@@ -67,9 +68,9 @@ class Decoder:
 
     Attributes:
         damaged: Pictures of this pass that were found damaged and left out.
-        skip_before: Pictures before this time need not come out, in ticks; those that no other picture rests on are
-            then not decoded.
-        remarks: What a person should know of the stream, a sentence each.
+        skip_before: Pictures before this time, in ticks, are not needed; those that no other picture needs are then not
+            decoded.
+        remarks: Remarks on the stream, a sentence each.
     """
 
     def __init__(self, file: BinaryIO, container_format: Format, max_pixels: int) -> None:
@@ -77,7 +78,7 @@ class Decoder:
 
         Args:
             file: Open for reading; stays open when the decoder is closed.
-            container_format: What the content is.
+            container_format: Container format of the content.
             max_pixels: The most that a picture may have.
 
         Raises:
@@ -112,18 +113,18 @@ class Decoder:
 
     @property
     def duration_us(self) -> int | None:
-        """How long the container says it lasts, in microseconds."""
+        """Duration stated by the container, in microseconds."""
         return self._container.duration
 
     @property
     def announced(self) -> int:
-        """Number of pictures that the container shows, without those that an edit list cuts off; 0 if unknown."""
+        """Number of pictures in the container, without those that an edit list cuts off; 0 if unknown."""
         entries = self.stream.index_entries if self._container.format.name.startswith("mov") else ()
         shown = sum(not entry.is_discard for entry in entries)
         return min(self.stream.frames, shown) if shown else self.stream.frames
 
     def seek(self, stamp: int) -> None:
-        """Go on from the keyframe at a time, or the nearest before it.
+        """Continue from the keyframe at a time, or the nearest before it.
 
         Raises:
             RefusedError: The container cannot seek.
@@ -140,7 +141,7 @@ class Decoder:
         while True:
             try:
                 packet = next(packets)
-                if packet.is_corrupt:  # cut short: what decodes of it would be a guess
+                if packet.is_corrupt:  # cut short: the decoded picture would be a guess
                     self.damaged += 1
                     continue
                 needless = self.skip_before is not None and packet.pts is not None and packet.pts < self.skip_before
@@ -185,7 +186,7 @@ class Decoder:
         """Convert a picture to 8-bit RGB, upright, read-only.
 
         Args:
-            frame: The picture as it is stored.
+            frame: The picture as stored.
             orientation: How it is turned upright, see `orientation_of`.
             size: Width and height before that, px; `square_size` makes its pixels square.
         """
@@ -213,7 +214,7 @@ class Decoder:
             what = "sound, but no pictures" if "audio" in kinds else "no pictures"
             raise RefusedError(f"the file holds {what}; expected {ALLOWED}")
         context = stream.codec_context
-        if getattr(context, "name", None) not in _CODECS:  # there is no context where FFmpeg has no decoder
+        if getattr(context, "name", None) not in _CODECS:  # the context is missing where FFmpeg has no decoder
             known = ", ".join(dict.fromkeys(_CODECS.values()))
             raise RefusedError(f"the video has an unsupported codec; expected one of {known}")
         if len(streams) > 1:
@@ -259,7 +260,7 @@ def stored_size(size: tuple[int, int], orientation: int) -> tuple[int, int]:
 
 
 class _Nameless:
-    """An open file without its name: what FFmpeg does not know, it cannot take for an address."""
+    """An open file without its name, which FFmpeg could take for an address."""
 
     def __init__(self, file: BinaryIO) -> None:
         self.read, self.seek, self.tell = file.read, file.seek, file.tell
@@ -275,11 +276,11 @@ def _out_of_memory_or(error: av.FFmpegError, sentence: str) -> Exception:
     return RefusedError(f"{sentence}, so that it cannot be read; expected {ALLOWED}")
 
 
-# Frames are counted; a tracker steps from one to the next. Their times matter for speeds on a screen, and as names by
-# which a seek knows a frame again, for which they must rise from frame to frame.
+# Frames are counted; a tracker steps from one to the next. Their times give speeds on a screen, and identify frames
+# after a seek; for that they must rise from frame to frame.
 
 USUAL_RATE_HZ = 25.0
-"""The rate of a sequence that does not tell its own."""
+"""The rate of a sequence without its own rate."""
 
 _SLOWEST_HZ, _FASTEST_HZ = 0.01, 1000.0
 _SAME_RATE = 0.01
@@ -292,7 +293,7 @@ class Timing:
     """The times of a video's frames.
 
     Attributes:
-        stamps: In the container's ticks, rising; empty if its times are of no use.
+        stamps: In the container's ticks, rising; empty if its times are unusable.
         times_s: From 0, s.
         rate_hz: Frames a second, in the mean.
         warnings: Sentences for people about what is odd.
@@ -362,7 +363,7 @@ def _missing(frames: int, lasting_s: float, decoder: Decoder) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """Frames of one size in a row: which is the first, their size as stored and as shown, and what a pass found."""
+    """Consecutive frames of one size: the first, their size as stored and as shown, and the result of a pass."""
 
     first: int
     shape: tuple[int, int]
@@ -374,10 +375,10 @@ class _Part:
 
 
 def _in_parts(parts: Sequence[_Part], chosen: _Part) -> str:
-    """Return what a person has to know of a video whose size changes, and of which the longest part is taken.
+    """Return the remark on a video whose size changes; its longest part is used.
 
     Raises:
-        RefusedError: The times of its frames do not tell one part from another.
+        RefusedError: The times of its frames do not separate the parts.
     """
     spans = [
         f"frames {part.first} to {part.first + len(part.stamps) - 1} are {part.shape[0]} x {part.shape[1]} px"
@@ -424,12 +425,13 @@ class VideoSequence(FrameSequence):
 
         Args:
             file: Open for reading; closed with the sequence.
-            found: What its content is.
-            name: What people call it.
+            found: Format of its content.
+            name: Name for users.
             sha256: Digest of its content.
             limits: How large it may be.
-            index: From an earlier survey of the same content; it is not used if it has pixels taken otherwise.
-            square: Whether to make pixels square that are not; None for as the index has it, and yes without one.
+            index: Index from an earlier survey of the same content; not used if its pixels were read differently.
+            square: Whether to make pixels square that are not; None follows the index; without an index the default is
+                yes.
 
         Raises:
             RefusedError: It cannot be read, or exceeds the limits.
@@ -488,7 +490,8 @@ class VideoSequence(FrameSequence):
         if announced > limits.frames:
             raise RefusedError(f"the video has {announced:,} frames; at most {limits.frames:,} are allowed")
         check_pixels(stream.width, stream.height, limits, "the pictures of the video have")
-        # A picture whose side data were looked at is held until the next garbage collection: start again after that.
+        # Reading a picture's side data keeps the picture until the next garbage collection, so decoding restarts
+        # afterwards.
         orientation = next((orientation_of(frame) for frame in self._decoder.frames()), 0)
         decoder = self._begin()
         parts = self._parts(decoder, orientation, square=square)
@@ -517,7 +520,7 @@ class VideoSequence(FrameSequence):
         )
 
     def _parts(self, decoder: Decoder, orientation: int, *, square: bool) -> list[_Part]:
-        """Decode everything, and return what each stretch of frames of one size has; the last one is at hand."""
+        """Decode everything, and return the stretches of frames of one size; the last one stays cached."""
         limits, parts = self._limits, list[_Part]()
         for number, frame in enumerate(decoder.frames()):
             if number == limits.frames:
@@ -539,7 +542,7 @@ class VideoSequence(FrameSequence):
         return parts
 
     def _shown_size(self, decoder: Decoder, shape: tuple[int, int], *, square: bool) -> tuple[tuple[int, int], str]:
-        """Return the size in which pictures are shown, and a sentence where their pixels are not square."""
+        """Return the size in which pictures are shown, and a remark if their pixels are not square."""
         check_pixels(*shape, self._limits, "the pictures of the video have")
         size, remark = decoder.square_size(*shape)
         if not square and size != shape:
@@ -564,7 +567,7 @@ class VideoSequence(FrameSequence):
         raise RefusedError(f"frame {goal} no longer decodes as it did; the file must not change while it is open")
 
     def _entries(self, goal: int) -> Iterator[int | None]:
-        """Take up a place from which the goal can be reached, the cheapest first; yield the keyframe, if it is one."""
+        """Start from each place that leads to the goal, the cheapest first; yield the keyframe, if it is one."""
         stamps, keyframes = self.index.stamps, self.index.keyframes
         before = keyframes[: bisect_right(keyframes, goal)][::-1]
         near = [keyframe for keyframe in before[: len(self._untrue) + _KEYFRAMES_TRIED] if keyframe not in self._untrue]
@@ -588,14 +591,14 @@ class VideoSequence(FrameSequence):
         yield None
 
     def _number_frames(self) -> Iterator[tuple[int, VideoFrame]]:
-        """Decode on, with each frame's number: from its time or, where times are of no use, counted."""
+        """Continue decoding, with each frame's number: from its time or, where times are unusable, by counting."""
         for count, frame in enumerate(self._decoder.frames()):
             number = self._numbers.get(frame.pts) if self._numbers else count
             if number is not None:
                 yield number, frame
 
     def _run_to(self, goal: int) -> NDArray[np.uint8] | None:
-        """Decode up to the goal; None if it does not come, or comes with other pixels than before."""
+        """Decode up to the goal; None if it is missing, or its pixels differ from the survey."""
         if self._pass is None:
             return None
         for number, frame in self._pass:
@@ -611,7 +614,7 @@ class VideoSequence(FrameSequence):
 
     def _convert(self, number: int, frame: VideoFrame) -> NDArray[np.uint8] | None:
         """Convert a frame and keep it, if its pixels are those of the survey."""
-        # The index alone says whether pixels are made square: one of an earlier version did not.
+        # The index alone decides whether pixels are made square; that of an earlier version did not.
         size = stored_size(self.size, self.index.orientation)
         picture = self._decoder.rgb(frame, self.index.orientation, size)
         if zlib.crc32(picture.data) != self.index.checksums[number]:

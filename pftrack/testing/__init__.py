@@ -1,21 +1,20 @@
-"""What holds for every experiment, as checks that an experiment's own tests run.
+"""Properties of every experiment, as checks that an experiment's own tests run.
 
-The command line, the server and sweeps rely on promises that no type can express: a run has the same numbers whichever
-way leads to a frame, a batch equals the live run, a drawing keeps to the layers that are declared. An experiment that
-keeps them works everywhere. Its tests need a few lines for that, in the manner of scikit-learn's `check_estimator`:
+The command line, the server and sweeps rely on promises that no type can express: a run has the same numbers on every
+path to a frame, a batch equals the live run, a drawing uses only declared layers. An experiment that keeps them works
+everywhere. Its tests need a few lines for that, in the manner of scikit-learn's `check_estimator`:
 
     @pytest.mark.parametrize("check", experiment_checks(EXPERIMENT), ids=str)
     def test_it_keeps_what_every_experiment_promises(check):
         check()
 
-- `declarations`: identity, parameters, presets, plots and readings are whole and consistent; the kinds of mark that it
-  takes describe themselves, and refuse what is none;
-- `numbers`: what a tracker says is finite, and as it declares it; its model, asked at any state, says what the filter
-  weighs by, and a linear one is what the filter computes with; seek, branch, file, process, batch and change of tracker
-  lead to the same numbers;
-- `coverage`: bands hold the truth as often as they say, or it is declared that they do not; each failure still fails in
-  its own way, and its cure cures; other seeds and changes can be computed; a probability that the target is lost is
-  one, however it is told;
+- `declarations`: identity, parameters, presets, plots and readings are complete and consistent; its kinds of mark
+  describe themselves, and refuse invalid marks;
+- `numbers`: reports of a tracker are finite and as declared; its model gives the filter's weights at any state, and a
+  linear one is the model that the filter uses; seek, branch, file, process, batch and change of tracker give the same
+  numbers;
+- `coverage`: bands are calibrated, or declared as not calibrated; each failure still fails in its own way, and its cure
+  works; other seeds and changes can be computed; a loss probability is a probability, on every path to it;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame; and
   a film of its own scene is tracked from a mark, as an upload is.
 """
@@ -31,10 +30,10 @@ __all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
 
 
 def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tuple[Check, ...]:
-    """Return all checks of an experiment, each with a name that says what should hold.
+    """Return all checks of an experiment, each named by its property.
 
     Args:
-        experiment: As the registry has it: a saved run finds its experiment by its id.
+        experiment: The experiment in the registry, because a saved run finds its experiment by its id.
         thorough: Whether bands are measured over forty seeds of the default scene and of the presets that the
             calibration names as well, which takes minutes.
     """
@@ -54,7 +53,7 @@ def check_experiment(experiment: Experiment) -> None:
     """Run all checks of an experiment.
 
     Raises:
-        CheckError: One of them fails; the sentence says what the experiment does and what it should do.
+        CheckError: A check fails; the sentence gives the actual and the required behaviour.
     """
     for check in experiment_checks(experiment):
         check()

@@ -1,4 +1,4 @@
-"""What a check is, and the runs that checks are made on."""
+"""Checks, and the runs that they use."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -30,7 +30,7 @@ class Check:
     """One thing that should hold, to be called.
 
     Attributes:
-        name: What should hold, a clause.
+        name: The property, a clause.
         run: Does nothing if it holds.
     """
 
@@ -99,7 +99,7 @@ class Straight:
     Attributes:
         run: At its last frame.
         steps: All of its steps.
-        begun: What the state of frame 0 held before a further frame was computed.
+        begun: Content of the state of frame 0 before a further frame was computed.
     """
 
     run: Run
@@ -108,7 +108,7 @@ class Straight:
 
     @cached_property
     def drawings(self) -> tuple[Drawing, ...]:
-        """Of each step as it was drawn when it was the last one."""
+        """Drawing of each step at the time when it was the last one."""
         draw, rows = self.run.experiment.draw, self.run.diagnostics
         return tuple(draw(step, rows[:number]) for number, step in enumerate(self.steps, 1))
 

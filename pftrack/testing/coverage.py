@@ -1,12 +1,12 @@
-"""Checks of bands: the truth lies in them as often as they say, or the experiment declares that it does not.
+"""Checks of bands: they are calibrated, or the experiment declares that they are not.
 
 A band of 50 % should hold the truth in 45 to 55 % of the reports, one of 95 % in 92 to 98 %, and a region that promises
-to hold it in all. What is further off than three standard errors, over seeds, must be declared
-(`pftrack.core.model.band.Miscalibration`), with the direction in which it is: too narrow, if any of a band's
-shares is; else too wide. A declaration that is needed no more must go.
+to hold it in all. A deviation of more than three standard errors, over seeds, must be declared
+(`pftrack.core.model.band.Miscalibration`), with its direction: too narrow, if any of a band's shares is; else too wide.
+A declaration that is no longer needed must be removed.
 
-The quick check looks at the first frames of a few runs of the default scene, where trackers still know how they began.
-It finds what is gross. The thorough one has as many seeds as `SEEDS`, and the presets of the calibration as well.
+The quick check uses the first frames of a few runs of the default scene, where trackers still know how they began. It
+finds gross errors. The thorough one has `SEEDS` seeds, and the presets of the calibration as well.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,14 +30,14 @@ from pftrack.testing.check import FRAMES, SEED, Check, demand, each_tracker, str
 from pftrack.testing.numbers import UNKNOWN
 
 LIMITS: Mapping[float, tuple[float, float]] = {HALF: (0.45, 0.55), MOST: (0.92, 0.98), ALL: (1.0, 1.0)}
-"""The least and the greatest share of the reports that counts as what a band says."""
+"""The least and the greatest share of the reports that is accepted for a band."""
 
 SEEDS = range(40)
-"""Of the thorough check."""
+"""Number of seeds of the thorough check."""
 
 FEW = range(3)
 SLACK = 0.25
-"""Of the quick check, on top of three standard errors: the first frames are not like the others."""
+"""Additional tolerance of the quick check: the first frames differ from the others."""
 
 SURELY, WELL = 3.0, 1.0
 """Standard errors: so far outside a share is for sure, and so far within it is well inside."""
@@ -68,9 +68,9 @@ def find_contradictions(
     """Yield what was measured of the bands of a tracker and is declared otherwise, a clause each.
 
     Args:
-        faults: What is declared of the tracker in this setting.
-        measured: Of all its bands.
-        slack: What else is allowed beside standard errors; with any, nothing is said of needless declarations.
+        faults: Declared faults of the tracker in this setting.
+        measured: Measured shares of all its bands.
+        slack: Tolerance beyond standard errors; if not 0, needless declarations are not reported.
     """
     bands: dict[str, list[Coverage]] = {}
     for one in measured:
@@ -136,19 +136,19 @@ def _demand(
     demand(not wrong, f"{tracker}: {'; '.join(wrong)}")
 
 
-# Checks of what is said of a loss: failures, what else the run might have been, and how probable the loss is.
+# Checks on losses: failures, alternatives to the run, and the probability of the loss.
 #
 # Each failure that an experiment declares is diagnosed as what it is, and its cure cures. Other seeds from a frame on
-# are branches with these, and every change that is tried can be computed. A probability that the target is lost is one,
-# the same whichever way it is told, and rises with a loss. Of two things the sign is known: a tracker that looks for
-# its target has not got it, and where less is like the target than was before, the target is less likely to be there.
-# Of others it is not. A filter that is seized by a look-alike, or by a wall, has a better log evidence there than it
-# had behind the pillar, its particles carry more, and its estimate rests. So these may have weights of either sign.
+# are branches with these, and every change that is tried can be computed. A loss probability is a probability, the same
+# on every path to it, and rises with a loss. The sign of two effects is known: a tracker that searches its target has
+# lost it, and a lower similarity makes the target less likely to be there. Other signs are unknown. A filter that is
+# seized by a look-alike, or by a wall, has a better log evidence there than it had behind the pillar, its particles
+# carry more, and its estimate rests. So these may have weights of either sign.
 
 MARKED = 7
 """A mark in so many pictures."""
 AT_END = 5
-"""So many frames at the end decide whether the target is held."""
+"""Number of frames at the end that decide whether the target is held."""
 
 
 def failure_checks(experiment: Experiment) -> Iterator[Check]:
@@ -175,7 +175,7 @@ def _fails_and_is_cured(shown: Entry) -> None:
 
 
 def _is_told_by_marks(shown: Entry, failure: FailureRun) -> None:
-    """Ask what is said where a person has marked the target in few pictures: no number that is not known."""
+    """Check reports with marks in only a few pictures: they must not contain unknown numbers."""
     series, unit = shown.experiment.all_series(), shown.experiment.judge.unit
     rows = [row if row.frame % MARKED == 0 else replace(row, **UNKNOWN) for row in failure.rows]
     course = course_of(rows, series, unit=unit)
@@ -212,7 +212,7 @@ def _changes_can_be_computed(experiment: Experiment, tracker: str) -> None:
     run = straight(experiment, tracker).run
     state = run.branch(BEGIN).current.state
     for each in alternatives(run, BEGIN + 1):
-        if each.kind == "tracker":  # each follows each other one in a check of its own
+        if each.kind == "tracker":  # every switch between two trackers has a separate check
             continue
         timeline = run.timeline.insert(Change(BEGIN + 1, each.values)) if each.values else run.timeline
         one = Trial(experiment, run.source, timeline, OTHER_SEED, state)

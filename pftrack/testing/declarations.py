@@ -1,4 +1,4 @@
-"""Checks of what an experiment declares: who it is, its parameters, presets, plots, readings and kinds of mark."""
+"""Checks of an experiment's declarations: identity, parameters, presets, plots, readings and kinds of mark."""
 
 import math
 from collections import Counter
@@ -156,7 +156,7 @@ def _presets_run(experiment: Experiment) -> None:
         if preset.watch:
             _demand_end(preset.watch, ".", f"what to look at in the preset {preset.name}")
         for name in preset.subjects:
-            demand(name in known, f"the preset {preset.name} is about {name!r}, which is no parameter")
+            demand(name in known, f"the preset {preset.name} is about {name!r}, which is not a parameter")
         timeline = (Change(0, preset.parameters),) if preset.parameters else ()
         try:
             run = begin_run(experiment, preset.tracker, seed=preset.seed, timeline=timeline)
@@ -227,7 +227,7 @@ def _declares_layers(experiment: Experiment) -> None:
 
 
 def _demand_parts(plot: Plot) -> None:
-    """Go on if a plot has what its kind needs beside its series."""
+    """Check that a plot has everything that its kind needs in addition to its series."""
     wanted = {
         "a level for each series": (len(plot.levels) == len(plot.series), plot.kind == "frequency"),
         "the series of standard deviations": (bool(plot.sd), plot.kind == "band"),
@@ -294,7 +294,7 @@ def _demand_consistent(name: str, editor: Editor) -> None:
         ordered = number.minimum <= number.default <= number.maximum and number.step > 0
         demand(ordered, f"the default of {number.name} of {name} must lie within its bounds, with a step above 0")
         about = number.about
-        demand(about is None or about in handles, f"{number.name} of {name} is about {about!r}, which is no handle")
+        demand(about is None or about in handles, f"{number.name} of {name} is about {about!r}, which is not a handle")
     unknown = {end for link in editor.links for end in link} - handles
     demand(not unknown, f"{name} joins handles that it does not have: {', '.join(sorted(unknown))}")
 

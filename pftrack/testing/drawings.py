@@ -32,7 +32,7 @@ from pftrack.vision.film import FilmWriter
 from pftrack.vision.rendering import render_beside
 
 REACH = 10.0
-"""How many times the picture's longer side a coordinate may lie from its corner: what is further is a mistake."""
+"""How many times the picture's longer side a coordinate may lie from its corner: anything further is an error."""
 
 PLACES = (
     "positions",
@@ -48,10 +48,10 @@ PLACES = (
 )
 
 ROUNDING = 1e-4
-"""Of the largest entry of a covariance, as a share: they are drawn from 32 bits."""
+"""Tolerance, as a share of the largest entry of a covariance, because they are drawn from 32 bits."""
 
 WORLD_REACH = 1.01
-"""How many radii of a world a coordinate may lie from its middle; what is further is cut off."""
+"""Largest distance of a coordinate from a world's middle, in radii; anything further is cut off."""
 
 
 def _draw(experiment: Experiment, tracker: str) -> Iterator[tuple[int, Drawing]]:
@@ -191,7 +191,7 @@ def _a_second_run_is_drawn(experiment: Experiment, tracker: str) -> None:
 
 @each_tracker("a tracker that joins it is drawn")
 def _a_joined_tracker_is_drawn(experiment: Experiment, tracker: str) -> None:
-    """Draw a step that a tracker took of which the experiment's own code knows neither name nor title."""
+    """Draw a step of a tracker whose name and title the experiment's code does not know."""
     known = straight(experiment, tracker)
     title = experiment.trackers[tracker].title
     step = replace(known.steps[-1], tracker="joined-later", tracker_title="Joined later")
@@ -207,13 +207,13 @@ def _a_joined_tracker_is_drawn(experiment: Experiment, tracker: str) -> None:
 
 # Checks of recordings: a film of the experiment's own scene is tracked from a mark, as an upload would be.
 #
-# The simulated scene is written to a small video file, its measured points to a table where tracks are taken, or what
-# is believed of it to a recording of beliefs. Its target is marked by each kind of mark that the experiment takes:
-# where it truly is, if the kind can tell (`Mark.of_target`), and else as an editor begins. The second may mark nothing
-# that can be tracked; it may then be refused, but only in a sentence.
+# The simulated scene is written to a small video file, its measured points to a table where tracks are taken, or its
+# beliefs to a recording of beliefs. Its target is marked by each kind of mark that the experiment takes: at its true
+# place, if the kind supports that (`Mark.of_target`), and else as an editor begins. The second may mark nothing that
+# can be tracked; it may then be refused, but only in a sentence.
 
 LENGTH = 2 * FRAMES // 3
-"""Of the film: a run on it does in all of its frames what one on the scene does, and the scene's are longer."""
+"""Number of frames of the film: a run on it behaves like one on the scene, whose runs are longer."""
 
 LATER = LENGTH // 2
 """The picture at which a run that does not begin with the film begins."""
@@ -264,7 +264,7 @@ def _tracks(steps: Sequence[Step]) -> str:
 
 
 def _record(path: Path, steps: Sequence[Step]) -> None:
-    """Write what is believed in each frame as a recording of beliefs."""
+    """Write the beliefs of each frame as a recording of beliefs."""
     with Recorder(path) as record:
         for step in steps:
             arrays, target = step.state.arrays(), step.frame.target
@@ -287,7 +287,7 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
             if setup is not None:
                 _demand_declared(experiment, setup, sequence)
                 _demand_suitability(experiment, setup, sequence, f"a recording with a {kind.name()}")
-                # What one tracker makes of a kind of mark the others make as well, and some are slow.
+                # All trackers handle a kind of mark in the same way, and some are slow.
                 trackers = list(experiment.trackers) if place == 0 else []
                 _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
         if not experiment.video.needs_mark(sequence.index.kind):
@@ -325,7 +325,7 @@ def _demand_declared(experiment: Experiment, setup: Setup, sequence: FrameSequen
 
 
 def _demand_suitability(experiment: Experiment, setup: Setup, sequence: FrameSequence, what: str) -> None:
-    """Go on if the experiment can say how suitable a target is, where it says so at all."""
+    """Check that the experiment can rate the suitability of a target, if it declares that."""
     if experiment.video.suits is None or setup.footage is None:
         return
     try:

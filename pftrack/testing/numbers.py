@@ -1,4 +1,4 @@
-"""Checks of what a tracker says of every frame and of its model: finite, as declared, and what the filter weighs by."""
+"""Checks of a tracker's reports and of its model: finite, as declared, and consistent with the filter's weights."""
 
 import atexit
 import itertools
@@ -46,7 +46,7 @@ from pftrack.testing.check import (
 )
 
 UNKNOWN: Mapping[str, Any] = {"truth": None, "error": None, "lost": None, "hidden": None, "extent": None}
-"""Of a row, where no truth is known."""
+"""Columns of a row without a known truth."""
 
 
 @each_tracker("estimates are finite and as long as positions are")
@@ -233,7 +233,7 @@ def _cloud(experiment: Experiment, step: Step) -> Cloud | None:
 
 CLOSE = 1e-8
 LARGER = 1.25
-"""By which each number is multiplied, or divided where its bound is near."""
+"""Factor of each number, or its divisor near a bound."""
 
 
 @each_tracker("a linear model is that of the filter, and its noises are scaled as declared")
@@ -291,7 +291,7 @@ MIDDLE = FRAMES // 2
 LATE = FRAMES - 3
 TO_AND_FRO = (MIDDLE, 1, FRAMES - 2, MIDDLE - 1, FRAMES - 1)
 FEW = FRAMES // 6
-"""The last frame that is computed again from a file: each follows from what the file says of the run."""
+"""The last frame that is recomputed from a file; each frame follows from the file's content."""
 
 SEEKING = (2, 1, FRAMES - 2, FRAMES - 3)
 """Forward, back to a frame that is computed again from the first state, and from one that was kept on the way."""
@@ -320,7 +320,7 @@ def _only_noise_depends_on_the_seed(experiment: Experiment) -> None:
 
 
 def _look_alike(one: Frame, other: Frame) -> bool:
-    """Tell whether two frames show the same, to the bit."""
+    """Return whether two frames show the same, to the bit."""
     pairs = ((one.image_rgb, other.image_rgb), (one.signal, other.signal))
     return all((a is None and b is None) or np.array_equal(a, b) for a, b in pairs)  # type: ignore[arg-type]  # not None
 
@@ -473,10 +473,10 @@ def demand_equal(run: Run, other: Run, what: str, frames: int | None = None) -> 
 
 
 def hashes_elsewhere(paths: Sequence[str]) -> list[str]:
-    """Return the hashes of the estimates that saved runs come to in another process.
+    """Return the hashes of the estimates of saved runs in another process.
 
     Args:
-        paths: Of the files.
+        paths: Paths of the files.
 
     Raises:
         CheckError: It cannot compute them.

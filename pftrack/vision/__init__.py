@@ -1,1 +1,1 @@
-"""What several experiments need of pictures: likelihoods, detection, shapes, structure from motion, rendering."""
+"""Image processing that several experiments share: likelihoods, detection, shapes, structure from motion, rendering."""

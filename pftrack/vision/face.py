@@ -1,7 +1,7 @@
 """Geometry: the shape of a face and a head.
 
 `face` has eleven named points with their mean and their spread over people, a smooth surface through these points as a
-mesh, and yaw, pitch and roll as people say them. Rotations are in `pftrack.core.geometry`, cameras in
+mesh, and yaw, pitch and roll in everyday terms. Rotations are in `pftrack.core.geometry`, cameras in
 `pftrack.core.numerics.matrices`.
 """
 
@@ -26,20 +26,20 @@ from pftrack.core.texts import read_whole
 # between the corneas, x to the right of the picture (the person's left), y down and z away from the camera (Bando 2007,
 # ch. 4 section 4). Names begin with `l` for the person's left, which is the right of the picture.
 #
-# No one's own face is known when a video begins. So a tracker uses the mean of thirteen measured people, the driver not
-# among them; here people are drawn from published means and standard deviations of adult faces. What varies is mostly
-# symmetric: both sides share one draw, mirrored; 0.5 mm a coordinate is each point's own, and 3 % is the size of the
-# whole. `person(seed)` uses NumPy's `default_rng`, as the reference implementation does, and draws in this order:
-# eleven triples, the left points' for both sides, eleven triples of asymmetry, and the size. Drivers 99, 101 and 102
-# are then 2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the reference implementation,
-# whose order of draws is not known, has 2.2, 3.9 and 3.6.
+# A person's own face is unknown when a video begins. So a tracker uses the mean of thirteen measured people, not
+# including the driver; here people are drawn from published means and standard deviations of adult faces. Most
+# variation is symmetric: both sides share one draw, mirrored. Each point adds its own 0.5 mm per coordinate, and the
+# size of the whole varies by 3 %. `person(seed)` uses NumPy's `default_rng`, as the reference implementation does, and
+# draws in this order: eleven triples, the left points' for both sides, eleven triples of asymmetry, and the size.
+# Drivers 99, 101 and 102 are then 2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the
+# reference implementation, whose order of draws is not known, has 2.2, 3.9 and 3.6.
 
 
 class Feature(BaseModel):
     """A point of the face.
 
     Attributes:
-        title: What people call it.
+        title: Its everyday name.
         mean_mm: Its mean over people; None for one on the right, which mirrors that on the left.
         sd_mm: The standard deviation about it.
     """
@@ -56,7 +56,7 @@ class Features(BaseModel):
 
     Attributes:
         features: By name, in order.
-        links: Pairs of them between which a line helps the eye.
+        links: Pairs of them to connect by lines in drawings.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -71,7 +71,7 @@ FEATURES = tuple(_DECLARED.features)
 """Nose tip; centres, inner and outer corners of the eyes; inner ends of the brows; corners of the mouth."""
 
 TITLES = {name: feature.title for name, feature in _DECLARED.features.items()}
-"""What people call the features; left and right are the person's own."""
+"""Everyday names of the features; left and right are the person's own."""
 
 LINKS = _DECLARED.links
 """Pairs of features between which a line helps the eye."""
@@ -95,7 +95,7 @@ class FaceModel:
     names: tuple[str, ...] = FEATURES
 
     def __post_init__(self) -> None:
-        """Keep an own read-only copy, and refuse what is no face model."""
+        """Store a read-only copy, and refuse values that are not a face model."""
         points = np.array(self.points_mm, dtype=np.float64)
         if points.shape != (len(self.names), 3) or not np.isfinite(points).all():
             raise ValueError(f"expected {len(self.names)} finite points (x, y, z) in mm, got shape {points.shape}")
@@ -156,7 +156,7 @@ def mean_model(people: int = PEOPLE, seed: int = PEOPLE_SEED) -> FaceModel:
 
     Args:
         people: How many.
-        seed: Of the generator.
+        seed: Seed of the generator.
     """
     rng = np.random.default_rng(seed)
     return average([_draw(rng) for _ in range(people)])
@@ -164,10 +164,10 @@ def mean_model(people: int = PEOPLE, seed: int = PEOPLE_SEED) -> FaceModel:
 
 @cache
 def spread_mm2() -> Floats:
-    """Return how people vary about their mean, the covariance (3 F, 3 F) of all coordinates, read-only.
+    """Return the covariance (3 F, 3 F) of all coordinates over people, read-only.
 
-    By the same statistics as `person`: both sides share one draw, mirrored, each point has some asymmetry of its own,
-    and all have the size in common.
+    By the same statistics as `person`: both sides share one draw, mirrored, each point has its own asymmetry, and all
+    share the size.
     """
     mean, spread = _statistics()
     count = len(FEATURES)
@@ -205,10 +205,10 @@ def fit_similarity(source: Floats, target: Floats) -> Similarity:
 
     Args:
         source: (n, d) points to be mapped, not all the same.
-        target: (n, d) where they should come to lie.
+        target: (n, d) their desired positions.
 
     Raises:
-        ValueError: The shapes differ, a value is not finite, or all points are the same, so that there is no scale.
+        ValueError: The shapes differ, a value is not finite, or all points are equal, so the scale is undefined.
     """
     if source.shape != target.shape or source.ndim != 2:
         raise ValueError(f"expected as many points as targets, got shapes {source.shape} and {target.shape}")
@@ -227,7 +227,7 @@ def fit_similarity(source: Floats, target: Floats) -> Similarity:
 
 
 def place(model: FaceModel, found: Mapping[str, tuple[float, float]]) -> Floats:
-    """Return where all points (F, 2) of a frontal face lie in the picture, px, given some of them.
+    """Return the positions (F, 2) of all points of a frontal face in the picture, px, given some of them.
 
     The model's x and y are mapped by the similarity that fits the given points best; the two eye centres suffice.
 
@@ -406,14 +406,14 @@ def vertex_normals(vertices: Floats, triangles: NDArray[np.int32]) -> Floats:
     return unit
 
 
-# How a head looks in the picture is said by yaw, pitch and roll, in place of the angles of a rotation. With d = R (0,
-# 0, -1) the direction in which the face looks, in the camera's frame, and e = R (1, 0, 0) its eye line,
+# Yaw, pitch and roll describe how a head appears in the picture, instead of the angles of a rotation. With d = R (0, 0,
+# -1) the direction in which the face looks, in the camera's frame, and e = R (1, 0, 0) its eye line,
 #
 #     yaw = atan2(d.x, -d.z),   pitch = asin(-d.y),   roll = atan2(e.y, e.x):
 #
 # yaw is positive when the face looks towards the right side of the picture, pitch when it looks up, roll when the head
 # is turned clockwise in the picture. So yaw = -theta_y and pitch = -theta_x exactly; the roll is that of the eye line
-# as it is seen, which is theta_z only while the head looks into the camera.
+# in the picture, which is theta_z only while the head looks into the camera.
 
 
 def gaze(theta_rad: Floats) -> Floats:

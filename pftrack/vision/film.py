@@ -1,7 +1,7 @@
-"""Pictures become a film: H.264 in MP4, as every browser and lecture-room computer plays it; or a GIF, for a slide.
+"""Films from pictures: H.264 in MP4, which every browser and lecture-room computer plays, or a GIF for a slide.
 
-A film is written under another name beside its place and renamed when it is whole, so that a run that is broken off
-leaves either the old file or none, never half of one.
+A film is written under a temporary name beside its final place and renamed when it is complete, so an interrupted run
+leaves either the old file or none, never half a file.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ class FilmWriter:
     """Writes pictures of one size to an MP4 file; a context manager.
 
     The film appears at its place on leaving the context, and not at all if that is by an error. H.264 in its common
-    form wants even sides: an odd picture gets one more row or column, a copy of its last.
+    form requires even sides: an odd picture gets one more row or column, a copy of its last.
     """
 
     def __init__(self, path: Path, frame_rate_hz: float, words: Mapping[str, str] | None = None) -> None:
@@ -35,7 +35,7 @@ class FilmWriter:
         Args:
             path: Where the film is to appear.
             frame_rate_hz: Pictures a second.
-            words: What the file says of itself, by MP4's names, such as "title" and "comment".
+            words: Metadata of the file, by MP4's names, such as "title" and "comment".
 
         Raises:
             OSError: The file cannot be written there.
@@ -91,10 +91,10 @@ class FilmWriter:
 
 @dataclass(frozen=True, eq=False)
 class Colours:
-    """The colours that all pictures of a GIF share, so that what stands still stays the same from picture to picture.
+    """The colours that all pictures of a GIF share, so unmoved parts stay the same from picture to picture.
 
     Attributes:
-        image: Of mode "P", with these colours as its palette.
+        image: An image of mode "P", with these colours as its palette.
     """
 
     image: Image.Image
@@ -105,7 +105,7 @@ class Colours:
 
 
 def common_colours(pictures_rgb: Sequence[NDArray[np.uint8]]) -> Colours:
-    """Return the colours that suit pictures of one width best, those that carry a meaning among them exactly."""
+    """Return the best colours for pictures of one width; colours with a meaning are kept exactly."""
     meant = list(dict.fromkeys((*COLOURS.values(), *OKABE_ITO.values())))
     found = Image.fromarray(np.concatenate(pictures_rgb)).quantize(GIF_COLOURS - len(meant))
     palette = Image.new("P", (1, 1))
@@ -119,8 +119,9 @@ def write_gif(path: Path, pictures: Sequence[Image.Image], period_s: float, *, c
     Args:
         path: Where to.
         pictures: At least one.
-        period_s: How long each is shown; GIF knows hundredths of a second, and browsers nothing below two of them.
-        comment: What the file says of itself, ASCII.
+        period_s: How long each is shown; GIF counts hundredths of a second, and browsers show no frame for less than
+            two.
+        comment: Description stored in the file, ASCII.
 
     Raises:
         OSError: The file cannot be written.

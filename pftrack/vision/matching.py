@@ -1,14 +1,13 @@
-"""Block matching: where small pieces of an earlier picture are in a later one, and how far the whole of it has moved.
+"""Block matching: finds small pieces of an earlier picture in a later one, and the shift of the whole picture.
 
 A template is compared with the picture at every place within a reach, and the place of the least cost is the match. Two
-costs are offered: the mean absolute difference of the grey levels, which is cheap and is misled when the picture
-becomes brighter, and one minus the normalised correlation, which is not. Nothing else is known of what is looked for,
-so that where the picture repeats itself a match may be one repetition off: `seconds` tells how nearly another place was
-as good.
+costs are offered: the mean absolute difference of the grey levels, which is cheap but fails when the picture becomes
+brighter, and one minus the normalised correlation, which does not fail then. Only the template guides the search, so a
+match in a repetitive picture may be one repetition off: `seconds` gives the cost of the best other place.
 
-Sums are of whole numbers and the few roots and quotients are rounded as IEEE 754 says, so that matches are the same to
-the bit on every processor. Of equally good places the one nearest to where the search began is taken, so that
-what has no structure stays where it is, and of equally near ones the upper, then the left one.
+Sums are of whole numbers and the few roots and quotients are rounded by IEEE 754, so matches are the same to the bit on
+every processor. Among equally good places the one nearest to the start of the search is chosen, so a patch without
+structure stays where it is. Among equally near ones the upper, then the left one is chosen.
 """
 
 from typing import Literal, NamedTuple, TypeAlias
@@ -22,22 +21,22 @@ from pftrack.core.numerics.compiled import compiled, read_only
 Cost: TypeAlias = Literal["difference", "correlation"]
 
 LARGEST_TEMPLATE_PX = 15
-"""So that a sum of differences is a number of 16 bits, of which a processor adds sixteen at once."""
+"""This limit keeps a sum of differences within 16 bits, so a processor adds sixteen sums at once."""
 
 LANES = 16
 APART_PX = 3
-"""From here on another place is a match of its own rather than the slope of the best one."""
+"""Distance from which another place is a separate match rather than the slope of the best one."""
 
 
 class Matches(NamedTuple):
     """The best place of each template.
 
     Attributes:
-        places: (K, 2) int64, the pixel (column, row) of the template's middle; where the search began, if there is no
-            place at which all of the template is within the picture.
+        places: (K, 2) int64, the pixel (column, row) of the template's middle; the start of the search, if the template
+            is nowhere wholly within the picture.
         offsets: (K, 2) where between the pixels the least cost is, -0.5..0.5 px; 0 beside what was not searched.
-        costs: (K,) at that place: grey levels, or 0..2 for correlation; infinite if there is no place.
-        seconds: (K,) the least cost at least 3 px away; infinite if there is none.
+        costs: (K,) at that place, in grey levels, or 0..2 for correlation; infinite without such a place.
+        seconds: (K,) the least cost at least 3 px away; infinite without such a place.
     """
 
     places: Ints
@@ -60,7 +59,7 @@ def match(
         templates: (K, b, b), b odd and at most 15.
         around: (K, 2) pixels (column, row) around which to search, of any value.
         reach_px: How far to search to all four sides.
-        cost: What to compare by.
+        cost: The cost to use.
 
     Raises:
         ValueError: Templates are not odd squares of at most 15 px, or there is not one place for each.
@@ -89,7 +88,7 @@ def cost_map(
 
 
 def cut(grey: NDArray[np.uint8], places: Ints, size_px: int) -> NDArray[np.uint8]:
-    """Return pieces (K, size, size) of a picture about pixels (K, 2); beyond its edge the edge goes on."""
+    """Return pieces (K, size, size) of a picture about pixels (K, 2); the edge is repeated beyond the picture."""
     steps = np.arange(size_px) - size_px // 2
     rows = np.clip(places[:, 1, None] + steps, 0, grey.shape[0] - 1)
     columns = np.clip(places[:, 0, None] + steps, 0, grey.shape[1] - 1)
@@ -157,7 +156,7 @@ def _costs(
     height, width = grey.shape
     size, side = template.shape[0], 2 * reach + 1
     top, left = y - reach - size // 2, x - reach - size // 2
-    # A copy that is a multiple of the lanes wide: what is left over would be added one by one.
+    # A copy that is a multiple of the lanes wide: the rest would be added one by one.
     padded = (side + LANES - 1) // LANES * LANES
     window = np.zeros((side + size - 1, padded + size - 1), np.uint8)
     for row in range(max(0, -top), min(side + size - 1, height - top)):
@@ -224,7 +223,7 @@ def _dissimilarities(
     for place in range(first, last):
         shared = count * np.int64(products[place]) - total * np.int64(sums[place])
         spread = count * np.int64(squares[place]) - np.int64(sums[place]) * np.int64(sums[place])
-        # Without structure on either side nothing is like anything.
+        # Without structure on either side the correlation is undefined.
         alike = shared / np.sqrt(float(own) * float(spread)) if own > 0 and spread > 0 else 0.0
         costs[place] = 1.0 - alike
 
@@ -232,18 +231,17 @@ def _dissimilarities(
 # How far a picture has moved since the last one: what a camera that is held in a hand does to all that is seen.
 #
 # Two small grey pictures are laid over each other, moved against each other by whole pixels, and compared where both
-# have pixels (block matching, with the whole picture as the block). The best place is where their differences are
-# smaller by most than those which the same pixels have if nothing is moved, so that moving it out of sight gains
-# nothing. It is looked for in quarters of the size first, then near the best place in halves and in full. Between
-# pixels the top of a parabola through three gains counts. Sums are of whole numbers, so every processor has the same
-# bits.
+# have pixels (block matching, with the whole picture as the block). The best shift reduces the differences most,
+# compared with the same pixels without a shift, so shifting the picture out of sight gains nothing. It is looked for in
+# quarters of the size first, then near the best place in halves and in full. Between pixels the top of a parabola
+# through three gains counts. Sums are of whole numbers, so every processor has the same bits.
 #
 # Most of the picture has to be background: a target that fills it takes the camera's place.
 
 LONGER_SIDE_PX = 160
-"""Of the small picture, about."""
+"""Approximate width of the small picture."""
 COARSE_REACH, FINE_REACH = 8, 2
-"""How far is looked in quarters of the size, px of those, and around what was found at twice the size before."""
+"""Reach of the search at a quarter of the size, in px of that size, and around the result at each doubled size."""
 
 
 def small_grey(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -262,11 +260,11 @@ def camera_shift(before: NDArray[np.uint8], image_rgb: NDArray[np.uint8], after:
 
     Args:
         before: The last picture, small and grey.
-        image_rgb: This picture, which tells the scale.
+        image_rgb: This picture, which sets the scale.
         after: This picture, small and grey.
 
     Raises:
-        TypeError: One is not an array of bytes.
+        TypeError: An argument is not an array of bytes.
         ValueError: One has other sides.
     """
     check_picture(image_rgb)
@@ -328,7 +326,7 @@ def _halve(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @compiled
 def _still(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> Ints:
-    """Return the differences of two pictures that lie still, as sums over rectangles that begin in the first pixel."""
+    """Return the differences of two unshifted pictures, as sums over rectangles that begin in the first pixel."""
     height, width = before.shape
     sums = np.zeros((height + 1, width + 1), np.int64)
     for row in range(height):
@@ -343,7 +341,7 @@ def _still(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> Ints:
 def _best(
     before: NDArray[np.uint8], after: NDArray[np.uint8], still: Ints, x: int, y: int, reach: int
 ) -> tuple[int, int]:
-    """Return the shift within reach of (x, y) that gains most; that one itself among equals."""
+    """Return the shift within reach of (x, y) that gains most; (x, y) itself wins ties."""
     best_x, best_y, most = x, y, _gain(before, after, still, x, y)
     for down in range(y - reach, y + reach + 1):
         for across in range(x - reach, x + reach + 1):
@@ -355,7 +353,7 @@ def _best(
 
 @compiled
 def _gain(before: NDArray[np.uint8], after: NDArray[np.uint8], still: Ints, x: int, y: int) -> float:
-    """Return by how much two pictures differ less where they overlap, the second moved by (x, y), than lying still."""
+    """Return the gain of moving the second picture by (x, y): the reduction of the differences where both overlap."""
     height, width = before.shape
     left, right, top, bottom = max(x, 0), min(width + x, width), max(y, 0), min(height + y, height)
     if 2 * (right - left) < width or 2 * (bottom - top) < height:

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 
-# Named points as JSON say what a model is, with unit and standard deviations, and can be read back as one:
+# Named points as JSON describe a model, with unit and standard deviations, and can be read back:
 #
 #     {"format": "pftrack points", "version": 1, "unit": "mm", "points": {"nose": [0.0, 38.1, -26.2], ...}, ...}
 #
-# What is read comes from strangers. It must be small, of the present format, in mm, and have the names that are asked
-# for, each with three finite numbers of a size that a body can have; anything beyond that is passed over.
+# Files that are read may come from strangers. A file must be small, in the present format, in mm, and contain the
+# requested names, each with three finite numbers of a plausible size for a body; everything else is ignored.
 
 FORMAT, POINTS_VERSION, UNIT = "pftrack points", 1, "mm"
 LONGEST_CHARACTERS = 100_000
@@ -27,7 +27,7 @@ DECIMALS = 4
 
 
 def as_json(names: Sequence[str], points_mm: Floats, **said: Any) -> bytes:  # noqa: ANN401 - JSON
-    """Return points (n, 3) by name, and what else is said of them, as a JSON object.
+    """Return points (n, 3) by name, and further entries, as a JSON object.
 
     Args:
         names: (n,).
@@ -86,7 +86,7 @@ class Surface:
     """A triangle mesh with colours.
 
     Attributes:
-        title: What it is, one line.
+        title: Title of the model, one line.
         vertices_mm: (n, 3).
         faces: (m, 3) numbers of vertices, counterclockwise as seen from outside.
         colours: (n, 3) RGB, 0..255.

@@ -36,17 +36,17 @@ from pftrack.core.model.drawing import (
 __all__ = ["png", "render", "render_beside"]
 
 
-# Worlds become pictures: what a viewer sees who looks at a world from some side; and numbers as colours, as heat.
+# Pictures of worlds, seen from a viewpoint; and numbers as colours, as heat.
 #
 # A `Projection` turns, scales and moves a world's coordinates into those of a square drawing: x to the right, y down, z
 # towards the viewer, px. It has no perspective, so each primitive stays one of its kind, an ellipsoid too, and code
-# that can paint a picture's drawing can paint a world. The page's canvas does the same by itself while somebody turns
-# the world (`frontend_static/session/flat/projection.js`).
+# that can paint a picture's drawing can paint a world. The page's canvas does the same while a user turns the world
+# (`frontend_static/session/flat/projection.js`).
 
 MARGIN = 1.04
 """Factor of free space around a world."""
 RULER_MARGIN = 0.04
-"""How far from the corner of its picture a ruler lies, as a share of the side."""
+"""Distance of a ruler from the corner of its picture, as a share of the side."""
 TEXT_ABOVE_PX = 5.0
 
 
@@ -71,10 +71,10 @@ class Projection:
         """Return how a world fills a square picture.
 
         Args:
-            world: What is looked at.
-            azimuth_deg: From where, as `Viewpoint` says.
-            elevation_deg: From where, as `Viewpoint` says.
-            side_px: Of the picture.
+            world: The world to project.
+            azimuth_deg: Direction of the viewer, as in `Viewpoint`.
+            elevation_deg: Elevation of the viewer, as in `Viewpoint`.
+            side_px: Side of the picture.
         """
         centre = (side_px - 1.0) / 2.0
         scale = side_px / (2.0 * MARGIN * world.radius)
@@ -118,7 +118,7 @@ class Projection:
         return replace(item, **changed)
 
     def primitives(self, items: Mapping[str, Primitive]) -> dict[str, Primitive]:
-        """Map primitives by name; clouds are put in order, the furthest first, so that the nearest lies on top."""
+        """Map primitives by name; clouds are sorted, the furthest first, so the nearest point lies on top."""
         return {name: _far_to_near(self.primitive(item)) for name, item in items.items()}
 
 
@@ -140,7 +140,7 @@ def _ruler(world: World, side_px: float, scale: float) -> dict[str, Primitive]:
 
     Args:
         world: For its unit and the ruler's length.
-        side_px: Of the drawing.
+        side_px: Side of the drawing.
         scale: px of the drawing per unit.
     """
     margin = RULER_MARGIN * side_px
@@ -155,10 +155,10 @@ def _ruler(world: World, side_px: float, scale: float) -> dict[str, Primitive]:
 
 
 def look_at(drawn: WorldDrawing, viewpoint: Viewpoint, side_px: int) -> Drawing:
-    """Return a world as the drawing that somebody sees who looks from a viewpoint.
+    """Return the drawing of a world seen from a viewpoint.
 
     Args:
-        drawn: What there is in the world.
+        drawn: Contents of the world.
         viewpoint: Where to look from.
         side_px: Width and height of the drawing.
     """
@@ -169,7 +169,7 @@ def look_at(drawn: WorldDrawing, viewpoint: Viewpoint, side_px: int) -> Drawing:
 
 
 SHARE = 0.65
-"""Of the colours; the rest is the picture, in grey."""
+"""Share of the colours; the rest is the picture, in grey."""
 
 LEVELS = 256
 
@@ -185,7 +185,7 @@ def over(image_rgb: NDArray[np.uint8], values: Floats, *, width: int) -> NDArray
     Args:
         image_rgb: (h, w, 3).
         values: 0..1, over the same picture, of any size.
-        width: Of the result, px, if the picture is not narrower.
+        width: Width of the result, px, at most that of the picture.
 
     Returns:
         (height, width, 3) RGB.
@@ -225,12 +225,12 @@ FAR_PX = 30_000.0  # beyond this OpenCV's whole numbers overflow
 ELLIPSE_CORNERS = 72
 OUTLINE_PX = 1.0
 ARROW_HEAD, ARROW_HEAD_WIDTHS = 0.35, 6.0
-"""Length of an arrow's head: in widths of its line, but at most this share of the arrow."""
+"""Length of an arrow's head, in widths of its line, and at most this share of the arrow."""
 ARROW_HALF_ANGLE = float(np.deg2rad(24.0))
-STAMPED_FROM = 5_000  # so many points are stamped at once, without antialiasing
+STAMPED_FROM = 5_000  # from this number on, points are stamped at once, without antialiasing
 RIM_PX = 3
 LARGEST_PICTURE_PX = 64_000_000
-# What OpenCV's font lacks.
+# Replacements for characters that OpenCV's font lacks.
 GLYPHS = str.maketrans({"·": "-", "–": "-", "—": "-", "×": "x", "…": "...", "σ": "sigma", "γ": "gamma", "°": " deg"})
 
 
@@ -240,7 +240,7 @@ def render(
     """Paint a drawing, without the worlds beside it.
 
     Args:
-        drawing: What is to be seen.
+        drawing: The drawing to paint.
         layers: Which layers to show; one that is not named is shown.
         scale: Pixels of the result per px of the drawing.
         caption: Whether to write the drawing's caption into the top left corner.
@@ -267,7 +267,7 @@ def render_beside(
     """Paint a drawing and, to the right of it, its worlds.
 
     Args:
-        drawing: What is to be seen.
+        drawing: The drawing to paint.
         layers: Which layers to show; one that is not named is shown.
         scale: Pixels of the result per px of the drawing.
 
@@ -458,7 +458,7 @@ def _opacities(places: NDArray[np.int32], opacities: NDArray[np.float32], size: 
     """Return how opaque a mesh is at each pixel of the canvas, (height, width, 1), its triangles painted in order."""
     mask = np.zeros(size, np.uint8)
     values = np.rint(255.0 * np.clip(opacities, 0.0, 1.0)).astype(int).tolist()
-    # A rim beneath: the layer's own edge is soft already, and would be so twice.
+    # The rim lies beneath: the layer's own edge is already soft, and would be softened twice.
     for triangle, value in zip(places, values, strict=True):
         cv2.polylines(mask, [triangle], True, value, RIM_PX, cv2.LINE_8, SHIFT)
     for triangle, value in zip(places, values, strict=True):
@@ -484,7 +484,7 @@ def _length(words: str, size: float) -> int:
 
 
 def _write(canvas: NDArray[np.uint8], text: str, place: tuple[int, int], colour: Colour, size: float) -> None:
-    """Write with a rim in the opposite brightness, so that it can be read on any picture."""
+    """Write with a rim in the opposite brightness, so the text is legible on any picture."""
     plain = text.translate(GLYPHS).encode("ascii", "replace").decode()
     rim = (255, 255, 255) if sum(colour) < 3 * 160 else (0, 0, 0)
     stroke = max(1, round(2 * size))

@@ -6,8 +6,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-HELD = ("server", "frontend_static", "tools", "benchmarks", "examples", "docs")
-NOT_YET_HELD = ("pftrack", "tests")
+HELD = (
+    *("server", "frontend_static", "tools", "benchmarks", "examples", "docs"),
+    *(f"pftrack/{folder}" for folder in ("cli", "core/numerics", "doctor", "experiments")),
+    *(f"pftrack/{folder}" for folder in ("filters", "output", "sources", "vision")),
+)
+NOT_YET_HELD = ("the rest of pftrack", "tests")
 """Folders to move into `HELD` once their sentences are edited."""
 
 SUFFIXES = frozenset({".css", ".html", ".js", ".md", ".py", ".ts", ".yaml"})

@@ -82,7 +82,7 @@ def test_what_is_no_picture_is_passed_over(folder: Path) -> None:
     (folder / "more").mkdir()
     sequence = open_sequence(folder)
     assert sequence.frame_count == 12
-    assert sequence.index.warnings == ("3 files that are no pictures are passed over",)
+    assert sequence.index.warnings == ("3 files that are not pictures are passed over",)
 
 
 def test_the_content_makes_the_digest(folder: Path, tmp_path: Path) -> None:

@@ -1,19 +1,19 @@
-"""How hot loops are compiled: serially, without the interpreter's lock, and once per machine.
+"""Compilation of hot loops: serial, without the interpreter's lock, and once per machine.
 
-Serial because the loops are microseconds long, where starting threads costs more than the work; cached on disk so that
-only the first start pays for compilation.
+The loops are serial because they take microseconds, so starting threads would cost more than the work; they are cached
+on disk so that only the first start pays for compilation.
 
-Every operation is done as it is written: none is reordered or fused, since what is compiled decides about a run's
-numbers. A sum is therefore not vectorised by itself; `pftrack.core.numerics.matrices` has vectorised sums whose order
-is part of their definition. What processor is compiled for is settled by `pftrack.core.numerics.machine`.
+Every operation is executed as written: none is reordered or fused, since compiled code determines a run's numbers. A
+sum is therefore not vectorised automatically; `pftrack.core.numerics.matrices` has vectorised sums whose order is part
+of their definition. `pftrack.core.numerics.machine` sets the target processor.
 
-A compiled function contains those that it calls, also from other files, but Numba's cache looks only at its own file.
-So what is kept is marked with the content of all files that a function was made of, and what has another mark is
-compiled again: that function and its callers, and no others.
+A compiled function contains the functions that it calls, also from other files, but Numba's cache checks only its own
+file. So a cached function is marked with a hash of all files that it depends on, and a function with another mark is
+compiled again, with its callers and no others.
 
-A mark does not depend on where the files lie, and the processor is the same everywhere, so what one machine has
-compiled fits all others with the same Python, Numba and llvmlite. A release brings it along in the folder
-`machine.PRECOMPILED`, which is looked at first and never written to; what does not fit is compiled here and kept.
+A mark does not depend on where the files lie, and the processor is the same everywhere, so compiled code fits all
+machines with the same Python, Numba and llvmlite. A release contains it in the folder `machine.PRECOMPILED`, which is
+read first and never written; functions that do not fit are compiled here and cached.
 """
 
 import hashlib
@@ -38,11 +38,11 @@ Result = TypeVar("Result")
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 FUNCTIONS: list[Any] = []
-"""What `compiled` has made, in modules that have been imported."""
+"""Results of `compiled` in imported modules."""
 
 
 class _CacheFile(IndexDataCacheFile):
-    """What is kept of one function, behind what came with the package."""
+    """Cached code of one function, after the code from the package."""
 
     def __init__(self, folder: str, name: str, mark: bytes, precompiled: Path | None) -> None:
         super().__init__(folder, name, mark)  # type: ignore[no-untyped-call]
@@ -51,7 +51,7 @@ class _CacheFile(IndexDataCacheFile):
         self.precompiled = None if precompiled is None else _CacheFile(str(precompiled), name, mark, None)
 
     def load(self, key: object) -> object:
-        """Return what is kept under a key, a signature among other things; None if nothing is."""
+        """Return what is kept under a key, a signature among other things; None without either."""
         found = None
         if self.precompiled is not None:
             with suppress(OSError, EOFError, pickle.UnpicklingError):  # it is damaged
@@ -72,7 +72,7 @@ def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
         dispatcher = compiler(cache=True)(function)
     except RuntimeError:  # no folder can be written, so each process compiles it
         dispatcher = compiler()(function)
-    # There is no public way to say what a function depends on; a cache of another make is as strict as Numba's own.
+    # Numba has no public way to declare what a function depends on; this cache is as strict as Numba's own.
     with suppress(AttributeError):
         cache = dispatcher._cache  # type: ignore[attr-defined] # noqa: SLF001
         cache._cache_file = _CacheFile(  # noqa: SLF001
@@ -107,13 +107,13 @@ def _compile_checked(compile_for: Callable[..., object], name: str, *given: Any)
 
 
 def count_precompiled() -> int:
-    """Return of how many functions compiled code came with the package, of those in modules that have been imported."""
+    """Return the number of functions in imported modules whose compiled code came with the package."""
     kept = [getattr(function._cache, "_cache_file", None) for function in FUNCTIONS]  # noqa: SLF001
     return sum(isinstance(file, _CacheFile) and file.is_precompiled for file in kept)
 
 
 def precompiled_folder(source: Path) -> Path | None:
-    """Return where a release brings what is compiled of a source file; None of files that are not the package's."""
+    """Return where a release brings what is compiled of a source file; None for files outside the package."""
     return PRECOMPILED / source.relative_to(PACKAGE).parent if source.is_relative_to(PACKAGE) else None
 
 
@@ -124,12 +124,12 @@ def mark_of(function: Callable[..., object]) -> bytes:
 
 
 def _files_of(function: FunctionType, known: set[str]) -> set[str]:
-    """Return the files of a function and of what it can call, beside those that are known."""
+    """Return the files of a function and of its callees, in addition to the known ones."""
     path = function.__code__.co_filename
     if path not in known:
         known.add(path)
         for value in function.__globals__.values():
-            # What numba.njit and numba.extending.intrinsic make of a function.
+            # Result of numba.njit and numba.extending.intrinsic.
             called = getattr(value, "py_func", None) or getattr(value, "_defn", None)
             if isinstance(called, FunctionType):
                 _files_of(called, known)
@@ -145,7 +145,7 @@ def _content(path: str) -> bytes:
 
 
 def read_only(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    """Return a view that may not be written: what takes pictures is compiled for such, and only for such."""
+    """Return a read-only view; functions of pictures are compiled only for read-only arrays."""
     view = array.view()
     view.flags.writeable = False
     return view

@@ -1,12 +1,12 @@
 """Exponentials, logarithms, sines and cosines of whole arrays, in compiled loops and outside; angles on the circle.
 
-A compiled loop calls the C library's `exp` once per element; these do the same on eight elements at a time, because
-they are nothing but multiplications and additions, which a compiler turns into vector instructions. Weights and
-likelihoods are made of little else, so a filter's step is three times faster for it. The results are within one unit in
-the last place of the correctly rounded ones, and the same on every processor.
+A compiled loop calls the C library's `exp` once per element; these functions handle eight elements at a time, because
+they use only multiplications and additions, which a compiler turns into vector instructions. Weights and likelihoods
+consist mostly of them, so a filter's step becomes three times faster. The results are within one unit in the last place
+of the correctly rounded ones, and the same on every processor.
 
-NumPy's own differ by processor in the last place, so `exponential`, `logarithm` and `power` do the same outside of
-compiled loops.
+NumPy's own functions differ by processor in the last place, so `exponential`, `logarithm` and `power` do the same
+outside of compiled loops.
 
 The argument is split into a power of two, written straight into the bits of the number, and a small rest, for which a
 short polynomial is exact to double precision. Polynomials: W. Cody and W. Waite 1980, with the coefficients of fdlibm.
@@ -66,8 +66,8 @@ def exponentials(values: Floats) -> Floats:
     halves = np.empty(count, np.int64)
     others = np.empty(count, np.int64)
     for i in range(count):
-        # In two factors, since the power itself may be too small for a normal number.
-        # Shifts with a sign are in 32 bits, since AVX2 has none in 64.
+        # Two factors are used, since the power itself may be too small for a normal number. Shifts with a sign are in
+        # 32 bits, since AVX2 has none in 64.
         exponent = np.int32(bits[i])
         half = np.int32(exponent >> 1)
         halves[i] = (np.int64(half) + 1023) << 52
@@ -80,7 +80,7 @@ def exponentials(values: Floats) -> Floats:
 
 @compiled
 def logarithms(values: Floats) -> Floats:
-    """Return ln x of (n,) finite values above 0; what is smaller than 2^-1022, 0 included, counts as that."""
+    """Return ln x of (n,) finite values above 0; smaller values, including 0, count as 2^-1022."""
     count = values.shape[0]
     normal = np.empty(count)
     for i in range(count):
@@ -108,8 +108,8 @@ def logarithms(values: Floats) -> Floats:
     return results
 
 
-# For sines and cosines, the angle less the nearest multiple of a quarter turn, in two parts so that little is lost for
-# large angles, goes into fdlibm's polynomials; which quarter it was says which of the two is which, and the signs.
+# For sines and cosines, the angle less the nearest multiple of a quarter turn, in two parts to keep precision for large
+# angles, goes into fdlibm's polynomials; the quarter decides which polynomial is the sine, and the signs.
 
 QUARTER_HIGH, QUARTER_LOW = 1.57079632673412561417e00, 6.07710050650619224932e-11
 """Half of pi: its first 33 bits, and the rest."""
@@ -147,8 +147,8 @@ def sines_cosines(angles: Floats) -> tuple[Floats, Floats]:
     return sines, cosines
 
 
-# An angle is the same after a whole turn, so that a difference or a mean is taken on the circle. `wrap` is for arrays
-# outside of compiled loops, `direction` for one vector there; `less_turns` and `circular_mean` are for inside.
+# Angles repeat after a whole turn, so differences and means are taken on the circle. `wrap` is for arrays outside of
+# compiled loops, `direction` for one vector there; `less_turns` and `circular_mean` are for inside.
 
 
 def wrap(angle_rad: ArrayLike) -> Floats:

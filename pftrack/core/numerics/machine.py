@@ -1,22 +1,23 @@
 """Settings that keep a run's numbers from depending on the machine, and a description of the machine for its file.
 
 A run should have the same bits on every x86-64 processor with AVX2 (and FMA, which came with it: from 2013 on). Three
-libraries would choose their instructions by the processor that they meet:
+libraries would choose their instructions by the processor:
 
 - Numba compiles for the host: wider vectors, other fused operations, Intel's vector mathematics where it is installed.
-  Here it compiles for one processor, Haswell, everywhere. What is compiled has no freedom to reorder besides, so that
-  another version of the compiler has none either (`pftrack.core.numerics.compiled`).
-- OpenCV's Intel primitives have code of their own for AVX-512, which resizes and correlates to other last digits; they
-  are held to that for AVX2. OpenCV's own dispatch does not matter for the functions that are used here.
-- NumPy's transcendental functions and the BLAS below `@` and `numpy.linalg` differ by processor and cannot be held. So
-  what states depend on uses `pftrack.core.numerics.elementary` and `pftrack.core.numerics.matrices`.
+  Here it compiles for one processor, Haswell, everywhere. Compiled code may not be reordered, so another version of the
+  compiler gives the same numbers (`pftrack.core.numerics.compiled`).
+- OpenCV's Intel primitives have code of their own for AVX-512, which gives other last digits in resizing and
+  correlation; they are limited to the code for AVX2. OpenCV's own dispatch does not matter for the functions that are
+  used here.
+- NumPy's transcendental functions and the BLAS below `@` and `numpy.linalg` differ by processor and cannot be limited.
+So everything that affects states uses `pftrack.core.numerics.elementary` and `pftrack.core.numerics.matrices`.
 
 What remains is the C library: `log`, `exp`, `sin`, `cos` and the like of glibc 2.28 or newer have one variant for all
-processors with FMA. Without AVX2 everything still runs, to numbers that are the same on that machine only.
+processors with FMA. Without AVX2 everything still runs, with numbers that repeat on that machine only.
 
 The libraries read their settings from the environment when they are loaded, and child processes inherit it. So this
 module is imported before any of them, by `pftrack` itself, and it must not import them. A program that imports Numba
-before `pftrack` compiles for the host once more, to the same numbers.
+before `pftrack` compiles again for the host, with the same numbers.
 """
 
 import functools
@@ -37,7 +38,7 @@ SETTINGS = {
     "NUMBA_DISABLE_INTEL_SVML": "1",
     "OPENCV_IPP": "avx2",
 }
-"""Numba's features are those that its processor implies, not those of the host."""
+"""Numba's features follow from its processor, not from the host."""
 
 NEEDED = frozenset({"avx2", "fma"})
 LIBRARIES = {"numba": "numba", "llvmlite": "llvmlite", "numpy": "numpy", "opencv": "opencv-python-headless"}
@@ -51,7 +52,7 @@ def settle() -> None:
 
 @functools.cache
 def is_capable() -> bool:
-    """Tell whether this processor is one of those on which all numbers are the same."""
+    """Return whether this processor is one of those on which all numbers are the same."""
     features = _processor()[1]
     # Where the system does not tell, as on macOS, every x86-64 that still gets updates has them.
     return platform.machine() in {"x86_64", "AMD64"} and (not features or features >= NEEDED)
@@ -74,7 +75,7 @@ def describe_platform() -> Mapping[str, str]:
 
 @functools.cache
 def _processor() -> tuple[str, frozenset[str]]:
-    """Return name and features of the processor, as far as the system tells them."""
+    """Return name and features of the processor, as far as the system reports them."""
     told: dict[str, str] = {}
     try:
         with Path("/proc/cpuinfo").open(encoding="utf-8", errors="replace") as lines:

@@ -1,11 +1,11 @@
-"""Small matrices, sums and cameras, to the same bits on every processor.
+"""Small matrices, sums and cameras, with the same bits on every processor.
 
 NumPy leaves products, roots and systems of equations to a BLAS that chooses its code, and with it the order of its
-sums, by the processor. The matrices of a filter are small, where a compiled loop in plain order is faster than the call
-of a library besides.
+sums, by the processor. The matrices of a filter are small; for them a compiled loop in plain order is also faster than
+a library call.
 
-Names with a leading verb are for compiled loops and take two-dimensional arrays that lie together in memory; `product`,
-`solve_system`, `cholesky` and `least_squares` are the same for the interpreter, and take arrays of any layout.
+Names with a leading verb are for compiled loops and take contiguous two-dimensional arrays; `product`, `solve_system`,
+`cholesky` and `least_squares` are the same for the interpreter, and take arrays of any layout.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,13 +21,13 @@ from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 # A sum of floating-point numbers depends on its order. A compiler that must keep the order of a loop adds one number
-# after the other, four times slower than it could; one that may choose chooses by the processor. These two sums say the
-# order themselves: the terms are dealt out to sixteen lanes in turn, each lane adds its own from the first to the last,
-# the lanes are added in halves (the first eight to the last eight, then four to four, and so on), and what is left over
-# at the end, fewer than sixteen terms, is added up one after the other and is added last. Sixteen lanes are four
-# vectors of AVX2, which keep its adders busy.
+# after the other, four times slower than it could; one that may choose chooses by the processor. These two sums define
+# the order: the terms are distributed over sixteen lanes in turn, each lane adds its terms from the first to the last,
+# and the lanes are added in halves (the first eight to the last eight, then four to four, and so on). The remaining
+# terms, fewer than sixteen, are summed one after the other and added last. Sixteen lanes are four vectors of AVX2,
+# which keep its adders busy.
 #
-# They are for use inside compiled loops only, on arrays that lie together in memory.
+# They work inside compiled loops only, on contiguous arrays.
 
 LANES = 16
 
@@ -91,10 +91,10 @@ total = cast("Callable[[Numbers], float]", intrinsic(_type_total))
 """sum_n a_n of an array (n,)."""
 
 NEGLIGIBLE = 1e-13
-"""What is left of a column, relative to all of it, that is rounding and no direction of its own."""
+"""Relative remainder of a column that is rounding rather than an independent direction."""
 
 ROUNDING = 1e-14
-"""What is left of a variance, relative to it, when it is known and only rounding is left."""
+"""Relative remainder of a variance that is only rounding."""
 
 MOST_ROUNDS = 30
 """Jacobi's method takes five or six for matrices of this size."""
@@ -147,13 +147,13 @@ def least_squares(slopes: ArrayLike, wanted: ArrayLike) -> tuple[Floats, bool]:
 def principal(symmetric: Floats) -> Floats:
     """Return the eigenvector (n,) of the greatest eigenvalue of a symmetric matrix (n, n), of either sign.
 
-    Jacobi's method: each entry off the diagonal is turned away, round after round, until nothing is left of them.
+    Jacobi's method: rotations remove each entry off the diagonal, round after round, until all vanish.
     """
     return _principal(contiguous_copy(symmetric))
 
 
 def contiguous_copy(array: ArrayLike) -> Floats:
-    """Return a copy that may be written and lies together: compiled code is compiled again for any other kind.
+    """Return a writable contiguous copy; numba would compile again for any other layout.
 
     Raises:
         TypeError: It does not hold real numbers.
@@ -179,7 +179,7 @@ def multiply(first: Floats, second: Floats) -> Floats:
 def factorise(covariance: Floats) -> tuple[Floats, bool]:
     """Return L (n, n) of L L^T = P by Cholesky's method, and whether P is positive definite.
 
-    A pivot that is 0 but for rounding, or NaN, has a column of zeros: a direction without any spread.
+    A pivot that is 0 up to rounding, or NaN, has a column of zeros: a direction without spread.
     """
     size = covariance.shape[0]
     lower = np.zeros((size, size))
@@ -277,7 +277,7 @@ def _principal(matrix: Floats) -> Floats:
 
 @compiled
 def _turn_away(matrix: Floats, vectors: Floats, i: int, j: int) -> None:
-    """Turn in the plane of two axes so that a symmetric matrix has 0 at (i, j), and vectors along with it, in place."""
+    """Rotate a symmetric matrix in the plane of two axes to get 0 at (i, j), and vectors with it, in place."""
     half = 0.5 * (matrix[j, j] - matrix[i, i]) / matrix[i, j]
     tangent = 1.0 / (abs(half) + np.sqrt(half * half + 1.0))
     if half < 0.0:
@@ -298,7 +298,7 @@ def _turn_away(matrix: Floats, vectors: Floats, i: int, j: int) -> None:
 def _least_squares(slopes: Floats, wanted: Floats) -> tuple[Floats, bool]:
     """Make A's columns orthonormal one after another (Gram and Schmidt, modified), B's along with them, and go back."""
     size = slopes.shape[1]
-    # By rows, which lie together.
+    # By rows, which are contiguous.
     columns, basis, rest = slopes.T.copy(), slopes.T.copy(), wanted.T.copy()
     upper, shares = np.zeros((size, size)), np.zeros((size, wanted.shape[1]))
     for k in range(size):
@@ -402,13 +402,13 @@ def orthogonalise(rows: Floats) -> tuple[Floats, Floats]:
 
 
 # A *pinhole* of focal length f, in px, sees the point (X, Y, Z) of its own frame at (f X/Z, f Y/Z) from its principal
-# point. It is what cameras do, but not linear. An *affine camera* is the linear map x = P (X; 1) with a 2 x 4 matrix P
-# whose first three columns are in px/mm and whose last is in px: exact for an object that is far away compared with its
-# depth, and wrong by the perspective otherwise. A rigid object that turns by R and does not change its distance has P =
-# P_0 diag(R, 1) (Bando 2007, Appendix D, eq. A.31, corrected: docs/methods/adaptive.md).
+# point. It describes real cameras, but is not linear. An *affine camera* is the linear map x = P (X; 1) with a 2 x 4
+# matrix P whose first three columns are in px/mm and whose last is in px: exact for an object that is far away compared
+# with its depth, and wrong by the perspective otherwise. A rigid object that turns by R and does not change its
+# distance has P = P_0 diag(R, 1) (Bando 2007, Appendix D, eq. A.31, corrected: docs/methods/adaptive.md).
 #
 # Points that come closer to the pinhole than `NEAREST_MM`, or lie behind it, are projected as if they were at that
-# distance, so that a filter on a wrong track meets large numbers but no infinite ones.
+# distance, so a filter on a wrong track gets large numbers but no infinite ones.
 
 NEAREST_MM = 1.0
 

@@ -1,13 +1,13 @@
-"""Randomness that does not depend on how one got there.
+"""Random numbers that do not depend on the history of a run.
 
 Every random number of a run is a pure function of the run's seed, the frame, the purpose it serves and its place in the
-draw. The generator is counter-based (Philox 4x32-10; Salmon, Moraes, Dror and Shaw 2011): instead of a hidden state
-that advances, it enciphers a counter under a key, so a run can seek, rewind and replay and still meet the same numbers,
-and two filters on the same seed watch a scene with the same noise (common random numbers).
+draw. The generator is counter-based (Philox 4x32-10; Salmon, Moraes, Dror and Shaw 2011): instead of advancing a hidden
+state, it enciphers a counter under a key. So a run can seek, rewind and replay with the same numbers, and two filters
+with the same seed see a scene with the same noise (common random numbers).
 
-`uniforms` and `standard_normals` are the numbers themselves, for compiled loops; a `Stream` hands them out draw by draw
-and stands wherever the filters take a generator, as NumPy's own does. Having no state to wait for, they are computed
-many at a time: seven times as fast as NumPy's.
+`uniforms` and `standard_normals` are the numbers themselves, for compiled loops; a `Stream` returns them draw by draw
+and replaces NumPy's generator in the filters. Without a state to wait for, many numbers are computed at a time, seven
+times as fast as NumPy's.
 """
 
 import math
@@ -25,16 +25,16 @@ from pftrack.core.numerics.elementary import logarithms
 from pftrack.core.numerics.matrices import cholesky, factorise, product, substitute
 
 LARGEST_SEED = 2**53 - 1
-"""Of those that may be chosen: JSON in a browser, which has but one kind of numbers, carries no larger ones exactly."""
+"""Largest seed that users may choose: JSON in a browser does not carry larger numbers exactly."""
 
 LARGEST_KEY = 2**63 - 1
-"""Of those that the generator takes: runs that earlier versions have saved may have one beyond the bound above."""
+"""Largest seed that the generator takes: runs saved by earlier versions may exceed the bound above."""
 
 MAXIMUM_FRAME = 2**32 - 1
 
 
 class Purpose(IntEnum):
-    """What random numbers are for; each purpose has a stream of its own."""
+    """Purposes of random numbers; each has its own stream."""
 
     START = 0
     TRACK = 1
@@ -42,7 +42,7 @@ class Purpose(IntEnum):
 
 
 class Generator(Protocol):
-    """What filters ask of a source of random numbers; a `Stream` is one, and so is NumPy's generator."""
+    """The interface of random numbers that filters need; a `Stream` and NumPy's generator have it."""
 
     def random(self, size: Any = None) -> Any:  # noqa: ANN401 - as NumPy types it
         """Return numbers uniform in [0, 1), of the given shape, or one number."""
@@ -60,7 +60,7 @@ class Stream:
         Args:
             seed: The run's seed, 0..LARGEST_KEY.
             frame: Frame index, not negative.
-            purpose: What the numbers are for.
+            purpose: Purpose of the numbers.
 
         Raises:
             ValueError: The seed or the frame is out of range.
@@ -103,7 +103,7 @@ def uniforms(seed: int, frame: int, purpose: int, draw: int, count: int) -> Floa
     numbers = np.empty((2, blocks))
     for pair in range(2):
         for block in range(blocks):
-            # By way of 32 bits with a sign: AVX2 turns no others into floating point.
+            # Conversion by signed 32 bits, the only integers that AVX2 converts to floating point.
             high = float(np.int32(words[2 * pair, block] >> np.uint64(5)))
             low = float(np.int32(words[2 * pair + 1, block] >> np.uint64(6)))
             numbers[pair, block] = (high * 67108864.0 + low) / 9007199254740992.0
@@ -123,13 +123,13 @@ def standard_normals(seed: int, frame: int, purpose: int, draw: int, count: int)
     shares = np.empty(blocks)
     for pair in range(2):
         for block in range(blocks):
-            # By way of 32 bits with a sign: AVX2 turns no others into floating point.
+            # Conversion by signed 32 bits, the only integers that AVX2 converts to floating point.
             share = np.int32(words[pair, block] ^ np.uint64(0x80000000))
             shares[block] = (float(share) + (2147483648.0 + 0.5)) * 2.0**-32
         logs = logarithms(shares)
         for block in range(blocks):
             word = np.int64(words[2 + pair, block])
-            # Thirty bits for an angle within 45 degrees of an axis, two for which axis that is.
+            # Thirty bits give an angle within 45 degrees of an axis, two bits the axis.
             angle = (float(np.int32(word >> 2)) - 536870911.5) * (np.pi / 2.0**31)
             sine, cosine = _sine(angle), _cosine(angle)
             radius = np.sqrt(-2.0 * logs[block])
@@ -170,7 +170,7 @@ def _philox(seed: int, frame: int, purpose: int, draw: int, blocks: int) -> NDAr
         a, b, c, d = np.uint64(block), np.uint64(draw), np.uint64(frame), np.uint64(purpose)
         first_key, second_key = np.uint64(seed) & low, np.uint64(seed) >> shift
         for _ in range(10):
-            # Both factors have 32 bits: known to the compiler, the product is one instruction.
+            # Both factors have 32 bits; the compiler then needs one instruction for the product.
             first, second = (a & low) * first_factor, (c & low) * second_factor
             a = (second >> shift) ^ b ^ first_key
             b = second & low
@@ -238,7 +238,7 @@ def log_densities(differences: Floats, covariances: Floats) -> tuple[Floats, boo
 
     Args:
         differences: (n, d) of the points from their means.
-        covariances: (n, d, d), or (1, d, d) for all of them.
+        covariances: (n, d, d), or (1, d, d) for all.
     """
     count, dimension = differences.shape
     densities = np.empty(count)

@@ -1,9 +1,9 @@
-"""Statistics of success and error: intervals, tests of two methods against each other, and what many tests cost.
+"""Statistics of success and error: intervals, tests of two methods against each other, and corrections for many tests.
 
-Every function says under which conditions its answer means something; where they do not hold the answer is NaN, "not
-applicable", rather than a number that looks like one. The tests are those of Bando 2007 (ch. 3 sections 3.1 and 3.2),
-and what one should have beside them: intervals, Fisher's exact test for small counts, effect sizes, and Holm's
-correction for a map of hundreds of tests, of which one in a hundred would otherwise come out at 1 % by chance alone.
+Every function states the conditions of a valid answer; if they do not hold the answer is NaN, "not applicable", rather
+than a misleading number. The tests are those of Bando 2007 (ch. 3 sections 3.1 and 3.2), with additions: intervals,
+Fisher's exact test for small counts, effect sizes, and Holm's correction for a map of hundreds of tests, where one in a
+hundred would otherwise reach 1 % by chance alone.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ SHORTEST_BATCH = 5
 
 @dataclass(frozen=True, slots=True)
 class RankSum:
-    """What a rank-sum test found.
+    """Result of a rank-sum test.
 
     Attributes:
         p_value: Two-sided; NaN where the test is not applicable.
@@ -49,7 +49,7 @@ def wilson(successes: ArrayLike, runs: ArrayLike, level: float = 0.95) -> tuple[
     Args:
         successes: Counts, any shape.
         runs: Counts of the same shape; NaN is returned where they are 0.
-        level: Of confidence, between 0 and 1.
+        level: Confidence level, between 0 and 1.
 
     Returns:
         Lower and upper ends, between 0 and 1.
@@ -75,15 +75,15 @@ def paired_mean_interval(
 ) -> tuple[Floats, Floats]:
     """Return Student's interval of a mean difference between two methods that met the same runs.
 
-    Conditions of use: independent pairs, and differences that are roughly normal or many. NaN, not applicable, where
-    there are fewer than two pairs or all differences are equal, since nothing is known of their spread then. A pool of
-    cells with different mean differences gives an interval that is somewhat too wide.
+    Conditions of use: independent pairs, and differences that are roughly normal or many. NaN, not applicable, with
+    fewer than two pairs or equal differences, since their spread is then unknown. A pool of cells with different mean
+    differences gives an interval that is somewhat too wide.
 
     Args:
-        means: Of the differences, any shape.
+        means: Means of the differences, any shape.
         deviations: Standard deviations of the differences, of the sample (n - 1), same shape.
-        pairs: How many there are, same shape.
-        level: Of confidence, between 0 and 1.
+        pairs: Number of pairs, same shape.
+        level: Confidence level, between 0 and 1.
 
     Returns:
         Lower and upper ends.
@@ -107,13 +107,13 @@ def dependent_mean_interval(values: ArrayLike, level: float = 0.95) -> tuple[flo
     would be far too narrow: of first-order sequences whose neighbours are correlated by 0.9 it covers the true mean in
     34 of 100, where this one does in 92 of 100 with 240 values, in 88 with 120 and in 80 with 60.
 
-    Conditions of use: a sequence that goes on in the same way from beginning to end, and stretches several times as
-    long as its memory. Where something happens once, such as the loss of a target, the interval is wide, and rightly
-    says little. NaN, not applicable, where a stretch would have fewer than five values, or all of them are equal.
+    Conditions of use: a stationary sequence, and stretches several times as long as its memory. If something happens
+    once, such as the loss of a target, the interval is rightly wide. NaN, not applicable, where a stretch would have
+    fewer than five values, or all of them are equal.
 
     Args:
-        values: (L,) in the order in which they came, all finite.
-        level: Of confidence, between 0 and 1.
+        values: (L,) in order of time, all finite.
+        level: Confidence level, between 0 and 1.
 
     Returns:
         Lower and upper end.
@@ -137,13 +137,13 @@ def paired_rate_interval(
     It is Wald's with a pair more of each disagreement (Bonett and Price, Adjusted Wald confidence interval for a
     difference of binomial proportions based on paired data, 2012), which does not collapse where the methods agree.
 
-    Conditions of use: independent pairs; NaN where there are none.
+    Conditions of use: independent pairs; NaN without pairs.
 
     Args:
         only_first: Pairs in which the first method succeeded and the second did not, any shape.
-        only_second: Pairs in which it was the other way round, same shape.
-        pairs: All of them, same shape.
-        level: Of confidence, between 0 and 1.
+        only_second: Pairs of the opposite outcome, same shape.
+        pairs: Number of all pairs, same shape.
+        level: Confidence level, between 0 and 1.
 
     Returns:
         Lower and upper ends, between -1 and 1.
@@ -170,10 +170,10 @@ def chi_square(successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike
     less, which is so in every cell where both methods nearly always succeed or fail.
 
     Args:
-        successes: Of the first method, any shape.
-        runs: Of the first method, same shape.
-        other_successes: Of the second method, same shape.
-        other_runs: Of the second method, same shape.
+        successes: Successes of the first method, any shape.
+        runs: Runs of the first method, same shape.
+        other_successes: Successes of the second method, same shape.
+        other_runs: Runs of the second method, same shape.
     """
     a, n, c, m = np.broadcast_arrays(
         *(np.asarray(count, dtype=np.float64) for count in (successes, runs, other_successes, other_runs))
@@ -181,7 +181,7 @@ def chi_square(successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike
     total = n + m
     with np.errstate(invalid="ignore", divide="ignore"):
         succeeded, failed = (a + c) / total, 1 - (a + c) / total
-        # The product is whole, so that one that is exactly 5 is not missed by a rounding.
+        # The product is whole, so rounding does not miss one that is exactly 5.
         expected = np.minimum(n, m) * np.minimum(a + c, total - a - c) / total
         difference = a - n * succeeded
         statistic = difference**2 * (1 / n + 1 / m) / (succeeded * failed)
@@ -212,10 +212,10 @@ def fisher_exact(successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLi
     no runs. Use it where the chi-square test is not applicable.
 
     Args:
-        successes: Of the first method, any shape.
-        runs: Of the first method, same shape.
-        other_successes: Of the second method, same shape.
-        other_runs: Of the second method, same shape.
+        successes: Successes of the first method, any shape.
+        runs: Runs of the first method, same shape.
+        other_successes: Successes of the second method, same shape.
+        other_runs: Runs of the second method, same shape.
     """
     counts = (np.asarray(count, dtype=np.int64) for count in (successes, runs, other_successes, other_runs))
     a, n, c, m = np.broadcast_arrays(*counts)
@@ -234,13 +234,13 @@ def fisher_exact(successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLi
 def mcnemar(only_first: ArrayLike, only_second: ArrayLike) -> Floats:
     """Return two-sided p-values of McNemar's exact test: did one method succeed more often in the same trials?
 
-    Trials in which both succeeded, or neither, say nothing about which is better. Of the others, each is a toss of a
-    fair coin if the methods are equal, so that the number which one of them won is binomial (McNemar 1947; the exact
+    Trials in which both succeeded, or both failed, do not show which method is better. Each other trial is a toss of a
+    fair coin if the methods are equal, so the number of trials won by one method is binomial (McNemar 1947; the exact
     form: Mosteller 1952). Conditions of use: independent pairs; exact for any counts. Without any such pair p is 1.
 
     Args:
         only_first: Pairs in which the first method alone succeeded, any shape.
-        only_second: Pairs in which the second alone did, same shape.
+        only_second: Pairs in which the second method alone succeeded, same shape.
 
     Raises:
         ValueError: A count is negative.
@@ -258,14 +258,14 @@ def rank_sum(first: ArrayLike, second: ArrayLike) -> RankSum:
     Exact for small samples without ties, by the normal approximation with tie correction otherwise (SciPy's rule).
 
     Conditions of use: independent values within and between the samples (on common random numbers the methods' errors
-    are positively correlated, which makes the test conservative, often very much so). It asks whether values of one
+    are positively correlated, which makes the test conservative, often very much so). It tests whether values of one
     sample tend to be smaller than those of the other, not whether the means differ. Errors of successful runs only
-    (Bando 2007, ch. 3 section 3.2) compare different runs where the methods differ in success: a
-    method that survives harder runs shows larger errors. NaN, not applicable, where a sample is empty.
+    (Bando 2007, ch. 3 section 3.2) compare different runs where the methods differ in success: a method that survives
+    harder runs shows larger errors. NaN, not applicable, where a sample is empty.
 
     Args:
-        first: (n,) errors of the first method; NaN is left out.
-        second: (m,) errors of the second method; NaN is left out.
+        first: (n,) errors of the first method; NaN is ignored.
+        second: (m,) errors of the second method; NaN is ignored.
     """
     x, y = (values[~np.isnan(values)] for values in (np.asarray(it, dtype=np.float64) for it in (first, second)))
     if not (len(x) and len(y)):
@@ -280,10 +280,10 @@ def holm(p_values: ArrayLike) -> Floats:
 
     An adjusted value below the level is significant with that probability of any false alarm in the whole map, however
     the tests depend on each other. Conditions of use: one family of tests, decided before looking; cells that are not
-    applicable, NaN, are no tests and are left out.
+    applicable, NaN, are not tests and are left out.
 
     Args:
-        p_values: Of all tests of the family, any shape.
+        p_values: P values of all tests of the family, any shape.
     """
     given = np.asarray(p_values, dtype=np.float64)
     adjusted = np.full(given.shape, np.nan)
@@ -298,7 +298,7 @@ def holm(p_values: ArrayLike) -> Floats:
 
 
 def _upper(level: float) -> float:
-    """Return the probability of all below the upper end of an interval of this level of confidence."""
+    """Return the probability below the upper end of an interval with this confidence level."""
     if not 0 < level < 1:
         raise ValueError(f"the level must be between 0 and 1, got {level}")
     return 0.5 + level / 2

@@ -1,7 +1,7 @@
 """Switching particle filters on a ball behind an occluder, among look-alikes (Bando 2007, ch. 3).
 
-Bando's question: when the target is hidden, is it better to trust the prediction, the observation, or to
-switch between them? The scene is simulated, or any recording on which a person has drawn a box around the target.
+Bando's question: when the target is hidden, is it better to trust the prediction, the observation, or to switch between
+them? The scene is simulated, or any recording with a box that the user has drawn around the target.
 """
 
 from collections.abc import Sequence
@@ -38,12 +38,12 @@ class SimulatedBallParameters(model.ScoringParameters, model.BallTrackerParamete
 
     @property
     def kalman_coverage(self) -> float:
-        """In which share of the reports the 95 % band of the Kalman filter is to hold a ball alone."""
+        """Share of the reports in which the 95 % band of the Kalman filter should hold a ball alone."""
         return _kalman_coverage(self)
 
     @property
     def colour_contrast(self) -> float:
-        """How much likelier pixels of the ball are than those of the ground, over the noise."""
+        """Likelihood ratio between pixels of the ball and of the ground, over the noise."""
         colours = np.array(
             [[recording.rgb(self.ball_colour)], [recording.rgb(self.background_colour)]], dtype=np.float64
         )
@@ -109,7 +109,7 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
             "gamma_max_px": 4 * radius,
             "process_noise_px": max(0.4 * radius, 0.5),
             "large_process_noise_px": max(radius, 1.0),
-            "diffusion_scale": 2.0,  # what comes with the experiment was learned of its own ball
+            "diffusion_scale": 2.0,  # the built-in motion was learned from its own ball
             "colour_model": "chromaticity",
             "target_red_share": colour.mean[0],
             "target_green_share": colour.mean[1],

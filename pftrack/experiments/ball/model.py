@@ -1,9 +1,9 @@
-"""What is believed of a ball: how its particles are weighed, how it moves, and how a run begins (Bando 2007, ch. 3).
+"""The belief in a ball: its likelihood, its motion, and the start of a run (Bando 2007, ch. 3).
 
 Particles are weighed by the colour of the pixel under them. All trackers share a second-order model of the position:
-constant velocity in Bando 2007, with less of the velocity kept or with a known swing on request, or what online EM has
-made of the path so far. One tracker draws accelerations as they were learned from recorded runs instead, and two
-measure the colour centroid of the whole picture (section 4).
+constant velocity in Bando 2007, with damping or with a known swing on request, or as estimated from the path by online
+EM. One tracker instead draws accelerations learned from recorded runs, and two measure the colour centroid of the whole
+picture (section 4).
 """
 
 from collections.abc import Sequence
@@ -64,8 +64,8 @@ from pftrack.vision.likelihoods.chromaticity import ColourModel, log_kernel
 
 # The parameters that all trackers of a ball share; each class names those that read its fields.
 #
-# They are declared in parts, so that another family of trackers takes those that it shares: one that follows something
-# else than a colour, through the same loop, takes `LoopParameters`. A model has the fields of its last base first.
+# They are declared in parts, so another family of trackers takes the parts that it shares: one that follows something
+# other than a colour, through the same loop, takes `LoopParameters`. A model has the fields of its last base first.
 
 # `learned.json` was learned from ten runs of the scene without a pillar, `pftrack learn ball` with the options
 #
@@ -77,7 +77,7 @@ GUIDANCE = Guidance("ball", Chart(place=("u", "v")), Path(__file__).with_name("l
 PARTICLE = ("condensation", "apf", "upf", "pc-pf", "h-spf", "s-spf", "guided")
 MEASURING = ("kalman", "upf")
 MODELLED = ("h-spf", "s-spf", "condensation", "apf", "upf", "pc-pf", "kalman")
-"""Those that move by the motion model below, rather than as was learned from recorded runs."""
+"""Trackers that use the motion model below rather than motion learned from recorded runs."""
 GUIDED_TRACKERS = ("guided",)
 
 MODEL = "Motion model"
@@ -175,7 +175,7 @@ class ScoringParameters(Parameters, group=SCORING):
 
 
 class LoopParameters(LearningParameters, MotionParameters, SwitchingParameters, DrawingParameters):
-    """What the trackers of the loop need, whatever they weigh particles by."""
+    """Parameters of all trackers of the loop, independent of the likelihood."""
 
 
 class GuidedParameters(Parameters, group=LEARNED_MOTION, trackers=GUIDED_TRACKERS):
@@ -204,11 +204,11 @@ TRACKED = 2
 """The position: the first coordinates of the state."""
 
 SHOWN_PX = 5
-"""Pixels to either side of the one that is weighed, which are shown with it."""
+"""Pixels on either side of the weighed one that are shown with it."""
 
 
 class Colour(NamedTuple):
-    """What the target looks like, as `chromaticity.log_kernel` takes it."""
+    """The target's appearance, in the form of `chromaticity.log_kernel`."""
 
     mean: tuple[float, float]
     precision: tuple[float, float]
@@ -347,7 +347,7 @@ def dynamics_of(state: PointState, parameters: LoopParameters, size: tuple[int, 
     """Return the model in force: what was learned, or the initial one.
 
     Args:
-        state: Of the frame before.
+        state: State of the frame before.
         parameters: In force.
         size: Width and height of the picture, px.
     """
@@ -370,8 +370,8 @@ def lineage_of(state: PointState, particles: ParticleSet, parameters: LoopParame
     """Return the particles' pasts, extended by a frame; None if the path is not smoothed.
 
     Args:
-        state: Of the frame before.
-        particles: Those of this frame.
+        state: State of the frame before.
+        particles: Particles of this frame.
         parameters: In force.
     """
     if parameters.smoothing_lag_frames == 0 or state.particles is None:
@@ -381,11 +381,11 @@ def lineage_of(state: PointState, particles: ParticleSet, parameters: LoopParame
 
 
 class Guided(Coloured):
-    """The same colour, with accelerations as they were learned from recorded runs.
+    """The same colour, with accelerations learned from recorded runs.
 
-    In place of one process noise for both axes, accelerations are drawn from the learned covariance, in the frame of
-    the picture or in that of the ball's last motion. A ball has no heading, so what Mitsugami et al. learn of a fish's
-    shape is missing here, and the spread of its accelerations is left.
+    Instead of one process noise for both axes, accelerations are drawn from the learned covariance, in the frame of the
+    picture or in that of the ball's last motion. A ball has no heading, so the learned shape changes of Mitsugami et
+    al. do not apply; only the spread of accelerations remains.
     """
 
     @override
@@ -426,7 +426,7 @@ class Centroid(Coloured):
 
     @override
     def log_likelihood(self, states: Floats, frame: Frame, parameters: Values, known: State) -> Floats:
-        """Return the log density of the centroid (N,), 0 where there is none."""
+        """Return the log density of the centroid (N,), 0 without a centroid."""
         measurement = chromaticity.centroid(frame.picture, colour_model(parameters))
         if measurement is None:
             return np.zeros(len(states))
@@ -447,20 +447,20 @@ class Centroid(Coloured):
 
 
 COLOURED, GUIDED, CENTROID = Coloured(_log_likelihood), Guided(_log_likelihood), Centroid(_log_likelihood)
-"""What is believed of the colour under a ball and how it moves, and the same by another motion or measurement."""
+"""The models of a ball's colour and motion, and variants with another motion or measurement."""
 
 
 # Trackers of a ball by its colour: the filters of Bando 2007, ch. 3, with the likelihood of its section 2.2.
 #
-# All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
-# next frame is sampled. Those that draw by prediction or by observation share one compiled loop
-# (`pftrack.experiments.shared.sampling`), and differ in the rule by which it chooses. Whether the dynamics are learned
-# and the path smoothed is the same for all.
+# All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in the sampling of the next
+# posterior. Those that draw by prediction or by observation share one compiled loop
+# (`pftrack.experiments.shared.sampling`), and differ only in its switching rule. Whether the dynamics are learned and
+# the path smoothed is the same for all.
 
 
 @dataclass(frozen=True)
 class Unscented(Filter[PointModel]):
-    """The unscented particle filter: its proposal looks at what a linear model measures (Bando 2007, ch. 3 section 4).
+    """The unscented particle filter: its proposal uses a linear model of a measurement (Bando 2007, ch. 3 section 4).
 
     Attributes:
         measured: The linear model.

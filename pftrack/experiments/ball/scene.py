@@ -1,9 +1,9 @@
 """The simulated ball: a red disc that swings behind an occluder, among distracters of its own colour.
 
-Bando 2007, ch. 3 section 3, with the readings of docs/methods/switching.md: a sinusoid of one hertz, peak to peak
-200 px, seen at 30 frames a second in a 320 x 240 picture ("reading A"); a larger picture and amplitude give "reading
-B". On request it bounces off four walls instead: motion that is even, and then turns at once. Every parameter is live.
-The phase is accumulated over the history, so that a change of speed does not make the ball jump.
+Bando 2007, ch. 3 section 3, with the readings of docs/methods/switching.md: a sinusoid of one hertz, peak to peak 200
+px, seen at 30 frames a second in a 320 x 240 picture ("reading A"); a larger picture and amplitude give "reading B". On
+request it bounces off four walls instead: even motion with sudden turns. Every parameter is live. The phase is
+accumulated over the history, so a change of speed does not make the ball jump.
 """
 
 from contextlib import suppress
@@ -36,11 +36,11 @@ GROUP = "Scene"
 
 MOST_CLUTTER = 60
 CLUTTER_RADII = 0.4, 1.6
-"""Of the least and of the greatest thing that lies about, as shares of the ball's."""
+"""Radii of the smallest and the largest distracter, as shares of the ball's."""
 LEAST_LIGHT = 0.6
-"""Of such a thing, as a share of the ball's."""
+"""Light of a distracter, as a share of the ball's."""
 CLEARANCE_PX = 2
-"""Between the ball and what lies above and below its swing."""
+"""Gap between the ball and the distracters above and below its swing."""
 
 UPRIGHT_SHARE = 0.618
 """How often a bouncing ball goes up and down in the time to the other side and back: its path does not soon repeat."""
@@ -87,7 +87,7 @@ class BallSource:
         frame_rate_hz: Frames a second.
         frame_count: None; the ball never stops.
         start: The ball at frame 0, a turning point of its path.
-        noisy: Whether there is pixel noise or clutter, which depends on the seed.
+        noisy: Whether the scene has pixel noise or clutter, which depends on the seed.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class BallSource:
         """Set the scene.
 
         Args:
-            seed: Of pixel noise and clutter.
+            seed: Seed of pixel noise and clutter.
             parameters: In force at frame 0.
             look_alikes: Further discs in the ball's colour, away from the six slots: u, v and radius, px.
         """
@@ -125,7 +125,7 @@ class BallSource:
 
 
 def centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float]:
-    """Return where the ball is, px, so many swings after it began."""
+    """Return the ball's position, px, after a number of swings."""
     if parameters.ball_path == "bounces":
         height = parameters.image_height_px / 2
         reach = min(parameters.amplitude_px, max(height - parameters.ball_radius_px, 0.0))
@@ -136,7 +136,7 @@ def centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float]
 
 
 def _clutter(parameters: BallSceneParameters, chances: Floats) -> list[tuple[float, float, float, float]]:
-    """Return u, v and radius, px, and light of what lies about, given numbers uniform in [0, 1), (count, 4)."""
+    """Return u, v and radius, px, and light of the distracters, given numbers uniform in [0, 1), (count, 4)."""
     ball, (least, greatest) = parameters.ball_radius_px, CLUTTER_RADII
     found = []
     for across, along, size, shade in chances[: parameters.clutter_count].tolist():
@@ -184,16 +184,16 @@ def _ground(width: int, height: int, colour: str) -> NDArray[np.uint8]:
 # Whether a target can be followed by its colour: how far its surroundings share it, and what would help.
 
 USUAL_LEVEL = 0.02
-"""Background level that a recording begins with."""
+"""First background level of a recording."""
 
 PARTS, PART = 5, 0.5
-"""Smaller boxes that are tried: so many places along each side, and what share of a side they have."""
+"""Smaller boxes to try: number of places along each side, and their share of a side."""
 
 EITHER = "with which targets were both held and lost"
 """Reason for "no verdict" between the grades."""
 
 FINE_PX, WIDE_PX = 48, 960
-"""Pixels that are looked at along the shorter side of a target, and along the longer one of a picture, at most."""
+"""Largest number of pixels examined along the shorter side of a target, and along the longer side of a picture."""
 
 
 def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - on either model
@@ -202,7 +202,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     Args:
         sequence: The pictures.
         footage: Start, and a box around the target there.
-        parameters: Of frame 0.
+        parameters: Parameters of frame 0.
     """
     box = Box.model_validate(footage.mark).corner_and_size
     view = _View(sequence, footage.start, box)
@@ -219,13 +219,13 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
 
 
 def look_beside(frame: Frame, state: PointState, parameters: Any, size_px: tuple[float, float]) -> float:  # noqa: ANN401 - see above
-    """Return how likely what is around the estimate is beside the estimate itself, in a picture.
+    """Return the likelihood of the estimate's surroundings relative to the estimate, in a picture.
 
     Args:
         frame: The picture.
-        state: Of the tracker.
+        state: State of the tracker.
         parameters: In force.
-        size_px: Width and height of the target as it was marked.
+        size_px: Width and height of the marked target.
     """
     picture, (width, height) = frame.picture, size_px
     x, y = state.estimate[:2] - np.array(size_px) / 2
@@ -239,10 +239,10 @@ def look_beside(frame: Frame, state: PointState, parameters: Any, size_px: tuple
 
 
 class _View:
-    """A target and its surroundings, in the picture in which it is marked and in the second after that.
+    """A target and its surroundings, in the marked picture and in the second picture after it.
 
-    Of a large target only every so-many-th pixel is looked at, as it is: a mean of several would have less noise than
-    the tracker meets.
+    On a large target only every n-th pixel is examined, without averaging: a mean of several would have less noise than
+    the tracker sees.
     """
 
     def __init__(self, sequence: FrameSequence, start: int, box: Place) -> None:
@@ -253,7 +253,7 @@ class _View:
         self._corner = columns.start, rows.start
         numbers = frames_of_a_second(sequence, start)
         pictures = (sequence.picture(number)[rows, columns] for number in numbers)
-        # Copied, so that the whole pictures need not be kept.
+        # Copied, so the whole pictures need not be kept.
         self._first, *self._later = [picture[:: self._every, :: self._every].copy() for picture in pictures]
 
     def of(self, box: Place) -> "_View":
@@ -280,7 +280,7 @@ class _View:
         Args:
             part: The smaller box, px of the picture.
             level: Background level.
-            quick: Whether to look at the first picture alone.
+            quick: Whether to examine the first picture only.
 
         Raises:
             ValueError: The part is black.
@@ -291,13 +291,13 @@ class _View:
         return contrast(on, self.separation(model, level, quick=quick).around)
 
     def _here(self, box: Place) -> Place:
-        """Return a box of the picture as one of what is kept of it."""
+        """Return a box of the picture in the coordinates of the kept part."""
         x, y, w, h = box
         return _scale((x - self._corner[0], y - self._corner[1], w, h), self._every)
 
 
 def _every(size: int, most: int) -> int:
-    """Return the step by which so many pixels become no more than `most`."""
+    """Return the step that reduces a number of pixels to at most `most`."""
     return max(1, -(-size // most))
 
 
@@ -307,7 +307,7 @@ def _scale(box: Place, every: int) -> Place:
 
 
 def _advice(view: _View, parameters: Any, value: float) -> tuple[tuple[str, ...], Box | None]:  # noqa: ANN401 - on either model
-    """Say what would help: another colour model or background level, or a smaller box; return that box too."""
+    """Return advice: another colour model or background level, or a smaller box; and that box."""
     advice = []
     level = parameters.background_level
     for name in {"redness", "chromaticity"} - {parameters.colour_model}:
@@ -321,7 +321,7 @@ def _advice(view: _View, parameters: Any, value: float) -> tuple[tuple[str, ...]
             advice.append(f"a background level of {USUAL_LEVEL:g} separates better ({other:.2f})")
     part, other = _best_part(view, level)
     if other >= value + BETTER_BY:
-        # It has surroundings of its own, too: the rest of the target.
+        # A smaller box has its own surroundings: the rest of the target.
         own = view.of(part)
         other = min(other, own.separation(own.fit(part), level).contrast)
     better = Box.of(*part) if other >= max(value + BETTER_BY, NOT_AT_ALL) else None

@@ -1,7 +1,8 @@
 """A fish that bends as it turns, followed by guided diffusion (Mitsugami et al. 2009).
 
-A filter that perturbs every number of its state by itself spends most particles on motions that no fish makes. Their
-method learns offline how motion and shape change together, and guides the particles by that: fewer do as well.
+A filter that perturbs every number of its state independently spends most particles on motions that no fish makes.
+Their method learns offline how motion and shape change together, and guides the particles by that, so fewer particles
+suffice.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,7 +38,7 @@ from pftrack.experiments.shared import sketch
 from pftrack.filters.learning.charts import changes
 from pftrack.filters.learning.diffusion import Diffusion
 
-# What is drawn of a frame, and two worlds of what was learned.
+# The drawing of a frame, and two worlds of the learned motion.
 #
 # The picture shows its edges, some particles as whole fish, the estimate, the truth and the path. The first world shows
 # a fish at rest, head upwards, and as a ghost how it moves and bends within a frame along one of the modes, the
@@ -82,7 +83,7 @@ def draw_particles(state: FishState, shape: FishShape, width: int) -> dict[str, 
 
 
 def outlines(poses: Floats, shape: FishShape, colour: drawing.Colour, width: float, layer: str) -> drawing.Links:
-    """Draw poses (n, 4) as outlines with tails, all of them one primitive."""
+    """Draw poses (n, 4) as outlines with tails, all in one primitive."""
     around = body_points(poses, shape, OUTLINE_POINTS)
     segments = np.concatenate(
         [np.stack([around, np.roll(around, -1, axis=1)], axis=2), tail_line(poses, shape)[:, None]], axis=1
@@ -116,7 +117,7 @@ def draw_path(past: Sequence[Diagnostics], frame: int, size: tuple[int, int]) ->
 
 
 def _some(poses: Floats, count: int) -> Floats:
-    """Return an even choice of particles, which lie in the order of their parents."""
+    """Return an even choice of particles, which are sorted by parents."""
     if len(poses) <= count:
         return poses
     return poses[np.linspace(0, len(poses) - 1, count).astype(np.int64)]
@@ -134,7 +135,7 @@ UP = -0.5 * np.pi
 SWAY_FRAMES = 30.0
 FAN = (-2.0, -1.0, 1.0, 2.0)
 LABEL_AT, SAID_FROM = -80.0, 0.3
-"""Where the label of a mode stands, px, and from which share on it says a component."""
+"""Position of a mode's label, px, and the least share of a component that it lists."""
 ARROW = 6.0
 """Lengths of the arrow of an acceleration, frames^2."""
 SEEN = 4.8
@@ -179,7 +180,7 @@ def modes_world(parameters: FishTrackerParameters, frame: int) -> drawing.WorldD
 def changes_world(
     state: FishState, parameters: FishTrackerParameters, past: Sequence[Diagnostics], frame: int
 ) -> drawing.WorldDrawing:
-    """Draw the changes of all particles and of the estimate beside what was learned."""
+    """Draw the changes of all particles and of the estimate with the learned covariance."""
     diffusion = _learned_diffusion(parameters)
     length = shape(parameters).half_length / GOLDFISH.half_length
     sd = diffusion.sd[[2, 3, 1]] * np.array([1.0, 1.0, length])
@@ -212,7 +213,7 @@ def _learned_diffusion(parameters: FishTrackerParameters) -> Diffusion:
 
 
 def _change(diffusion: Diffusion, mode: int, along: float) -> Floats:
-    """Return the changes (4,) at so many standard deviations along a mode, counted from 1."""
+    """Return the changes (4,) at a number of standard deviations along a mode, counted from 1."""
     change: Floats = along * np.sqrt(diffusion.eigenvalues[mode - 1]) * diffusion.modes[:, mode - 1]
     return change
 

@@ -1,15 +1,15 @@
-"""What is believed of a fish that bends: its outline lies near the edges of what has its colour.
+"""The model of a bending fish: its outline lies near the edges of the region with its colour.
 
 The body is an ellipse, the tail a straight line that begins at the rear end of its long axis. A *pose* is (a, b, theta,
 phi): the centre of the ellipse in px, the direction to the head and the bend of the tail against the body's axis in
-rad, positive clockwise on the screen. What is painted, and counts as the silhouette, has a tail of some width.
+rad, positive clockwise on the screen. The painted fish, which counts as the silhouette, has a tail of some width.
 
-The picture is told apart into the body and the rest, by the body's colour or by being darker or lighter than what is
-around it. The edges of that mask go into a distance transform: an image of how far each pixel is from the nearest edge.
-A hypothesis then costs one look-up for each point of the model, and its log likelihood is -d_max^2 / sigma_d, with the
-largest of these distances: one point that is far from any edge is enough to refuse it.
+The picture is separated into the body and the rest, by the body's colour or by being darker or lighter than its
+surroundings. The edges of that mask go into a distance transform: an image of each pixel's distance from the nearest
+edge. A hypothesis then costs one look-up for each point of the model, and its log likelihood is -d_max^2 / sigma_d,
+with the largest of these distances: one point that is far from any edge is enough to refuse it.
 
-The likelihood asks that the model lies near edges, not that all edges are explained. A model turned head to tail, its
+The likelihood requires that the model lies near edges, not that it explains all edges. A model turned head to tail, its
 tail folded back along the body, therefore fits almost perfectly; a limit on the bend rules it out.
 
 Source: Mitsugami et al. 2009, section 3.1, eq. 7; the limit is our own (docs/methods/diffusion.md).
@@ -39,14 +39,14 @@ from pftrack.experiments.shared.recording import keep_last
 from pftrack.filters.particles import ParticleSet
 
 BODY_POINTS, TAIL_POINTS = 24, 8
-"""Of the model that is compared with edges."""
+"""Points of the model that are compared with edges."""
 
 ROOT_INSIDE, ROOT_HALF_WIDTH, TIP_HALF_WIDTH = 6.0 / 40.0, 4.5 / 15.0, 2.0 / 15.0
 """How far inside the body the painted tail begins, in half lengths, and its half widths, in half widths of the body."""
 
 
 class FishShape(NamedTuple):
-    """What does not change: the semi-axes of the body's ellipse and the length of the tail, px."""
+    """The constant shape: the semi-axes of the body's ellipse and the length of the tail, px."""
 
     half_length: float
     half_width: float
@@ -59,11 +59,11 @@ class FishShape(NamedTuple):
 
 
 GOLDFISH = FishShape(40.0, 15.0, 40.0)
-"""Of the simulated tank."""
+"""Shape of the fish in the simulated tank."""
 
 
 def body_points(pose: Floats, shape: FishShape, count: int = BODY_POINTS) -> Floats:
-    """Return points of the body's outline (..., count, 2), px, of poses (..., 4)."""
+    """Return points of the body's outline (..., count, 2), px, for poses (..., 4)."""
     around = 2.0 * np.pi * (np.arange(count) + 0.5) / count
     along, across = shape.half_length * np.cos(around), shape.half_width * np.sin(around)
     cosine, sine = np.cos(pose[..., 2, None]), np.sin(pose[..., 2, None])
@@ -73,7 +73,7 @@ def body_points(pose: Floats, shape: FishShape, count: int = BODY_POINTS) -> Flo
 
 
 def tail_line(pose: Floats, shape: FishShape) -> Floats:
-    """Return root and tip of the tail (..., 2, 2), px, of poses (..., 4)."""
+    """Return root and tip of the tail (..., 2, 2), px, for poses (..., 4)."""
     body, tail = pose[..., 2], pose[..., 2] + pose[..., 3]
     root = pose[..., :2] - shape.half_length * np.stack([np.cos(body), np.sin(body)], axis=-1)
     return np.stack([root, root - shape.tail_length * np.stack([np.cos(tail), np.sin(tail)], axis=-1)], axis=-2)
@@ -88,7 +88,7 @@ def model_points(pose: Floats, shape: FishShape) -> Floats:
 
 
 def tail_corners(pose: Floats, shape: FishShape) -> Floats:
-    """Return the corners (4, 2) of the tail as it is painted, px, of a pose (4,): it begins inside the body."""
+    """Return the corners (4, 2) of the painted tail, px, of a pose (4,); the tail begins inside the body."""
     root, tip = tail_line(pose, shape)
     begin = root + ROOT_INSIDE * shape.half_length * np.array([np.cos(pose[2]), np.sin(pose[2])])
     across = shape.half_width * np.array([-np.sin(pose[2] + pose[3]), np.cos(pose[2] + pose[3])])
@@ -97,7 +97,7 @@ def tail_corners(pose: Floats, shape: FishShape) -> Floats:
 
 
 def inside(point: Floats, pose: Floats, shape: FishShape) -> bool:
-    """Return whether a point (2,) lies within the silhouette of a pose (4,): the body and the tail as it is painted."""
+    """Return whether a point (2,) lies within the silhouette of a pose (4,): the body and the painted tail."""
     cosine, sine = np.cos(pose[2]), np.sin(pose[2])
     x, y = point - pose[:2]
     along, across = cosine * x + sine * y, cosine * y - sine * x
@@ -110,9 +110,9 @@ def inside(point: Floats, pose: Floats, shape: FishShape) -> bool:
 
 
 CAP_PX = 63
-"""Distances are no larger than this; so are those of points outside the picture."""
+"""Largest distance, also used for points outside the picture."""
 QUARTERS = 4
-"""Of a pixel: distances are kept in quarters, which fit into a byte."""
+"""Distances are stored in quarters of a pixel, which fit into a byte."""
 
 CANNY = (100, 200)
 OPEN_PX, CLOSE_PX = 3, 5
@@ -123,15 +123,15 @@ BENT = 0.5 * np.pi
 
 
 class Foreground(NamedTuple):
-    """How pixels of the body are told from the rest.
+    """Separation of the body's pixels from the rest.
 
     Attributes:
-        told: By colour, or by being darker or lighter than the mean around them.
-        hue_low: Of the colour, 0..179 as OpenCV counts; above `hue_high` the range goes through 0.
-        hue_high: Of the colour.
+        told: Whether by colour, or by being darker or lighter than the mean around them.
+        hue_low: Least hue of the colour, 0..179 as in OpenCV; above `hue_high` the range goes through 0.
+        hue_high: Largest hue of the colour.
         saturation: At least, 0..255.
         value: At least, 0..255.
-        contrast: How much darker or lighter at least, grey levels.
+        contrast: Least difference in brightness, grey levels.
         around: Radius of the square whose mean is compared with, px.
     """
 
@@ -145,7 +145,7 @@ class Foreground(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """What a picture comes to.
+    """The edges of a picture.
 
     Attributes:
         mask: (height, width) 255 where the body is.
@@ -171,7 +171,7 @@ def edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((CLOSE_PX, CLOSE_PX), np.uint8))
     edges = cv2.Canny(mask, *CANNY)
     away = cv2.distanceTransform(cv2.bitwise_not(edges), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    if not edges.any():  # OpenCV leaves open how far nothing is away
+    if not edges.any():  # OpenCV does not define the distance without an edge
         away = np.full(edges.shape, CAP_PX, np.float32)
     quarters = np.rint(QUARTERS * np.minimum(away, CAP_PX)).astype(np.uint8)
     cap = (QUARTERS * CAP_PX,)
@@ -196,12 +196,12 @@ def _classify_pixels(image_rgb: NDArray[np.uint8], foreground: Foreground) -> ND
 
 @compiled
 def largest_distances(distances: NDArray[np.uint8], states: Floats, shape: FishShape) -> NDArray[np.uint8]:
-    """Return the largest distance (N,) of the points of each hypothesis from an edge, quarters of px.
+    """Return the largest distance (N,) of each hypothesis's points from an edge, quarters of px.
 
     Args:
         distances: As of `Edges`.
         states: (N, d) whose first two columns are a, b and whose last two are theta, phi.
-        shape: Of the body.
+        shape: Shape of the body.
 
     Raises:
         ValueError: The states have fewer than four columns.
@@ -279,7 +279,7 @@ def weighing(parameters: FishTrackerParameters) -> Weighing:
 
 
 def foreground(parameters: FishTrackerParameters) -> Foreground:
-    """Return how the fish is told from the rest."""
+    """Return the separation of the fish from the rest."""
     return Foreground(
         parameters.foreground,
         parameters.lowest_hue,
@@ -292,7 +292,7 @@ def foreground(parameters: FishTrackerParameters) -> Foreground:
 
 
 def find_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
-    """Return the edges of what has the fish's colour in a frame.
+    """Return the edges of the region with the fish's colour in a frame.
 
     Raises:
         ValueError: The frame has no picture.
@@ -301,15 +301,15 @@ def find_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
 
 
 COORDINATES = ("a", "b", "along", "across", "theta", "phi")
-"""Of a particle: place in px, velocity along and across the body in px/frame, heading and bend in rad."""
+"""Numbers of a particle: place in px, velocity along and across the body in px/frame, heading and bend in rad."""
 
 UNITS = ("px", "px", "px/frame", "px/frame", "rad", "rad")
-"""Of them."""
+"""Units of these numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class FishState:
-    """The posterior of one frame, immutable; all trackers carry the same, so that they take over from each other.
+    """The posterior of one frame, immutable; all trackers use the same type, so a run can switch trackers.
 
     Attributes:
         particles: (N, 6) states, see `COORDINATES`.
@@ -348,11 +348,12 @@ class FishState:
 
 
 SERIES = (*reports.CLOUD, *read_reported(Path(__file__).parent).values())
-"""What all of them report. `body` is what is learned from: px, px, rad, rad; the heading is within half a turn of 0."""
+"""Series that all of them report. `body` is what is learned from: px, px, rad, rad; the heading is within half a turn
+of 0."""
 
 
 class Outline(Model):
-    """How well the outline of a fish lies on the edges of the picture."""
+    """Fit of a fish's outline to the edges of the picture."""
 
     title = "outline beside the edges"
     evidence = "relative"
@@ -369,7 +370,7 @@ class Outline(Model):
         return np.asarray(log_likelihoods(largest, laid, weighed.sigma_d, weighed.limited))
 
     def measure(self, state: FishState) -> Mapping[str, SeriesValue]:
-        """Report particles, pose, velocity and fit; a fit at the cap means that there is no edge anywhere near."""
+        """Report particles, pose, velocity and fit; a fit at the cap means that the nearest edge is far away."""
         a, b, along, across, theta, phi = state.mean.tolist()
         return {
             **reports.cloud(state.particles, resampled=True),

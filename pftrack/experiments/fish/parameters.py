@@ -1,4 +1,4 @@
-"""All that can be set on the trackers of a fish."""
+"""Parameters of the trackers of a fish."""
 
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -17,11 +17,11 @@ from pftrack.filters.learning.charts import Chart
 from pftrack.filters.learning.diffusion import Guidance
 
 # `learned.json` is written by `pftrack reproduce fish-offline --full --figures FOLDER` from the twenty tracks of clips
-# 100 to 109 that the ordinary filter followed with 3,000 particles and wide noise. It holds the estimates' noise along
-# with the fish's motion, and that is meant: else there is no room for rare, violent turns.
+# 100 to 109 that the ordinary filter followed with 3,000 particles and wide noise. It intentionally includes the
+# estimates' noise as well as the fish's motion; otherwise it would not allow rare, violent turns.
 
 FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
-"""Of a recorded state: the centre of the body, its heading, and the bend of the tail."""
+"""Numbers of a recorded state: the centre of the body, its heading, and the bend of the tail."""
 
 GUIDANCE = Guidance(
     experiment="fish",
@@ -31,7 +31,7 @@ GUIDANCE = Guidance(
 )
 
 Told: TypeAlias = Literal["colour", "dark", "light"]
-"""How the body is told from the rest."""
+"""Separation of the body from the rest."""
 
 TRACKERS = ("ordinary", "constant-velocity", "guided")
 SAMPLING, LIKELIHOOD, FOREGROUND, SHAPE = "Particles", "Likelihood", "Foreground", "Shape of the fish"
@@ -81,7 +81,7 @@ class _Likelihood(Parameters, group=LIKELIHOOD):
 
 
 class _Foreground(Parameters, group=FOREGROUND):
-    """How the fish is told from the rest."""
+    """Separation of the fish from the rest."""
 
     foreground: Told = parameter("colour", "Told by")
     """How the fish is separated from the rest: by its colour, or by being darker or lighter than what is around it."""
@@ -103,7 +103,7 @@ class _Shape(Parameters, group=SHAPE):
     """How large the fish is."""
 
     half_length_px: float = parameter(40, "Half length", unit="px", within=(2, 400, 0.5), useful=(10, 100))
-    """Half of the body from head to the root of the tail. What was learned is scaled to it."""
+    """Half of the body from head to the root of the tail. The learned motion is scaled to it."""
     half_width_px: float = parameter(15, "Half width", unit="px", within=(1, 400, 0.5), useful=(4, 40))
     """Half of the width of the body."""
     tail_length_px: float = parameter(40, "Tail length", unit="px", within=(0, 400, 0.5), useful=(0, 100))

@@ -1,7 +1,7 @@
 """A tank of goldfish seen from above, the simulated source of the fish (docs/methods/diffusion.md).
 
-How the fish swim, bend and turn is in `swimming`. Everything is painted with OpenCV's anti-aliased shapes in whole
-numbers of sixteenths of a pixel, so a pose has one picture. Colours are BGR while painting, as OpenCV has them.
+`swimming` defines how the fish swim, bend and turn. Everything is painted with OpenCV's anti-aliased shapes in whole
+numbers of sixteenths of a pixel, so a pose has one picture. Colours are BGR while painting, as in OpenCV.
 """
 
 from dataclasses import dataclass, field
@@ -98,9 +98,9 @@ def floor(number: int, width: int, height: int) -> NDArray[np.float32]:
     """Return the floor of the tank (height, width, 3) in BGR grey levels, read-only.
 
     Args:
-        number: Of the clip.
-        width: Of the picture, px.
-        height: Of the picture, px.
+        number: Number of the clip.
+        width: Width of the picture, px.
+        height: Height of the picture, px.
     """
     stream = Stream(number, 3, Purpose.SCENE)
     grain = np.zeros((height, width), np.float32)
@@ -123,7 +123,7 @@ def paint_fish(picture: NDArray[np.float32], poses: Floats, shape: FishShape) ->
     Args:
         picture: (height, width, 3) BGR grey levels.
         poses: (fish, 4) (a, b, theta, phi) in px and rad.
-        shape: Of all of them.
+        shape: Shape of all fish.
     """
     for pose in poses:
         reach = int(shape.reach) + PATCH_MARGIN
@@ -137,7 +137,7 @@ def paint_fish(picture: NDArray[np.float32], poses: Floats, shape: FishShape) ->
 
 
 def _patch(pose: Floats, shape: FishShape, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return how much of each pixel of a square patch a fish covers (side, side), and its skin (side, side, 3)."""
+    """Return a fish's cover (side, side) of the pixels of a square patch, and its skin (side, side, 3)."""
     mask = np.zeros((side, side), np.uint8)
     cv2.fillPoly(mask, [sixteenths(body_points(pose, shape, 90))], 255, cv2.LINE_AA, SHIFT)
     cv2.fillPoly(mask, [sixteenths(tail_corners(pose, shape))], 255, cv2.LINE_AA, SHIFT)
@@ -155,14 +155,14 @@ def _patch(pose: Floats, shape: FishShape, side: int) -> tuple[NDArray[np.float3
 
 
 def _beside(pose: Floats, shape: FishShape, along: float, across: float) -> Floats:
-    """Return the pose (4,) of something on the body, at shares of its half length and half width from its centre."""
+    """Return the pose (4,) of a part of the body, at shares of its half length and half width from its centre."""
     x, y, cosine, sine = along * shape.half_length, across * shape.half_width, np.cos(pose[2]), np.sin(pose[2])
     moved: Floats = pose + np.array([cosine * x - sine * y, sine * x + cosine * y, 0.0, 0.0])
     return moved
 
 
 def _overlap(picture: NDArray[np.float32], corner: Ints, side: int) -> tuple[Slices, Slices]:
-    """Return where a square patch lies in a picture, and which part of the patch that is, both possibly nothing."""
+    """Return the region of a square patch in a picture, and the matching region of the patch; both may be empty."""
     height, width, _ = picture.shape
     begin = np.clip(corner, 0, (width, height))
     end = np.clip(corner + side, 0, (width, height))
@@ -173,7 +173,7 @@ def _overlap(picture: NDArray[np.float32], corner: Ints, side: int) -> tuple[Sli
 
 @compiled
 def _develop(picture_bgr: NDArray[np.float32], numbers: Floats, noise: int) -> NDArray[np.uint8]:
-    """Return the picture in RGB, with whole numbers between -noise and noise added; six of them from each number."""
+    """Return the picture in RGB with whole numbers between -noise and noise added, six from each random number."""
     height, width, _ = picture_bgr.shape
     image = np.empty((height, width, 3), np.uint8)
     levels = 2 * noise + 1
@@ -195,13 +195,13 @@ def _develop(picture_bgr: NDArray[np.float32], numbers: Floats, noise: int) -> N
 
 
 def develop(picture_bgr: NDArray[np.float32], noise: int, number: int, frame: int) -> NDArray[np.uint8]:
-    """Return what the camera makes of a picture: (height, width, 3) RGB, read-only.
+    """Return the camera's version of a picture: (height, width, 3) RGB, read-only.
 
     Args:
         picture_bgr: (height, width, 3) grey levels.
         noise: Largest noise of a pixel, grey levels: uniform in whole numbers.
-        number: Of the clip.
-        frame: Of the frame.
+        number: Number of the clip.
+        frame: Number of the frame.
     """
     count = -(-picture_bgr.size // 6) if noise else 0
     numbers = uniforms(number, frame, Purpose.SCENE.value, FRAME_DRAW, count)
@@ -210,13 +210,13 @@ def develop(picture_bgr: NDArray[np.float32], noise: int, number: int, frame: in
 
 @dataclass(frozen=True, slots=True)
 class FishTarget(Target):
-    """Where a fish truly is: `position` is the centre of its body's ellipse, px.
+    """The true pose of a fish: `position` is the centre of its body's ellipse, px.
 
     Attributes:
         theta: Direction to the head, rad.
         phi: Bend of the tail, rad.
-        velocity: (2,) of the centre, px/frame; zero where it is not known, as on a recording that is marked.
-        shape: Of the fish.
+        velocity: (2,) velocity of the centre, px/frame; zero if unknown, as on a marked recording.
+        shape: Shape of the fish.
     """
 
     theta: float = 0.0
@@ -270,7 +270,7 @@ class FishSource:
         """Fill the tank.
 
         Args:
-            seed: Of the run, on which the scene does not depend.
+            seed: Seed of the run; the scene does not depend on it.
             parameters: In force at frame 0.
 
         Raises:
@@ -307,23 +307,23 @@ class FishSource:
         return FishTarget.of(pose, GOLDFISH, speed, hidden=hidden)
 
 
-# A recording of a fish from above: the shape comes from the mark, and so does how the fish is told from the water.
+# A recording of a fish from above: the mark gives the shape, and the separation of the fish from the water.
 #
-# What was learned of the tank's fish is scaled to the body that is marked: lengths go with its half length, the
-# tolerance of edges with the square of it. That assumes that fish move alike when measured in bodies a frame, which
-# holds for fish of one kind at one frame rate at best, and is a start: the width of the diffusion is live.
+# The motion learned from the tank's fish is scaled to the marked body: lengths go with its half length, the tolerance
+# of edges with the square of it. That assumes that fish move alike when measured in bodies per frame, which holds at
+# best for fish of one kind at one frame rate. It is a starting point: the width of the diffusion is live.
 
 LEAST_SIGMA_D_PX2, LARGEST_SIGMA_D_PX2 = 1.0, 400.0
 """Edges are a pixel wide, however small the fish; a fish of more than 320 px has the largest that can be set."""
 
 COLOURFUL, DISTINCT = 60, 0.35
-"""Least median saturation of a fish that is told by its colour, and the largest share of such pixels around it."""
+"""Least median saturation of a fish separated by colour, and the largest share of such pixels around it."""
 
 HUE_ROOM, SHARE_OF_LOW = 6, 0.7
-"""Hues beyond those of nine tenths of the fish, and share of what all but a tenth of it has of the rest."""
+"""Margin of hues beyond nine tenths of the fish, and factor on the tenth percentile of its other values."""
 
 AROUND_BODIES = 2.0
-"""Radius of what is around a fish, in half lengths."""
+"""Radius of a fish's surroundings, in half lengths."""
 
 
 class FishBody(LongBody):
@@ -386,7 +386,7 @@ def wire(sequence: FrameSequence, mark: FishBody, start: int, truth: Truth | Non
 
 
 def _appearance(image_rgb: NDArray[np.uint8], target: FishTarget) -> dict[str, object]:
-    """Return how a fish is told from what is around it: by its colour if it has one, else by its brightness."""
+    """Return the separation of a fish from its surroundings: by its colour if it has one, else by its brightness."""
     on, around = _regions(image_rgb.shape[:2], target)
     hsv = np.asarray(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2HSV), np.int64)
     grey = np.asarray(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY), np.float64)
@@ -429,7 +429,7 @@ def _regions(size: tuple[int, ...], target: FishTarget) -> tuple[Bools, Bools]:
 
 
 def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedFishParameters) -> Suitability:
-    """Return how well a marked fish stands out: how much of it is told to be fish, how little of what is around it.
+    """Return how well a marked fish stands out: the share of it classified as fish, and that of its surroundings.
 
     A fit of the marked outline to the edges is asked for as well; what counts is the worse of the two.
     """

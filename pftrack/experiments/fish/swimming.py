@@ -1,12 +1,12 @@
 """How the simulated goldfish swim: they head for waypoints, avoid each other and the walls, and turn by bending.
 
-A fish beats its tail, and bends to the side to which it does *not* want to go: the head recoils from the tail's
-stroke (the coupling of yaw and bend that Mitsugami et al. 2009 learn). Once in a while it makes a C-turn: a strong bend
-within a few steps, which swings it round, and a return stroke that drives it off. There are thirty steps a second, and
-every second one is a frame.
+A fish beats its tail, and bends away from the side to which it turns: the head recoils from the tail's stroke (the
+coupling of yaw and bend that Mitsugami et al. 2009 learn). Sometimes it makes a C-turn: a strong bend within a few
+steps, which swings it round, and a return stroke that drives it off. A second has thirty steps, and every second step
+is a frame.
 
-A clip is drawn until it is fit for the experiment: no fish near the border or near another, and a sharp turn of just
-those fish that are lively. That takes from ten to some thousand draws, so clips are kept.
+A clip is redrawn until it suits the experiment: no fish near the border or another fish, and sharp turns of exactly the
+lively fish. That takes from ten to some thousand draws, so clips are cached.
 """
 
 from functools import lru_cache
@@ -26,19 +26,19 @@ MARGIN_PX, APART_PX = 50.0, 110.0
 """How far every fish stays from the border, and from the other."""
 
 MOST_DRAWS = 200_000
-"""Before it is said that there is no such clip; the slowest tank takes some thousand."""
+"""Largest number of draws of a clip; the slowest tank takes some thousand."""
 
 SHARP_COSINE, SHARP_FRAMES, SHARP_SPEED_PX = 0.5, 4, 3.0
 """A sharp turn: the way changes by 60 degrees within four frames, at more than this speed before and after."""
 
 FIRST_REST, AFTER_BEND, FIRST_SPEED = 20, 20, 4.0
-"""Steps before the first C-turn, those that a C-turn lasts after its bend, and px/step at first."""
+"""Steps before the first C-turn, steps of a C-turn after its bend, and first speed, px/step."""
 
 MOST_BENT, SHY_PX = 1.35, 230.0
 """Largest bend, rad; distance at which fish begin to avoid each other."""
 
 NORMALS, UNIFORMS, BEGINNING, BLOCK = 5, 4, 8, 30
-"""Random numbers of a fish in each step, those with which it begins, and steps whose numbers are drawn at once."""
+"""Random numbers of a fish per step, random numbers for its start, and steps whose numbers are drawn at once."""
 
 SCENE = 2
 """Purpose.SCENE, as compiled code needs it."""
@@ -60,7 +60,7 @@ class Tank(NamedTuple):
         slip: KL, share of the sideways speed that a step leaves.
         side: KS, px of sideways speed for each rad of bend.
         bend_steps: NB, steps of the bend of a C-turn.
-        straighten: Share of that bend that each later step leaves.
+        straighten: Share of that bend that remains after each later step.
     """
 
     recoil: float
@@ -86,7 +86,7 @@ def clip(number: int, count: int, lively: bool, tank: TankName) -> Clip:
     """Return the poses of all fish in all frames, read-only.
 
     Args:
-        number: Of the clip: the seed of everything that is drawn.
+        number: Number of the clip, the seed of everything drawn.
         count: How many fish.
         lively: Whether the first fish turns sharply; others never do.
         tank: How the water answers.
@@ -117,7 +117,7 @@ def has_sharp_turn(path: Floats) -> bool:
 
 
 class Shoal(NamedTuple):
-    """What goes on in each of n fish.
+    """The state of n fish.
 
     Attributes:
         places: (n, 2) px.
@@ -128,12 +128,12 @@ class Shoal(NamedTuple):
         phase: (n,) of the beat of the tail, rad.
         amplitude: (n,) of the beat, rad.
         beat: (n,) advance of the phase, rad/step.
-        bias: (n,) bend with which it steers, rad.
+        bias: (n,) bend for steering, rad.
         bend: (n,) bend of a C-turn, rad.
-        stroke: (n,) what a C-turn adds to that in each step of its bend, rad.
+        stroke: (n,) bend that a C-turn adds in each step, rad.
         turn: (n,) step of a C-turn, from 1; 0 outside of one.
-        rest: (n,) steps for which no C-turn begins.
-        age: (n,) steps for which it has swum to its goal.
+        rest: (n,) steps during which no C-turn begins.
+        age: (n,) steps since it got its goal.
     """
 
     places: Floats
@@ -209,7 +209,7 @@ def _begin(count: int, share: Floats) -> Shoal:
 
 @compiled
 def _aim(shoal: Shoal, before: Floats, fish: int, share: Floats) -> float:
-    """Return the angle to where a fish would like to go, and give it another goal where it is there or tired of it."""
+    """Return the angle to a fish's goal, and give it another goal once it is there or has tried for too long."""
     goal = shoal.goals[fish]
     away = (goal[0] - before[fish, 0]) ** 2 + (goal[1] - before[fish, 1]) ** 2
     shoal.age[fish] += 1
@@ -228,7 +228,7 @@ def _bend(
     noise: Floats,
     share: Floats,
 ) -> float:
-    """Bend a fish, and return by how much, rad."""
+    """Bend a fish, and return the change of the bend, rad."""
     shoal.phase[fish] += shoal.beat[fish]
     shoal.bias[fish] += 0.15 * (min(max(-0.7 * error, -0.45), 0.45) - shoal.bias[fish]) + 0.02 * noise[0]
     if shoal.turn[fish] == 0:
@@ -253,7 +253,7 @@ def _bend(
 
 @compiled
 def _move(tank: Tank, shoal: Shoal, fish: int, change: float, noise: Floats) -> None:
-    """Turn and move a fish as the water answers a change of its bend, rad."""
+    """Turn and move a fish by the water's reaction to a change of its bend, rad."""
     u, v = shoal.speeds[fish, 0], shoal.speeds[fish, 1]
     rudder = tank.rudder * min(np.sqrt(u * u + v * v), 10.0) * shoal.phi[fish]
     shoal.theta[fish] += -tank.recoil * change - tank.drag * change * abs(change) - rudder + 0.008 * noise[2]

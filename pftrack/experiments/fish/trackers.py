@@ -1,7 +1,7 @@
 """The trackers of a fish by name: the ordinary filter, constant velocity, and the filter guided by learned changes.
 
-A frame draws parents, moves them, weighs them and estimates, compiled as a whole. The motions of the trackers differ in
-a few lines, and share everything else, so a comparison of two of them compares just that.
+A frame draws parents, moves them, weighs them and estimates, compiled as a whole. The trackers differ only in a few
+lines on motion, so a comparison of two of them compares only that.
 
 Source: Mitsugami et al. 2009.
 """
@@ -50,7 +50,7 @@ class Drawn(NamedTuple):
 
     Attributes:
         motion: ORDINARY, VELOCITY, or one of the ways of `pftrack.filters.learning.charts`.
-        mean: (4,) of what is drawn: steps or accelerations of the place, then of heading and bend.
+        mean: (4,) mean of the drawn steps or accelerations of the place, then of heading and bend.
         root: (4, 4) lower triangular root of its covariance.
         sample_count: How many particles.
     """
@@ -62,7 +62,7 @@ class Drawn(NamedTuple):
 
 
 class Cloud(NamedTuple):
-    """What comes of a frame.
+    """The result of a frame.
 
     Attributes:
         states: (N, 6), each coordinate together in memory.
@@ -95,7 +95,7 @@ def frame_step(
     seed: int,
     frame: int,
 ) -> Cloud:
-    """Return the particles of a frame and what they come to.
+    """Return the particles of a frame and their estimate.
 
     Args:
         distances: As of `Edges`.
@@ -103,7 +103,7 @@ def frame_step(
         log_weights: (N,) of the frame before.
         drawn: How they are moved.
         weighing: How they are weighed.
-        seed: Of the run.
+        seed: Seed of the run.
         frame: Index of the frame.
     """
     count = drawn.sample_count
@@ -142,7 +142,7 @@ def _walk(states: Floats, ancestors: Ints, normals: Floats, drawn: Drawn) -> Flo
         moved[4, n] = theta + drawn.mean[2] + drawn.root[2, 2] * normals[2, n]
         moved[5, n] = states[parent, 5] + drawn.mean[3] + drawn.root[3, 3] * normals[3, n]
         moved[2, n], moved[3, n] = x, y
-    # The velocity is kept in the body's frame, for who goes on from here with another motion.
+    # The velocity is kept in the body's frame, for trackers that continue with another motion.
     sines, cosines = sines_cosines(moved[4])
     for n in range(count):
         x, y = moved[2, n], moved[3, n]
@@ -175,9 +175,9 @@ def _mean(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
 def draw(tracker: str, parameters: FishTrackerParameters) -> Drawn:
     """Return how a tracker moves its particles.
 
-    The random walk takes mean and standard deviation of the learned steps (eq. 8). With constant velocity it is the
-    velocity that walks: its steps are the learned accelerations, the same along both axes of the picture. The guided
-    filter draws all four changes together (eq. 18), without their mean.
+    The random walk takes mean and standard deviation of the learned steps (eq. 8). With constant velocity the velocity
+    walks: its steps are the learned accelerations, the same along both axes of the picture. The guided filter draws all
+    four changes together (eq. 18), without their mean.
 
     Args:
         tracker: Its name.
@@ -223,14 +223,14 @@ def _step(tracker: str, state: FishState, frame: Frame, parameters: FishTrackerP
 def step_frame(
     tracker: str, state: FishState, edges: Edges, parameters: FishTrackerParameters, seed: int, frame: int
 ) -> FishState:
-    """Take one frame of which the edges are known.
+    """Take one frame, given its edges.
 
     Args:
         tracker: Its name.
-        state: Of the frame before.
-        edges: Of the frame.
+        state: State of the frame before.
+        edges: Edges of the frame.
         parameters: In force.
-        seed: Of the run.
+        seed: Seed of the run.
         frame: Index of the frame.
     """
     particles = state.particles

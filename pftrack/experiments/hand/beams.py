@@ -1,11 +1,11 @@
-"""A frame of the beam: predictions of every hand that is kept, the hands near them, and which of those are kept.
+"""A frame of the beam: predictions from every kept hand, candidates near them, and the selection of the next hands.
 
-Each kept hand predicts two: that its motion goes on, and that it stands still, since angles which go by coarse steps
-make velocities that are mostly noise. A hand's prior is that of its own prediction.
+Each kept hand makes two predictions, that its motion continues and that it stands still, since angles on a coarse grid
+give velocities that are mostly noise. A hand's prior is that of its own prediction.
 
-Palms come first, since all fingers hang on them and a palm that sticks out of the silhouette needs no fingers. For each
-palm that is left each finger is tried with every protrusion and as a hidden one; then the best assignment makes a hand.
-Whole hands are moved uphill and ranked.
+Palms are tried first, since all fingers depend on them and a palm that sticks out of the silhouette needs no fingers.
+For each remaining palm each finger is tried with every protrusion and as a hidden one; the best assignment gives a
+hand. Whole hands are then improved by hill climbing and ranked.
 """
 
 from typing import NamedTuple
@@ -21,20 +21,20 @@ from pftrack.experiments.hand.shape import HIGH, LOW, capsule, joints, palm_poin
 from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.particles import normalise
 
-# The search's candidates stand on a grid of angles, so the best of them is beside the best there is, and which of two
-# is beside it less is a matter of luck. Before whole hands are ranked, each is therefore moved uphill: one number of
-# the pose after the other, by steps that get smaller, on the same posterior that ranks them. While a finger moves, all
-# other parts stand still and are drawn just once.
+# The search's candidates lie on a grid of angles, so the best of them is near the optimum, and chance decides which of
+# two is nearer. Before whole hands are ranked, each is therefore moved uphill: one number of the pose after the other,
+# by steps that get smaller, on the same posterior that ranks them. While a finger moves, all other parts are fixed and
+# drawn just once.
 
 PALM_MOVES = np.array([1.5, 1.5, 0.04, 0.12, 0.08])
 """First steps of the wrist, px for a palm axis of 52, and of a, b and c, rad."""
 SPREAD_MOVE, FLEXION_MOVE = 0.05, 0.15
-"""Of a finger, rad."""
+"""Steps of a finger's angles, rad."""
 
 
 @compiled
 def differences(poses: Floats, seen: likelihood.PictureTables, task: model.Task) -> Ints:
-    """Return by how many pixels (M,) the silhouettes of poses (M, 25) differ from the one that was seen."""
+    """Return the number of pixels (M,) in which the silhouettes of poses (M, 25) differ from the measured one."""
     found = np.empty(poses.shape[0], np.int64)
     for n in range(poses.shape[0]):
         corners, counts = parts(poses[n], task.scale, task.shape)
@@ -51,7 +51,7 @@ def improve(
     seen: likelihood.PictureTables,
     task: model.Task,
 ) -> tuple[Floats, float]:
-    """Return a pose (25,) uphill of one, and its log score.
+    """Return a pose (25,) improved by hill climbing, and its log score.
 
     Args:
         pose: (25,) to begin at.
@@ -142,7 +142,7 @@ def differing(mask: Bools, silhouette: Bools) -> int:
 
 @compiled
 def _finger_fit(pose: Floats, finger: int, protrusion: int, seen: likelihood.PictureTables, task: model.Task) -> float:
-    """Return the log likelihood of one finger of a pose (25,), which is moved freely and so stands for no cell."""
+    """Return the log likelihood of one finger of a pose (25,), moved freely, so it does not represent a cell."""
     places = joints(pose, task.scale, task.shape)[finger]
     return likelihood.finger_fit(
         places, np.empty((0, 4, 2)), np.empty(0), task.shape.radii[finger], protrusion, seen, task, -np.inf
@@ -179,7 +179,7 @@ def _added_pixels(
         pose: (25,).
         finger: Its number.
         others: (height, width) pixels of the other parts.
-        marks: (height, width) in which pixels of the finger are marked, so that each counts once.
+        marks: (height, width) marks of the finger's pixels, so each counts once.
         mark: A number that is not in it.
         seen: The picture.
         task: The hand.
@@ -199,18 +199,18 @@ def _added_pixels(
 
 
 MOST_X_P = 6.0
-"""Of a palm that is given up at once."""
+"""Score below which a palm is dropped at once."""
 ALIKE_PALMS = 0.06
-"""Within which two palms count as one in all three angles, rad."""
+"""Difference in all three angles within which two palms count as one, rad."""
 
 
 class Hands(NamedTuple):
-    """What a search has found.
+    """Results of a search.
 
     Attributes:
         poses: (M, 25).
         scores: (M,) log posteriors up to a constant.
-        predictions: (M,) number of the prediction from which each comes, most probably.
+        predictions: (M,) index of the most probable prediction of each.
         assignments: (M, 5) number of the protrusion that shows each finger, or HIDDEN.
     """
 
@@ -230,8 +230,8 @@ def search(
     """Return the best hand of every palm that fits.
 
     Args:
-        predictions: I of them, with the wrists that were seen.
-        ideals: (I, 6, n) x_p* of palms and hidden fingers around each; none if hands stand for no cells.
+        predictions: I predictions, with the measured wrists.
+        ideals: (I, 6, n) x_p* of palms and hidden fingers around each; empty if hands do not represent cells.
         seen: The picture.
         task: The hand, and how it is looked for.
     """
@@ -274,10 +274,10 @@ def _give_fingers(
 
     Args:
         pose: Whose palm is settled.
-        assignment: What is written.
+        assignment: Output array.
         angles: (5, C, 4) of the candidates.
         priors: (5, C) of these, not increasing.
-        counts: (5,) how many there are of each finger.
+        counts: (5,) number of candidates of each finger.
         halves: (5, 5) half steps of each finger's cell, rad.
         ideals: (5, n) x_p* of each finger if it is hidden.
         seen: The picture.
@@ -317,7 +317,7 @@ def _give_fingers(
 
 @compiled
 def _moves(pose: Floats, places: Floats, halves: Floats, task: model.Task) -> Floats:
-    """Return by how much joints and tips (5, 5, 4, 2) move for half a step of each angle of a finger's cell, px."""
+    """Return the displacements (5, 5, 4, 2) of joints and tips for half a step of each angle of a finger's cell, px."""
     moved = pose.copy()
     for finger in range(5):
         moved[5 + 4 * finger] += halves[finger, 3]
@@ -337,7 +337,7 @@ def _palms(
     """Return the best palms that differ: poses (M, 25), scores (M,), and predictions (M,)."""
     many = candidates.PALMS * predictions.poses.shape[0]
     poses, scores, origins = np.empty((many, 25)), np.empty(many), np.empty(many, np.int64)
-    others = np.zeros(many)  # what the other predictions add to a palm's prior
+    others = np.zeros(many)  # the other predictions' share of a palm's prior
     tried = 0
     for i in range(predictions.poses.shape[0]):
         around, priors = candidates.palm_candidates(predictions.poses[i], task)
@@ -353,7 +353,7 @@ def _palms(
                 poses[tried, j] = around[n, j]
             tried += 1
     chosen = _best_that_differ(poses, scores + others, tried, seen, task, not task.settings.reference)
-    if chosen.shape[0] == 0:  # then some protrusion is no finger
+    if chosen.shape[0] == 0:  # then some protrusion is not a finger
         chosen = _best_that_differ(poses, scores + others, tried, seen, task, False)
     count = chosen.shape[0]
     kept, kept_scores, kept_origins = np.empty((count, 25)), np.empty(count), np.empty(count, np.int64)
@@ -372,7 +372,7 @@ def _best_that_differ(
 
     Args:
         poses: (N, 25) or longer.
-        scores: (N,) or longer; -inf of what is not wanted.
+        scores: (N,) or longer; -inf for unwanted entries.
         count: N.
         seen: The picture.
         task: The hand, and how it is looked for.
@@ -408,25 +408,25 @@ def _put(pose: Floats, finger: int, angles: Floats) -> None:
 
 
 COMPARED = 12
-"""So many of the best hands are compared with the silhouette as wholes."""
+"""Number of the best hands that are compared with the silhouette as wholes."""
 
 ALIKE_PALM_RAD, ALIKE_FINGERS_RAD = 0.08, 0.3
 """Two hands that differ by no more are one."""
 
 LEAST_GAIN = 0.5
-"""In log score, by which another size must be better."""
+"""Gain in log score required for another size."""
 
 NO_PALM_COST = 10.0
-"""Of keeping a prediction in whose neighbourhood no palm fits."""
+"""Cost of keeping a prediction without a fitting palm nearby."""
 
 
 class Found(NamedTuple):
-    """What a frame comes to.
+    """The result of a frame.
 
     Attributes:
         beam: The hands that are kept, the best first.
-        fit: (K,) share of the silhouette's area by which each differs from it.
-        log_evidence: Log of the sum of the posteriors of all hands that were compared.
+        fit: (K,) difference of each from the silhouette, as a share of the silhouette's area.
+        log_evidence: Log of the sum of the posteriors of all compared hands.
         growth: How many times as large as before the hand is seen, where that may change.
     """
 
@@ -437,13 +437,13 @@ class Found(NamedTuple):
 
 
 def alike(first: Floats, second: Floats) -> bool:
-    """Tell whether two poses (25,) are one hypothesis."""
+    """Return whether two poses (25,) are one hypothesis."""
     apart = np.abs(first - second)
     return bool(apart[2:5].max() <= ALIKE_PALM_RAD and apart[5:].max() <= ALIKE_FINGERS_RAD)
 
 
 def predictions(members: Floats, origins: Floats) -> Floats:
-    """Return the predictions (2 K, 25) of poses (K, 25): all of them moved on, then all of them as they are.
+    """Return the predictions (2 K, 25) of poses (K, 25): first all moved by their motion, then all unmoved.
 
     Args:
         members: (K, 25).
@@ -516,7 +516,7 @@ def _regrow(
         origin: Number of the prediction near which it was found.
         wanted: The predictions.
         assignment: (5,) number of the protrusion that shows each finger, or HIDDEN.
-        score: Of the pose.
+        score: Score of the pose.
         seen: The picture.
         task: The hand, and how it is looked for.
     """

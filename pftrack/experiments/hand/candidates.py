@@ -1,9 +1,9 @@
-"""Which palms and fingers are tried, and which finger is which protrusion (Shimada 1997, sections 2.5 and 2.6.2).
+"""Candidates of palms and fingers, and the assignment of fingers to protrusions (Shimada 1997, sections 2.5 and 2.6.2).
 
-How far one step of an angle goes depends on how much of the silhouette it changes: D = closed integral of |v n| ds over
-the contour of what turns, v being the velocity of a point for a turn of 1 rad per unit of time and n the contour's
-normal (eq. 2.3). Then S_c / D is the angle that changes an area of S_c. Where a turn hardly shows, as that of a finger
-which points at the camera's side, steps are large; where it shows much they are small.
+The size of an angle's step depends on its effect on the silhouette: D = closed integral of |v n| ds over the contour of
+the turning part, v being the velocity of a point for a turn of 1 rad per unit of time and n the contour's normal (eq.
+2.3). Then S_c / D is the angle that changes an area of S_c. Where a turn hardly shows, as for a finger that points to
+the camera's side, steps are large; where it shows clearly, they are small.
 """
 
 import numpy as np
@@ -18,17 +18,17 @@ SMALL = 1e-6
 """A turn whose change of places gives velocities, rad."""
 
 PALM_STEPS = 2, 3, 2
-"""Of a, b and c to either side."""
+"""Steps of a, b and c to either side."""
 PALMS = 175
-"""That these steps come to."""
+"""Number of candidates from these steps."""
 PALM_AREAS, MOST_PALM_STEP = 3.0, 0.22
-"""Of S_c that a palm's step changes; and its largest, rad."""
+"""Share of S_c that a palm's step changes; and its largest size, rad."""
 
 FLEXION_REACH, LEAST_STEP, MOST_STEP = 1.1, 0.10, 0.30
-"""How far from the prediction a finger is looked for, and the bounds of its steps, rad."""
+"""Range of a finger's candidates about the prediction, and the bounds of its steps, rad."""
 SPREAD_STEP, SPREADS = 0.07, 5
 FLEXED = 1.5
-"""Of all three joints of a finger that is wholly bent, rad; its limits may hold some back."""
+"""Angle of all three joints of a fully bent finger, rad; its limits may reduce some."""
 
 LOWEST, HIGHEST = np.maximum(LOW, -1e9), np.minimum(HIGH, 1e9)
 
@@ -45,13 +45,13 @@ def _crossing(first: float, second: float) -> float:
 def chain_rate(places: Floats, velocities: Floats, tip_radius: float) -> float:
     """Return D of a chain of capsules that turns about its root, px^2/rad.
 
-    Its contour is two sides of each segment and the cap of the last; thicknesses of the sides drop out, since the point
-    of a side moves along the normal as the point of the axis does.
+    Its contour consists of two sides of each segment and the cap of the last. Thicknesses of the sides cancel, since a
+    point of a side moves along the normal like the point of the axis.
 
     Args:
-        places: (n, 2) or wider, of the joints and the tip, px.
-        velocities: (n, 2) or wider, of the same, px/rad.
-        tip_radius: Of the cap, px.
+        places: (n, 2) or wider, positions of the joints and the tip, px.
+        velocities: (n, 2) or wider, their velocities, px/rad.
+        tip_radius: Radius of the cap, px.
     """
     rate = 0.0
     last = places.shape[0] - 1
@@ -89,8 +89,8 @@ def contour_rate(points: Floats, velocities: Floats) -> float:
 
 @compiled
 def _velocities(places: Floats, moved: Floats) -> Floats:
-    """Return by how much the places (5, 4, 3) of fingers moved for each radian of a small turn."""
-    # In loops: expressions of whole arrays take the compiler many times as long.
+    """Return the velocities of the places (5, 4, 3) of fingers per radian of a small turn."""
+    # Written as loops, since expressions of whole arrays take many times as long to compile.
     found = np.empty((5, 4, 3))
     for finger in range(5):
         for j in range(4):
@@ -106,7 +106,7 @@ def flexion_rates(pose: Floats, scale: float, shape: HandShape) -> Floats:
     Args:
         pose: (25,).
         scale: Length of the palm axis, px.
-        shape: Of the hand.
+        shape: Shape of the hand.
     """
     moved = pose.copy()
     for finger in range(5):
@@ -126,7 +126,7 @@ def palm_rates(pose: Floats, scale: float, shape: HandShape) -> Floats:
     Args:
         pose: (25,).
         scale: Length of the palm axis, px.
-        shape: Of the hand.
+        shape: Shape of the hand.
     """
     points, places = palm_points(pose, scale, shape), joints(pose, scale, shape)
     rates = np.empty(3)
@@ -145,16 +145,16 @@ def palm_rates(pose: Floats, scale: float, shape: HandShape) -> Floats:
 
 @compiled
 def finger_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats, Ints]:
-    """Return angles and log priors of what is tried for every finger, the most probable first.
+    """Return angles and log priors of every finger's candidates, the most probable first.
 
-    The three joints of a finger bend alike, beside the prediction itself and the extreme that is far from it.
+    The three joints of a finger bend alike; the prediction itself and the extreme far from it are also tried.
 
     Args:
         predicted: (25,) pose.
         task: The hand, steps and standard deviations.
 
     Returns:
-        (5, C, 4) spread and three flexions, (5, C) log priors, and how many of them (5,) each finger has.
+        (5, C, 4) spread and three flexions, (5, C) log priors, and the number (5,) of candidates per finger.
     """
     most = SPREADS * (2 * int(FLEXION_REACH / LEAST_STEP) + 3)
     angles, log_priors, counts = np.zeros((5, most, 4)), np.zeros((5, most)), np.zeros(5, np.int64)
@@ -184,7 +184,7 @@ def finger_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats, In
 
 @compiled
 def half_steps(predicted: Floats, task: Task) -> Floats:
-    """Return half the steps (5, 5) around a prediction, rad: for each finger those of a, b, c, its spread and flexion.
+    """Return half the steps (5, 5) around a prediction, rad: for each finger of a, b, c, its spread and flexion.
 
     Args:
         predicted: (25,) pose.
@@ -217,7 +217,7 @@ def _flexion_step(rate: float, task: Task) -> float:
 
 @compiled
 def flexion_limits(finger: int) -> tuple[float, float]:
-    """Return between which angles the joints of a finger may bend, if not all of them wholly, rad."""
+    """Return the range of angles of a finger's joints if not all of them can bend fully, rad."""
     at = 6 + 4 * finger
     lowest = min(LOWEST[at], LOWEST[at + 1], LOWEST[at + 2])
     highest = max(HIGHEST[at], HIGHEST[at + 1], HIGHEST[at + 2])
@@ -275,11 +275,11 @@ def palm_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats]:
     return poses[:found], log_priors[:found]
 
 
-# Shimada 1997, section 2.6.2, assigns greedily and repairs. With five fingers and some protrusions all ways together
-# are few enough: a table over sets of protrusions that are taken already, finger by finger, holds the best of each.
+# Shimada 1997, section 2.6.2, assigns greedily and repairs. With five fingers and some protrusions an exact search is
+# feasible: a table over the sets of used protrusions, finger by finger, holds the best assignment of each.
 
 HIDDEN = -1
-"""In place of a protrusion's number."""
+"""Used instead of a protrusion's number."""
 
 MOST_PROTRUSIONS = 8
 """That are assigned; a hand has five."""
@@ -290,7 +290,7 @@ def assign(scores: Floats, costs: Floats) -> tuple[float, Ints]:
     """Return the greatest sum of scores that an assignment has, and its protrusion (F,) for each finger, or HIDDEN.
 
     Args:
-        scores: (F, P + 1) of each finger with each protrusion, and hidden in the last column.
+        scores: (F, P + 1) scores of each finger with each protrusion, and hidden in the last column.
         costs: (P,) of protrusions that no finger explains.
     """
     fingers, protrusions = scores.shape[0], costs.shape[0]
@@ -319,7 +319,7 @@ def assign(scores: Floats, costs: Floats) -> tuple[float, Ints]:
 
 @compiled
 def _trace_back(taken: Ints, last: int) -> Ints:
-    """Return the protrusion (F,) of each finger that led to a set of taken ones."""
+    """Return the protrusion (F,) of each finger that led to a set of used ones."""
     chosen = np.empty(taken.shape[0], np.int64)
     for finger in range(taken.shape[0] - 1, -1, -1):
         chosen[finger] = taken[finger, last]

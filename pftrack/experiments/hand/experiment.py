@@ -1,8 +1,8 @@
 """A hand whose pose comes from its silhouette alone, by a beam of hypotheses (Shimada 1997, chapter 2).
 
-Fingers disappear behind the palm within a frame or two, so nothing can be followed from picture to picture. Hands are
-made by a model instead and compared with the silhouette, and since which of them is right may show only later, several
-are kept.
+Fingers disappear behind the palm within a frame or two, so nothing can be followed from picture to picture. Instead,
+hands from a model are compared with the silhouette. Several are kept, since only later frames may show which one is
+right.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,17 +50,17 @@ FOLDER = Path(__file__).parent
 (HAND_WORLD,) = read_worlds(FOLDER)
 
 LOST_PALMS = 0.65
-"""Mean distance of the tips in space from which on a hand counts as lost, palm axes."""
+"""Mean distance of the tips in space above which a hand counts as lost, palm axes."""
 
 
-# What is drawn of hands: silhouette, protrusions and hands in the picture, and the hand in space.
+# Drawings of hands: silhouette, protrusions and hands in the picture, and the hand in space.
 #
 # In space the hand stands in palm axes with its sixteen parts and its joints, the other hands as ghosts, and the true
-# one. The silhouette says nothing of depth, so hands that look alike from the front may differ much from aside. The
-# forearm points downwards however the hand is turned in the picture, and the camera is in front.
+# one. The silhouette has no depth, so hands that look alike from the front may differ much from the side. The forearm
+# points downwards however the hand is turned in the picture, and the camera is in front.
 
 SIDES = 10
-"""Of a capsule, around its axis."""
+"""Sides of a capsule, around its axis."""
 
 _QUARTER = np.deg2rad([90.0, 45.0, 0.0])
 PROFILE = [(0.0, -np.sin(angle), np.cos(angle)) for angle in _QUARTER]
@@ -79,7 +79,7 @@ def capsules(starts: Floats, ends: Floats, radii: Floats) -> tuple[NDArray[np.fl
     axes = ends - starts
     lengths = np.maximum(np.sqrt(np.square(axes).sum(axis=1, keepdims=True)), 1e-9)
     along = axes / lengths
-    # Any direction that is not nearly that of the axis gives two others at right angles to it.
+    # Any direction far from that of the axis gives two directions at right angles to the axis.
     helper = np.where(np.abs(along[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
     across = np.cross(along, helper)
     across /= np.sqrt(np.square(across).sum(axis=1, keepdims=True))
@@ -116,7 +116,7 @@ def ribbon(segments: Floats, width: float) -> tuple[NDArray[np.float32], NDArray
 
     Args:
         segments: In planes of constant z.
-        width: Of a strip, in the unit of the segments.
+        width: Width of a strip, in the unit of the segments.
     """
     start, end = segments[:, 0], segments[:, 1]
     along = end - start
@@ -140,9 +140,9 @@ def _rings() -> Ints:
 
 
 LARGEST_DRAWN = 400.0
-"""Longer side of the raster on which outlines are found, px: finer ones could not be seen."""
+"""Longer side of the raster for outlines, px; finer ones would not be visible."""
 FAINTEST = 0.3
-"""What is hardly probable at all is still seen."""
+"""Least opacity, so improbable hands stay visible."""
 
 
 def draw_silhouette(features: HandFeatures) -> dict[str, Primitive]:
@@ -172,7 +172,7 @@ def hand(state: HandState, place: int, size: tuple[int, int]) -> dict[str, Primi
 
 
 def hand_colour(state: HandState) -> Colour:
-    """Return the colour of an estimate, or of what is only remembered while no hand is seen."""
+    """Return the colour of an estimate, or of a remembered pose while no hand is visible."""
     return COLOURS["hidden" if state.searching else "estimate"]
 
 
@@ -204,7 +204,7 @@ def truth(target: HandTarget) -> dict[str, Primitive]:
 
 
 def second_run(estimate: tuple[float, ...], size: float) -> dict[str, Primitive]:
-    """Draw a cross of a size, px, at each finger tip of a second run: all that a row knows of its hand."""
+    """Draw a cross of a size, px, at each finger tip of a second run; its row has only these."""
     tips = np.array(estimate).reshape(5, 1, 1, 3)[..., :2]
     arms = size * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
     return {"second": lines((tips + arms).reshape(-1, 2, 2), COLOURS["second"], 2.0, "second run", height=2.4)}
@@ -239,7 +239,7 @@ def _contours(mask: Bools, step: float) -> Floats:
 
 
 FOREARM = 0.6
-"""How much of it is shown, palm axes."""
+"""Shown length, palm axes."""
 BONE = 0.03
 """Half the width of a ghost's bones, palm axes."""
 FAINTEST_GHOST = 0.12
@@ -249,9 +249,9 @@ def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
     """Draw one of the kept hands with its joints, the others as bones, and the true one where it is known.
 
     Args:
-        state: What is believed.
+        state: The belief.
         shown: Which hand is drawn whole.
-        target: What is known of the truth.
+        target: The known truth.
     """
     pose = state.beam.members[shown]
     upright = _upright(float(pose[2]))
@@ -271,7 +271,7 @@ def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
 
 
 IN_SPACE, HAND_AT = "hand in space", 1.2
-"""A layer, and how high above the picture the wrist stands on it, palm axes: its camera sees along parallels."""
+"""A layer, and the wrist's height above the picture on it, palm axes; its camera is orthographic."""
 
 
 def in_space(world: WorldDrawing, pose: Floats, scale: float) -> dict[str, Primitive]:
@@ -367,7 +367,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 
 def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
-    """Return how near to the truth a frame's hands are, where that is known, and what there is to say of it."""
+    """Return the errors of a frame's hands, where the truth is known, and the frame's finding."""
     return {**recording.measure(frame, state), **recording.flags(state)}
 
 

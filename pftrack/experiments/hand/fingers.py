@@ -1,13 +1,13 @@
 """Protrusions: the parts of a silhouette that look like fingers, and the arm (Shimada 1997, section 2.3).
 
-The silhouette is thinned to a skeleton (`pftrack.experiments.hand.silhouette`). From each free end one follows it to
-where it meets the rest, and cuts it where the silhouette becomes clearly wider than it was so far. What lies before the
-cut is a protrusion: the axis of a finger, or of what of a finger is seen beside the palm. A line that ends at the
-picture's border is the arm; where that becomes wider is the wrist.
+The silhouette is thinned to a skeleton (`pftrack.experiments.hand.silhouette`). Each free end is followed to its
+junction with the rest, and cut where the silhouette becomes clearly wider than before. The part before the cut is a
+protrusion: the axis of a finger, or of the part of a finger visible beside the palm. A line that ends at the picture's
+border is the arm; the wrist is where the arm becomes wider.
 
-Two things are not as one would first have them. The tip of a finger is taken to be the middle of its round end, and not
-the end of the skeleton, which depends on single pixels of the edge. And the wrist is looked for by going back from
-where the arm is clearly wider to where it is hardly so.
+Two details differ from the obvious choice. The tip of a finger is the middle of its round end, not the end of the
+skeleton, which depends on single pixels of the edge. And the search for the wrist goes back from the place where the
+arm is clearly wider to the place where it is hardly wider.
 
 The cut is that of eq. 2.1; widths are distances to the edge instead of chords (eq. 2.2). See docs/methods/hands.md.
 """
@@ -34,25 +34,26 @@ from pftrack.experiments.hand.silhouette import (
 from pftrack.experiments.shared.recording import keep_last
 
 LEAST_PAD_PX, PAD_SHARE = 24, 0.6
-"""The border is repeated outwards, by more than half the arm's width, so that the arm's skeleton crosses it."""
+"""The border is repeated outwards by more than half the arm's width, so the arm's skeleton crosses it."""
 LEAST_GAIN_PX = 2.5
-"""What a line of the skeleton adds at least to the disc that it leaves."""
+"""Least extension of a skeleton line beyond the disc at its junction."""
 LEAST_LENGTH_PX = 9.0
 
 FINGER_RATIO, FINGER_FROM = 1.45, 7
 ARM_RATIO, LEAST_ARM_RATIO, ARM_FROM = 1.22, 1.12, 12
 CLEARLY_PX = 1.2
-"""A cut is where the width is this many times, and this many px, the mean so far; and so many px from the end."""
+"""A cut is where the width exceeds the mean so far by this factor, and by this many px; and this many px from the
+end."""
 STAYS = 3
-"""For so many places."""
+"""Number of places for which this must hold."""
 WRIST_RATIO, WIDEST_RATIO = 1.06, 1.6
-"""Between which widths, in those of the arm, one looks how fast it becomes wider."""
+"""Range of widths, relative to the arm, in which the rate of widening is measured."""
 SMOOTH_PX = 4
 """Points on either side over which a line is smoothed: pixels are a staircase."""
 
 
 class Protrusion(NamedTuple):
-    """What looks like a finger.
+    """A part of the silhouette that looks like a finger.
 
     Attributes:
         axis: (k, 2) column and row from the middle of the tip to the palm's side, a px apart.
@@ -64,12 +65,12 @@ class Protrusion(NamedTuple):
 
 
 class HandFeatures(NamedTuple):
-    """What a silhouette comes to. Places are in px of its mask; `silhouette.in_picture` takes them to the picture.
+    """The features of a silhouette. Places are in px of its mask; `silhouette.in_picture` takes them to the picture.
 
     Attributes:
-        silhouette: The mask, how much smaller than the picture it is, and whether it may be a hand.
-        protrusions: What looks like fingers, in no order; none if the silhouette cannot be a hand.
-        wrist: (2,) where the arm becomes wider; None if there is no arm or it does not.
+        silhouette: The mask, its reduction relative to the picture, and whether it may be a hand.
+        protrusions: Parts that look like fingers, unordered; empty if the silhouette cannot be a hand.
+        wrist: (2,) where the arm becomes wider; None without an arm, or if it does not widen.
     """
 
     silhouette: Silhouette
@@ -78,7 +79,7 @@ class HandFeatures(NamedTuple):
 
     @property
     def finding(self) -> Finding:
-        """What there is to say of the silhouette."""
+        """The finding on the silhouette."""
         return self.silhouette.finding
 
 
@@ -113,7 +114,7 @@ def features_in(silhouette: Silhouette) -> HandFeatures:
                 wrist = _wrist_of(line - corner, widths)
             continue
         protrusion = _protrusion(line, widths, padded)
-        # One that runs on to the border is no finger: a fist on its arm is one line from end to end.
+        # A line that reaches the border is not a finger: a fist on its arm is one line from end to end.
         if protrusion is not None and _within(protrusion.axis[-1] - corner, width, height):
             protrusions.append(Protrusion(protrusion.axis - corner, protrusion.radii))
     return HandFeatures(silhouette, tuple(protrusions), wrist)
@@ -209,8 +210,8 @@ def _wrist(widths: Floats, cut: int) -> int:
 def _tip(padded: NDArray[np.uint8], places: Floats, widths: Floats, begin: int) -> tuple[Floats, int]:
     """Return the middle of a finger's round end, and the index of the first place (n, 2) of its axis behind that.
 
-    The finger is followed on along its axis to where the silhouette ends, on three lines side by side; its end is
-    round, so that those beside the axis end a known part of the radius earlier.
+    The finger is followed along its axis to the end of the silhouette, on three parallel lines; its end is round, so
+    the outer lines end a known part of the radius earlier.
     """
     count = places.shape[0]
     near, far = min(begin + 2, count - 1), min(begin + 12, count - 1)
@@ -238,7 +239,7 @@ def _tip(padded: NDArray[np.uint8], places: Floats, widths: Floats, begin: int) 
 
 @compiled
 def _smooth(line: Floats) -> Floats:
-    """Return a line (n, 2) as means of points on either side, of fewer towards the ends."""
+    """Return a line (n, 2) smoothed by means of neighbouring points, fewer towards the ends."""
     count = line.shape[0]
     smooth = np.empty((count, 2))
     for i in range(count):

@@ -1,15 +1,14 @@
-"""The first pose: an open hand that faces the camera, found by itself (Shimada 1997, section 2.4).
+"""The first pose: an open hand that faces the camera, found automatically (Shimada 1997, section 2.4).
 
-Five protrusions are ordered around the hand, and the model is laid over them with the thumb at either end: the nearer
-one says on which side it is. A left palm looks like the back of a right hand, and either is taken as it looks. Where
-the four fingers begin, and the wrist, give place, turn and size; the thumb begins at the place that the similar
-triangle of the model gives. Along each finger joints lie in the model's ratios, and the palm's thickness goes with the
-fingers' mean width. Then the whole is fitted to the silhouette, since a wrist is seen to within some five per cent of
-the palm only.
+Five protrusions are ordered around the hand, and the model is laid over them with the thumb at either end; the better
+fit gives the thumb's side. A left palm looks like the back of a right hand, and both are accepted. The roots of the
+four fingers and the wrist give place, turn and size; the similar triangle of the model gives the root of the thumb.
+Along each finger joints lie in the model's ratios, and the palm's thickness is proportional to the fingers' mean width.
+Then the whole is fitted to the silhouette, since the wrist is measured only to about five per cent of the palm.
 
-What cannot be begun is said in words: a fist, two hands, a hand that is cut by the border or seen from its side. A
-person may mark the five tips instead. Then fingers go to the nearest marks, and one that is not seen is bent so far
-that its tip comes nearest to its own.
+A sentence says why a picture is unsuitable: a fist, two hands, a hand cut by the border or seen from its side. A user
+may mark the five tips instead. Then fingers are assigned to the nearest marks, and a hidden finger is bent until its
+tip is nearest to its mark.
 """
 
 import math
@@ -29,15 +28,15 @@ from pftrack.experiments.hand.fingers import HandFeatures, Protrusion
 from pftrack.experiments.hand.shape import FINGERS as FINGER_NAMES
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, HandShape, finger_slice, joints, open_pose, parts
 
-# The flat hand is fitted by where it is and how large, and by how this person's hand differs from the model: the palm's
-# breadth, and direction, length and width of each finger. The number of pixels that are of one silhouette and not of
-# the other is made less by steps in one quantity after the other, which become smaller where none helps (pattern
-# search; R. Hooke and T. Jeeves 1961). A rough edge has as many pixels too many as too few, so that it shifts nothing.
-# A weak prior keeps what the pixels do not decide near the model. The arm is left out: sleeves have any width.
+# The flat hand is fitted by place, turn and size, and by this person's deviations from the model: the palm's breadth,
+# and direction, length and width of each finger. Steps in one quantity after the other reduce the number of pixels that
+# belong to only one of the silhouettes; the steps become smaller where none helps (pattern search; R. Hooke and T.
+# Jeeves 1961). A rough edge has as many extra as missing pixels, so it does not bias the fit. A weak prior keeps what
+# the pixels do not decide near the model. The arm is left out: sleeves have any width.
 
 TURN, SIZE, BREADTH, FINGERS = 2, 3, 4, 5
-"""Where the quantities are among the twenty, after the place in palm axes of the start: turn in rad, logarithms of size
-and breadth; then of each finger the spread in rad and the logarithms of length and width."""
+"""Indices of the quantities among the twenty, after the place in palm axes of the start: turn in rad, logarithms of
+size and breadth; then the spread of each finger in rad and the logarithms of its length and width."""
 QUANTITIES = 20
 
 STEPS = np.array([0.04, 0.04, 0.04, 0.04, 0.05] + 5 * [0.06, 0.06, 0.08])
@@ -45,9 +44,9 @@ PRIOR = np.array([np.inf, np.inf, np.inf, np.inf, 0.04] + 5 * [0.12, 0.12, 0.12]
 """First steps, and standard deviations over people."""
 HALVINGS = 4
 LEAST_GAIN = 0.5
-"""In pixels; a step that gains less is none."""
+"""Least gain of a step, in pixels."""
 PRIOR_SHARE = 6e-3
-"""What one standard deviation costs, as a share of the hand's pixels."""
+"""Cost of one standard deviation, as a share of the hand's pixels."""
 ARM_BELOW = 0.1
 """Height above the wrist, in palm axes, below which pixels do not count."""
 
@@ -58,7 +57,7 @@ class FlatHand(NamedTuple):
     Attributes:
         pose: (25,).
         scale: Length of the palm axis, px.
-        shape: Of this person's hand.
+        shape: Shape of this person's hand.
     """
 
     pose: Floats
@@ -69,8 +68,8 @@ class FlatHand(NamedTuple):
 def apply_changes(start: FlatHand, changes: Floats) -> FlatHand:
     """Return a hand changed by twenty quantities.
 
-    Place is that of the knuckles' middle. Turn and size are the palm's alone: the fingers keep directions, lengths and
-    widths in the picture, so that each quantity can be looked for by itself.
+    The place is the middle of the knuckles. Turn and size affect only the palm: the fingers keep directions, lengths
+    and widths in the picture, so each quantity can be searched separately.
     """
     factors = exponential(changes)
     shape, size, breadth = start.shape, float(factors[SIZE]), float(factors[BREADTH])
@@ -96,7 +95,7 @@ def _knuckles(hand: FlatHand) -> Floats:
 
 
 class Fit(NamedTuple):
-    """What a fit came to.
+    """The result of a fit.
 
     Attributes:
         hand: That was fitted.
@@ -145,7 +144,7 @@ def fit_hand(mask: Bools, start: FlatHand) -> Fit:
         while improved:
             before = changes
             changes, least = _around(cost, changes, least, steps)
-            # On along what the round has changed: quantities depend on one another.
+            # Continue along the round's change, since quantities depend on one another.
             onwards = 2.0 * changes - before
             improved = bool((changes != before).any())
             if improved:
@@ -172,14 +171,14 @@ def _around(cost: Callable[[Floats], float], changes: Floats, least: float, step
 
 @compiled
 def disagreement(mask: Bools, region: Bools, pose: Floats, scale: float, shape: HandShape) -> int:
-    """Return how many pixels of a region are of a mask and not of a hand's silhouette, or the other way round.
+    """Return the number of pixels of a region that belong to only one of a mask and a hand's silhouette.
 
     Args:
         mask: (height, width) what is seen.
         region: (height, width) where it counts.
         pose: (25,).
         scale: Length of the palm axis, px of the mask.
-        shape: Of the hand.
+        shape: Shape of the hand.
     """
     corners, counts = parts(pose, scale, shape)
     height, width = mask.shape
@@ -199,24 +198,24 @@ def _above_wrist(size: tuple[int, ...], hand: FlatHand) -> Bools:
     return np.asarray(along > ARM_BELOW * hand.scale)
 
 
-# To guess a hand, place, turn and size come from places that the model has as well, such as tips and roots of straight
+# To guess a hand, place, turn and size come from points that the model shares, such as tips and roots of straight
 # fingers. Then each finger that is seen gets its direction, length and width; the palm's thickness goes with the mean
 # width.
 
 ROOT_BEHIND = 0.10
-"""How far behind the end of its protrusion a finger begins, in palm axes: the web of the fingers is wider."""
+"""Distance of a finger's root behind the end of its protrusion, in palm axes: the web of the fingers is wider."""
 FIRST_LENGTHS, FIRST_WIDTHS = (0.5, 2.0), (0.5, 2.0)
-"""Between which lengths and widths are looked for, in those of the model."""
+"""Range of lengths and widths, relative to the model."""
 PALM_MIDDLE = np.array([0.0, -0.62])
-"""Of the model's palm, which is as far from its edge as any place is: column and row in palm axes."""
+"""Centre of the model's palm, the point farthest from its edge: column and row in palm axes."""
 ARM_LENGTH = 4.0
-"""Of the forearm, in palm axes: beyond any border."""
+"""Length of the forearm, in palm axes, beyond any border."""
 FLEXIONS = 41
-"""Of a bent finger that are tried."""
+"""Flexions that are tried for a bent finger."""
 
 
 class SeenFinger(NamedTuple):
-    """One finger as it is seen: tip and where it leaves the palm (2,), and its half width, px of the mask."""
+    """One measured finger: tip and root at the palm (2,), and its half width, px of the mask."""
 
     tip: Floats
     base: Floats
@@ -224,7 +223,7 @@ class SeenFinger(NamedTuple):
 
 
 def measure_finger(protrusion: Protrusion) -> SeenFinger:
-    """Return the finger that a protrusion is, with the median of its half widths off the ends."""
+    """Return a protrusion as a finger, with the median of its half widths away from the ends."""
     middle = protrusion.radii[len(protrusion.radii) // 8 : max(3 * len(protrusion.radii) // 4, 1)]
     return SeenFinger(protrusion.axis[0], protrusion.axis[-1], float(np.sort(middle)[len(middle) // 2]))
 
@@ -237,7 +236,7 @@ class Similarity(NamedTuple):
         turn: On the screen, rad.
         scale: Length of the palm axis, px.
         wrist: (2,) px.
-        side: Of the thumb, 1 or -1.
+        side: Side of the thumb, 1 or -1.
     """
 
     off: float
@@ -281,7 +280,7 @@ def similar(seen: dict[int, SeenFinger], wrist: Floats | None, side: float, palm
 
 def hand_of(wrist: Floats, turn: float, scale: float, side: float, seen: dict[int, SeenFinger]) -> FlatHand:
     """Return an open hand with the directions, lengths and widths of the fingers that are seen."""
-    # Rounded, so that the last bits of a cosine, which differ by machine, decide about nothing.
+    # Rounded, so the last bits of a cosine, which differ by machine, have no effect.
     wrist, scale = np.round(wrist, 6), round(scale, 6)
     shape = MODEL.with_changes(side=side)
     pose = open_pose(wrist, turn)
@@ -316,7 +315,7 @@ def hand_of(wrist: Floats, turn: float, scale: float, side: float, seen: dict[in
 
 
 def fold(hand: FlatHand, tips: dict[int, Floats]) -> Floats:
-    """Return the pose of a hand in which further fingers are bent so far that their tips are nearest to marks."""
+    """Return the pose of a hand with further fingers bent until their tips are nearest to marks."""
     pose = hand.pose.copy()
     for finger, tip in tips.items():
         bends = finger_slice(finger)
@@ -335,23 +334,24 @@ def unit(way: Floats) -> Floats:
 
 
 CLEARLY = 1.4
-"""By which factor the model must be farther off with thumb and little finger exchanged."""
+"""Required ratio of the misfits with and without thumb and little finger exchanged."""
 LEAST_SCALE_PX = 16.0
 TOO_SMALL = f"the hand is too small: its palm is {{:.0f}} px long, and {LEAST_SCALE_PX:g} are needed"
 LARGEST_MISFIT = 0.18
 """Share of the silhouette's pixels, without the arm, that may differ from the fitted hand's."""
 LENGTHS = (0.72, 1.4)
-"""Between which a finger's length is, in that of the model."""
+"""Range of a finger's length, relative to the model."""
 LEAST_ROW = 0.55
-"""Breadth of the knuckles' row, in that of the model: less is a palm that is seen from its side."""
+"""Least breadth of the knuckles' row, relative to the model; a smaller one is a palm seen from its side."""
 ARM_AT = tuple(0.1 * step for step in range(2, 9))
-"""Where the forearm's width is looked at, below the wrist, and a length that reaches any border, in palm axes."""
+"""Distance below the wrist at which the forearm's width is measured, and a length that reaches any border, in palm
+axes."""
 FROM_ABOVE = -0.5
 """Cosine of the turn on the screen."""
 NEAR_MARK = 0.12
 """How far a mark may be from a finger's tip, as a share of the marks' extent."""
 LONGER_THAN_THE_REST = 0.45
-"""A protrusion shorter than this share of the fourth longest is none of five fingers, where there are more."""
+"""If there are more than five, a protrusion shorter than this share of the fourth longest is not a finger."""
 
 
 class OpenHand(NamedTuple):
@@ -360,9 +360,9 @@ class OpenHand(NamedTuple):
     Attributes:
         pose: (25,).
         scale: Length of the palm axis, px.
-        shape: Of this person's hand; its `side` is -1 if the thumb is on the left of the fingers.
+        shape: Shape of this person's hand; its `side` is -1 if the thumb is on the left of the fingers.
         misfit: Share of the silhouette's pixels, without the arm, that differ from this hand's.
-        remarks: What a person may want to check, in words.
+        remarks: Points to check, in words.
     """
 
     pose: Floats
@@ -376,11 +376,11 @@ def find_open_hand(features: HandFeatures, tips: Floats | None = None) -> OpenHa
     """Return the open hand that a silhouette shows.
 
     Args:
-        features: Of the silhouette.
-        tips: (5, 2) where a person has marked the tips, thumb first, px of the picture; None if nobody has.
+        features: Features of the silhouette.
+        tips: (5, 2) tips marked by the user, thumb first, px of the picture; None without marks.
 
     Raises:
-        RefusedError: The picture shows no open hand; the sentence says why.
+        RefusedError: The picture does not show an open hand; the sentence says why.
     """
     if not features.finding.ok:
         raise RefusedError(features.finding.value)
@@ -389,7 +389,7 @@ def find_open_hand(features: HandFeatures, tips: Floats | None = None) -> OpenHa
     remarks = _check(hand, misfit, marked=tips is not None)
     pose = np.clip(hand.pose, LOW, HIGH)
     shape = hand.shape.with_changes(
-        # Where fingers stand apart further than they can be spread, they do so at rest.
+        # Fingers further apart than they can be spread are so at rest.
         rest=hand.shape.rest + (hand.pose - pose)[5::4],
         arm=_arm(features.silhouette.mask, hand),
     )
@@ -413,7 +413,7 @@ def _initial_guess(features: HandFeatures) -> FlatHand:
     knuckles = bases - ROOT_BEHIND * rough * ways
     axis = knuckles.mean(axis=0) - wrist
     scale = math.hypot(*axis) / float(MODEL.roots[1:, 1].mean())
-    # Rounded, so that the last bits of an arc tangent, which differ by machine, decide about nothing.
+    # Rounded, so the last bits of an arc tangent, which differ by machine, have no effect.
     turn = round(math.atan2(-axis[0], -axis[1]), 6)
     across = knuckles[0] - knuckles[-1]
     breadth = side * (across[0] * math.cos(turn) - across[1] * math.sin(turn)) / scale
@@ -425,7 +425,7 @@ def _initial_guess(features: HandFeatures) -> FlatHand:
 
 
 def _five(protrusions: tuple[Protrusion, ...]) -> list[Protrusion]:
-    """Return the five that are fingers; of more than five those that are clearly shorter are left out."""
+    """Return the five fingers; if there are more than five, clearly shorter ones are left out."""
     by_length = sorted(protrusions, key=lambda protrusion: -len(protrusion.axis))
     if len(by_length) > 5:
         least = LONGER_THAN_THE_REST * len(by_length[3].axis)
@@ -441,8 +441,8 @@ def _five(protrusions: tuple[Protrusion, ...]) -> list[Protrusion]:
 def _order(fingers: list[SeenFinger], wrist: Floats | None) -> tuple[list[SeenFinger], float]:
     """Return five fingers from the thumb to the little finger, and the thumb's side: 1 if that is counter-clockwise.
 
-    Shimada looks at the distances between neighbours' palm sides alone. Tips, roots and wrist together tell more:
-    of 144 simulated hands they told all, and those distances 140.
+    Shimada uses only the distances between neighbours' palm sides. Tips, roots and wrist together are better: they were
+    right for all of 144 simulated hands, those distances for 140.
     """
     around = around_hand(fingers, np.array([finger.base for finger in fingers]).mean(axis=0))
     orders = {1.0: around, -1.0: around[::-1]}
@@ -488,7 +488,7 @@ def _guess_from_tips(features: HandFeatures, tips: Floats) -> FlatHand:
 
 
 def _check(hand: FlatHand, misfit: float, *, marked: bool) -> tuple[str, ...]:
-    """Return what a person may want to check of a fitted hand; refuse one that is none."""
+    """Return points to check on a fitted hand; refuse one that is not a hand."""
     remarks = []
     odd = f"what is seen differs from an open hand in {100 * misfit:.0f} % of its pixels"
     if misfit > LARGEST_MISFIT:
@@ -511,7 +511,7 @@ def _check(hand: FlatHand, misfit: float, *, marked: bool) -> tuple[str, ...]:
 
 
 def _arm(mask: Bools, hand: FlatHand) -> tuple[float, float]:
-    """Return half the width of the forearm as it is seen, in palm axes, and a length that reaches the border."""
+    """Return half the measured width of the forearm, in palm axes, and a length that reaches the border."""
     cosine, sine = math.cos(hand.pose[2]), math.sin(hand.pose[2])
     across, along = np.array([cosine, -sine]), np.array([-sine, -cosine])
     steps = np.arange(-round(hand.scale), round(hand.scale) + 1)

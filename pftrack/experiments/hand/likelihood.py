@@ -1,10 +1,10 @@
-"""How well parts of a hand fit a silhouette and its protrusions (Shimada 1997, section 2.6).
+"""The fit of parts of a hand to a silhouette and its protrusions (Shimada 1997, section 2.6).
 
-A palm, and a finger that is hidden before it, must lie within the silhouette. How far they stick out of it is measured
-by x_p, the area outside by the length along which it touches the silhouette: a sliver along an edge is a matter of the
-step between candidates, a lump is not, though both may have the same area. A finger that is seen must have its tip, or
-its last joint, where a protrusion ends, and then run along the protrusion's axis. All is in px of the silhouette's
-mask, which is smaller than the picture if that is large.
+A palm, and a finger that is hidden before it, must lie within the silhouette. The measure x_p is the area outside,
+divided by the length along which it touches the silhouette: a sliver along an edge comes from the step between
+candidates, a lump does not, although both may have the same area. A visible finger must have its tip, or its last
+joint, where a protrusion ends, and then run along the protrusion's axis. All is in px of the silhouette's mask, which
+is smaller than the picture if that is large.
 """
 
 from collections.abc import Sequence
@@ -24,19 +24,20 @@ from pftrack.experiments.hand.fingers import HandFeatures
 from pftrack.experiments.hand.shape import ANGLES, joints, palm_axes, palm_points, parts
 from pftrack.filters.particles import normalise
 
-# What a measure may be of a right hand whose candidate stands on a grid (Shimada 1997, section 2.6.4): a candidate
-# stands for a cell of poses, half a step of every angle to either side. If the true pose lies anywhere in the cell and
-# the model is right, a measure x_n of the candidate is not 0 but some x_n*, which depends on where in the cell the pose
-# is. The likelihood is the mean over the cell of a Gaussian around that (eqs. 2.8 and 2.9), relative to its peak:
+# Possible values of a measure for a right hand whose candidate lies on a grid (Shimada 1997, section 2.6.4): a
+# candidate represents a cell of poses, half a step of every angle to either side. If the true pose lies anywhere in the
+# cell and the model is right, a measure x_n of the candidate is not 0 but some x_n*, which depends on the pose's place
+# in the cell. The likelihood is the mean over the cell of a Gaussian around that (eqs. 2.8 and 2.9), relative to its
+# peak:
 #
 #     p(x_n) = mean over the cell of exp(-(x_n - x_n*)^2 / (2 sigma_n^2)).
 #
 # The width of an observation (eq. 2.10) is the same for all hands, and drops out. The mean is a sum over a lattice of
-# points in the five angles that move a finger: a, b and c of the palm, its spread and its flexion. Where tip and joints
-# go if one of them changes by half a step comes from the model; in between, they go evenly.
+# points in the five angles that move a finger: a, b and c of the palm, its spread and its flexion. The model gives the
+# displacements of tip and joints for half a step of one angle; in between, they are linear.
 
 CELL_ANGLES = 5
-"""Of a cell: the palm's a, b and c, a finger's spread and flexion."""
+"""Angles of a cell: the palm's a, b and c, a finger's spread and flexion."""
 
 SHORTEST = 1e-9
 """Segment that has a direction, px."""
@@ -51,8 +52,8 @@ def cell_log_fit(square: float, ideals: Floats, sd: float) -> float:
     """Return the log of the mean Gaussian of a measure over a cell, relative to its peak; never above 0 (eq. 2.9).
 
     Args:
-        square: Of the measure x_n, which is not negative.
-        ideals: (n,) what it may be of a right hand, x_n*; empty if the hand stands for no cell but for itself.
+        square: Square of the measure x_n, which is not negative.
+        ideals: (n,) its possible values for a right hand, x_n*; empty if the hand represents only itself.
         sd: sigma_n.
     """
     if ideals.shape[0] == 0:
@@ -75,7 +76,7 @@ def displacements(
     scale: float,
     side: float,
 ) -> Floats:
-    """Return by how much joints and tips (5, 5, 4, 2) of fingers move for half a step of each angle of a cell, px.
+    """Return the displacements (5, 5, 4, 2) of fingers' joints and tips for half a step of each angle of a cell, px.
 
     The first index is the finger, the second the angle.
 
@@ -86,7 +87,7 @@ def displacements(
         flexed: (5, 4, 3) the same with every finger bent by half a step.
         halves: (3,) half steps of the palm's a, b and c, rad.
         scale: Length of the palm axis, px.
-        side: Of the hand.
+        side: Side of the hand.
     """
     found = np.empty((5, CELL_ANGLES, 4, 2))
     for i in range(3):
@@ -106,7 +107,7 @@ def displacements(
 
 @compiled
 def _turn(pose: Floats, angle: int, half: float, scale: float, side: float) -> Floats:
-    """Return by how much places relative to the wrist move (2, 3) if a palm (25,) turns by half a step."""
+    """Return the map (2, 3) from places relative to the wrist to displacements by a palm's (25,) half step."""
     turned = pose.copy()
     turned[2 + angle] += half
     axes = palm_axes(pose, scale, side)
@@ -129,10 +130,10 @@ def farthest(moves: Floats, end: int) -> float:
 
 @compiled
 def tip_distances(moves: Floats, end: int) -> Floats:
-    """Return x_ft* (n,) px, by which a joint or tip is off its place in points of the cell; none if there is no cell.
+    """Return x_ft* (n,) px, the displacement of a joint or tip in points of the cell; empty without a cell.
 
     Args:
-        moves: (5, 4, 2) of one finger by `displacements`; (0, 4, 2) of a hand that stands for no cell.
+        moves: (5, 4, 2) of one finger by `displacements`; (0, 4, 2) for a hand that does not represent a cell.
         end: Number of the joint or tip.
     """
     found = np.empty(NODES.shape[0] if moves.shape[0] else 0)
@@ -150,10 +151,10 @@ def axis_distances(moves: Floats, places: Floats, end: int, length: float) -> Fl
     """Return x_fa* (n,) px, the mean distance of a finger's axis in points of the cell once the ends coincide.
 
     Args:
-        moves: (5, 4, 2) of one finger by `displacements`; (0, 4, 2) of a hand that stands for no cell.
+        moves: (5, 4, 2) of one finger by `displacements`; (0, 4, 2) for a hand that does not represent a cell.
         places: (4, 2) or wider, its joints and tip, px.
         end: Number of the joint or tip at which the axis begins.
-        length: Of the axis that is compared, px; it may end before the root.
+        length: Compared length of the axis, px; it may end before the root.
     """
     found = np.zeros(NODES.shape[0] if moves.shape[0] else 0)
     for n in range(found.shape[0]):
@@ -178,23 +179,23 @@ def axis_distances(moves: Floats, places: Floats, end: int, length: float) -> Fl
 
 
 TIP = 3
-"""Of the four places along a finger, from its root on."""
+"""The four places along a finger, from its root on."""
 
 BOX_SHARE = 0.8
-"""Of a finger's radius: half the width of the boxes that stand for a hidden one."""
+"""Half the width of the boxes for a hidden finger, as a share of its radius."""
 
 EXPLAINED_SHARE, EXPLAINED_COST = 0.6, 0.1
-"""What share of a protrusion a finger should explain, and what each px less costs."""
+"""Share of a protrusion that a finger should explain, and the cost of each px less."""
 
 
 class PictureTables(NamedTuple):
-    """What is looked up in a picture.
+    """Look-up tables of a picture.
 
     Attributes:
         silhouette: (height, width).
-        area: Of it, px, at least 1.
+        area: Its area, px, at least 1.
         outside: (height, width + 1) sums along rows of the pixels that are not in the silhouette.
-        contour: (height, width + 1) the same of those in it that touch one outside.
+        contour: (height, width + 1) the same for its pixels that touch one outside.
         axes: (P, K, 2) points of the protrusions' axes, from the tip on, 1 px apart.
         lengths: (P,) how many points each has.
     """
@@ -234,14 +235,13 @@ def finger_fits(
 ) -> tuple[Floats, Ints]:
     """Return the best candidate of a finger for each protrusion, and for none.
 
-    No term is above 0, so a candidate whose prior is already below the best score need not be looked at, nor any after
-    it.
+    No term is above 0, so the search ends at a candidate whose prior is already below the best score.
 
     Args:
         places: (C, 4, 3) or longer, joints and tip of every candidate, px.
-        moves: (C, m, 4, 2) or longer, of each by half a step of m angles, px.
+        moves: (C, m, 4, 2) or longer, displacements of each by half a step of m angles, px.
         ideals: (n,) x_p* of a hidden finger in points of the cell.
-        log_priors: (C,) or longer, of the candidates, not increasing.
+        log_priors: (C,) or longer, log priors of the candidates, not increasing.
         count: C.
         radii: (4,) at these places, palm axes.
         seen: The picture, with P protrusions.
@@ -278,13 +278,14 @@ def finger_fit(
 
     Args:
         places: (4, 3) joints and tip, px.
-        moves: (m, 4, 2) of these by half a step of m angles, px; none of a hand that stands for no cell.
+        moves: (m, 4, 2) displacements of these by half a step of m angles, px; empty for a hand that does not represent
+            a cell.
         ideals: (n,) x_p* of a hidden finger in points of the cell; none for no cell.
         radii: (4,) at these places, palm axes.
-        protrusion: Its number; how many there are, or less than 0, for a hidden finger.
+        protrusion: Its index; the number of protrusions, or a negative number, for a hidden finger.
         seen: The picture.
         task: The hand, and standard deviations and costs.
-        least: What is not above it is of no interest: then -inf may be returned.
+        least: Scores up to this are irrelevant: the function may then return -inf.
     """
     if not 0 <= protrusion < seen.lengths.shape[0]:
         if least >= -model.HIDDEN_COST:
@@ -378,7 +379,7 @@ def tables_of(silhouette: Bools, axes: Sequence[Floats]) -> PictureTables:
 
     Args:
         silhouette: (height, width).
-        axes: Of the protrusions, (k, 2) points 1 px apart from the tip on; only the longest ones are kept.
+        axes: Axes of the protrusions, (k, 2) points 1 px apart from the tip on; only the longest ones are kept.
     """
     longest = sorted(range(len(axes)), key=lambda p: -len(axes[p]))[:MOST_PROTRUSIONS]
     chosen = [axes[p] for p in sorted(longest)]
@@ -402,11 +403,11 @@ class View:
 
     Attributes:
         task: The hand, and how it is looked for.
-        seen: What is looked up in the picture.
+        seen: Look-up tables of the picture.
     """
 
     def __init__(self, state: model.HandState, found: HandFeatures, parameters: model.HandTrackerParameters) -> None:
-        """Look at what was found in a frame for the hand of a state."""
+        """Return the look-up tables of a frame for the hand of a state."""
         self._found, self._state = found, state
         scale = state.scale / found.silhouette.reduction
         given = model.settings(parameters, scale)
@@ -450,7 +451,7 @@ def fingers(found: HandFeatures, scale: float) -> list[Floats]:
 
 
 def wrist_offset(pose: Floats, found: HandFeatures) -> Floats:
-    """Return how far the wrist that is seen is from that of a pose (25,), (2,) across the forearm and along it, px."""
+    """Return the distance of the measured wrist from that of a pose (25,), (2,) across the forearm and along it, px."""
     if found.wrist is None:
         return np.zeros(2)
     across, up = _forearm(pose[2:3])
@@ -465,14 +466,14 @@ def _forearm(turns: Floats) -> tuple[Floats, Floats]:
 
 
 # The fingers of a palm can be within certain regions of the picture: all that they sweep within the limits of their
-# joints. A protrusion that lies in none of them is not a finger of this palm, so the palm is refused before any finger
-# is tried (Shimada 1997, section 2.6.1). Here the region of a finger is the convex hull of its joints and tips in some
+# joints. A protrusion outside all of them is not a finger of this palm, so the palm is refused before any finger is
+# tried (Shimada 1997, section 2.6.1). Here the region of a finger is the convex hull of its joints and tips in some
 # postures. Its joints bend alike in these, as they do in the candidates.
 
 SPREADS, FLEXIONS = 3, 5
 """Postures from one limit to the other."""
 MARGIN = 0.12
-"""By how much a protrusion may leave a region, palm axes: hands and steps are not exact."""
+"""Tolerance of a region, palm axes, since hands and steps are not exact."""
 
 
 @compiled
@@ -494,7 +495,7 @@ def postures(pose: Floats, task: model.Task) -> Floats:
 
 @compiled
 def reaches(pose: Floats, seen: PictureTables, task: model.Task) -> bool:
-    """Tell whether each protrusion lies where a finger of a palm (25,) can be, from its tip to its other end."""
+    """Return whether each protrusion lies where a finger of a palm (25,) can be, from its tip to its other end."""
     points, margin = postures(pose, task), MARGIN * task.scale
     reached = np.zeros(seen.lengths.shape[0], np.bool_)
     for finger in range(5):
@@ -506,14 +507,14 @@ def reaches(pose: Floats, seen: PictureTables, task: model.Task) -> bool:
     return bool(reached.all())
 
 
-# How far the palm and hidden fingers of a right hand stick out of its silhouette, since they stand on a grid, is the
-# x_p* of a cell. The hand of a prediction is drawn, and palm and fingers that are half a step away are laid over it. As
-# in the source, the values between are interpolated, here evenly from 0 at the prediction (Shimada 1997, 2.6.4).
+# The x_p* of a cell measures how far the palm and hidden fingers of a right hand stick out of its silhouette because
+# they lie on a grid. The hand of a prediction is drawn, and palm and fingers that are half a step away are laid over
+# it. As in the source, the values between are interpolated, here evenly from 0 at the prediction (Shimada 1997, 2.6.4).
 
 
 @compiled
 def ideal_x_p(predicted: Floats, drawn: PictureTables, task: model.Task) -> Floats:
-    """Return x_p* (6, n) in points of the cell: of the palm, and of each finger if it is hidden.
+    """Return x_p* (6, n) in points of the cell, for the palm, and for each finger if it is hidden.
 
     Args:
         predicted: (25,) pose.
@@ -547,7 +548,7 @@ def ideal_x_p(predicted: Floats, drawn: PictureTables, task: model.Task) -> Floa
 
 
 def ideals_of(predictions: Floats, seen: PictureTables, task: model.Task) -> Floats:
-    """Return x_p* (I, 6, n) around predictions (I, 25); (I, 6, 0) if hands stand for no cells."""
+    """Return x_p* (I, 6, n) around predictions (I, 25); (I, 6, 0) if hands do not represent cells."""
     if not task.settings.cells:
         return np.empty((len(predictions), 6, 0))
     height, width = seen.silhouette.shape

@@ -1,4 +1,4 @@
-"""All that can be set on the trackers of a hand, the same for compiled code, and how probable a hand is beforehand.
+"""Parameters of the trackers of a hand, the same for compiled code, and the prior of a hand.
 
 Areas and distances are those of a palm axis of 52 px; compiled code has them in px of the hand that is followed.
 """
@@ -26,7 +26,8 @@ from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet, normalise
 
 NOMINAL_SCALE_PX = 52.0
-"""Length of the palm axis for which areas and distances are given; those in px grow with it, areas with its square."""
+"""Length of the palm axis for which areas and distances are given; lengths in px scale with it, areas with its
+square."""
 
 MOST_KEPT = 16
 """Hands from frame to frame."""
@@ -36,7 +37,7 @@ KEPT, CANDIDATES, MOTION, LOSS, RANKING = "Beam", "Candidates", "Motion", "Loss"
 
 
 class _Search(Parameters, constants={"step_area_px2": 90, "palm_count": 20}, group=CANDIDATES, trackers=BEAM):
-    """What is tried, and how much of it is kept."""
+    """Candidates, and the number of kept ones."""
 
     beam_width: int = parameter(4, "Hands kept", within=(1, MOST_KEPT, 1), group=KEPT)
     """How many different hands are kept from frame to frame."""
@@ -111,27 +112,29 @@ class HandTrackerParameters(_Search, _Motion, _Loss, SilhouetteParameters, group
 SWEEPS = 3
 """How often each number of a pose is moved uphill."""
 MIDDLE_JOINT, LAST_JOINT = 1, 2
-"""Of the places along a finger, from the root 0 to the tip 3."""
+"""Places along a finger, from the root 0 to the tip 3."""
 WRIST_SD_PX = 2.0
-"""Of the wrist from where it was seen, for a palm axis of 52 px."""
+"""Deviation of the wrist from its measured place, for a palm axis of 52 px."""
 STEP_AREA_PX2 = 90.0
-"""How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px."""
+"""Area of the silhouette that one step of a candidate's angle changes, for a palm axis of 52 px."""
 TILT = 3
 """The palm's angle b in a pose."""
 TURN_SD, TILT_SD, SPREAD_SD, STRAIGHT_SD = 0.06, 0.1, 0.08, 0.15
 """Standard deviations, rad: of the palm's angles a and c, of its angle b out of the picture's plane, and of a finger's
 spread, each from the prediction; and of the wrist's flexion c from 0."""
 PALM_COUNT = 20
-"""For so many of the best palms fingers are looked for."""
+"""Number of the best palms whose fingers are searched."""
 COVER_SD = 0.04
-"""Share of the silhouette's area by which a right hand may differ from it."""
+"""Difference of a right hand from the silhouette, as a share of the silhouette's area."""
 TIP_SD_PX, AXIS_SD_PX = 3.5, 2.5
-"""Of a finger's tip from that of its protrusion, and of its axis once the tips coincide, for a palm axis of 52 px."""
+"""Deviation of a finger's tip from that of its protrusion, and of its axis once the tips coincide, for a palm axis of
+52 px."""
 PALM_FIT_SD, HIDDEN_FIT_SD = 2.0, 2.5
-"""Of the mean protrusion length of a palm, and of a finger that no protrusion shows, in fiftieths of the palm axis."""
+"""Scales of the mean protrusion length of a palm, and of a finger without a protrusion, in fiftieths of the palm
+axis."""
 STILL_COST, HIDDEN_COST, JOINT_COST = 0.7, 2.0, 1.5
-"""By how much less probable it is, in natural logarithms, that a pose stays as it was, that no protrusion shows a
-finger, and that a protrusion ends at a finger's last joint."""
+"""Penalties, in natural logarithms, of a pose that stays as it was, of a finger without a protrusion, and of a
+protrusion that ends at a finger's last joint."""
 
 
 class Settings(NamedTuple):
@@ -139,18 +142,18 @@ class Settings(NamedTuple):
 
     Attributes:
         step_area: S_c.
-        flexion_sd: Of fingers.
-        straight_sd: Of c from 0; infinite if that does not count.
-        wrist_sd: Of the wrist from where it was seen.
+        flexion_sd: Flexion of fingers.
+        straight_sd: Deviation of c from 0; infinite if it does not count.
+        wrist_sd: Deviation of the wrist from its measured place.
         palm_count: For how many palms fingers are looked for.
-        tip_sd: Of the distance of a tip.
-        axis_sd: Of the mean distance of axes.
-        unit: Length of the palm axis beside that for which costs of lengths are given.
-        cover_sd: Share of the silhouette's area by which a right hand differs; infinite if that does not count.
+        tip_sd: Distance of a tip.
+        axis_sd: Mean distance of axes.
+        unit: Length of the palm axis relative to that for which costs of lengths are given.
+        cover_sd: Difference of a right hand as a share of the silhouette's area; infinite if it does not count.
         cells: Whether likelihoods are means over the cells of candidates.
         reference: Whether a hand's prior is that of one prediction, not the sum over all; protrusions end at tips and
             last joints only; and palms are taken whose fingers do not reach all protrusions.
-        growth_sd: By which share the hand may be seen larger or smaller than in the frame before; 0 if it may not.
+        growth_sd: Relative change of the hand's size per frame; 0 if the size is fixed.
         sweeps: How often each number of a pose is moved uphill before hands are ranked.
     """
 
@@ -174,7 +177,7 @@ class Task(NamedTuple):
 
     Attributes:
         scale: Length of its palm axis, px.
-        shape: Of the hand.
+        shape: Shape of the hand.
         settings: Steps, standard deviations and costs.
     """
 
@@ -204,13 +207,13 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
     )
 
 
-# Every kept hand predicts where a hand may be, with the probability that it has itself. A hand may have come from any
-# of them, so its prior is the sum over all predictions (Shimada 1997, eq. 2.13), each a Gaussian (eqs. 2.4 and 2.12):
+# Every kept hand makes predictions with its own probability. A hand may come from any of them, so its prior is the sum
+# over all predictions (Shimada 1997, eq. 2.13), each a Gaussian (eqs. 2.4 and 2.12):
 #
 #     P_b(q) = sum_i P_f(q_i) N(q; q_i, Lambda).
 #
-# Two predictions that agree so count for more than one that stands alone. The other way is to give each hand the share
-# of the prediction near which it was looked for, and no more.
+# So two predictions that agree count more than a single one. The other way is to give each hand the share of the
+# prediction near which it was looked for, and no more.
 
 
 class Predictions(NamedTuple):
@@ -242,7 +245,7 @@ def log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Fl
 
     Args:
         pose: (25,).
-        predictions: I of them.
+        predictions: I predictions.
         settings: Standard deviations.
     """
     shares = np.empty(predictions.poses.shape[0])
@@ -263,7 +266,7 @@ def log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Fl
 
 @compiled
 def log_prior(shares: Floats, origin: int, reference: bool) -> float:
-    """Return the log prior of a hand of shares (I,): of all predictions (eq. 2.13), or of the one it was found near."""
+    """Return the log prior of a hand from shares (I,): of all predictions (eq. 2.13), or of the nearest one."""
     return float(shares[origin] if reference else normalise(shares)[1])
 
 
@@ -278,22 +281,22 @@ def _palm_square(pose: Floats, predicted: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class HandState:
-    """The posterior of one frame, immutable; both trackers carry the same, so that they take over from each other.
+    """The posterior of one frame, immutable; both trackers use the same type, so a run can switch trackers.
 
     Attributes:
         beam: Poses (25,) with weights and parents, the best first.
-        origins: (K, 25) the pose that each one's parent had in the frame before, of which motion is predicted.
-        shape: Of the hand that is looked for.
+        origins: (K, 25) pose of each one's parent in the frame before, which predicts motion.
+        shape: Shape of the hand to find.
         scale: Length of its palm axis, px.
-        wrist_offset: (2,) how far the wrist that is seen is from that of the model, along x and y of the forearm, px.
-        fit: (K,) share of the silhouette's area by which each pose's silhouette differs from it; NaN if not compared.
+        wrist_offset: (2,) offset of the measured wrist from that of the model, along x and y of the forearm, px.
+        fit: (K,) difference of each pose's silhouette, as a share of the silhouette's area; NaN if not compared.
         protrusions: How many were seen.
-        finding: What is wrong with the silhouette, a sentence; empty if nothing is.
+        finding: The problem with the silhouette, a sentence; empty without a problem.
         waited: For how many frames that has been so.
         misfits: In how many frames in a row no hand has fitted.
-        lost: Whether only an open hand tells where the hand is.
+        lost: Whether the tracker waits for an open hand.
         searching: Whether the hand is lost, and looked for as an open one.
-        particles: (N, 25) of the particle filter; None where a beam is all there is.
+        particles: (N, 25) of the particle filter; None if there is only a beam.
         log_evidence: Up to the constant that the likelihood leaves out.
     """
 
@@ -325,7 +328,7 @@ class HandState:
 
     @property
     def estimate(self) -> Floats:
-        """(15,) the finger tips of the most probable pose, px: a mean of several poses would be none of them."""
+        """(15,) the finger tips of the most probable pose, px: a mean of several poses would not be a valid pose."""
         best: Floats = self.tips[self.beam.best]
         return best
 
@@ -337,7 +340,7 @@ class HandState:
         return found
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """Return poses, log weights and parents of the beam, and the particles' if there are any."""
+        """Return poses, log weights and parents of the beam, or of the particles if there are any."""
         found: dict[str, NDArray[Any]] = {
             "poses": np.array(self.beam.members),
             "log_weights": self.beam.log_weights,
@@ -351,7 +354,7 @@ class HandState:
 NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
 
 SERIES = tuple(read_reported(Path(__file__).parent).values())
-"""What both trackers report."""
+"""Series that both trackers report."""
 
 
 def measure(state: HandState) -> Mapping[str, SeriesValue]:

@@ -1,11 +1,11 @@
-"""A recording of a hand: which hand it begins with, how the hand is told from the rest, and how near the truth it is.
+"""A recording of a hand: the first hand, the separation of the hand from the rest, and the error.
 
-Nothing has to be marked: an open hand is looked for, and followed from where it is first seen. A person who marks the
-five tips corrects that, or begins with a hand that is not open.
+A mark is not required: the tracker searches for an open hand and follows it from its first picture. A user may mark the
+five tips to correct it, or to begin with a hand that is not open.
 
 A hand is *right* if its tips are off by less than 0.20 palm axes on average, every angle of the palm by less than 0.30
-rad, and the flexions of the fingers by less than 0.30 rad on average. The most probable hand of a frame may be right,
-or any of those that are kept; and once the last frame is known, the hand of each frame from which the last best comes
+rad, and the flexions of the fingers by less than 0.30 rad on average. Three things may be right: the most probable hand
+of a frame, any kept hand, and, once the last frame is known, each frame's ancestor of the last best hand
 (docs/methods/hands.md).
 """
 
@@ -51,7 +51,7 @@ OFFERED = {
     "ring": (0.39, 0.29),
     "little": (0.29, 0.4),
 }
-"""As of a right hand that shows its palm: a person sees which point is whose before any is dragged."""
+"""Places for a right hand that shows its palm, so the user sees which point belongs to which finger."""
 
 
 class HandTips(FeaturePoints):
@@ -101,12 +101,12 @@ def wire(sequence: FrameSequence, mark: HandTips | None, start: int, truth: Trut
 
     Args:
         sequence: The pictures.
-        mark: The tips of the fingers in the picture `start`; None to have an open hand found.
+        mark: The tips of the fingers in the picture `start`; None to search for an open hand.
         start: Number of the picture to start at, or to look for an open hand from.
-        truth: That of hands is not known.
+        truth: Not used, since the truth of hands is unknown.
 
     Raises:
-        ValueError: There is no hand to begin with; the sentence says why.
+        ValueError: It does not begin with a hand; the sentence says why.
     """
     if mark is None:
         start, mark = _first(sequence, start)
@@ -119,9 +119,9 @@ def wire(sequence: FrameSequence, mark: HandTips | None, start: int, truth: Trut
 
 
 def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
-    """Look for an open hand into one picture after the other; of the first it is said why there is none.
+    """Search for an open hand in one picture after the other; the error explains the first picture's problem.
 
-    Of a single picture a hand that is not open is guessed as well, for a person to confirm.
+    In a single picture a hand that is not open is guessed as well, for the user to confirm.
     """
     for place, frame in enumerate(frames):
         features = _features(sequence, frame, _parameters(sequence, frame))
@@ -142,7 +142,7 @@ def _tips(found: first_pose.OpenHand) -> HandTips:
 
 
 def _guess(features: HandFeatures, frame: int, reason: str) -> Sighting:
-    """Return where the tips of a hand that is not open may be; if nothing can be guessed, why there is no open one."""
+    """Return guessed tips of a hand that is not open; if no guess is possible, why no open hand was found."""
     try:
         found = propose(features)
     except RefusedError:
@@ -151,17 +151,17 @@ def _guess(features: HandFeatures, frame: int, reason: str) -> Sighting:
     return Sighting(frame, HandTips.of(found.tips), placed=placed, remarks=found.remarks)
 
 
-# A proposal for the first pose where fewer than five fingers are seen: which they may be.
+# A proposal for the first pose where fewer than five fingers are visible.
 #
-# Two to four protrusions are taken for every choice of as many fingers in their order around the hand, of a right and
-# of a left palm, with the other fingers folded. The choice whose silhouette is most like the one that is seen is
-# proposed. It is a guess, and handed on as one: a person who looks at the picture confirms it, or drags the tips to
-# where they are. A tracker that begins by itself waits for an open hand (`pftrack.experiments.hand.first_pose`).
+# Two to four protrusions are matched with every choice of as many fingers in their order around the hand, of a right
+# and of a left palm, with the other fingers folded. The proposal is the choice whose silhouette is most similar to the
+# measured one. It is only a guess: the user confirms it, or drags the tips to their places. A tracker that begins
+# automatically waits for an open hand (`pftrack.experiments.hand.first_pose`).
 
 FOLDED = 0.8
-"""Of a folded finger's flexion, in the largest."""
+"""Flexion of a folded finger, as a share of the largest."""
 FITTED = 4
-"""Of the choices, those that are most like what is seen are fitted."""
+"""Number of the most similar choices that are fitted."""
 LARGEST_MISFIT = 0.3
 
 USUAL = {(1, 2), (1, 2, 3), (1, 2, 3, 4), (0, 1), (0, 1, 2), (0, 1, 2, 3), (0, 4), (1, 4), (0, 1, 4), (2, 3, 4)}
@@ -174,8 +174,8 @@ class ProposedTips(NamedTuple):
 
     Attributes:
         tips: (5, 2) thumb first, px of the picture.
-        seen: (5,) which of them are seen rather than guessed.
-        remarks: What it was taken for, in words.
+        seen: (5,) whether each is seen rather than guessed.
+        remarks: The interpretation, in words.
     """
 
     tips: Floats
@@ -187,10 +187,10 @@ def propose(features: HandFeatures) -> ProposedTips:
     """Return where the five tips of the hand in a silhouette may be.
 
     Args:
-        features: Of the silhouette.
+        features: Features of the silhouette.
 
     Raises:
-        RefusedError: It shows no hand with at least two visible fingers; the sentence says why.
+        RefusedError: It does not show a hand with at least two visible fingers; the sentence says why.
     """
     try:
         hand = first_pose.find_open_hand(features)
@@ -253,7 +253,7 @@ FINDER = Finder(to_search, search, lambda _sequence, sighting: sighting, HandTip
 
 
 def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandParameters) -> Suitability:
-    """Return how well the hand that a recording begins with fits what is seen: its silhouette, and its marked tips.
+    """Return the fit of a recording's first hand to its silhouette and its marked tips.
 
     Two fingers of a hand cover about the same whichever they are taken for, but then some tip is far from its mark.
     """
@@ -279,7 +279,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
             other = 0.0
         if other > value:
             better = HandTips.of(turned)
-            # What else there is to say is of a hand that is the wrong way round.
+            # The other remarks concern a hand that is the wrong way round.
             advice = ["the marks fit better the other way round, with the thumb at the other end"]
     if seen < len(TIPS):
         advice.append("begin with a picture in which all five fingers are spread, which tells how long they are")
@@ -287,13 +287,13 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
 
 
 def _fit(hand: first_pose.OpenHand, tips: Floats) -> float:
-    """Return how well a hand fits, 0..1: the worse of its cover of the silhouette and its tips' distance from marks."""
+    """Return the fit of a hand, 0..1: the worse of its cover of the silhouette and its tips' distance from marks."""
     covered = grade(max(1.0 - hand.misfit, 0.0), 0.5, 0.8)
     return min(covered, grade(max(1.0 - float(_distances(hand, tips).max()), 0.0), 1.0 - LOST_MARK, 1.0 - FAR_MARK))
 
 
 def _distances(hand: first_pose.OpenHand, tips: Floats) -> Floats:
-    """Return how far the tips of a hand are from those that are marked (5, 2), px, in palms (5,)."""
+    """Return the distances of a hand's tips from the marked ones (5, 2), px, in palms (5,)."""
     own = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape).tips
     return np.asarray(np.hypot(*(own - tips).T) / hand.scale)
 
@@ -301,7 +301,7 @@ def _distances(hand: first_pose.OpenHand, tips: Floats) -> Floats:
 def _first(sequence: FrameSequence, start: int) -> tuple[int, HandTips]:
     """Return the number of the first picture with an open hand from one on, and its tips.
 
-    Nothing is guessed here, not even of a single picture: nobody is there to confirm it.
+    Nothing is guessed here, not even for a single picture, because no user can confirm it.
 
     Raises:
         ValueError: There is none; it says why the first picture has none.
@@ -356,7 +356,7 @@ class Errors(NamedTuple):
 
     @property
     def right(self) -> Bools:
-        """(K,) which of them count as right."""
+        """(K,) whether each counts as right."""
         return (self.tips < RIGHT_TIPS_PALMS) & (self.palm < RIGHT_PALM_RAD) & (self.flexion < RIGHT_FLEXION_RAD)
 
 
@@ -390,7 +390,7 @@ def is_mirrored(believed: Floats, true: Floats, scale: float) -> bool:
 
 
 def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
-    """Say of a whole run how many frames a second it took, and how often its hands were right once all was known.
+    """Report the frames per second of a whole run, and how often its hands were right after the last frame.
 
     Frame 0, in which a tracker only begins, does not count.
     """
@@ -403,7 +403,7 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
         parents = [np.array(each.parents or [-1] * len(each.weights)) for each in known]
         bests = [int(np.argmax(each.weights)) for each in known]
         found = backtrack(parents, bests[-1])
-        path = np.where(found < 0, bests, found)  # before a hand that has begun anew stands what was the best one then
+        path = np.where(found < 0, bests, found)  # before a restarted hand, the best hand of that time counts
         said["backtracked_right_share"] = float(
             np.mean([each[place] for each, place in zip(right, path, strict=True)][1:])
         )
@@ -417,7 +417,7 @@ EVENTS = {
     Finding.SEVERAL.value: "two_hands",
     Finding.CUT.value: "cut",
 }
-"""By what is said of a silhouette; whatever else is said means that no hand fits."""
+"""Events by finding on a silhouette; any other finding means that no hand fits."""
 
 
 def flags(state: HandState) -> Mapping[str, SeriesValue]:
@@ -427,5 +427,5 @@ def flags(state: HandState) -> Mapping[str, SeriesValue]:
 
 
 def describe(state: HandState) -> str:
-    """Return what there is to say of a frame in words; nothing if a hand is seen, and a finger of it."""
+    """Return the remark on a frame in words; nothing if a hand and a finger of it are visible."""
     return state.finding or ("" if state.protrusions else NO_FINGER)

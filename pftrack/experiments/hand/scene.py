@@ -31,12 +31,12 @@ from pftrack.experiments.shared.recording import OverlayParameters, overlaid, st
 MotionName: TypeAlias = Literal["wrist", "bend", "occlusion"]
 
 FRAMES = MappingProxyType({"wrist": 30, "bend": 30, "occlusion": 24})
-"""Of each motion."""
+"""Frames of each motion."""
 
 FOUR = np.array([9, 13, 17, 21])
 """Where a pose holds the angles of the four fingers, each beginning with its spread."""
 FOLDED = FOUR[1:3]
-"""Those that fold in *occlusion*: the middle and the ring finger."""
+"""Fingers that fold in *occlusion*: the middle and the ring finger."""
 
 
 def pose_at(motion: MotionName, time: float) -> Floats:
@@ -44,7 +44,7 @@ def pose_at(motion: MotionName, time: float) -> Floats:
 
     Args:
         motion: Which of the three.
-        time: In frames, from 0; after its last frame the motion stays as it is there.
+        time: Time in frames, from 0; after its last frame the motion stops.
     """
     pose, last = open_pose((0.0, 0.0)), FRAMES[motion] - 1.0
     match motion:
@@ -115,14 +115,14 @@ class HandSceneParameters(_Hand, group=CAMERA):
     """Width and height of the picture; the hand grows with it."""
 
 
-# The distance of each pixel from the silhouette's edge, positive inside, is taken together with smooth noise, and where
-# the sum is above 0 the hand is seen. So the edge moves by the noise, and what is thin stays whole.
+# Smooth noise is added to each pixel's distance from the silhouette's edge, positive inside; the hand is visible where
+# the sum is above 0. So the edge moves by the noise, and what is thin stays whole.
 
 SKIN, BACKGROUND = (224, 172, 138), (16, 20, 24)
-"""RGB. Any threshold of brightness between 25 and 175 tells them apart."""
+"""RGB. Any threshold of brightness between 25 and 175 separates them."""
 
 SMOOTH_PX = 2.0
-"""Standard deviation of the Gaussian by which the edge's noise is smoothed."""
+"""Standard deviation of the Gaussian that smooths the edge's noise."""
 REACH_PX = 6
 
 EDGE, PIXELS = 0, 1
@@ -134,9 +134,9 @@ def with_noisy_edge(mask: Bools, noise_px: float, seed: int, frame: int) -> Bool
 
     Args:
         mask: (height, width).
-        noise_px: Standard deviation of how far it moves.
-        seed: Of the run.
-        frame: Of the frame.
+        noise_px: Standard deviation of its displacement.
+        seed: Seed of the run.
+        frame: Number of the frame.
     """
     if noise_px <= 0.0:
         return mask
@@ -155,8 +155,8 @@ def paint_silhouette(mask: Bools, noise_sd: float, seed: int, frame: int) -> NDA
     Args:
         mask: (height, width).
         noise_sd: Standard deviation of the noise of every pixel, grey levels; the same in all channels.
-        seed: Of the run.
-        frame: Of the frame.
+        seed: Seed of the run.
+        frame: Number of the frame.
     """
     image = np.where(mask[:, :, None], np.array(SKIN, np.uint8), np.array(BACKGROUND, np.uint8))
     if noise_sd > 0.0:
@@ -172,7 +172,7 @@ def _normals(shape: tuple[int, ...], seed: int, frame: int, draw: int) -> Floats
 
 
 def _smooth_noise(shape: tuple[int, ...], seed: int, frame: int) -> Floats:
-    """Return smooth noise (height, width) of unit variance: sums in an order of their own, not by OpenCV's."""
+    """Return smooth noise (height, width) of unit variance: summed in a fixed order, not by OpenCV."""
     weights, (height, width) = _weights(), shape
     noise = _normals((height + 2 * REACH_PX, width + 2 * REACH_PX), seed, frame, EDGE)
     across = weights[0] * noise[:, :width]
@@ -186,7 +186,7 @@ def _smooth_noise(shape: tuple[int, ...], seed: int, frame: int) -> Floats:
 
 @lru_cache(maxsize=1)
 def _weights() -> tuple[float, ...]:
-    """Return the Gaussian's weights; the sum of their squares is 1, so that the variance stays."""
+    """Return the Gaussian's weights; the sum of their squares is 1, which keeps the variance."""
     steps = np.arange(-REACH_PX, REACH_PX + 1)
     weights = exponential(-0.5 * np.square(steps / SMOOTH_PX))
     return tuple((weights / np.sqrt(sum(np.square(weights).tolist()))).tolist())
@@ -196,13 +196,13 @@ def _weights() -> tuple[float, ...]:
 class HandTarget(Target):
     """Where a hand truly is: `position` (15,) is where the five tips are, thumb first, px.
 
-    Of each that is column, row, and height above the wrist towards the camera.
+    Each has column, row, and height above the wrist towards the camera.
 
     Attributes:
         pose: (25,) as `pftrack.experiments.hand.shape` has it.
         scale: Length of the palm axis, px.
-        shape: Of this hand.
-        model: What a tracker knows of the hand's shape: that of the average hand, or what was measured of a person.
+        shape: Shape of this hand.
+        model: The tracker's model of the hand's shape: that of the average hand, or one measured from a person.
     """
 
     pose: Floats = field(default_factory=lambda: np.zeros(ANGLES))
@@ -242,7 +242,7 @@ class HandTarget(Target):
 
 
 WRIST = (0.0, 37.0)
-"""Of a hand that is not turned, from the middle of a picture with sides of `SIDE_PX`, px, as in the reference scene."""
+"""Offset of an unturned hand from the middle of a picture with sides of `SIDE_PX`, px, as in the reference scene."""
 SIDE_PX = 200.0
 ARM = (MODEL.arm[0], 4.0)
 """Half the forearm's width and its length: beyond the border, however it is turned."""
@@ -257,7 +257,7 @@ class HandSource:
     Attributes:
         size: Width and height of the picture, px.
         frame_rate_hz: 10.
-        frame_count: That of the motion, by its speed and passes.
+        frame_count: Frames of the motion, by its speed and passes.
         start: The hand in frame 0.
         noisy: True: the seed gives the hand's proportions and the edge's noise.
     """
@@ -316,12 +316,12 @@ class HandSource:
 
 
 def hand_of(seed: int, proportions: float, model: HandShape) -> HandShape:
-    """Return the hand of a seed: each finger's lengths and radii differ from the model's by shares of their own.
+    """Return the hand of a seed: each finger's lengths and radii differ from the model's by separate shares.
 
     Args:
-        seed: Of the run.
+        seed: Seed of the run.
         proportions: Largest share; they are uniform.
-        model: What it differs from.
+        model: The average hand.
     """
     lengths, widths = 1.0 + proportions * (2.0 * Stream(seed, 0, Purpose.SCENE).random((2, 5, 1)) - 1.0)
     return model.with_changes(phalanges=lengths * model.phalanges, radii=widths * model.radii)

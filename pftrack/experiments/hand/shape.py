@@ -9,19 +9,19 @@ A *pose* q (25,) is
 
     wrist column and row, px,  a, b, c,  five times (spread, f1, f2, f3),  rad,
 
-from the thumb to the little finger, with R = Rz(a) Ry(b) Rx(c). Angles are those that one sees on the screen: a turns
-the hand counter-clockwise, b tilts the thumb's side away from the camera, c brings the fingers towards it. Everything
-that leaves this module is in the picture: columns to the right, rows down, z towards the camera, px.
+from the thumb to the little finger, with R = Rz(a) Ry(b) Rx(c). Angles are as seen on the screen: a turns the hand
+counter-clockwise, b tilts the thumb's side away from the camera, c brings the fingers towards it. All results of this
+module are in picture coordinates: columns to the right, rows down, z towards the camera, px.
 
 Finger by finger, with the direction d = rest + spread, u = (-sin d, cos d, 0) and A_j = f1 + ... + fj,
 
     P_0 = MP,  P_j = P_(j-1) + L_j (u cos A_j + z sin A_j),
 
-so that fingers bend towards the camera. The thumb turns by 0.7 A_j within the palm's plane and tilts by 0.5 A_j out of
-it. The numbers of the model are our own; Shimada gives none.
+so fingers bend towards the camera. The thumb turns by 0.7 A_j within the palm's plane and tilts by 0.5 A_j out of it.
+The numbers of the model are our own; Shimada does not give any.
 
-Silhouettes tell no left palm from the back of a right hand, nor a hand from its mirror image in the picture's plane. A
-shape with `side` -1 has the thumb on the other side.
+Silhouettes do not distinguish a left palm from the back of a right hand, or a hand from its mirror image in the
+picture's plane. A shape with `side` -1 has the thumb on the other side.
 """
 
 import math
@@ -40,7 +40,7 @@ ANGLES = 25
 """Numbers of a pose: two of the wrist's place, three of the palm, four of each finger."""
 
 MOST_CORNERS = 24
-"""Of one part's polygon."""
+"""Corners of one part's polygon."""
 
 AROUND = 16
 """Directions in which a disc has corners."""
@@ -53,10 +53,10 @@ DIRECTIONS = np.array([*_HALF, *((-x, -y) for x, y in _HALF)])
 
 
 class HandShape(NamedTuple):
-    """What does not change: lengths in palm axes, directions in rad. All arrays are read-only, for compiled loops.
+    """The constant shape: lengths in palm axes, directions in rad. All arrays are read-only, for compiled loops.
 
     Attributes:
-        roots: (5, 3) where the fingers begin: the MP joints, of the thumb the CM joint.
+        roots: (5, 3) roots of the fingers: the MP joints, for the thumb the CM joint.
         phalanges: (5, 3) lengths, from the palm to the tip.
         radii: (5, 4) at the joints and the tip.
         rest: (5,) direction of each finger from +y; negative is the thumb's side.
@@ -119,7 +119,7 @@ LOW = read_only(
 HIGH = read_only(
     np.array([np.inf] * 3 + [0.5 * np.pi] * 2 + [0.5, 1.0, 1.0, 1.2] + 4 * [0.26, 1.6, 1.75, 1.4]),
 )
-"""Within what a pose (25,) may lie. The palm's limits are where it is seen from its edge."""
+"""Limits of a pose (25,). The palm's limits are where it is seen from its edge."""
 
 
 def finger_slice(finger: int) -> slice:
@@ -164,7 +164,7 @@ def joints(pose: Floats, scale: float, shape: HandShape) -> Floats:
     Args:
         pose: (25,).
         scale: Length of the palm axis, px.
-        shape: Of the hand.
+        shape: Shape of the hand.
     """
     axes = palm_axes(pose, scale, shape.side)
     turns = np.empty(30)
@@ -224,7 +224,7 @@ def capsule(first: Floats, first_radius: float, second: Floats, second_radius: f
     """Return a convex polygon (m, 2) around two discs, with at most 24 corners, px.
 
     Its straight sides touch both discs; the arcs have a corner in each of sixteen directions. If one disc lies within
-    the other it is the polygon of that one.
+    the other, the result is the polygon of the larger one.
 
     Args:
         first: (2,) or longer, centre of one disc.
@@ -268,14 +268,14 @@ def capsule(first: Floats, first_radius: float, second: Floats, second_radius: f
 
 @compiled
 def parts(pose: Floats, scale: float, shape: HandShape) -> tuple[Floats, Ints]:
-    """Return the convex polygons (17, 24, 2) of all parts in the picture, px, and how many corners (17,) each has.
+    """Return the convex polygons (17, 24, 2) of all parts in the picture, px, and the number of corners (17,) of each.
 
     The forearm is the first, the palm the second, phalanx j of finger f, both counted from 0, number 2 + 3 f + j.
 
     Args:
         pose: (25,).
         scale: Length of the palm axis, px.
-        shape: Of the hand.
+        shape: Shape of the hand.
     """
     corners, counts = np.zeros((17, MOST_CORNERS, 2)), np.empty(17, np.int64)
     places = joints(pose, scale, shape)
@@ -295,12 +295,12 @@ def parts(pose: Floats, scale: float, shape: HandShape) -> tuple[Floats, Ints]:
 
 
 def silhouette(pose: ArrayLike, scale: float, shape: HandShape, size: tuple[int, int]) -> Bools:
-    """Return the silhouette (height, width) of a hand with its arm; what is outside the picture is left out.
+    """Return the silhouette (height, width) of a hand with its arm; parts outside the picture are left out.
 
     Args:
         pose: (25,).
         scale: Length of the palm axis, px.
-        shape: Of the hand.
+        shape: Shape of the hand.
         size: Width and height of the picture, px.
     """
     return fill(*parts(np.array(pose, np.float64), float(scale), shape), size[1], size[0])

@@ -1,13 +1,13 @@
-"""Silhouettes: which pixels of a picture belong to a hand, whether that can be one hand at all, and the skeleton.
+"""Silhouettes: the pixels of a hand in a picture, a check that they can be one hand, and the skeleton.
 
-A hand is told from the rest by being lighter or darker than a level, by differing from the background, or by the colour
-of skin. The background is the colour that the picture has along its border in the median; or, of a recording by a fixed
-camera, what each pixel shows without the hand (`backdrop_model`). Skin is a range of Cr and Cb, the two colours of
-YCrCb; it is much the same for all people, who differ by Y (D. Chai and K. Ngan, 1999).
+A hand is separated from the rest by being lighter or darker than a level, by differing from the background, or by the
+colour of skin. The background is the median colour along the picture's border; or, for a recording by a fixed camera,
+each pixel's value without the hand (`backdrop_model`). Skin is a range of Cr and Cb, the two colours of YCrCb; it is
+much the same for all people, who differ by Y (D. Chai and K. Ngan, 1999).
 
-Of what is told apart the largest connected thing is the silhouette; pin-holes in it are filled. What cannot be a hand
-is said, by a `Finding`: nothing, nearly everything as after a flash of light, two things of like size, or a hand that
-reaches beyond the picture. Large pictures are made smaller first, by a whole factor.
+The largest connected part is the silhouette; pin-holes in it are filled. A `Finding` reports a silhouette that cannot
+be a hand: nothing, nearly everything as after a flash of light, two parts of similar size, or a hand that reaches
+beyond the picture. Large pictures are first reduced by a whole factor.
 """
 
 import math
@@ -24,28 +24,28 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Backdrop
 from pftrack.core.numerics.compiled import compiled, read_only
 
-# Of a fixed camera a pixel's median over pictures is what it shows most of the time, whatever passes by. How much it
-# varies about that, by noise or by leaves in the wind, is told by the median of the absolute deviations, which what
-# passes by does not enlarge either as long as it is there less than half of the time. The pictures are few and always
-# the same ones, so a frame has the same background whether one plays, seeks or branches.
+# With a fixed camera, a pixel's median over pictures is its usual value, whatever passes by. The median of the absolute
+# deviations measures its variation, by noise or by leaves in the wind; passing objects do not enlarge it while they
+# cover the pixel less than half of the time. The pictures are few and always the same ones, so a frame has the same
+# background when one plays, seeks or branches.
 #
 # Where the target stays for half of them, the median is the target. Near that the model is in doubt, and so it is where
 # the camera moves: then a pixel is off the median in many of the pictures (`doubtful`).
 
 NORMAL_SD = 1.4826
-"""Standard deviation of a normal distribution by the median of its absolute deviations."""
+"""Standard deviation of a normal distribution, relative to the median of its absolute deviations."""
 DEVIATIONS = 4.0
-"""In standard deviations, from which on a pixel differs that varies by itself."""
+"""Standard deviations beyond which a varying pixel differs."""
 MAJORITY = 0.7
 """Share of the pictures that show a pixel as the median has it, where the model is not in doubt."""
 
 
 class BackdropModel(NamedTuple):
-    """What a fixed camera sees behind the target.
+    """The background of a fixed camera.
 
     Attributes:
         median_rgb: (h, w, 3) grey levels.
-        sd_rgb: (h, w, 3) by how much each pixel varies, grey levels.
+        sd_rgb: (h, w, 3) standard deviation of each pixel, grey levels.
         majority_rgb: (h, w, 3) deviation from the median that this share of the pictures stays within, grey levels.
     """
 
@@ -56,12 +56,12 @@ class BackdropModel(NamedTuple):
 
 @lru_cache(maxsize=2)
 def backdrop_model(backdrop: Backdrop, first: int, reduction: int) -> BackdropModel:
-    """Return the model of a recording's background; those of the last recordings are kept.
+    """Return the model of a recording's background; those of the last recordings are cached.
 
     Args:
-        backdrop: Whose pictures are looked at.
-        first: So many of the first pictures show nothing else; 0 if pictures of the whole recording are to be taken.
-        reduction: By which the pictures are made smaller, a whole number.
+        backdrop: Source of the pictures.
+        first: Number of first pictures that show only the background; 0 to use pictures of the whole recording.
+        reduction: Factor of the pictures' reduction, a whole number.
     """
     pictures = np.array([smaller(picture, reduction) for picture in backdrop.pictures(first)], np.float32)
     median = _middle(np.sort(pictures, axis=0))
@@ -78,21 +78,21 @@ def _middle(ordered: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def differs(image_rgb: NDArray[np.uint8], model: BackdropModel, least: int) -> Bools:
-    """Return which pixels (h, w) are not those of the background.
+    """Return the pixels (h, w) that differ from the background.
 
     Args:
         image_rgb: (h, w, 3), as small as the model.
-        model: Of the background.
+        model: Model of the background.
         least: By how many grey levels a pixel differs in one channel at least; more where the background varies.
     """
     return _beyond(np.abs(image_rgb.astype(np.float32) - model.median_rgb), model, least)
 
 
 def doubtful(model: BackdropModel, least: int) -> Bools:
-    """Return which pixels (h, w) differ from the background in so many of its pictures that it may not be there.
+    """Return the pixels (h, w) whose background is doubtful, because they differ from it in many of its pictures.
 
     Args:
-        model: Of the background.
+        model: Model of the background.
         least: As for `differs`.
     """
     return _beyond(model.majority_rgb, model, least)
@@ -104,7 +104,7 @@ def _beyond(away: NDArray[np.float32], model: BackdropModel, least: int) -> Bool
 
 
 def smaller(image_rgb: NDArray[np.uint8], reduction: int) -> NDArray[np.uint8]:
-    """Return a picture (h, w, 3) each pixel of which is the mean of a square of pixels; the rest at the ends is cut."""
+    """Return a picture (h, w, 3) whose pixels are means of squares of pixels; the rest at the ends is cut."""
     if reduction == 1:
         return image_rgb
     height, width = (max(side // reduction, 1) for side in image_rgb.shape[:2])
@@ -115,19 +115,19 @@ def smaller(image_rgb: NDArray[np.uint8], reduction: int) -> NDArray[np.uint8]:
 TellsBy: TypeAlias = Literal["light", "dark", "background", "skin", "backdrop"]
 
 LEAST_SHARE, LARGEST_SHARE = 0.005, 0.75
-"""Shares of the picture of what may be a hand."""
+"""Least and largest share of the picture for a hand."""
 ALIKE = 0.4
 """A second thing of this share of the largest one's area is another hand, or something else to be taken away."""
 PIN_HOLE = 0.006
 """Share of the silhouette's area up to which a hole is filled: a rough edge closes the gap between two fingers."""
 TWO_CLASSES = 0.86
-"""Share of the variance of brightness between two classes, from which on they are two; an even slope has 0.75."""
+"""Least share of the variance of brightness between two classes; an even slope has 0.75."""
 MOST_FIRST = 1000
 """Pictures at the beginning of a recording that show the backdrop."""
 DOUBTFUL_SHARE = 0.2
-"""Share of a silhouette before a doubtful backdrop, from which on it is none; of a hand that passes by 0 to 0.07 is."""
+"""Largest share of a silhouette before a doubtful backdrop; a passing hand has 0 to 0.07."""
 GAP_PX = 4
-"""Gaps along the picture's border that are no end of a contact."""
+"""Gaps along the picture's border that do not end a contact."""
 
 WORKING_SIDE_PX = 256
 """Larger pictures are made smaller by a whole factor, to about this longer side."""
@@ -136,7 +136,7 @@ GROUP = "Silhouette"
 
 
 class Finding(Enum):
-    """What there is to say of a silhouette, as a sentence; nothing if it may be a hand."""
+    """The problem with a silhouette, as a sentence; empty if it may be a hand."""
 
     CLEAR = ""
     EMPTY = "nothing in the picture is classified as a hand"
@@ -159,7 +159,7 @@ class Finding(Enum):
 
 
 class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px": 256}):
-    """What is told to be a hand."""
+    """The region classified as a hand."""
 
     tells_by: TellsBy = parameter("light", "Told by")
     """How the hand is separated from the rest: by being lighter or darker than a level, by differing from the
@@ -188,12 +188,12 @@ class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px"
 
 
 class Silhouette(NamedTuple):
-    """What is told to be a hand.
+    """The region classified as a hand.
 
     Attributes:
-        mask: (h, w) of the picture made smaller; all False if nothing was told.
+        mask: (h, w) of the picture made smaller; all False if nothing was found.
         reduction: px of the picture for a px of the mask, a whole number.
-        finding: What there is to say of it.
+        finding: Its problem.
     """
 
     mask: Bools
@@ -217,7 +217,7 @@ def silhouette_of(
     Args:
         image_rgb: (height, width, 3).
         settings: How it is made.
-        backdrop: Of the recording; where there is none, the colour along the border stands for it.
+        backdrop: Backdrop of the recording; without one, the colour along the border is used.
     """
     reduction = max(round(max(image_rgb.shape[:2]) / WORKING_SIDE_PX), 1)
     image = smaller(image_rgb, reduction)
@@ -243,7 +243,7 @@ def silhouette_of(
 
 
 def _finding(mask: Bools, sizes: NDArray[np.int32]) -> Finding:
-    """Return what there is to say of a silhouette, given the areas of all that was told apart, the largest last."""
+    """Return the problem with a silhouette, given the areas of all separated parts, the largest last."""
     if np.count_nonzero(mask) > LARGEST_SHARE * mask.size:
         return Finding.FULL
     if len(sizes) > 1 and sizes[-2] > ALIKE * sizes[-1]:
@@ -252,11 +252,11 @@ def _finding(mask: Bools, sizes: NDArray[np.int32]) -> Finding:
 
 
 def contacts(mask: Bools) -> Ints:
-    """Return how long each of the runs (k,) is in which a silhouette touches the picture's border, px."""
+    """Return the lengths (k,) of the runs in which a silhouette touches the picture's border, px."""
     around = np.concatenate([mask[0], mask[1:, -1], mask[-1, -2::-1], mask[-2:0:-1, 0]])
     if around.all() or not around.any():
         return np.full(int(around.all()), len(around))
-    turned = np.roll(around, -int(np.argmin(around)))  # begins outside, so that no run is cut
+    turned = np.roll(around, -int(np.argmin(around)))  # begins outside, so no run is cut
     changes = np.diff(np.concatenate([[False], turned, [False]]).astype(np.int8))
     begins, ends = np.nonzero(changes == 1)[0], np.nonzero(changes == -1)[0]
     apart = begins[1:] - ends[:-1] > GAP_PX
@@ -264,7 +264,7 @@ def contacts(mask: Bools) -> Ints:
 
 
 def _classify_pixels(image: NDArray[np.uint8], settings: SilhouetteParameters) -> NDArray[np.uint8]:
-    """Return (h, w) 1 where a picture is told to be a hand."""
+    """Return (h, w) 1 where a picture is classified as a hand."""
     if settings.tells_by in {"background", "backdrop"}:
         away = cv2.absdiff(image, np.broadcast_to(_border_colour(image), image.shape))
         return np.asarray(away.max(axis=2) >= settings.background_difference, np.uint8)
@@ -298,17 +298,18 @@ def _without_pin_holes(mask: Bools) -> Bools:
 def suggest_parameters(
     image_rgb: NDArray[np.uint8], backdrop: Backdrop | None = None, before: int = 0
 ) -> dict[str, object]:
-    """Return values of `SilhouetteParameters` by which a hand in a picture (height, width, 3) is told best.
+    """Return values of `SilhouetteParameters` that best separate a hand in a picture (height, width, 3).
 
-    That is brightness where the picture falls into two classes by it (Otsu 1979), of which the hand's is the one less
-    seen along the border; else the colour of skin, if something in the picture has it; else what differs from the
-    border; else what differs from the backdrop, if there is one, by the pictures before this one or by all of them.
+    The first choice is brightness, if it divides the picture into two classes (Otsu 1979); the hand's class is the
+    rarer one along the border. Then follow the colour of skin, if something in the picture has it; the difference from
+    the border; and the difference from the backdrop, if there is one, by the pictures before this one or by all of
+    them.
 
     Args:
         image_rgb: (height, width, 3).
-        backdrop: Of the recording.
-        before: How many of its pictures come before this one. Of these a power of two is taken, so that pictures that
-            are looked into one after the other share few models.
+        backdrop: Backdrop of the recording.
+        before: Number of its pictures before this one. A power of two of them is used, so successive pictures share few
+            models.
     """
     image = smaller(image_rgb, max(round(max(image_rgb.shape[:2]) / 256), 1))
     grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
@@ -342,17 +343,16 @@ def _level(grey: NDArray[np.uint8], hand: Bools, otsu: int) -> int:
     return min(otsu, middle + beyond) if away > middle else min(max(otsu, middle - beyond), 254)
 
 
-# Thinning is that of Guo and Hall (1989): from two sides in turn, pixels are taken off the edge as long as what is left
-# stays connected and keeps its ends. Whether a pixel may go depends on its eight neighbours alone, so that it is looked
-# up in a table. Only whole numbers are involved.
+# Thinning is that of Guo and Hall (1989): from two sides in turn, pixels are removed from the edge while the rest stays
+# connected and keeps its ends. The decision on a pixel depends only on its eight neighbours, so a table holds it. Only
+# whole numbers are involved.
 #
-# A rough edge makes short side lines. The distance transform says which of them mean something: it holds for each pixel
-# of the skeleton the radius of the largest disc around it that lies within the silhouette. What a side line adds to the
-# disc of the place that it leaves is all that would be lost without it; where that is little it is taken away, the
-# least first.
+# A rough edge makes short side lines. The distance transform shows which lines matter: for each pixel of the skeleton
+# it holds the radius of the largest disc around it within the silhouette. Removing a side line loses only its extension
+# beyond the disc at its junction; lines with a small extension are removed, the smallest first.
 
 LEAST_GAIN_SHARE = 0.33
-"""What a line adds at least, in radii of the disc that it leaves."""
+"""Least extension of a line, in radii of the disc at its junction."""
 
 ACROSS, DOWN = np.array([0, 1, 1, 1, 0, -1, -1, -1]), np.array([-1, -1, 0, 1, 1, 1, 0, -1])
 """The eight neighbours, from the one above round by the right."""
@@ -420,13 +420,13 @@ def skeleton(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @compiled
 def free_lines(thin: NDArray[np.uint8], radii: NDArray[np.float32], least: float) -> tuple[Ints, Ints]:
-    """Return the lines of a skeleton from each free end to where it meets others, without those that mean nothing.
+    """Return the lines of a skeleton from each free end to the junction with others, without insignificant ones.
 
     Args:
         thin: (height, width) 0 or 1; meaningless lines are taken away in place.
         radii: (height, width) distance of each pixel inside from the edge, px.
-        least: How much a line adds at least to the disc of the place that it leaves, px; what adds less, or less than a
-            third of the disc's radius, means nothing.
+        least: Least extension of a line beyond the disc at its junction, px; lines with less, or less than a third of
+            the disc's radius, are insignificant.
 
     Returns:
         The pixels (n, 2), column and row, of all lines one after another, each from its end; and where each line begins
@@ -440,7 +440,7 @@ def free_lines(thin: NDArray[np.uint8], radii: NDArray[np.float32], least: float
         for line in range(lines):
             first, last = begins[line], begins[line + 1] - 1
             column, row = found[last, 0], found[last, 1]
-            if NEIGHBOURS[_code(thin, row, column)] < 2:  # another free end: the line is all there is
+            if NEIGHBOURS[_code(thin, row, column)] < 2:  # another free end: there is only this line
                 continue
             x, y = float(column - found[first, 0]), float(row - found[first, 1])
             gain = np.sqrt(x * x + y * y) + radii[found[first, 1], found[first, 0]] - radii[row, column]
@@ -454,7 +454,7 @@ def free_lines(thin: NDArray[np.uint8], radii: NDArray[np.float32], least: float
 
 @compiled
 def _lines(thin: NDArray[np.uint8], found: Ints, begins: Ints) -> int:
-    """Write the pixels of all lines from their free ends on, and where each begins; return how many there are."""
+    """Write the pixels of all lines from their free ends on, and where each begins; return their number."""
     size, lines = 0, 0
     begins[0] = 0
     for row in range(1, thin.shape[0] - 1):
@@ -468,7 +468,7 @@ def _lines(thin: NDArray[np.uint8], found: Ints, begins: Ints) -> int:
 
 @compiled
 def _remove(thin: NDArray[np.uint8], line: Ints) -> None:
-    """Take a line (n, 2) away, but for its last pixel, and corners there that the rest does not need."""
+    """Remove a line (n, 2) except for its last pixel, and corners there that the rest does not need."""
     last = line.shape[0] - 1
     for i in range(last):
         thin[line[i, 1], line[i, 0]] = 0
@@ -496,7 +496,7 @@ def _follow(thin: NDArray[np.uint8], row: int, column: int, found: Ints) -> int:
         length += 1
         if length > 1 and CHANGES[_code(thin, row, column)] != 2:
             break
-        # Straight neighbours first, so that a corner is followed and not cut; not back to where the line came from.
+        # Straight neighbours come first, so a corner is followed and not cut; the previous pixel is excluded.
         next_row, next_column = -1, -1
         for bit in (0, 2, 4, 6, 1, 3, 5, 7):
             r, c = row + DOWN[bit], column + ACROSS[bit]

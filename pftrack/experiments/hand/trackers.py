@@ -1,9 +1,9 @@
 """Trackers of a hand's pose by its silhouette: a beam of hands, and a particle filter with the same likelihood.
 
-A frame of the beam is in `beams`. While no hand can be followed both say
-why, keep what they knew, and wait for an open hand: one frame without a hand, as after a flash, is passed over, and the
-hands that were kept go on from there. After some such frames, or when no hand that is found fits the silhouette any
-more, only an open hand tells where the hand is, and that is found as at the beginning of a recording.
+A frame of the beam is in `beams`. While no hand can be followed, both report the reason and keep their last hands. A
+single frame without a hand, as after a flash, is skipped, and the kept hands continue from there. After several such
+frames, or when no hand fits the silhouette any more, the trackers wait for an open hand and find it as at the beginning
+of a recording.
 
 Source: Shimada 1997, chapter 2.
 """
@@ -42,7 +42,7 @@ from pftrack.filters.resampling import parents
 
 
 def waiting(state: model.HandState, found: HandFeatures, reason: str) -> model.HandState:
-    """Return a state that stays as it is, and says why."""
+    """Return an unchanged state with the reason."""
     count = len(state.beam)
     beam = Beam(state.beam.members, state.beam.log_weights, np.arange(count))
     return replace(
@@ -60,7 +60,7 @@ def waiting(state: model.HandState, found: HandFeatures, reason: str) -> model.H
 
 
 def judge(before: model.HandState, state: model.HandState, parameters: model.HandTrackerParameters) -> model.HandState:
-    """Return a state that says so if its best hand does not fit, and that is lost if none has for some frames."""
+    """Return a state with a finding if its best hand does not fit, and lost if none has fitted for some frames."""
     share = float(state.fit[state.beam.best])
     if share <= parameters.highest_misfit:
         return state
@@ -71,7 +71,7 @@ def judge(before: model.HandState, state: model.HandState, parameters: model.Han
 
 
 def restart(state: model.HandState, found: HandFeatures) -> model.HandState:
-    """Return the state that begins with the open hand of a frame; or one that waits, and says why there is none."""
+    """Return the state that begins with the open hand of a frame; or a waiting one with the reason."""
     try:
         hand = find_open_hand(found)
     except RefusedError as reason:
@@ -91,11 +91,11 @@ def restart(state: model.HandState, found: HandFeatures) -> model.HandState:
 #
 # A hand has 25 numbers, and particles that are drawn in all of them at once would need to be millions. Fingers hang on
 # the palm but not on one another, so they are drawn in partitions (J. MacCormick and M. Isard, 2000): many palms; those
-# that fit the silhouette are drawn again, and for each of these some candidates of every finger, and one is drawn by
-# how well it fits. The mean fit of a finger's candidates is its part of the particle's weight, so that all of them
-# count. A share of the candidates is drawn from all that a finger can do, since fingers move fast.
+# that fit the silhouette are drawn again; for each of these some candidates of every finger are drawn, and one of them
+# is chosen by its fit. The mean fit of a finger's candidates is its factor in the particle's weight, so all of them
+# count. A share of the candidates is drawn from the finger's whole range, since fingers move fast.
 #
-# A particle holds its pose and that of its parent: it goes on as it moved, or it stands still, as the beam's
+# A particle holds its pose and that of its parent: it continues its motion or stands still, like the beam's
 # predictions.
 
 TRACK = 1
@@ -104,13 +104,13 @@ TRACK = 1
 PALMS_EACH = 8
 """Palms that are drawn for each particle that is kept."""
 CANDIDATES = 12
-"""Of each finger."""
+"""Candidates of each finger."""
 ANYWHERE = 0.25
 """Share of the candidates that are drawn from all that a finger can do."""
 
 
 class Drawn(NamedTuple):
-    """What comes of a frame.
+    """The result of a frame.
 
     Attributes:
         states: (N, 50) poses, and those of their parents.
@@ -144,10 +144,10 @@ def sample(
         log_weights: (N,) of these.
         wrists: (N, 2) where each one's wrist is expected.
         count: How many particles are wanted.
-        still_share: Probability that a hand stands still rather than goes on.
+        still_share: Probability that a hand stands still rather than continues its motion.
         seen: The picture.
         task: The hand, and how it is looked for.
-        seed: Of the run.
+        seed: Seed of the run.
         frame: Index of the frame.
     """
     expected, ancestors, first = _palms(states, log_weights, wrists, count, still_share, seen, task, seed, frame)
@@ -305,7 +305,7 @@ SHOWN = 4
 
 
 def features(frame: Frame, parameters: model.HandTrackerParameters) -> HandFeatures:
-    """Return silhouette and protrusions of a frame; those of the last frames are kept.
+    """Return silhouette and protrusions of a frame; those of the last frames are cached.
 
     Raises:
         ValueError: The frame has no picture.
@@ -314,7 +314,7 @@ def features(frame: Frame, parameters: model.HandTrackerParameters) -> HandFeatu
 
 
 def start(target: Target, frame: Frame, parameters: model.HandTrackerParameters, rng: Stream) -> model.HandState:
-    """Begin with the pose of an open hand; how far the wrist that is seen is from the model's is measured then."""
+    """Begin with the pose of an open hand, and measure the offset of the visible wrist from the model's."""
     del rng
     if not isinstance(target, HandTarget):
         raise TypeError(f"a tracker of hands begins at the pose of one, got {type(target).__name__}")
@@ -370,7 +370,7 @@ def _by_beam(
 def _by_particles(
     state: model.HandState, found: HandFeatures, parameters: model.HandTrackerParameters, rng: Stream
 ) -> model.HandState:
-    """Take a frame in which a hand may be, with particles; a beam is where they begin."""
+    """Take a frame in which a hand may be, with particles, which begin from a beam."""
     view = likelihood.View(state, found, parameters)
     particles = state.particles
     if particles is None:
@@ -404,7 +404,7 @@ def _by_particles(
 
 
 class Hands(Model):
-    """What is believed of a hand: particles, or the poses that are kept."""
+    """The belief in a hand: particles, or the kept poses."""
 
     @override
     def cloud(self, state: model.HandState) -> Cloud:

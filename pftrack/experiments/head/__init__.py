@@ -3,9 +3,9 @@
 - `experiment`: the wiring, the drawing and the world of the head; `draw`: pieces of drawings, and files of the
   head;
 - `scene` and `painting`: the simulated driver; `recording`: how a face is found, marked and judged;
-- `trackers`: the trackers by name; `first_sight`: what they make of the first picture; `appearance`: templates and
+- `trackers`: the trackers by name; `first_sight`: models made from the first picture; `appearance`: templates and
   memory;
-- `parameters`: all that can be set, and what a frame teaches of the face.
+- `parameters`: all parameters, and learning the face from a frame.
 """
 
 __all__: list[str] = []

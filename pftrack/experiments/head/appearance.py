@@ -1,7 +1,7 @@
-"""What the features of a face look like, and whether there is a face: templates flat and in relief, and their memory.
+"""Appearance of a face's features, and detection of a lost face: templates flat and in relief, and their memory.
 
-Flat templates are as large as Bando's (2007, table 4.1). Templates in relief are what is around each feature at first
-sight, laid onto the surface of a head.
+Flat templates are as large as Bando's (2007, table 4.1). Templates in relief are the surroundings of each feature at
+first sight, laid onto the surface of a head.
 """
 
 from collections.abc import Mapping, Sequence
@@ -58,13 +58,12 @@ def template_sizes(features: Sequence[str], eye_distance_px: float, factor: floa
 
 # A face is *doubtful* in a frame in which too few of its features are recognised, or in which they lie elsewhere than a
 # head of the estimated pose would have them; it is *lost* when it has been so for too long. A lost face is not tracked
-# but looked for, every few frames, near where it was and then everywhere. What is found is the same face again: its
-# templates and its frame 0 stay what they were, unless it has come so much nearer or gone so much further away that the
-# templates no longer fit.
+# but searched every few frames, first near its last place and then everywhere. A found face is the same face: its
+# templates and its frame 0 remain, unless its distance has changed so much that the templates no longer fit.
 
 SEARCH_EVERY = 5
 WIDEST_RAD = float(np.deg2rad(60.0))
-"""Standard deviation of angles of which nothing is known any more."""
+"""Standard deviation of angles that are unknown again."""
 
 
 class Form(NamedTuple):
@@ -85,7 +84,7 @@ class Form(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FirstSight:
-    """The picture in which the templates were cut, kept so that they, and the solid, can be made again.
+    """The picture from which the templates were cut, kept to recreate them and the solid.
 
     Attributes:
         grey: (height, width), 8 bit.
@@ -99,7 +98,7 @@ class FirstSight:
 
     @cached_property
     def eye_distance_px(self) -> float:
-        """How far apart the eyes are."""
+        """Distance of the eyes."""
         return eye_distance(self.points_px)
 
     def templates(self, factor: float) -> Templates:
@@ -119,15 +118,15 @@ class HeadMemory:
     Attributes:
         templates: Those that flat features are compared with.
         sight: From which they were cut.
-        form: By which they, and the solid, were made.
+        form: Parameters of the templates and the solid.
         model: The face that is assumed.
         turn: (3, 3) from the model's frame to the solid's, in which the head looks as it did in frame 0.
         box: Around the features where they were last recognised, px.
-        enlarged: How many times as large as at first sight the face was when it was last found.
+        enlarged: Size of the face when it was last found, relative to first sight.
         correlations: (11,) NCC of each feature at its estimated position.
-        doubtful_frames: How many frames in a row were doubtful.
-        lost_frames: For how many frames the face has been lost; 0 while it is tracked.
-        growth: What is known of the person's own face, if the model grows.
+        doubtful_frames: Number of consecutive doubtful frames.
+        lost_frames: Number of frames since the face was lost; 0 while it is tracked.
+        growth: The belief in the person's own face, if the model grows.
         reliefs: The templates in relief, if so asked for.
     """
 
@@ -151,7 +150,7 @@ class HeadMemory:
 
     @property
     def template_likeness(self) -> Floats:
-        """(11,) NCC of each template with the one that was cut first; those in relief stay what they were."""
+        """(11,) NCC of each template with the one that was cut first; those in relief do not change."""
         if self.reliefs is not None:
             return np.ones(len(FEATURES))
         return template.likeness(self.templates, self.sight.templates(self.form.template_scale))
@@ -171,7 +170,7 @@ class HeadMemory:
         return replace(self, correlations=correlations, doubtful_frames=frames, lost_frames=lost, box=box)
 
     def misfit(self, expected_px: Floats, means_px: Floats) -> float:
-        """Return how far features (11, 2) are from where they are expected: the median, in distances of the eyes."""
+        """Return the median distance of features (11, 2) from their predictions, in distances of the eyes."""
         return float(middle(np.hypot(*(expected_px - means_px).T))) / self.sight.eye_distance_px
 
 
@@ -184,7 +183,7 @@ def around(points_px: Floats) -> Box:
 
 
 def widen(pose: Gaussian, sd_rad: float) -> Gaussian:
-    """Return a belief in angles that nobody has looked at for a frame more."""
+    """Return a belief in angles after one more frame without observation."""
     covariance = pose.covariance + sd_rad**2 * np.eye(3)
     most = float(covariance.diagonal().max())
     return Gaussian(pose.mean, covariance if most <= WIDEST_RAD**2 else WIDEST_RAD**2 * np.eye(3))
@@ -194,7 +193,7 @@ MOST_ACROSS = 16
 """Points along the longer side of a template."""
 
 ROUNDS = 6
-"""In which the depth of a pixel is found: where it lies depends on how deep it is, and the other way round."""
+"""Iterations for a pixel's depth: its place depends on its depth, and the depth on its place."""
 
 DETAIL = 0.22
 """Half the side of the square over which the shading is taken, as a share of the distance between the eyes."""
@@ -214,7 +213,7 @@ def cut(sight: FirstSight, factor: float, model: FaceModel, solid: Solid, turn: 
 
     Args:
         sight: The picture.
-        factor: How large they are, see `FirstSight.templates`.
+        factor: Their size, see `FirstSight.templates`.
         model: The face.
         solid: The head at first sight.
         turn: (3, 3) from the face's frame to the solid's.
@@ -249,12 +248,12 @@ def detail(grey: NDArray[np.uint8], sight: FirstSight, part: Part | None = None)
     """Return a picture (height, width) less its local mean, about a middle grey.
 
     The shading of a cheek is alike over tens of pixels and at many places, so a template of it correlates with all of
-    them; and it changes as the head turns. What tells a feature is the detail in it.
+    them; and it changes as the head turns. Detail identifies a feature.
 
     Args:
         grey: (height, width).
-        sight: By which it is known how large the face is.
-        part: What of it is wanted, if not all; the rest is anything.
+        sight: The first sight, which gives the size of the face.
+        part: The needed part, if not all; the rest is undefined.
     """
     half = round(DETAIL * sight.eye_distance_px)
     left, top, right, bottom = part or (0, 0, *grey.shape[::-1])
@@ -268,7 +267,7 @@ def detail(grey: NDArray[np.uint8], sight: FirstSight, part: Part | None = None)
 
 
 class Look:
-    """How well templates in relief fit one picture, the detail of which is found where they are looked for."""
+    """Fit of templates in relief to one picture; its detail is computed where they are searched."""
 
     def __init__(self, grey: NDArray[np.uint8], sight: FirstSight, views: Views) -> None:
         """Look at a picture (height, width) by templates as they should look in it."""
@@ -301,7 +300,7 @@ def _lay(offsets_px: Floats, surface: HeadSurface, feature_mm: Floats, slopes: F
 
     Args:
         offsets_px: (P, 2) from the feature.
-        surface: Of the head.
+        surface: Surface of the head.
         feature_mm: (3,) the feature.
         slopes: (2, 3) px/mm.
     """

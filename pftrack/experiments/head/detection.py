@@ -1,9 +1,9 @@
-"""Where the eleven features of a face are in a first picture, and where a lost face is again.
+"""Detection of a face's eleven features in a first picture, and of a lost face.
 
 Cascades find the face and its eyes; all other points are placed by the mean model, by the similarity that brings its
-eyes onto those found, and then looked for nearby. What is found is a proposal: a person may drag any point to where it
-belongs, so a doubtful one has warnings rather than being refused. Nothing is proposed for a picture without a face, or
-with one that is cut off or not upright.
+eyes onto those found, and then refined nearby. The result is a proposal: a user may drag any point to its place, so a
+doubtful result has warnings rather than being refused. A picture without a face, or with one that is cut off or not
+upright, gives no proposal.
 """
 
 import threading
@@ -21,9 +21,8 @@ from pftrack.core.arrays import Bools, Floats
 from pftrack.core.refusal import RefusedError
 from pftrack.vision.face import FEATURES, FaceModel, Similarity, fit_similarity, mean_model, place
 
-# The cascades are those of Viola and Jones (Bando 2007, ch. 4 section 4; OpenCV's stock files). A face is looked for in
-# a picture made small, an eye in a face brought to one size, so that the time taken does not depend on the size of the
-# picture.
+# The cascades are those of Viola and Jones (Bando 2007, ch. 4 section 4; OpenCV's stock files). A face is searched in a
+# reduced picture, an eye in a face of standard size, so the time does not depend on the size of the picture.
 
 Box: TypeAlias = tuple[float, float, float, float]
 """x and y of the left top corner, width and height, px."""
@@ -41,12 +40,12 @@ FACE_NEIGHBOURS, EYE_NEIGHBOURS = 4, 3
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How closely to look.
+    """The effort of the search.
 
     Attributes:
-        picture_side_px: Longer side of the picture in which faces are looked for.
+        picture_side_px: Longer side of the picture in which faces are searched.
         face_step: Factor from one size of face to the next.
-        face_side_px: Side of the face in which eyes are looked for.
+        face_side_px: Side of the face in which eyes are searched.
         eye_step: Factor from one size of eye to the next.
     """
 
@@ -63,12 +62,12 @@ QUICK = Effort(400, 1.2, 128, 1.1)
 """For a picture among others: some 30 ms."""
 
 NEARBY = Effort(200, 1.2, 128, 1.1)
-"""For a part of a picture, of twice the size of the face that is looked for: some 15 ms."""
+"""For a part of a picture, twice the size of the face: some 15 ms."""
 
 Cascade: TypeAlias = Literal["frontalface_alt2", "eye_tree_eyeglasses", "eye"]
 
 _of_thread = threading.local()
-"""A cascade keeps its work in itself, so that no two threads may share one."""
+"""A cascade stores its work in itself, so two threads may not share one."""
 
 
 def faces(grey: NDArray[np.uint8], effort: Effort = CLOSE) -> list[Box]:
@@ -76,7 +75,7 @@ def faces(grey: NDArray[np.uint8], effort: Effort = CLOSE) -> list[Box]:
 
     Args:
         grey: (height, width).
-        effort: How closely to look.
+        effort: The effort of the search.
     """
     height, width = grey.shape
     if min(height, width) < LEAST_FACE_PX:
@@ -96,7 +95,7 @@ def find_eyes(grey: NDArray[np.uint8], face: Box, effort: Effort = CLOSE) -> lis
     Args:
         grey: (height, width).
         face: The box of the face.
-        effort: How closely to look.
+        effort: The effort of the search.
     """
     height, width = grey.shape
     x, y, w, h = face
@@ -129,28 +128,28 @@ def _detect(cascade: Cascade, grey: NDArray[np.uint8], step: float, neighbours: 
 
 
 # To refine the points, the face is brought upright and to one scale, so that all lengths below are mm on the mean face.
-# Then each feature is looked for within the distance that people differ by, by what it looks like on any face: the
-# irises are dark discs; the mouth is a dark line, and its corners are the ends of it; the nostrils are a pair of dark
-# spots, which say how far down the nose reaches; the outer corner of an eye is the end of the upper lid's dark arc, and
-# a brow ends in brighter skin. Inner corners of the eyes stay where the model puts them, which is as near as anything
-# found there.
+# Then each feature is searched within the variation of people, by its look on any face: the irises are dark discs; the
+# mouth is a dark line, and its corners are the line's ends; the nostrils are a pair of dark spots, which show the lower
+# end of the nose; the outer corner of an eye is the end of the upper lid's dark arc, and a brow ends in brighter skin.
+# Inner corners of the eyes stay where the model puts them, which is as near as anything found there.
 #
 # Over simulated frontal faces of 23 people the mean distance from the truth falls, in per cent of the distance between
 # the eyes, from 3 to 1 at the irises, from 6 to 2 at the nose, from 7 to 2 at the mouth, from 4 to 2 at the outer
 # corners and from 5 to 2 at the brows.
 
 PLACED = ("lmc", "rmc")
-"""What is not looked for: the inner corners of the eyes."""
+"""The inner corners of the eyes are not searched."""
 
 PX_PER_MM = 1.6
 LEFT_MM, TOP_MM, WIDTH_MM, HEIGHT_MM = -75.0, -50.0, 150.0, 160.0
 
 NOSTRILS_BELOW_TIP_MM, NOSTRILS_ABOVE_MOUTH_MM = 9.0, 10.0
 NOSE_SHARE = np.array([1.0, 0.7])
-"""How much of the nostrils' displacement the tip shares: on a face seen from below they are higher, the tip less so."""
+"""Share of the nostrils' displacement that the tip follows: on a face seen from below they are higher, the tip less
+so."""
 
 DISTANCE_COST = 0.3
-"""How much less an answer at the rim of the region counts than one at its middle."""
+"""Weight lost by a response at the rim of the region, relative to its middle."""
 
 Map = NDArray[np.float32]
 Grid = Floats
@@ -158,7 +157,7 @@ Point = Floats
 
 
 def refine_points(grey: NDArray[np.uint8], points: Floats, model: FaceModel) -> Floats:
-    """Return points (11, 2) that have moved to what they are the places of, px.
+    """Return points (11, 2) moved to their features, px.
 
     Args:
         grey: (height, width).
@@ -199,14 +198,14 @@ def _upright(grey: NDArray[np.uint8], points: Floats, model: FaceModel) -> tuple
 def _nearest(
     face: Map, start: Point, kernel: Map, reach_mm: tuple[float, float], *, lowest_mm: float = np.inf
 ) -> Point:
-    """Return where a kernel answers most within an ellipse around a place, mm; what is far is believed less.
+    """Return the place of a kernel's largest response within an ellipse, mm; distant responses count less.
 
     Args:
-        face: As `_upright` gives it.
+        face: Result of `_upright`.
         start: (2,) in mm.
-        kernel: What to look for.
+        kernel: Pattern to find.
         reach_mm: Half axes of the ellipse.
-        lowest_mm: y below which nothing is looked for.
+        lowest_mm: Largest y of the search.
     """
     half = kernel.shape[0] // 2
     middle = (start - (LEFT_MM, TOP_MM)) * PX_PER_MM
@@ -293,10 +292,10 @@ def _kernel(dark: Bools, bright: Bools) -> Map:
 
 
 EYES_IN_FACE = ((0.315, 0.40), (0.685, 0.40))
-"""Where the eyes are in a face's box, as shares of its sides; the person's right eye first, left in the picture."""
+"""Places of the eyes in a face's box, as shares of its sides; the person's right eye first, left in the picture."""
 
 NEAR_FACTOR = 2.2
-"""Side of the square in which a lost face is looked for first, in sizes of the face."""
+"""Side of the square in which a lost face is first searched, in sizes of the face."""
 
 SIMILAR_SIZE = 0.5
 """A second face counts as such if it is at least so large relative to the largest."""
@@ -315,9 +314,9 @@ class DetectedFace:
 
     Attributes:
         points_px: (11, 2) the features, in the order of `pftrack.vision.face.FEATURES`.
-        box: Of the whole face, px.
-        eyes_seen: How many of the two eyes the cascades saw; the others are placed by proportion.
-        warnings: What a person should look at, one sentence each.
+        box: Box of the whole face, px.
+        eyes_seen: Number of eyes that the cascades found; the others are placed by proportion.
+        warnings: Points to check, one sentence each.
     """
 
     points_px: Floats
@@ -327,7 +326,7 @@ class DetectedFace:
 
     @property
     def aside(self) -> bool:
-        """Whether it looks aside, so that its points are not where those of a face from the front would be."""
+        """Whether it looks aside, so its points differ from those of a frontal face."""
         middle = sum(float(self.points_px[FEATURES.index(name), 0]) for name in ("leye", "reye")) / 2.0
         return abs(self.box[0] + self.box[2] / 2.0 - middle) > ASIDE * eye_distance(self.points_px)
 
@@ -423,13 +422,13 @@ def find_again(
 ) -> DetectedFace | None:
     """Look for a lost face near where it was, then everywhere; None if it is not to be seen.
 
-    Two eyes are asked for, so that a map on the wall is not taken for the driver. It takes 15 to 30 ms, near
-    or everywhere: too long for every frame while the face is lost.
+    Two eyes are required, so a map on the wall is not taken for the driver. It takes 15 to 30 ms, near or everywhere:
+    too long for every frame while the face is lost.
 
     Args:
         grey: (height, width), 8 bit.
         last_seen: The face's box where it was last, px.
-        model: By which the points are placed; the mean model if not given.
+        model: Model that places the points; by default the mean model.
     """
     height, width = grey.shape
     regions = [((0, 0, width, height), QUICK)]
@@ -474,10 +473,10 @@ def _locate(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort)
 
 
 def _eye_centres(face: Box, boxes: list[Box]) -> tuple[list[tuple[float, float]], int]:
-    """Return the centres of the right and the left eye, px, and how many of them are among the boxes.
+    """Return the centres of the right and the left eye, px, and the number of eyes among the boxes.
 
-    Of all pairs the one that is most like the eyes of a face is taken; if there is no such pair, the eye that is, and
-    the other by the face's proportions.
+    The pair most similar to the eyes of a face is chosen; without such a pair, a single eye, and the other one by the
+    face's proportions.
     """
     x, y, w, h = face
     usual = [(x + across * w, y + down * h) for across, down in EYES_IN_FACE]

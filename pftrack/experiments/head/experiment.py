@@ -1,8 +1,8 @@
 """A driver's head, simulated or on any recording: its pose by eleven features (Bando 2007, ch. 4 section 4).
 
-A feature that turns away or is covered no longer looks like its template; where it should be is then known only from
-the pose of the head, which is known from the other features. The adaptive sampling distribution learns for each feature
-how far to trust which.
+A feature that turns away or is covered no longer looks like its template; only the pose of the head, estimated from the
+other features, then gives its place. The adaptive sampling distribution learns for each feature how far to trust each
+prediction.
 """
 
 from collections.abc import Mapping, Sequence
@@ -61,21 +61,21 @@ SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driv
 
 # Pieces of drawings of a head, and what is measured and shown of a face model that grows.
 #
-# The distance of a growing model from the true face is measured where that is known. Turned, moved and scaled onto the
-# true face first, since no camera tells size or origin of a face.
+# The distance of a growing model from the true face is measured where that is known. First turned, moved and scaled
+# onto the true face, since a camera does not show size or origin of a face.
 #
-# Files for other programs: the surface of the head as it is assumed, its eleven points, and where these were seen.
+# Files for other programs: the assumed surface of the head, its eleven points, and their measured places.
 #
-# A face model that grows is coloured by how sure it is, over the mean face that it began with. Each point has its
-# ellipsoid of two standard deviations. Between the points the surface is as sure as those near it, and far from all of
-# them as unsure as people vary: there nothing was seen.
+# A growing face model is coloured by its uncertainty, over its initial mean face. Each point has its ellipsoid of two
+# standard deviations. Between the points the surface is as sure as those near it, and far from all of them as unsure as
+# people vary: there nothing was seen.
 
 LONGITUDES, LATITUDES = 27, 33
 CUT_COLUMNS, CUT_ROWS = 5, 4
-"""Of the head only what is within about 70 degrees of straight ahead is drawn: the rest is hair."""
+"""Only the part of the head within about 70 degrees of straight ahead is drawn: the rest is hair."""
 
 LINE_EVERY = 4
-"""Of the surface's lines every so-many-th is drawn, and its border."""
+"""Every n-th line of the surface is drawn, and its border."""
 
 LOOK_MM = 110.0
 """Length of the line that shows where the head looks."""
@@ -102,10 +102,10 @@ class Front:
 
 @dataclass(frozen=True, eq=False)
 class PlacedHead:
-    """A head over its picture: where it is believed to be, in that pose or in another one.
+    """A head over its picture, in the believed pose or in another one.
 
     Attributes:
-        state: Where it is believed to be.
+        state: The belief in its pose.
         theta: (3,) angles in which to draw it, rad.
         shift_px: (2,) where else in the picture to draw it.
     """
@@ -195,10 +195,10 @@ MASK_OPACITY, SOLID_OPACITY = 0.3, 0.6
 
 ELLIPSOID_OPACITY = 0.4
 REACH_MM = CORRECTION_SD_MM
-"""A point tells of the surface as far as it bends it."""
+"""Distance up to which a point bends the surface."""
 
 UNKNOWN = 0.2
-"""What nothing was seen of weighs as much as a point 1.8 times the reach away."""
+"""An unseen part weighs as much as a point 1.8 times the reach away."""
 
 
 def draw_grown_face(growth: Growing, model: FaceModel) -> dict[str, Primitive]:
@@ -256,7 +256,7 @@ def surface_of(state: PoseState) -> Surface:
 
 
 def points_of(state: PoseState) -> bytes:
-    """Return the points of the model as JSON, with standard deviations and what it was learned from, where it grows."""
+    """Return the points of the model as JSON, with standard deviations and its data if it grows."""
     memory: HeadMemory = state.memory
     growth = memory.growth
     model = memory.model
@@ -285,7 +285,7 @@ def tracks_of(past: Sequence[Diagnostics]) -> bytes:
     A feature that was not recognised in a frame has no line there; nor has a row that an older version has measured.
 
     Args:
-        past: Of all frames from 0 on.
+        past: History of all frames from 0 on.
     """
     unknown = (np.nan,) * len(FEATURES)
     x, y, sd = (
@@ -320,14 +320,15 @@ RADIUS_MM = 130.0
 POINT_MM = 4.5
 AXES_MM = 50.0
 NAMES_AT = 1.15
-"""Where the name of an axis stands, in lengths of the axis."""
+"""Position of an axis's name, in lengths of the axis."""
 ARROW_MM = (62.0, 98.0)
-"""How far from the head's origin the arrow towards the camera begins and ends: clear of the face."""
+"""Distances from the head's origin at which the arrow towards the camera begins and ends, clear of the face."""
 NAME_ABOVE_MM = 11.0
-"""How far above the end of the arrow its name stands."""
+"""Distance of its name above the end of the arrow."""
 TRUE_ARROW_MM = (62.0, 90.0)
 LARGEST_SD_MM = RADIUS_MM / 2.0
-"""Of where a feature is seen: two of a larger one reach beyond the world, and would hide all of it."""
+"""Largest standard deviation of a feature's place: two of a larger one would reach beyond the world and hide all of
+it."""
 
 
 def head_world(state: PoseState, target: Target | None) -> WorldDrawing:
@@ -409,7 +410,7 @@ def _to_camera(state: PoseState) -> Floats:
 
 
 SAID_FOR_S = 1.0
-"""For how long it is said that a face was found again."""
+"""Duration of the message that a face was found again."""
 
 
 class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
@@ -424,7 +425,7 @@ def simulate() -> Setup:
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
     """Draw a frame: picture, head, particles, features, where the head looks; the head in its true pose, in another's.
 
-    Beside it stands the model of the head, in a world of its own.
+    A separate world next to it shows the model of the head.
 
     The head of a second run is drawn in its pose, but where this one is: a row holds only the pose.
     """
@@ -474,7 +475,7 @@ def _truth(state: PoseState, target: Target, size: float) -> dict[str, Primitive
 
 
 def _apart(state: PoseState, target: Target) -> Floats:
-    """Return how far the true head is from the believed one in the picture, (2,) px, where that is known."""
+    """Return the offset of the true head from the believed one in the picture, (2,) px, where known."""
     if target.landmarks is None:
         return np.zeros(2)
     off = target.landmarks.points_px - state.project(state.solid.points_mm, target.position)
@@ -509,7 +510,7 @@ def _is_found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:
 
 
 def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
-    """Say of a whole run how the head turned, how often it was tracked, and how far from the truth, if that is known.
+    """Report the turns of the head in a whole run, the share of tracked frames, and the error, if the truth is known.
 
     The errors are those of yaw, pitch and roll after both the estimate and the truth have been taken relative to the
     first frame whose truth is known. A frame counts as tracked if there is a face and it is not known to be lost.

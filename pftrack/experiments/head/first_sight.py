@@ -1,8 +1,8 @@
-"""What is made from the first sight of a face, and whether a face that is found again is the one that was lost.
+"""Models made from the first sight of a face, and the check that a found face is the lost one.
 
 At first sight theta = 0, and the affine camera is the one that fits the face model to the features best. So a face
-model that is not the person's own gives no constant error. The pinhole cannot be bent like that; for it the model is
-turned to fit the first sight.
+model of another person does not give a constant error. The pinhole has no such freedom; for it the model is turned to
+fit the first sight.
 """
 
 import itertools
@@ -40,18 +40,18 @@ from pftrack.vision.likelihoods.separation import Reliefs
 from pftrack.vision.structure.growing import Growing
 
 LEAST_SCALE = 0.02
-"""Of a camera, px/mm; what is smaller shows no face."""
+"""Least scale of a camera, px/mm; a smaller one does not show a face."""
 
 
 class Doubt(NamedTuple):
-    """What a calibrated band takes the points of a face to be off by.
+    """Errors of a face's points that a calibrated band assumes.
 
     Attributes:
         misfit_share: See `Solid`.
-        depth: By which share the depth of a face may be wrong that is the mean one or has begun as that; it stands for
-            all errors that grow with the turn.
+        depth: Relative error of the depth of a face that is, or began as, the mean one; it represents all errors that
+            grow with the turn.
         own_depth: The same of the person's own face.
-        widths: Of its errors, in standard deviations.
+        widths: Widths of its errors, in standard deviations.
     """
 
     misfit_share: float
@@ -68,10 +68,10 @@ DOUBTS = {
     ("relief", "perspective"): Doubt(0.4, depth=0.45, own_depth=0.25, widths=STUDENT_8),
 }
 """By templates and camera, chosen by how often bands held the truth of simulated people: 200 to 207 before the affine
-camera, 200 to 223 before the pinhole. In relief before the affine camera nobody looked."""
+camera, 200 to 223 before the pinhole. Templates in relief before the affine camera were not measured."""
 
 NECK_RAD = float(np.deg2rad(40.0))
-"""How far a head turns from where it was at first sight, as a standard deviation."""
+"""Standard deviation of a head's turn from first sight."""
 
 FIT_ROUNDS = 12
 FIT_NOISE = np.array([0.2, 0.2, 0.2, 200.0, 200.0, 400.0])
@@ -140,8 +140,8 @@ def solid_of(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 
     Args:
         sight: The picture.
         model: The face that is assumed.
-        form: How it is made.
-        enlarged: How many times as large as at first sight an affine camera sees it now.
+        form: Its parameters.
+        enlarged: Present size for an affine camera, relative to first sight.
 
     Returns:
         The solid, and (3, 3) from the model's frame to its own.
@@ -175,7 +175,7 @@ def solid_of(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 
 
 
 def _where(points_mm: Floats, pinned_mm: Floats, form: Form) -> Floats:
-    """Return the points of the solid: templates in relief know where each of them is at first sight."""
+    """Return the points of the solid: templates in relief have their places at first sight."""
     return points_mm if form.templates == "flat" else pinned_mm
 
 
@@ -207,30 +207,31 @@ def fit_pose(
 # A finder takes a mouth and a chin for a small face now and then, mostly while the true one is turned away. Enough
 # features of the lost face must look there as they did at first sight.
 #
-# It tells where the eyes are, and nothing of the pose except that it is not from the side. Taken for a face from the
-# front, one that is turned gets its features beside their places, and what templates follow is beside them. Templates
-# in relief tell poses apart: several are tried, each of which predicts where the features are when the eyes are where
-# they were found, and what they look like. Flat templates look alike from everywhere, and gained nothing by it.
+# The finder gives the eyes' places, but of the pose only that the face is not seen from the side. If a turned face is
+# taken for a frontal one, its features are misplaced, and templates follow the wrong places. Templates in relief
+# distinguish poses: several are tried, and each predicts the places and the look of the features for the found eyes.
+# Flat templates look alike from everywhere, and gained nothing by it.
 
 ALIKE = 0.6
 FEWEST_ALIKE = 5
-"""So many features must correlate with their templates by so much. On six simulated people, 220 to 225, in two sizes,
-650 of 655 faces have them that were found where the face is, and none of 9 that were found elsewhere."""
+"""Number of features that must correlate with their templates, and the least correlation. On six simulated people, 220
+to 225, in two sizes, 650 of 655 faces have them that were found where the face is, and none of 9 that were found
+elsewhere."""
 
 ALIKE_REACH, ALIKE_STEPS = 0.15, 9
-"""Within which each is looked for, as a share of the distance between the eyes, and in how many steps along a side."""
+"""Radius of the search for each, as a share of the distance between the eyes, and number of steps along a side."""
 
 YAWS_RAD = np.deg2rad(np.arange(-45.0, 46.0, 15.0))
 PITCHES_RAD = np.deg2rad(np.arange(-20.0, 21.0, 20.0))
 TURNED_SD_RAD = float(np.deg2rad(25.0))
-"""Of the angles of faces that are found, about those of one from the front."""
+"""Standard deviations of the angles of found faces, about those of a frontal face."""
 
 REACH, STEPS = 0.12, 5
-"""The same for a feature that is looked for where a pose would have it."""
+"""The same for a feature that is searched where a pose predicts it."""
 
 SHARED = 0.2
-"""By how much the features' log likelihood counts: they are off together, as the eyes are that all of them hang on. Of
-0, 0.05, 0.2 and 0.5, tried on four people, 226 to 229, this was best."""
+"""Weight of the features' log likelihood: their errors are correlated, since all depend on the eyes. This was the best
+of 0, 0.05, 0.2 and 0.5, tried on four people, 226 to 229."""
 
 EYES = [FEATURES.index("reye"), FEATURES.index("leye")]
 
@@ -243,7 +244,7 @@ class Found(NamedTuple):
 
     Attributes:
         theta: (3,) angles of the solid, rad.
-        scale: How many times as large it is seen as the solid's camera has it.
+        scale: Its size relative to the solid's camera.
         points_px: (F, 2) its features.
     """
 
@@ -253,11 +254,11 @@ class Found(NamedTuple):
 
 
 def is_same_face(grey: NDArray[np.uint8], sight: FirstSight, points_px: Floats) -> bool:
-    """Tell whether features that were found look as those of a face did at first sight, seen as large and as upright.
+    """Return whether found features look like those of a face at first sight, at the same size and upright.
 
     Args:
         grey: (height, width), 8 bit.
-        sight: Of the face that was lost.
+        sight: First sight of the lost face.
         points_px: (F, 2) where its features would be.
     """
     moved = fit_similarity(sight.points_px, points_px)
@@ -277,8 +278,8 @@ def pose_found(solid: Solid, eyes_px: Floats, roll_rad: float, scores: Scores) -
     Args:
         solid: The head, before an affine camera that sees it about as large as it is now.
         eyes_px: (2, 2) where the right and the left eye were found.
-        roll_rad: By how much the head is rolled, as its eyes tell.
-        scores: What the picture says.
+        roll_rad: Roll of the head, by its eyes.
+        scores: Scores of the picture.
     """
     thetas = np.array([(pitch, yaw, roll_rad) for pitch, yaw in itertools.product(PITCHES_RAD, YAWS_RAD)])
     told = np.array([_judge(solid, eyes_px, theta, scores)[1] for theta in thetas])

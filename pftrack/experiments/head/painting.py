@@ -1,7 +1,7 @@
-"""The picture of a simulated driver: a textured, lit mesh, what is behind it and before it, and the sensor.
+"""The picture of a simulated driver: a textured, lit mesh, background and foreground, and the sensor.
 
-A depth buffer keeps, for every pixel, the inverse depth of what is nearest. Inverse depth is linear over the picture of
-a flat triangle, and so are the model's coordinates divided by depth; dividing the one by the other gives the
+A depth buffer keeps, for every pixel, the inverse depth of the nearest surface. Inverse depth is linear over the
+picture of a flat triangle, and so are the model's coordinates divided by depth; dividing the one by the other gives the
 coordinates themselves (perspective-correct interpolation), with which the albedo is looked up for every pixel. The mesh
 may therefore be coarser than the texture. Light is computed at the vertices and interpolated alike. Triangles that turn
 their back are left out, and nothing but the triangles' own pixels is touched.
@@ -129,7 +129,8 @@ def rasterise(
 
 # The albedo is that of a face in near-infrared light, as a frontal map over the model's x and y. Everything is painted
 # from the eleven points of the person, on a skin of smooth noise. Skin is bright in near-infrared light and the iris
-# grey, whatever their colour. The map is 0.5 mm fine, and edges are soft, so that the picture shows no steps.
+# grey, whatever their colour. The map has a resolution of 0.5 mm, and edges are soft, so the picture does not show
+# steps.
 
 STEP_MM = 0.5
 LEFT_MM, TOP_MM = -80.0, -110.0
@@ -149,7 +150,7 @@ def albedo(model: FaceModel, seed: int) -> NDArray[np.float32]:
 
     Args:
         model: The person's face.
-        seed: Of the skin's and the hair's fine structure.
+        seed: Seed of the skin's and the hair's fine structure.
     """
     x, y = np.meshgrid(LEFT_MM + STEP_MM * np.arange(COLUMNS), TOP_MM + STEP_MM * np.arange(ROWS))
     noise = [_smooth_noise(seed, draw, sd_mm) for draw, sd_mm in enumerate((10.0, 2.0, 0.6, 1.0))]
@@ -280,8 +281,8 @@ def background(seed: int, width: int) -> NDArray[np.float32]:
     """Return the background (3/4 width, width) in grey levels, read-only.
 
     Args:
-        seed: Of noise and rectangles.
-        width: Of the picture, px.
+        seed: Seed of noise and rectangles.
+        width: Width of the picture, px.
     """
     scene = np.full((HEIGHT, WIDTH), GREY)
     stream = Stream(seed, 1, Purpose.START)
@@ -318,9 +319,9 @@ def _tanh(values: Floats) -> Floats:
     return (1.0 - shrunk) / (1.0 + shrunk)
 
 
-# Hand and pillar are laid over the finished picture, each with a mask that says what it hides. Sunglasses are part of
-# the head: the surface bulges over the eyes into two lenses, and the texture is dark there, so that they turn with it
-# and hide the eyes from the side as well.
+# Hand and pillar are laid over the finished picture, each with a mask of what it hides. Sunglasses are part of the
+# head: the surface bulges over the eyes into two lenses, and the texture is dark there, so they turn with it and hide
+# the eyes from the side as well.
 
 REFERENCE_WIDTH = 640
 PILLAR_GREY = 30.0
@@ -338,8 +339,8 @@ def cover(
     Args:
         image: (height, width) grey values.
         hidden: (height, width), set where something is in front.
-        hand: How far a hand has come up, from 0 to 1.
-        pillar_width_px: Width of the pillar, and how far it is to the right of the middle, px of a picture 640 px wide.
+        hand: Height of the hand, from 0 to 1.
+        pillar_width_px: Width of the pillar, and its distance to the right of the middle, px of a picture 640 px wide.
         pillar_offset_px: See there.
     """
     height, width = image.shape
@@ -425,7 +426,7 @@ def _hand(width: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
 
 
 REACH = 3.0
-"""Of the blur, in its standard deviations."""
+"""Reach of the blur, in its standard deviations."""
 
 
 def blur(grey: NDArray[np.float32], sd_px: float) -> NDArray[np.float32]:

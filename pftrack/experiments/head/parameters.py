@@ -1,6 +1,6 @@
-"""What can be turned on the trackers of a head by its eleven features, and what a frame teaches of the person's face.
+"""Parameters of the trackers of a head by its eleven features, and learning of the person's face from a frame.
 
-A face model that somebody brings along, for a growing one to begin with, is read, checked, and laid onto the mean face.
+A user's face model, from which a growing one begins, is read, checked, and aligned with the mean face.
 """
 
 import math
@@ -25,9 +25,9 @@ from pftrack.vision.model_files import as_json, read_points
 from pftrack.vision.structure import growing
 from pftrack.vision.structure.growing import Growing
 
-# What "frontal" is, and where the head's origin, is the mean face's affair, so a model that is turned or moved is
-# turned and moved back. It must be a face: one of another size by half, or with a point three standard deviations of
-# anybody's face from where the mean has it, is a mistake or a joke.
+# The mean face defines "frontal" and the head's origin, so a turned or moved model is turned and moved back. It must be
+# a face: one of another size by half, or with a point three standard deviations of anybody's face from where the mean
+# has it, is a mistake or a joke.
 
 SIZES = (0.5, 2.0)
 FURTHEST_MM = 25.0
@@ -38,7 +38,7 @@ def starting_model(text: str) -> FaceModel:
     """Return the face of a file of points, as large as it is, turned and moved onto the mean face.
 
     Raises:
-        ValueError: It is no such file, has another number of points, or they make no face.
+        ValueError: It is not such a file, has another number of points, or they do not form a face.
     """
     points, mean = read_points(text, FEATURES), mean_model().points_mm
     onto = fit_similarity(points, mean)
@@ -60,7 +60,7 @@ LOOK, RELIEF, LOSS = "What features look like", "Templates in relief", "A lost f
 GROWTH = "Growing face model"
 
 AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "face_model": "mean", "hidden_weight": 0.0}
-"""What Bando 2007 has and the defaults have not."""
+"""Settings of Bando 2007 that differ from the defaults."""
 
 
 class _Face(Parameters, group=calibrated.UPPER):
@@ -166,7 +166,7 @@ class HeadTrackerParameters(
     @field_validator("starting_face")
     @classmethod
     def _is_a_face(cls, text: str) -> str:
-        """Keep nothing but the points, so that a recipe stays short, and those as they are.
+        """Keep only the points, unchanged, so a recipe stays short.
 
         Every change of any parameter comes by here again, and laid onto the mean face once more a last decimal may
         differ: that would be another face, with which the model begins again.
@@ -181,11 +181,10 @@ class HeadTrackerParameters(
 
 
 # The features' positions and variances are what the growing model (`pftrack.vision.structure.growing`) learns from. But
-# templates of the first frame slip: the nose's follows the cheeks beside it as the head turns, and what they slip to
-# lasts as long as the pose does. Taken as it stands, a track says of the face what is not so: fed with the particles'
-# own variances the model ended 13 mm from the truth where the mean face is off by 3 (six simulated drivers, 210 to 212
-# and Bando's). How far a feature is off shows in its correlation with its template: 1 px at 0.95, 2 at 0.85, 4 at 0.75,
-# 8 at 0.6. So
+# templates of the first frame slip: the nose's template follows the nearby cheeks as the head turns, and the slip lasts
+# as long as the pose. Without correction a track teaches a wrong face: with the particles' own variances the model
+# ended 13 mm from the truth where the mean face is off by 3 (six simulated drivers, 210 to 212 and Bando's). A
+# feature's correlation with its template shows its error: 1 px at 0.95, 2 at 0.85, 4 at 0.75, 8 at 0.6. So
 #
 # - the variance of a position is v / (1 - kappa), as in `pftrack.experiments.shared.pose.calibrated`, plus that of the
 #   slip, whose standard deviation grows tenfold with each quarter by which the correlation falls;
@@ -205,7 +204,7 @@ SLIP_DECADES = 4.0
 """By so many powers of ten it grows as the correlation falls from 1 to 0."""
 
 FEWEST_FEATURES = 4
-"""A camera has six numbers, so three points say nothing of the shape."""
+"""A camera has six numbers, so three points give no information on the shape."""
 
 LN_10 = 2.302585092994046
 
@@ -230,7 +229,7 @@ def learn(
     """Return what is known after a frame in which the face was tracked.
 
     Args:
-        growth: What was known.
+        growth: The belief so far.
         state: The frame's features.
         correlations: (F,) with their templates.
         eye_distance_px: At first sight.

@@ -1,10 +1,9 @@
-"""A recording of a face, wired for tracking its pose: how the face is marked, found and judged, and its truth.
+"""A recording of a face, wired for tracking its pose: mark, detection and suitability of the face, and its truth.
 
-The face is found by detection, unless a person has drawn a box around it or marked its features. Nothing is known of
-the camera or the person: the focal length is taken to be the picture's width, and the face to be the mean one, or on
-request the mean one stretched over the features of the first picture. All lengths in px follow the size of the face, so
-that a large picture of a face is tracked as a small one is, and what may happen between two pictures follows the time
-between them.
+The face is found by detection, unless the user has drawn a box around it or marked its features. The camera and the
+person are unknown: the focal length is taken to be the picture's width, and the face to be the mean one, or on request
+the mean one stretched over the features of the first picture. All lengths in px follow the size of the face, so large
+and small pictures of a face are tracked alike, and the motion between two pictures follows the time between them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -59,7 +58,7 @@ class FaceBox(Box):
 
 
 LOOKS_A_SECOND = 10
-"""Pictures that are looked at for a face from the front, within a second of the first one from the side."""
+"""Number of pictures searched for a frontal face, within a second of the first one from the side."""
 
 MOST_SEARCHED = 200
 """Pictures in all, of 0.1 s each."""
@@ -68,7 +67,7 @@ to_search = partial(frames_to_search, closely=50, most=MOST_SEARCHED)
 
 
 def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
-    """Look for a face into one picture after the other; of the first it is said why there is none."""
+    """Search for a face in one picture after the other; the error explains the first picture's problem."""
     for index, frame in enumerate(frames):
         grey = luma(sequence.picture(frame))
         if index == 0 or spot(grey) is not None:
@@ -121,7 +120,7 @@ def first_face(sequence: FrameSequence, start: int) -> tuple[int, Floats]:
     It is the first one, or a better start soon after it.
 
     Raises:
-        RefusedError: No picture shows one; the sentence says what is wrong with the picture `start`.
+        RefusedError: No picture shows one; the sentence explains the problem of the picture `start`.
     """
     refused = "expected a face with two eyes, found none"
     for sighting in search(sequence, to_search(start, sequence.frame_count - 1)):
@@ -164,7 +163,7 @@ class PoseTable:
 
     Attributes:
         poses: Yaw, pitch and roll in degrees by frame number; a frame without truth is missing.
-        warnings: What was passed over in reading, one sentence each.
+        warnings: What was skipped in reading, one sentence each.
         zero: Frame whose pose counts as none: what is estimated is relative to a frame, and so is the truth.
     """
 
@@ -178,7 +177,7 @@ class PoseTable:
         return self.poses
 
     def at(self, frame: int) -> Target | None:
-        """Return the target of a frame, its pose less that of frame `zero`, or None where there is no truth."""
+        """Return the target of a frame, its pose less that of frame `zero`, or None without a truth."""
         pose = self.poses.get(frame)
         if pose is None:
             return None
@@ -203,7 +202,7 @@ def read_poses(path: Path) -> PoseTable:
 POSES = TruthKind(POSE_FORM, read_poses, PoseTable)
 
 FRAME_RATE_HZ = 30.0
-"""Of Bando's pictures, for which its noise of motion was chosen."""
+"""Frame rate of Bando's pictures, for which the noise of motion was chosen."""
 
 
 class RecordedHeadParameters(RecordingParameters, HeadTrackerParameters):
@@ -215,13 +214,13 @@ def wire(sequence: FrameSequence, mark: Mark | None, start: int, truth: Truth | 
 
     Args:
         sequence: The pictures.
-        mark: In the picture `start`: a box around the face, or at least two of its features, of which the others are
-            placed by the model; None to have the face found.
+        mark: Mark in the picture `start`: a box around the face, or at least two of its features; the model places the
+            others; None to have the face found.
         start: Number of the picture to start at; if the face has to be found, to look for it from.
         truth: True poses by number of the picture, where they are known.
 
     Raises:
-        ValueError: There is no face, or the points make none.
+        ValueError: There is no face, or the points do not form one.
     """
     first = start
     if isinstance(mark, FacePoints):
@@ -244,17 +243,17 @@ def wire(sequence: FrameSequence, mark: Mark | None, start: int, truth: Truth | 
         del seed, parameters
         return RecordingSource(sequence, _clip(found, sequence.size), first, known.at if known else None, start=target)
 
-    # The face where it was found: it is not looked for again when the run is made again.
+    # The place of the found face, so repeating the run does not search again.
     footage = Footage.of(sequence, _points(found), first, truth)
     return Setup(open_source, defaults(found, sequence.frame_rate_hz), footage)
 
 
 def defaults(points: Floats, frame_rate_hz: float) -> RecordedHeadParameters:
-    """Return the defaults for a recording of so many pictures a second, in the first of which a face is here.
+    """Return the defaults for a recording with this frame rate and a face at these points in its first picture.
 
     Args:
-        points: (11, 2) its features, px; they say how large it is, relative to Bando's.
-        frame_rate_hz: Of the recording.
+        points: (11, 2) its features, px, which give its size relative to Bando's.
+        frame_rate_hz: Frame rate of the recording.
     """
     size = eye_distance(points) / EYE_DISTANCE_PX
     motion = size * min(max(FRAME_RATE_HZ / frame_rate_hz, 0.5), 3.0)
@@ -317,14 +316,15 @@ def _clip(points: Floats, size: tuple[int, int]) -> tuple[float, float, float, f
 # its size, its light and its angle.
 
 LEAST_EYES_PX, GOOD_EYES_PX = 7.5, 15.0
-"""Distance of the eyes: at 7 px the finder knows no face any more, below 12 px the error doubles."""
+"""Distance of the eyes: at 7 px the finder no longer finds a face, below 12 px the error doubles."""
 
 LEAST_CONTRAST, GOOD_CONTRAST = 3.0, 12.0
 """Standard deviation of the face's grey levels: at 2.5 the features are lost in the camera's noise, below 12 they are
 tracked, but the finder does not recognise the face."""
 
 ASIDE, ONE_EYE, UNKNOWN = 0.45, 0.35, 0.4
-"""How suitable a face is that looks aside, one of which one eye is seen, one that the finder does not recognise."""
+"""Suitability of a face that looks aside, of one with one visible eye, and of one that the finder does not
+recognise."""
 
 DARK, BRIGHT = 30.0, 225.0
 """Mean grey levels below and above which it is the exposure that leaves little contrast."""
@@ -344,7 +344,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     Args:
         sequence: The pictures.
         footage: Start, and the features of the face there.
-        parameters: Of frame 0.
+        parameters: Parameters of frame 0.
     """
     del parameters
     marked = FacePoints.model_validate(footage.mark).points

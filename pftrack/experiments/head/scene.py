@@ -1,9 +1,9 @@
 """The simulated driver's head, a source of near-infrared pictures with the truth (docs/methods/heads.md).
 
-Bando's videos of drivers are not to be had, so their place is taken by a head that is drawn from a face model
-(`painting`): procedural, textured, self-occluding, with changes of light. The camera is behind the steering wheel (f =
-1200 px at a width of 640); the head turns about a point in the neck, so that its face moves in the picture and in depth
-as it turns, and the pure rotation that the affine camera assumes is wrong by as much as it is in a car.
+Bando's videos of drivers are not available, so a head drawn from a face model replaces them (`painting`): procedural,
+textured, self-occluding, with changes of light. The camera is behind the steering wheel (f = 1200 px at a width of
+640); the head turns about a point in the neck, so that its face moves in the picture and in depth as it turns, and the
+pure rotation that the affine camera assumes is wrong by as much as it is in a car.
 """
 
 import math
@@ -24,7 +24,7 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.head import painting
 from pftrack.vision.face import FEATURES, FaceModel, HeadMesh, head_mesh, mean_model, person
 
-# What can be turned in the simulated scene of a driver's head.
+# Parameters of the simulated scene of a driver's head.
 
 MOTION, LOOK, COVER = "Head", "Light and camera", "In front of the face"
 
@@ -66,7 +66,7 @@ class HeadSceneParameters(_Look, group=COVER):
     pillar_offset_px: float = parameter(0, "Pillar place", unit="px", within=(-320, 320, 1))
     """Distance of the pillar's middle to the right of the picture's middle, in px of a picture 640 px wide."""
     hand_cover: float = parameter(0, "Hand", within=(0, 1, 0.01), role="world")
-    """How far a hand has come up in front of the face, from 0, out of sight, to 1, before the eyes."""
+    """Height of the hand in front of the face, from 0, out of sight, to 1, before the eyes."""
     sunglasses: bool = parameter(False, "Sunglasses")
     """Whether the driver wears glasses that are dark in near-infrared light too."""
 
@@ -88,7 +88,7 @@ SEGMENTS = ((30.0, 190.0, 1, 35.0), (210.0, 370.0, 0, 25.0), (390.0, 550.0, 2, 2
 
 EASE = 0.06
 WOBBLE_FROM, WOBBLE_FULL = 10.0, 50.0
-"""Frames between which the wobble fades in, so that the head begins at theta = 0."""
+"""Frames between which the wobble fades in, so the head begins at theta = 0."""
 
 LAG_FRAMES = 15.0
 
@@ -99,7 +99,7 @@ def script_time(spans: Spans) -> float:
     """Return how many runs of the script have passed: 1 at the end of the first.
 
     Args:
-        spans: How many steps were taken with which parameters.
+        spans: Numbers of steps with each set of parameters.
     """
     return sum(steps * parameters.speed for steps, parameters in spans) / SCRIPT_FRAMES
 
@@ -108,7 +108,7 @@ def eased_amplitude(spans: Spans, initial: float) -> float:
     """Return the amplitude in force, which follows the one asked for with a lag.
 
     Args:
-        spans: How many steps were taken with which parameters.
+        spans: Numbers of steps with each set of parameters.
         initial: The amplitude at frame 0.
     """
     amplitude = initial
@@ -143,7 +143,7 @@ def _wobble_deg(time: float) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class HeadTarget(Target):
-    """Where a head truly is: `position` is theta (3,) in rad, `landmarks` are the features and the driver's own face.
+    """The true pose of a head: `position` is theta (3,) in rad, `landmarks` are the features and the driver's own face.
 
     It counts as hidden when none of its features is seen.
 
@@ -158,12 +158,12 @@ FRAME_RATE_HZ = 30.0
 REFERENCE_WIDTH, REFERENCE_FOCAL_PX = 640, 1200.0
 PIVOT_MM = np.array([0.0, 90.0, 100.0])
 HEAD_MM = np.array([0.0, -15.0, 700.0])
-"""Where the head's origin is in the camera's frame while theta = 0."""
+"""The head's origin in the camera's frame while theta = 0."""
 
 AMBIENT = 0.18
 HAIR_BEHIND_MM, HAIR = 75.0, 0.15
 LONGITUDES, LATITUDES = 110, 120
-"""Of the mesh that is drawn: with three tenths of the full one's triangles the face differs by 0.2 grey levels."""
+"""Resolution of the drawn mesh: with three tenths of the full one's triangles the face differs by 0.2 grey levels."""
 
 VISIBLE_WITHIN_MM = 4.0
 
@@ -186,7 +186,7 @@ class HeadSource:
         """Set the scene.
 
         Args:
-            seed: Of the pixel noise.
+            seed: Seed of the pixel noise.
             parameters: In force at frame 0.
         """
         self._seed = seed
@@ -232,7 +232,7 @@ class HeadSource:
         Args:
             theta: (3,) rad.
             translation: (3,) mm, where the head's origin is in the camera's frame.
-            time: By which the light changes, in runs of the script.
+            time: Time of the changing light, in runs of the script.
             parameters: The scene.
         """
         mesh = _mesh(parameters.person, parameters.face, parameters.sunglasses)

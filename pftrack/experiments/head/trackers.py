@@ -1,8 +1,8 @@
 """Trackers of a head: eleven features by their templates, by the methods of `pose` (Bando 2007, ch. 4 section 4).
 
 Templates are cut from frame 0 around the features, and the pose is relative to that frame: there theta = 0
-(`first_sight`). Another face model, another camera or other templates may be chosen in mid-run: they are then made from
-frame 0, as they would have been there, and the pose goes on from where it was.
+(`first_sight`). Another face model, camera or kind of template may be chosen in mid-run: it is then made from frame 0,
+as at the start, and the pose continues from its last value.
 """
 
 import math
@@ -39,7 +39,7 @@ from pftrack.vision.likelihoods.template import Templates
 from pftrack.vision.structure.growing import Growing
 
 SERIES = tuple(read_reported(Path(__file__).parent, SHOWN_OF_POSES).values())
-"""Of templates, and of a face model that grows."""
+"""Caches of templates, and of a growing face model."""
 
 RECOGNISED_CORRELATION = 0.5
 """From which correlation with its template on a feature counts as recognised."""
@@ -48,7 +48,7 @@ LEAST_RECOGNISED = 3
 """With fewer recognised features a frame is doubtful."""
 
 LARGEST_MISFIT = 0.25
-"""How far the features may be from where the pose has them, by their median, as a share of the eyes' distance."""
+"""Largest median distance of the features from the pose's predictions, as a share of the eyes' distance."""
 
 
 def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
@@ -80,7 +80,7 @@ def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, Serie
 
 
 def _track_sd(state: PoseState, memory: HeadMemory) -> Floats:
-    """Return how far each feature's position may be off by all that a face learns from it, (F,) px; NaN if unknown."""
+    """Return the total error of each feature's position for learning the face, (F,) px; NaN if unknown."""
     variances = position_variances(state, memory.correlations, memory.sight.eye_distance_px, 0.0).mean(axis=1)
     return np.sqrt(np.where(np.isfinite(variances), variances, np.nan))
 
@@ -113,7 +113,7 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
-    """Weigh particles by how well the picture there correlates with the templates; look for a face that is lost."""
+    """Weigh particles by the picture's correlation with the templates; search for a lost face."""
     grey, state = _grey(frame), _form(state, parameters)
     memory: HeadMemory = state.memory
     if memory.lost:
@@ -148,7 +148,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
 
 
 def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, parameters: HeadTrackerParameters) -> Look:
-    """Return how well features look like their templates, flat ones or those in relief as the head will stand."""
+    """Return the fit of features to their templates, flat ones or those in relief at the predicted pose."""
     memory: HeadMemory = state.memory
     if memory.reliefs is None:
         return lambda positions: template.correlations(grey, positions, templates)
@@ -240,7 +240,7 @@ def _resume(
     parameters: HeadTrackerParameters,
     rng: Stream,
 ) -> PoseState:
-    """Go on with a face that was found again, turned as the picture says."""
+    """Continue with a face that was found again, in the pose from the picture."""
     memory: HeadMemory = state.memory
     moved = fit_similarity(memory.sight.points_px, points_px)
     growth = None if memory.growth is None else face_growth.widen_motion(memory.growth)
@@ -292,7 +292,7 @@ def _grey(frame: Frame) -> NDArray[np.uint8]:
 
 
 class HeadModel(PoseModel):
-    """How well the picture correlates with the templates where a pinhole sees the features of a pose."""
+    """Correlation of the picture with the templates at a pose's features, seen by a pinhole."""
 
     @override
     def prepare(self, state: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> PoseState:

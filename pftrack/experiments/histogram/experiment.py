@@ -1,8 +1,8 @@
 """A window followed by the histogram of its colours (Kagami 2012, after Perez et al. 2002).
 
 The question of the lecture: an object is hidden for a moment, or passes a look-alike; does a cloud of weighted
-hypotheses, carried on by a velocity, come out on the right side? The scene is simulated, or any recording on which a
-person has drawn a box around the target.
+hypotheses with a velocity find the target again? The scene is simulated, or any recording with a box that the user has
+drawn around the target.
 """
 
 from collections.abc import Mapping, Sequence
@@ -62,14 +62,14 @@ from pftrack.vision.likelihoods.counting import BINS, SPACES, STEPS, Space, bin_
 from pftrack.vision.likelihoods.histogram import Window, fit, rho_map, roots_of, shares, similarities
 from pftrack.vision.likelihoods.separation import Separation, separation, surroundings
 
-# What is drawn of a window: boxes, particles and other alike places in the picture, and two histograms in a world.
+# Drawings of a window: boxes, particles and similar places in the picture, and two histograms in a world.
 #
-# The world shows what the target looked like beside what the window at the estimate looks like now. Each bin of colour
-# is a place on a floor, those of brightness stand in a row before it. Heights are square roots of shares: as vectors of
-# such roots both histograms have length 1, and the likeness rho is their scalar product.
+# The world shows the target's first look and the present look of the window at the estimate. Each bin of colour is a
+# place on a floor, those of brightness stand in a row before it. Heights are square roots of shares: as vectors of such
+# roots both histograms have length 1, and the likeness rho is their scalar product.
 
 HEIGHT = 6.0
-"""Of a bin that has all pixels, in bins."""
+"""Height of a bin with all pixels, in bins."""
 HALF_WIDTH, MODEL_HALF_WIDTH = 0.3, 0.42
 LEAST_SHARE = 0.002
 """What has less is not drawn."""
@@ -85,7 +85,7 @@ AXES: dict[Space, tuple[str, str]] = {
 LID = np.array([(4, 5), (5, 7), (7, 6), (6, 4)])
 SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 FACES = np.array([(a, *pair) for a, *rest in SIDES for pair in (rest[:2], rest[1:])])
-"""Of a box whose corners are numbered by height, depth and width."""
+"""Faces of a box whose corners are numbered by height, depth and width."""
 
 
 def histogram_world(state: HistogramState, image_rgb: NDArray[np.uint8]) -> WorldDrawing:
@@ -197,10 +197,10 @@ def _likeness(image_rgb: NDArray[np.uint8], state: HistogramState) -> Mesh:
 
 # Trackers of a window by the histogram of its colours (Kagami 2012, after Pérez et al. 2002).
 #
-# All carry position and velocity, and the size of the window beside the first one, which stays as it is unless it is to
-# be followed. Condensation is the lecture's filter (SIR): a time update with constant velocity, weights by the
-# likelihood, systematic resampling in every frame. The other samplers are those of Bando 2007: they draw parents with
-# regard to the new picture, always or when they are unsure, by the same likelihood.
+# All carry position and velocity, and the size of the window relative to the first one, which is constant unless it is
+# followed. Condensation is the lecture's filter (SIR): a time update with constant velocity, weights by the likelihood,
+# systematic resampling in every frame. The other samplers are those of Bando 2007: they draw parents with regard to the
+# new picture, always or when they are unsure, by the same likelihood.
 
 # Greedy search carries one place instead of a cloud and predicts nothing, which is what the lecture sets out from: an
 # object that is hidden for a moment, or passes a look-alike, is lost for good.
@@ -269,15 +269,14 @@ TRACKERS: dict[str, Tracker] = {
 # A recording for the window: whether its target can be followed by its colours, and the values to begin with.
 #
 # The lawn keeps the values of the lecture: it is the lecture's scene, and what it shows (a sharp likelihood that
-# clings, a velocity that carries) would be hidden by what helps on real pictures. Recordings have the best values that
-# we know.
+# clings, a velocity that carries) would be hidden by what helps on real pictures. Recordings use the best known values.
 
 SHARPNESS = 50.0
 """Lambda for which the grades were set, of a window without parts; trackers may have another."""
 UNTOLD = "which says nothing about this tracker: of 94 starts on real clips with 15 % or less, 18 were lost"
 """Reason for "no verdict", as `benchmarks/suitability.py` counts."""
 STEPS_A_WINDOW = 6
-"""So many places are looked at along the shorter side of a window."""
+"""Number of places examined along the shorter side of a window."""
 COARSE_STEPS = 4
 """The same of each frame of a run."""
 
@@ -288,7 +287,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     Args:
         sequence: The pictures.
         footage: Start, and a box around the target there.
-        parameters: Of frame 0.
+        parameters: Parameters of frame 0.
     """
     view = _View(sequence, footage, parameters)
     chosen = parameters.colour_space, parameters.spatial_kernel
@@ -300,20 +299,20 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
 
 
 def look_beside(frame: Frame, state: HistogramState, parameters: Any) -> float:  # noqa: ANN401 - on either model
-    """Return how likely what is around the estimate is beside the estimate itself, by the colours as they are counted.
+    """Return the likelihood of the estimate's surroundings relative to the estimate, by the colours as counted.
 
     Args:
         frame: The picture.
-        state: Of the tracker.
+        state: State of the tracker.
         parameters: In force.
     """
-    del parameters  # what counts of them is in the state
+    del parameters  # the state holds their relevant part
     picture, window = frame.picture, state.window
     width, height = state.box_px
     x, y = state.estimate[:2] - np.array([width, height]) / 2
     box = float(x), float(y), width, height
     rows, columns = surroundings(picture.shape, box)
-    # Windows at the edge of what is looked at reach beyond it.
+    # Windows at the edge of the examined region reach beyond it.
     top, left = max(rows.start - window.reach_down_px, 0), max(columns.start - window.reach_across_px, 0)
     seen = picture[top : rows.stop + window.reach_down_px, left : columns.stop + window.reach_across_px]
     step = max(min(window.size_px) // COARSE_STEPS, 1)
@@ -349,7 +348,7 @@ class _View:
 
 
 def _advice(view: _View, chosen: tuple[Space, bool], value: float) -> tuple[str, ...]:
-    """Say which other way of counting separates better."""
+    """Return another way of counting that separates better."""
     advice = []
     for space in SPACES:
         for kernel in (False, True):
@@ -381,13 +380,13 @@ PICTURES: Mapping[str, Value] = MappingProxyType(
         "wide_share": 0.1,
     }
 )
-"""Parts, colours beside their background, contrast, size and camera; each helped on clips that were chosen by."""
+"""Parts, colours relative to the background, contrast, size and camera; each helped on the clips of the choice."""
 
 
 FOLDER = Path(__file__).parent
 
 HELD_AT_END = held_at_end()
-"""What decides on success: in between the window may wait, or look for its target."""
+"""Frame rate for success: between two decisions the window may wait, or search for its target."""
 
 
 class SimulatedHistogramParameters(ScoringParameters, HistogramTrackerParameters, LawnSceneParameters):

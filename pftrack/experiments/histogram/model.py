@@ -1,7 +1,7 @@
-"""What is believed of a window: its state, what the target looks like, and how alike the colours of a place are.
+"""The belief in a window: its state, the target's look, and the similarity of colours at a place.
 
-The first look is kept as a patch of the picture, so that another space of colours can be chosen while tracking. A model
-that is renewed forgets it little by little; when another space is chosen, it begins with the first look again.
+The first look is kept as a patch of the picture, so another colour space can be chosen while tracking. A renewed model
+gradually forgets it; when another space is chosen, it begins with the first look again.
 """
 
 from collections.abc import Mapping
@@ -36,15 +36,15 @@ from pftrack.vision.likelihoods.counting import BINS, Space, bin_colours, bin_ta
 from pftrack.vision.matching import camera_shift, small_grey
 
 DIMENSION = 5
-"""Of the state: position (u, v) in px, velocity in px/frame, logarithm of the size beside the first one."""
+"""Components of the state: position (u, v) in px, velocity in px/frame, logarithm of the size relative to the first."""
 VELOCITY = slice(2, 4)
 SIZE = 4
-"""Which coordinates velocity and size are."""
+"""Indices of velocity and size."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """What the target looked like when it was marked.
+    """The target's look in the marked picture.
 
     Attributes:
         patch_rgb: (h, w, 3) the part of the picture in which the window and its surroundings lie.
@@ -64,18 +64,18 @@ class HistogramState(PointState):
     """The posterior of one frame, immutable: that of the point, and what is known of its window.
 
     Attributes:
-        look: How the target looked first.
-        space: Of the colours that the model counts.
+        look: The target's first look.
+        space: Colour space of the model.
         kernel: Whether it counts the middle more.
-        parts: Into how many parts it divides the window, across and down.
+        parts: Numbers of parts of the window, across and down.
         model: q (110 in each part).
-        background: What is around the target, as far as it counts.
-        background_use: Whether bins are weighed by it, and how much contrast counts.
+        background: The target's surroundings, as far as they count.
+        background_use: Whether bins are weighed by the surroundings, and the weight of contrast.
         view: The last picture, small and grey, if the camera is followed.
-        learned: What is known of the window in cells; None while they do not count.
+        learned: The description of the window in cells; None while they do not count.
         likeness: rho of the window at the estimate.
-        missed: For how many frames in a row that has been too low.
-        searching: Whether the target is lost, and looked for; None while that is never done.
+        missed: Number of consecutive frames in which that was too low.
+        searching: Whether the target is lost, and searched; None while that is never done.
     """
 
     look: Look
@@ -93,7 +93,7 @@ class HistogramState(PointState):
 
     @property
     def scale(self) -> float:
-        """Size of the window beside the first one."""
+        """Size of the window relative to the first one."""
         return float(exponential(self.posterior.mean[SIZE]))
 
     @property
@@ -141,7 +141,7 @@ def first_look(image_rgb: NDArray[np.uint8], position: Floats, parameters: Histo
 
 
 def with_model(state: HistogramState, parameters: HistogramTrackerParameters) -> HistogramState:
-    """Return the state with a model that counts as the parameters say.
+    """Return the state with a model that counts by the parameters.
 
     Raises:
         ValueError: Too little of the target's window lay within the picture.
@@ -168,7 +168,7 @@ def counted(look: Look, parameters: HistogramTrackerParameters) -> dict[str, Any
 
 
 def _use(parameters: HistogramTrackerParameters) -> tuple[bool, float]:
-    """Return whether bins are weighed by the background, and how much contrast counts."""
+    """Return whether bins are weighed by the background, and the weight of contrast."""
     return bool(parameters.weigh_background), float(parameters.surround_contrast)
 
 
@@ -180,7 +180,7 @@ def _counting(parameters: HistogramTrackerParameters) -> tuple[Space, bool, tupl
 
 @lru_cache(maxsize=64)
 def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: float) -> histogram.Background:
-    """Return what the surroundings in the first picture tell, as far as it counts."""
+    """Return the surroundings in the first picture, as far as they count."""
     if not (weigh or contrast > 0.0):
         return histogram.NO_BACKGROUND
     target = model_of(look, space, kernel, (1, 1))
@@ -214,7 +214,7 @@ def half_sides(look: Look, scale: float = 1.0) -> Floats:
 
 
 def separating_share(image_rgb: NDArray[np.uint8], place: Floats, parameters: HistogramTrackerParameters) -> float:
-    """Return how much cells should count: what they tell of a target's place, times what colours leave open."""
+    """Return the weight of cells: their information on a target's place, times the share that colours leave open."""
     look, (space, kernel, parts) = first_look(image_rgb, place, parameters), _counting(parameters)
     patch, windows = read_only(look.patch_rgb), cells.windows_around(look.middle, half_sides(look), cells.AROUND)
     background = _background(look, space, kernel, *_use(parameters))
@@ -230,8 +230,8 @@ def judge(
 ) -> HistogramState:
     """Compare the window at the estimate with the model: is the target lost, and may the model be renewed?
 
-    What is renewed by mistake is followed from then on, so only a window that is like the model counts, and only while
-    the particles agree where it is.
+    A wrong renewal would be followed from then on, so only a window similar to the model counts, and only while the
+    particles agree on its place.
     """
     likeness = histogram.similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
     missed = state.missed + 1 if likeness < parameters.lost_likeness else 0
@@ -256,11 +256,12 @@ def teach(state: HistogramState, image_rgb: NDArray[np.uint8]) -> cells.Cells | 
 
 
 LARGEST = 1.4
-"""Of the logarithm of a size, up or down: a window of a quarter of the first one's sides, or four times them."""
+"""Largest change of a size's logarithm, up or down: a window of a quarter of the first one's sides, or four times
+them."""
 
 
 class Packed(NamedTuple):
-    """What is known of the target's colours, for compiled code."""
+    """The target's colours, for compiled code."""
 
     table: NDArray[np.uint8]
     root_model: Floats
@@ -280,7 +281,7 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed
     for n in range(count):
         columns[n], rows[n], sizes[n] = states[n, 0], states[n, 1], states[n, SIZE]
         if not abs(sizes[n]) <= LARGEST:
-            # Such a window is none: it is put beside the picture.
+            # Such a window is invalid: it is moved outside the picture.
             columns[n], sizes[n] = np.nan, 0.0
     factors = exponentials(sizes)
     half_widths, half_heights = np.empty(count), np.empty(count)
@@ -309,7 +310,7 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed
 
 
 REPORTED = tuple(read_reported(Path(__file__).parent).values())
-"""The first is of particles: where nothing is added to a velocity, resampling can only lose some of them."""
+"""The first is for particles: without noise on a velocity, resampling can only lose some of them."""
 
 
 def first_view(image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters) -> NDArray[np.uint8] | None:
@@ -362,7 +363,7 @@ def _motion(parameters: HistogramTrackerParameters) -> Motion:
 
 
 STEPS_A_WINDOW = 6
-"""So many places are looked at along each side of a window."""
+"""Number of places examined along each side of a window."""
 
 
 def mark(target: Target, frame: Frame, parameters: HistogramTrackerParameters, posterior: Gaussian) -> HistogramState:
@@ -438,7 +439,7 @@ class ColouredWindow(LoopModel):
     def parts(
         self, one: Floats, frame: Frame, parameters: HistogramTrackerParameters, known: HistogramState
     ) -> tuple[Part, ...]:
-        """Return the colours of the window beside the model's, and the window beside the first look."""
+        """Return the colours of the window and of the model, and the window and the first look."""
         image, first, look = frame.picture, known.first_window, known.look
         factor = float(exponential(np.clip(one[SIZE], -LARGEST, LARGEST)))
         across, down = (int(np.floor(factor * reach + 0.5)) for reach in (first.reach_across_px, first.reach_down_px))
@@ -500,8 +501,8 @@ class ColouredWindow(LoopModel):
     ) -> HistogramState | None:
         """Look for a lost target all over a picture, and begin again where it is found.
 
-        Until then only the picture says where it is: the particles are spread over all places in proportion to their
-        likelihood. As soon as the best of them is alike enough, the tracker begins again there.
+        Until then only the picture gives its place: the particles are spread over all places in proportion to their
+        likelihood. Once the best of them is similar enough, the tracker restarts there.
         """
         if not (known.searching and parameters.find_again):
             return None
@@ -560,4 +561,4 @@ class ColouredWindow(LoopModel):
 
 
 MODEL = ColouredWindow(_log_likelihood)
-"""What is believed of a window by its colours."""
+"""The model of a window by its colours."""

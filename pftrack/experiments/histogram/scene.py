@@ -2,8 +2,8 @@
 
 The target is an ellipse, red above and yellow below. The look-alike has the same colours in other shares, and comes
 towards it; the target passes in front. The column stands in front of both and has the colours of the lawn, combed
-vertically: a part of the target's window shows lawn as well, so a cloud of particles that is left without its target
-is drawn to the lawn on either side of a column of any other colour. All but the number of the scene is live.
+vertically: a part of the target's window also shows lawn, so a cloud of particles without its target would be attracted
+by the lawn on either side of a column of another colour. All but the number of the scene is live.
 """
 
 from functools import lru_cache
@@ -24,7 +24,7 @@ GROUP = "Scene"
 SIZE = 320, 240
 FRAME_RATE_HZ = 30.0
 HALF_AXES_PX = 12.5, 16.5
-"""From the middle of the target to its edge, so that it fills a window of 25 x 33 px."""
+"""From the middle of the target to its edge, so it fills a window of 25 x 33 px."""
 TEXTURE = 0.3
 """Standard deviation of the blurred noise. It is not known whether blurring left it at 1 in the reference scene or, as
 it does by itself, at 0.1; at 0.3 target, look-alike and lawn are as like the model as there, the scenes as hard."""
@@ -67,7 +67,7 @@ class LawnSource:
     Attributes:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second.
-        frame_count: None; the target goes on, out of the picture.
+        frame_count: None; the target moves on, out of the picture.
         start: The target at frame 0.
         noisy: False: all runs of a scene see the same pictures.
     """
@@ -76,7 +76,7 @@ class LawnSource:
         """Set the scene.
 
         Args:
-            seed: Of the run, on which nothing of the scene depends.
+            seed: Seed of the run; the scene does not depend on it.
             parameters: In force at frame 0.
         """
         del seed
@@ -132,7 +132,7 @@ def _column(parameters: LawnSceneParameters) -> tuple[int, int]:
 
 @lru_cache(maxsize=64)
 def _scene(parameters: LawnSceneParameters) -> LawnSceneParameters:
-    """Return what a picture depends on alone, so that trackers with other parameters see the same one."""
+    """Return only the values that a picture depends on, so trackers with other parameters see the same one."""
     return LawnSceneParameters(**{name: getattr(parameters, name) for name in LawnSceneParameters.model_fields})
 
 

@@ -1,8 +1,8 @@
-"""The chain in the picture, in depth and by its lengths: what was measured, what is believed of it, and the truth.
+"""The chain in the picture, in depth and by its lengths: measurements, beliefs and the truth.
 
-A chain in the plane is seen as one line. What is believed of it is drawn below that line and the truth above, so that
-neither hides what was seen; in space all is drawn where it is. Gaussians, regions and particles are drawn in one form:
-places of hypotheses, weights, and how far they extend.
+A chain in the plane is seen as one line. Beliefs are drawn below that line and the truth above it, so neither hides the
+measurements; in space everything is drawn at its place. Gaussians, regions and particles are drawn in one form: places
+of hypotheses, weights, and extents.
 """
 
 from dataclasses import dataclass, replace
@@ -39,10 +39,10 @@ from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet
 
 SIGMAS = 2.0
-"""How many standard deviations a Gaussian is taken to extend."""
+"""Extent of a Gaussian, in standard deviations."""
 
 MOST_PARTICLES = 100
-"""More would hide what they are drawn around."""
+"""More would hide their centre."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,13 +139,14 @@ def turn_of(position: Floats, state: LinkageState) -> Floats:
 
 
 ABOVE_PX, BELOW_PX, NEXT_PX = -60.0, 56.0, 14.0
-"""Rows from the line of a chain in the plane: of the truth, the estimate, and how far the hypothesis is below that."""
+"""Rows from the line of a chain in the plane: of the truth and the estimate, and the hypothesis's distance below
+that."""
 
 DOT_PX, RING_PX, TICK_PX = 5.0, 6.0, 26.0
 ROOT_AT = 0.3
 """Height of the root above the picture, as a share of the longer side: its camera sees along parallels."""
 FARTHEST = 5.0
-"""What is further from the picture's corner than so many of its longer sides is not drawn."""
+"""Distance from the picture's corner, in longer sides, beyond which nothing is drawn."""
 
 
 def draw_measurements(frame: Frame, state: LinkageState) -> dict[str, Primitive]:
@@ -181,8 +182,8 @@ def draw_belief(state: LinkageState, number: int, longest: float) -> dict[str, P
     """Draw the estimate, and one of the hypotheses.
 
     Args:
-        state: Of the frame.
-        number: Of the hypothesis, 1 the most probable.
+        state: State of the frame.
+        number: Number of the hypothesis, 1 the most probable.
         longest: Longer side of the picture, px.
     """
     drawn: dict[str, Primitive] = {}
@@ -223,7 +224,7 @@ def _in_picture(joints: Floats, state: LinkageState, row: float) -> Floats:
 
 
 def _to_viewer(joints: Floats) -> Floats:
-    """Return how much nearer to the viewer joints (n, 3) are than the root, (n,) px."""
+    """Return the height of joints (n, 3) above the root, towards the viewer, (n,) px."""
     return np.asarray(joints[0, 2] - joints[:, 2])
 
 
@@ -242,10 +243,10 @@ def _name(name: str, text: str, state: LinkageState, row: float, colour: Colour,
     return {name: Text(place, text, colour, layer)}
 
 
-# The chain in depth, which no picture shows: the root is in the middle, what the camera sees runs across, and depth
-# away from it; looked at from above, a chain in the plane lies flat. Lengths are shares of the longest chain that the
-# bounds allow, so that a large one fits in as well. Around each link of a hypothesis lies a sector, which its tip may
-# not leave: the range of directions by that of lengths. The curve within is the ellipsoid's shadow.
+# The chain in depth, which no picture shows: the root is in the middle, the image coordinates run across, and depth
+# away from the camera; seen from above, a chain in the plane lies flat. Lengths are shares of the longest chain that
+# the bounds allow, so a large one fits as well. Around each link of a hypothesis lies a sector, which its tip may not
+# leave: the range of directions by that of lengths. The curve within is the ellipsoid's shadow.
 
 DEPTH_WORLD, LENGTHS_WORLD = read_worlds(Path(__file__).parent)
 
@@ -254,7 +255,7 @@ STEPS = 24
 """Corners along an arc."""
 JOINT, PARTICLE, AXIS_AT, CAMERA_AT = 0.04, 0.02, 0.8, 0.8
 PALEST = 0.6
-"""How much of the paper's white is in the colour of a hypothesis that weighs nothing."""
+"""Share of white in the colour of a hypothesis without weight."""
 
 
 def pale(colour: Colour, weight: float) -> Colour:
@@ -364,8 +365,8 @@ def _at(*place: float) -> NDArray[np.float32]:
 BAND = grid_faces(2, STEPS)
 
 # In the space of the three lengths, what the bounds allow is a cube. Each hypothesis is a box of the lengths that it
-# has not excluded, and an ellipsoid. The truth is a point; whatever method runs, the question is whether the point is
-# inside, and how much of the cube is left.
+# has not excluded, and an ellipsoid. The truth is a point; for every method, the question is whether the point is
+# inside, and how much of the cube remains.
 
 
 DOT, CROSS, LEAST_HALF_PX = 0.13, 0.12, 0.5

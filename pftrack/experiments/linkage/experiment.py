@@ -1,9 +1,9 @@
-"""A chain of three links, whose lengths and pose one camera is to tell (Shimada 1997).
+"""A chain of three links, whose lengths and pose are estimated from one camera (Shimada 1997).
 
-Depth is not seen, so that a link may point away from the camera or towards it, and a long link that is turned away
-looks like a short one. What joints and lengths may be makes it tractable. Kalman filters cut their Gaussian by these
-bounds, several of them together follow both sides of an ambiguity; set membership keeps regions of all that is
-possible.
+Depth is not visible, so a link may point away from the camera or towards it, and a long link that is turned away looks
+like a short one. Bounds on joints and lengths make the problem tractable. Kalman filters cut their Gaussian by these
+bounds, and several of them together follow both sides of an ambiguity; set membership keeps regions of all possible
+states.
 """
 
 import math
@@ -48,18 +48,18 @@ from pftrack.filters.beam import Beam
 from pftrack.sources.tracks import TrackSequence
 from pftrack.vision.matching import LARGEST_TEMPLATE_PX, cut, match
 
-# A recording of a chain: a person marks root, joints and tip, and is told its lengths and depth from then on.
+# A recording of a chain: the user marks root, joints and tip, and pftrack estimates lengths and depth from then on.
 #
-# All lengths are in px of the picture, as an orthographic camera has no other unit. Nothing is known beforehand of what
-# is filmed but the mark: a link is at least as long as it looks there, and its length is looked for up to twice that;
-# the joints may bend either way. A person who knows more sets the bounds, live. Where the truth is known, the errors of
-# directions are measured, and whether the truth was ever excluded.
+# All lengths are in px of the picture, as an orthographic camera has no other unit. The mark is the only prior
+# knowledge: a link is at least as long as it looks there, and at most twice as long; the joints may bend either way.
+# Users can set tighter bounds, live. Where the truth is known, the errors of directions are measured, and whether the
+# truth was ever excluded.
 #
-# Four points of a chain on a recording: followed from where a person has marked them, or the tracks of a table.
+# Four points of a chain on a recording: followed from the user's marks, or the tracks of a table.
 #
-# Each point has a template, cut anew wherever it was found, since what is around a joint turns as the chain moves; so
-# that it does not drift away, the first template has the last word where it still fits nearby. A point whose best match
-# fits badly, or that touches the edge, has none in that picture, and is looked for again around where it was last seen.
+# Each point has a template, cut anew after every match, since the surroundings of a joint turn as the chain moves; to
+# avoid drift, the first template decides where it still fits nearby. A point whose best match is bad, or that touches
+# the edge, has no match in that picture, and is searched again around its last place.
 
 LAST_FRAMES = 6
 """Over which Shimada's success of a crossing is judged."""
@@ -70,7 +70,7 @@ HELD_AT_END = held_at_end(LAST_FRAMES)
 MATCHING = "Following"
 POINTS = 4
 NEARBY_PX = 3
-"""How far from a match the first template is looked for."""
+"""Distance from a match within which the first template is searched."""
 
 FOLLOWED_SD_PX = 1.0
 TILT = 0.5
@@ -81,10 +81,10 @@ Points: TypeAlias = tuple[Floats, Floats]
 
 
 class FollowingParameters(OccluderParameters, group=MATCHING):
-    """How marked points are followed, and what is laid over the recording."""
+    """Parameters for following marked points, and the overlay of the recording."""
 
     template_px: int = parameter(15, "Template", unit="px", within=(5, LARGEST_TEMPLATE_PX, 2), live=False)
-    """Side of the square about a point that is looked for in later pictures."""
+    """Side of the square about a point that is searched in later pictures."""
     search_reach_px: int = parameter(16, "Search to", unit="px", within=(2, 40, 1), live=False)
     """How far from its last match a point is looked for, to all four sides."""
     largest_cost: float = parameter(0.5, "Largest cost", within=(0, 2, 0.05), live=False)
@@ -100,7 +100,7 @@ class Followed:
         self._size = parameters.template_px // 2 * 2 + 1
         self._places = np.rint(points).astype(np.int64)
         self._original = self._templates = cut(self._grey(0), self._places, self._size)
-        # What was marked between pixels stays so.
+        # Marks between pixels keep their fraction.
         self._within = points - self._places
         self._found = [points]
 
@@ -148,7 +148,7 @@ class RecordedLinkage(RecordedFrames):
         Args:
             sequence: The pictures.
             first: Number of the first picture used.
-            start: What is guessed of the chain there.
+            start: First guess of the chain there.
             at: Number of the frame -> the points.
         """
         super().__init__(sequence, first, start)
@@ -172,8 +172,8 @@ class RecordedLinkage(RecordedFrames):
 def guess(points: Floats) -> scene.LinkageTarget:
     """Return a chain in space that is seen at four points (4, 2), px.
 
-    Any plane that is not seen edge-on holds such a chain. The one that is taken slopes away from the camera from root
-    to tip: parallel to the image it would not matter, to first order, how it is turned.
+    Any plane that is not seen edge-on holds such a chain. The chosen one slopes away from the camera from root to tip:
+    parallel to the image, its turn would not matter to first order.
     """
     across = points - points[0]
     chord = across[-1] if np.square(across[-1]).sum() > 0.0 else across[1]
@@ -205,16 +205,16 @@ def guess(points: Floats) -> scene.LinkageTarget:
 
 
 SHORTEST_PX = 4.0
-"""A link that looks shorter in the marked picture says nothing of its length."""
+"""A link that looks shorter in the marked picture gives no information on its length."""
 
 LEAST_SHARE, MOST_SHARE = 0.85, 2.0
-"""Of the length that a link seems to have where it is marked, between which its true one is looked for."""
+"""Bounds of a link's true length, relative to its marked length."""
 
 LONGEST_PX = 2000.0
 """Greatest bound of a length that can be set."""
 
 NEAR_PX = 12.0
-"""How far from a mark a track of a table may be."""
+"""Largest distance of a table's track from a mark."""
 
 
 class LinkagePoints(FeaturePoints):
@@ -268,13 +268,13 @@ def wire(sequence: FrameSequence, mark: LinkagePoints | None, start: int, truth:
     """Wire a recording of a chain.
 
     Args:
-        sequence: Pictures in which the points are followed, or a table of tracks of which four are taken.
+        sequence: Pictures in which the points are followed, or a table of tracks, where four are used.
         mark: The points in the picture `start`. A table of the four points alone, in their order, needs none.
         start: Number of the picture to start at.
         truth: Not used; no truth of a chain can be brought in.
 
     Raises:
-        ParameterError: No track is at a mark, or a table of other points has none.
+        ParameterError: No track is at a mark, or a table of other points lacks marks.
     """
     del truth
     if isinstance(sequence, TrackSequence):
@@ -298,8 +298,8 @@ def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) ->
     """Return which tracks of a table are root, joints and tip.
 
     Raises:
-        ParameterError: There is no track at a mark, or it is no mark of a chain, or there is none and not just four
-            tracks that are all seen.
+        ParameterError: A mark has no track, or it is not a mark of a chain, or the mark is missing and there are not
+            exactly four visible tracks.
     """
     there = sequence.positions[start]
     if mark is None:
@@ -366,7 +366,7 @@ def direction_error(estimates: Floats, truths: Floats) -> Floats:
 
     Args:
         estimates: (..., 6) or (..., 11), as trackers estimate them.
-        truths: Of the same shape, relative to the same reference attitude.
+        truths: True values of the same shape, relative to the same reference attitude.
     """
     believed, true = (_unit_vectors(np.asarray(one, dtype=np.float64)) for one in (estimates, truths))
     across = np.linalg.norm(np.cross(believed, true), axis=-1)
@@ -390,7 +390,7 @@ def _unit_vectors(positions: Floats) -> Floats:
 
 
 def measure(frame: Frame, state: LinkageState) -> Mapping[str, SeriesValue]:
-    """Return the true lengths and directions, within half a turn of the believed ones, and whether regions hold it."""
+    """Return the true lengths and directions, within half a turn of the beliefs, and whether regions hold them."""
     target = frame.target
     if not isinstance(target, scene.LinkageTarget):
         return {}
@@ -410,7 +410,7 @@ def measure(frame: Frame, state: LinkageState) -> Mapping[str, SeriesValue]:
 
 
 def is_missed(state: LinkageState, target: Target) -> bool | None:
-    """Return whether regions exclude the truth; None for other beliefs, whose estimate says where they are.
+    """Return whether regions exclude the truth; None for other beliefs, which have an estimate.
 
     The middle of all that is possible may be far from the truth: regions hold no point to be the likeliest.
     """
@@ -420,7 +420,7 @@ def is_missed(state: LinkageState, target: Target) -> bool | None:
 
 
 def _is_mirrored(believed: Floats, true: Floats) -> bool:
-    """Return whether a link is believed to point where its mirror image does, which the camera cannot tell from it.
+    """Return whether a link is believed to point in its mirror image's direction, which the camera cannot distinguish.
 
     Args:
         believed: (3,) directions from the line of sight's plane, rad.

@@ -1,15 +1,15 @@
 """Trackers of a chain whose belief is a Gaussian, or a beam of them.
 
-- `ekf`: the extended Kalman filter, which knows no constraints;
+- `ekf`: the extended Kalman filter without constraints;
 - `ekf-truncated`: the same, cut by them after each update;
 - `ekf-mirrors`: several of these, one for each side on which a link may lie (`linearised`);
-- `ukf`: the unscented filter with the same cut. Of other ways to constrain one, moving sigma points to the nearest that
-  is allowed is the most common; it makes spreads too small wherever several points meet at a bound. Cutting the
-  posterior is as good as any in comparisons (Teixeira et al. 2010, Simon 2010) and lets `ukf` differ from
-  `ekf-truncated` in one thing alone: how it treats what is not linear.
+- `ukf`: the unscented filter with the same cut. The most common alternative moves sigma points to the nearest allowed
+  points; it makes spreads too small wherever several points meet at a bound. Cutting the posterior is as good as any in
+  comparisons (Teixeira et al. 2010, Simon 2010) and lets `ukf` differ from `ekf-truncated` only in its treatment of
+  nonlinearity.
 
-An observation that is too far from all that was predicted is left out, as is one whose every candidate is refuted: the
-prediction stands, and the event is counted.
+An observation too far from all predictions is left out, as is one whose candidates are all refuted: the prediction is
+kept, and the event is counted.
 """
 
 from functools import lru_cache
@@ -35,10 +35,10 @@ from pftrack.filters.truncation import truncate
 # those of the first frame, zero with their variances.
 
 ROOT_RATE_VARIANCE_PX2 = 1.0
-"""Of the root's velocity in the first frame, (px/frame)^2."""
+"""Variance of the root's velocity in the first frame, (px/frame)^2."""
 
 LEAST_WIDTH = 1e-3
-"""Of a box, rad or px: a narrower one is taken as that wide, so that its Gaussian has an inverse."""
+"""Least half width of a box, rad or px, so its Gaussian has an inverse."""
 
 
 def chains(state: LinkageState, parameters: LinkageTrackerParameters) -> Beam[model.Chain]:
@@ -58,7 +58,7 @@ def box(
     reference: Floats | None,
     parameters: LinkageTrackerParameters,
 ) -> model.Chain:
-    """Return the Gaussian of a box (d,) of estimates, of which the centre does not move yet."""
+    """Return the Gaussian of a box (d,) of estimates whose centre does not move yet."""
     width = np.maximum(high - low, LEAST_WIDTH)
     return gaussian(0.5 * (low + high), width * width / 12.0, reference, parameters)
 
@@ -118,7 +118,7 @@ def noise(parameters: LinkageTrackerParameters, in_space: bool) -> Floats:
 
 
 def start(target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
-    """Begin at a pose and lengths that are roughly known; the next frame is the first that is looked at."""
+    """Begin at a pose and lengths that are roughly known; the next frame is the first one observed."""
     del frame, rng
     chain_there = LinkageTarget.of(target)
     angle, length = [parameters.start_angle_variance_rad2] * 3, [parameters.start_length_variance_px2] * 3
@@ -140,7 +140,7 @@ def state_of(
     """Return the state of a beam.
 
     The estimate is the best member's. The box holds two deviations of all members that are at least a hundredth as
-    probable; what is less so may stay in a beam that has room, but is not believed in.
+    probable; less probable ones may stay in a beam that has room, but do not count.
     """
     attitude = model.reference_attitude(reference)
     told = [model.describe(member.mean, member.covariance, member.attitude, attitude) for member in beam.members]
@@ -173,8 +173,8 @@ def filter_step(
 
     Args:
         method: "ekf", "ekf-truncated" or "ekf-mirrors".
-        state: Of the frame before, of any tracker.
-        frame: What was seen.
+        state: State of the frame before, from any tracker.
+        frame: The observation.
         parameters: In force.
         rng: Not used.
     """
@@ -218,7 +218,7 @@ def filter_step(
     following = tuple(model.Chain(found.means[k], found.covariances[k], found.attitudes[k]) for k in chosen)
     parents = np.array(places)[best.parents] if _has_chains(state) else np.full(len(chosen), -1)
     events = _events(found, chosen, poses, beam.log_weights[places], outlier=outlier)
-    # Of an observation that is left out by all, how far it was from the nearest.
+    # If all leave an observation out, its distance from the nearest.
     told = chosen[0] if chosen[0] >= count else count + int(np.argmin(found.distances[count:])) if last > count else 0
     return state_of(
         Beam(following, best.log_weights, parents),
@@ -251,7 +251,7 @@ def _events(
     *,
     outlier: bool,
 ) -> Events:
-    """Return what became of the members of the frame before, each of which goes on as its first candidate.
+    """Return the continuations of the previous frame's members, each as its first candidate.
 
     One was merged if that is not kept and is the same as one that is. It was refuted if it has become less than a
     hundredth as probable as the best, or is forbidden by bounds, and was not before: it may stay in the beam for a
@@ -260,7 +260,7 @@ def _events(
     Args:
         found: Predictions of the members, then candidates.
         chosen: Those that are kept, the best first.
-        poses: Of all of them.
+        poses: Poses of all candidates.
         before: (K,) log weights of the members.
         outlier: Whether the observation was left out.
     """

@@ -3,12 +3,11 @@
 Where a link is almost parallel to the image, a filter that is linearised at its prediction takes one side for granted:
 the derivative by that link's angle is small and has the sign of the predicted side. So the same prediction is
 linearised at its mirror images as well, and each of them gives a candidate. Constraints cut each candidate; one that
-lies far beyond them is refuted, and the others are scored by how far they had to be moved and by what they leave
-unexplained.
+lies far beyond them is refuted, and the others are scored by their correction and by their residual.
 
-In the plane every link has a mirror image that looks the same. In space the chain is flat, and what looks almost the
-same is the chain mirrored as a whole when its plane is almost parallel to the image, and the second or third link
-mirrored within the plane when that is seen almost edge-on and the link is almost parallel to the image.
+In the plane every link has a mirror image that looks the same. In space the chain is flat. The whole chain's mirror
+image looks almost the same when its plane is almost parallel to the image; the mirror image of the second or third link
+within the plane does when the plane is seen almost edge-on and the link is almost parallel to the image.
 
 Source: Shimada 1997, sections 4.2 to 4.6; the mirror images in space are our own.
 """
@@ -28,23 +27,23 @@ from pftrack.filters.truncation import least_room, log_share, truncate
 MOST_POINTS = 8
 
 SCORE_MEMORY = 0.7
-"""What a hypothesis keeps of its score from frame to frame."""
+"""Share of its score that a hypothesis keeps per frame."""
 
 
 class Filtering(NamedTuple):
-    """What a step of these filters needs beside the belief.
+    """Settings of a step of these filters.
 
     Attributes:
         seen: (m, 3) observation, see `observation`.
-        variance: Of each coordinate, px^2.
+        variance: Variance of each coordinate, px^2.
         noise: (p,) standard deviations of the accelerations of the pose.
         rows: (k, n) constraints lo <= A x <= hi.
         low: (k,).
         high: (k,).
         constrained: Whether they are used.
         mirrors: Sine below which a link is almost parallel to the image; negative to have no mirror images.
-        rejection: How many standard deviations beyond a bound refute a candidate; only where there are mirror images.
-        rounds: How often an observation is linearised: once at the point, then at what the round before came to.
+        rejection: Standard deviations beyond a bound that refute a candidate; used only with mirror images.
+        rounds: Number of linearisations of an observation: first at the point, then at the last result.
     """
 
     seen: Floats
@@ -60,7 +59,7 @@ class Filtering(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """What may be believed after a frame; the first K are the predictions of the K members, without observation.
+    """Candidates after a frame; the first K are the predictions of the K members, without observation.
 
     Attributes:
         means: (N, n).
@@ -159,7 +158,7 @@ def linearisation_points(state: Floats, attitude: Floats, limit: float) -> Float
 
 
 def candidates(means: Floats, covariances: Floats, attitudes: Floats, scores: Floats, given: Filtering) -> Candidates:
-    """Return what may be believed after a frame.
+    """Return the candidates after a frame.
 
     Args:
         means: (K, n) of the members of the frame before.
@@ -176,7 +175,7 @@ def candidates(means: Floats, covariances: Floats, attitudes: Floats, scores: Fl
 def _find_candidates(
     means: Floats, covariances: Floats, attitudes: Floats, scores: Floats, given: Filtering
 ) -> tuple[Candidates, int]:
-    """Return room for candidates, and how many there are."""
+    """Return arrays for candidates, and their number."""
     count, size = means.shape
     most = count * (1 + MOST_POINTS)
     found = Candidates(
@@ -269,28 +268,29 @@ def whiten(lower: Floats, differences: Floats) -> Floats:
 #
 #     log p(y) = -1/2 ((x - m)' M^-1 (x - m) + |y - h(x)|^2 / W + log |S|) + const.
 #
-# A side is drawn by this evidence and by what its Gaussian has within the bounds of joints, and stands for all of them.
+# One side is drawn by this evidence times its Gaussian's probability within the bounds of joints, and represents all of
+# them.
 
 ALMOST_PARALLEL, MOST_PARALLEL = 0.35, 0.95
 """Sine below which a link may lean to either side: the first where its direction is known, and at most the second."""
 PARALLEL_SDS = 2.0
-"""What is added to the first, in standard deviations of a direction."""
+"""Shift added to the first, in standard deviations of a direction."""
 ROUNDS = 4
 CLOSE = 0.2
-"""What linearisation leaves out of what is seen, in standard deviations of the noise, below which it is good enough."""
+"""Error of linearisation, in standard deviations of the noise, below which it is good enough."""
 APART = 1.5
 """Standard deviations between two sides below which they are one."""
 
 
 class Work(NamedTuple):
-    """What is computed of a linearised observation of m coordinates.
+    """Results for a linearised observation of m coordinates.
 
     Attributes:
         rest: (m,) innovation, e.
         left: (m,) what the linearised observation leaves of it at the pose that was found.
         exact: (m,) what the exact one does.
         cross: (m, f + 1) L^-1 of C M and of e.
-        total: (m, m) L, of which the lower half is used.
+        total: (m, m) L; only the lower half is used.
     """
 
     rest: Floats
@@ -317,7 +317,7 @@ def see(
         mean: (n,) of the prediction, lengths included.
         covariance: (n, n) of the same, with zeros for lengths.
         attitude: (4,) that omega is relative to.
-        variance: Of an observed coordinate, px^2.
+        variance: Variance of an observed coordinate, px^2.
         bounds: On joints.
         seen: (m, 3) observation, see `observation`.
         rows: Rows of it that were seen.
@@ -361,7 +361,7 @@ def see(
         return mean, covariance, -np.inf, nearest
     shares = np.cumsum(np.exp(weights - top))
     drawn = min(np.searchsorted(shares, chance * shares[-1], side="right"), sides - 1)
-    # Sides are drawn by their evidence and the bounds; the bounds are counted by whoever calls.
+    # Sides are drawn by their evidence and the bounds; the caller counts the bounds.
     gained = top + np.log(shares[-1]) - weights[drawn] + evidences[drawn]
     return found[drawn].copy(), spreads[drawn].copy(), gained, nearest
 
@@ -435,7 +435,7 @@ def _linearise(
 
 @compiled
 def _whiten(total: Floats, wanted: Floats) -> None:
-    """Replace S (m, m), of which the lower half is used, by L of L L' = S, and B (m, k) by L^-1 B."""
+    """Replace S (m, m), given by its lower half, by L of L L' = S, and B (m, k) by L^-1 B."""
     count, columns = wanted.shape
     for j in range(count):
         for i in range(j, count):
@@ -453,7 +453,7 @@ def _whiten(total: Floats, wanted: Floats) -> None:
 
 @compiled
 def _parallel(covariance: Floats) -> float:
-    """Return the sine below which a link may lean to either side, given how well its direction is known."""
+    """Return the sine below which a link may lean to either side, given the uncertainty of its direction."""
     size = covariance.shape[0]
     widest = 0.0
     if size == model.PLANE_STATES:
@@ -471,7 +471,7 @@ def _parallel(covariance: Floats) -> float:
 
 @compiled
 def _is_known(found: Floats, spreads: Floats, side: int) -> bool:
-    """Whether a side is one of those before it, as far as their Gaussians can tell."""
+    """Whether a side equals an earlier one, as far as their Gaussians show."""
     size = found.shape[1]
     for other in range(side):
         square, along = 0.0, 0.0

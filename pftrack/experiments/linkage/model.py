@@ -1,11 +1,11 @@
-"""A chain of three rigid links before an orthographic camera: its shape, what is seen of it, and a Gaussian of both.
+"""A chain of three rigid links before an orthographic camera: its shape, its image, and a Gaussian over its state.
 
-The pose is told by the angles theta_i of each link relative to the one before it. Their sums theta*_i =
-theta_1 + ... + theta_i are the links' *directions*; 0 is parallel to the image. Lengths r_i are in px.
+The pose is given by the angles theta_i of each link relative to the one before it. Their sums theta*_i = theta_1 + ...
++ theta_i are the links' *directions*; 0 is parallel to the image. Lengths r_i are in px.
 
-In the plane the image has one coordinate and the root is at 0. In space the chain lies in a plane of its own, which a
-rotation turns, and the root t is seen as well; turning about the normal of that plane and theta_1 are the same motion,
-so theta_1 is 0 there.
+In the plane the image has one coordinate and the root is at 0. In space the chain lies in a plane that a rotation
+turns, and the root t is seen as well; a turn about the normal of that plane is the same motion as theta_1, so theta_1
+is 0 there.
 
 Since depth is not seen, the mirror image of a link, nearer than its joint instead of farther, looks the same as long as
 the others keep their directions. Links that are almost parallel to the image are where one turns into the other.
@@ -43,7 +43,7 @@ def joint_angles(absolute: Floats) -> Floats:
 
 @compiled
 def mirror(absolute: Floats, link: int) -> Floats:
-    """Return directions (3,) of which one is mirrored in depth, to the angle nearest to it, and the others are kept."""
+    """Return directions (3,) with one mirrored in depth, to the angle nearest to it; the others are kept."""
     following = absolute.copy()
     following[link] = 2.0 * np.pi * np.floor(absolute[link] / np.pi + 0.5) - absolute[link]
     return following
@@ -165,14 +165,14 @@ Three = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What joints and lengths may be (tables 4.1 and 5.1); infinite where there is no bound.
+    """Bounds of joints and lengths (tables 4.1 and 5.1); infinite for unbounded values.
 
     Attributes:
-        joint_low: Of theta_1..3, rad.
-        joint_high: Of the same.
+        joint_low: Lower bounds of theta_1..3, rad.
+        joint_high: Upper bounds of the same.
         joint_difference: Greatest |theta_1 - theta_2| and |theta_2 - theta_3|, rad.
-        length_low: Of r_1..3, px.
-        length_high: Of the same.
+        length_low: Lower bounds of r_1..3, px.
+        length_high: Upper bounds of the same.
         length_difference: Greatest |r_1 - r_2| and |r_2 - r_3|, px.
     """
 
@@ -184,7 +184,7 @@ class Bounds:
     length_difference: tuple[float, float]
 
     def constraints(self, *, in_space: bool) -> Constraints:
-        """Return the bounds as inequalities; in space none has theta_1, which is no coordinate there."""
+        """Return the bounds as inequalities; in space they omit theta_1, which is not a coordinate there."""
         rows = [*np.eye(2 * LINKS)]
         low = [*self.joint_low, *self.length_low]
         high = [*self.joint_high, *self.length_high]
@@ -204,8 +204,8 @@ class Bounds:
 
 
 # The state x of a filter is (pose, change of the pose in a frame, r_1..3). In the plane the pose is theta_1..3. In
-# space it is (omega, t, theta_2, theta_3): omega is a small rotation beside a reference attitude q, so that the chain
-# is turned by R(q) R(omega). After each update q takes omega over (`recentre`), so that no angle ever grows large.
+# space it is (omega, t, theta_2, theta_3): omega is a small rotation relative to a reference attitude q, so the chain
+# is turned by R(q) R(omega). After each update q absorbs omega (`recentre`), so angles stay small.
 #
 # What is seen in a frame are numbers that are each a component of a point's image, along a direction: measured points,
 # or links that are seen as lines.
@@ -243,7 +243,7 @@ class Chain:
 
 
 def pose_size(states: int) -> int:
-    """Return how many of the coordinates of a state are its pose."""
+    """Return the number of a state's coordinates that belong to its pose."""
     return (states - LINKS) // 2
 
 
@@ -322,7 +322,7 @@ def describe(
     attitude: Floats,
     reference: Floats,
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return what a person is told of a Gaussian.
+    """Return the values of a Gaussian shown to users.
 
     Args:
         mean: (n,).
@@ -335,7 +335,7 @@ def describe(
     """
     size = mean.shape[0]
     plane = size == PLANE_STATES
-    # Where theta_1 would be among the coordinates; in space it is none.
+    # The place of theta_1 among the coordinates; in space it is not a coordinate.
     first = 0 if plane else 4
     count = 2 * LINKS if plane else 5 + 2 * LINKS
     estimate, deviations = np.zeros(count), np.zeros(count)

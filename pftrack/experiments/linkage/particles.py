@@ -1,16 +1,15 @@
-"""The particle filter of a chain, whose particles are what does not change: lengths, and how it moves and is seen.
+"""The particle filter of a chain, whose particles are constants: lengths, and the noises of motion and observation.
 
-A particle filter whose particles are only chosen among one another soon has a single value left of whatever never
-changes. So lengths and noises are what particles *are*, and the pose of each is filtered given them (`Chains`): an
-iterated batch importance sampler (Chopin 2002; with a filter inside, SMC squared, Chopin, Jacob and Papaspiliopoulos
-2013). A frame multiplies each weight by what the particle's own filter had expected of the observation. New ones are
-made by resample-move (`move`).
+If resampling only selects among particles, soon a single value of every constant remains. So the particles *are*
+lengths and noises, and the pose of each is filtered given them (`Chains`): an iterated batch importance sampler (Chopin
+2002; with a filter inside, SMC squared, Chopin, Jacob and Papaspiliopoulos 2013). A frame multiplies each weight by the
+particle filter's own predictive density of the observation. New particles are made by resample-move (`move`).
 
-How smoothly a chain moves, and how exactly it is seen, is known to an order of magnitude at best. It matters: where a
-link is nearly parallel to the image, what is seen hardly depends on its angle, so that a filter which expects more
-motion or noise than there is takes the lack of both for a sign of that pose, and becomes sure of a wrong length. So
-each angle's acceleration, and the variance of observations, has a factor of its own, log-uniform from `LEAST_FACTOR` to
-`GREATEST_FACTOR` of what the parameters say, unless these are to be taken as they are.
+The smoothness of a chain's motion and the accuracy of its observation are known to an order of magnitude at best. They
+matter: where a link is nearly parallel to the image, its image hardly depends on its angle. A filter that expects too
+much motion or noise takes the lack of both for a sign of that pose, and becomes confident of a wrong length. So each
+angle's acceleration, and the variance of observations, has its own factor, log-uniform from `LEAST_FACTOR` to
+`GREATEST_FACTOR` times the parameters, unless the parameters are used exactly.
 """
 
 import math
@@ -52,13 +51,13 @@ from pftrack.filters.truncation import log_share
 # drawn in each frame, so that one Gaussian is enough, and the evidence is unbiased (a particle filter of one particle;
 # Andrieu, Doucet and Holenstein 2010).
 #
-# A bound on joints is a probability: what the Gaussian has within it. The chain moves little from frame to frame, so
-# that a Gaussian which has been within a bound in one frame says hardly anything new about it in the next. Of all
-# frames the least probability is therefore the one that counts, and nothing is cut off.
+# A bound on joints is a probability: what the Gaussian has within it. The chain moves little from frame to frame, so a
+# Gaussian within a bound in one frame gives hardly any new information on it in the next. Therefore only the least
+# probability over all frames counts, and nothing is cut off.
 
 
 class Chains(NamedTuple):
-    """N chains, each with lengths of its own.
+    """N chains, each with its own lengths.
 
     Attributes:
         means: (N, n) of pose, velocity and lengths.
@@ -98,7 +97,7 @@ def advance(chains: Chains, given: Given, history: Floats, chances: Floats) -> t
     """Take some frames.
 
     Args:
-        chains: Of the frame before them.
+        chains: Chains of the frame before them.
         given: Noises and bounds.
         history: (T, m, 3) observations, see `read_observation`.
         chances: (T, N) uniform numbers by which sides are drawn.
@@ -144,7 +143,7 @@ def _step(chains: Chains, n: int, given: Given, seen: Floats, rows: Ints, chance
 
 LEAST_FACTOR, LEAST_VARIANCE, GREATEST_FACTOR = 0.003, 0.05, 2.0
 DRAWS = 64
-"""Of lengths within their bounds, for each particle."""
+"""Draws of lengths within their bounds, for each particle."""
 EXACT = 1e-9
 """Variance of a length that is given, px^2."""
 GROUPS = {3: np.array([0, 1, 2]), 7: np.array([0, 0, 0, 1, 1, 2, 3])}
@@ -153,11 +152,11 @@ GROUPS = {3: np.array([0, 1, 2]), 7: np.array([0, 0, 0, 1, 1, 2, 3])}
 
 @dataclass(frozen=True)
 class Settings:
-    """What the parameters say of motion and observation.
+    """Settings of motion and observation.
 
     Attributes:
         noise: (p,) standard deviations of the accelerations.
-        variance: Of an observed coordinate, px^2.
+        variance: Variance of an observed coordinate, px^2.
         bounds: On the coordinates of a state.
         unknown: Whether noise and variance have unknown factors.
     """
@@ -185,7 +184,7 @@ class LengthParticles(ParticleSet):
         base: Gaussians of the beginning.
         earlier: (N,) log p(y_1..t-1) of each.
         history: (T, m, 3) what was seen since, see `observation`.
-        key: Of the settings that the chains were filtered with.
+        key: Key of the settings of filtering.
     """
 
     values: Floats
@@ -208,12 +207,12 @@ class LengthParticles(ParticleSet):
 
 
 def begin(base: Beam[Chain], settings: Settings, count: int, observed: int, rng: Stream) -> LengthParticles:
-    """Draw particles from Gaussians, of which lengths keep their bounds.
+    """Draw particles from Gaussians, with lengths within their bounds.
 
     Args:
         base: The Gaussians.
         settings: In force.
-        count: How many to draw.
+        count: Number to draw.
         observed: Numbers that are observed in a frame, m.
         rng: Random numbers of the frame.
     """
@@ -244,7 +243,7 @@ def log_factors(groups: int) -> tuple[Floats, float]:
 def _lengths(chain: Chain, bounds: Constraints, normals: Floats) -> Floats:
     """Return lengths (N, 3) of a Gaussian, the first of several draws (D, N, 3) that keep their bounds.
 
-    Where none does, it is that of another particle, or, if there is no such one, the nearest within the range of each.
+    Otherwise it is that of another particle or, without one, the nearest within the range of each.
     """
     mean = chain.mean[-LINKS:]
     root = cholesky(chain.covariance[-LINKS:, -LINKS:])
@@ -345,20 +344,21 @@ def draw_states(chains: Chains, reference: Floats, normals: Floats) -> Floats:
 
 # Resample-move (Gilks and Berzuini 2001): for some particles a Markov kernel that leaves the posterior as it is
 # proposes other lengths and noises, filters all frames so far with them (`Chains`), and takes them with Metropolis and
-# Hastings' probability. In each frame it is the turn of so many that their frames are about `BUDGET`; which ones does
-# not depend on what they are.
+# Hastings' probability. Each frame moves as many particles as give about `BUDGET` filtered frames; the choice does not
+# depend on their values.
 #
 # With m and L L' the mean and covariance of the particles, the kernel proposes
 #
 #     x* = m + a (x - m) + s L e,  e ~ N(0, I),
 #
-# with a and s drawn from `KERNELS`: with a^2 + s^2 near 1 it nearly keeps N(m, L L') as it is (Neal 1999), so that only
-# what differs from this Gaussian can be refused; with a = 1 it is a random walk, which finds what the particles miss.
+# with a and s drawn from `KERNELS`: with a^2 + s^2 near 1 it nearly preserves N(m, L L') (Neal 1999), so proposals are
+# refused only for deviations from this Gaussian; with a = 1 it is a random walk, which reaches regions without
+# particles.
 
 BUDGET, BUDGET_IN_SPACE = 4000, 2500
 """Frames that are filtered again in each frame, all particles that are moved in it taken together."""
 FIRST_FRAMES, MORE_AT_FIRST = 8, 3
-"""So many times the budget in the first frames, in which almost everything is learned."""
+"""Multiple of the budget in the first frames, in which almost everything is learned."""
 KERNELS = np.array([(0.3, 0.95), (0.7, 0.7), (1.0, 0.4), (1.0, 1.0)])
 """a and s of the kernel, one of these for each proposal."""
 
@@ -397,8 +397,8 @@ def move(particles: LengthParticles, settings: Settings, rng: Stream, portion: f
     """Propose other lengths and noises for some particles, and take those that fit all frames so far.
 
     Args:
-        particles: What was seen last is in their history.
-        settings: That they were filtered with.
+        particles: Particles with the last observation in their history.
+        settings: Their settings of filtering.
         rng: Random numbers of the frame.
         portion: Power of the last observation's density among those of all; 1 but while it is taken in portions.
     """
@@ -546,7 +546,7 @@ def _see(
 
 
 def _take_portion(particles: LengthParticles, taken: float) -> tuple[float, Floats, float]:
-    """Return how much of the last observation can be taken, the log weights (N,) then, and log p of that portion.
+    """Return the usable portion of the last observation, the log weights (N,) then, and log p of that portion.
 
     It is all of it, if so many particles are left as should be, and else the portion that leaves as many.
     """
@@ -565,7 +565,7 @@ def _take_portion(particles: LengthParticles, taken: float) -> tuple[float, Floa
 
 
 def _count_beyond(particles: LengthParticles, settings: Settings) -> int:
-    """Return how many particles have the middle of their pose beyond a bound."""
+    """Return the number of particles with the middle of their pose beyond a bound."""
     along = product(particles.chains.means, settings.bounds.rows.T)
     return int(np.count_nonzero(((along < settings.bounds.low) | (along > settings.bounds.high)).any(axis=1)))
 

@@ -2,8 +2,8 @@
 
 In the plane the camera has one line of pixels: a point's image coordinate is its first one, and the second is its
 depth, which is not seen. In space it sees the first two coordinates. An absolute angle of 0 lies parallel to the image.
-Joints move between keys, with eased angles: Shimada gives no sequence in numbers, and these are made to show what he
-describes (docs/methods/linkages.md).
+Joints move between keys, with eased angles: Shimada does not give a sequence in numbers; these show what he describes
+(docs/methods/linkages.md).
 """
 
 from dataclasses import dataclass, field, replace
@@ -76,7 +76,7 @@ def turn(frame: float) -> Floats:
 
 
 def move(frame: float) -> Floats:
-    """Return how far its root has moved in the picture (2,), px."""
+    """Return the motion of its root in the picture (2,), px."""
     return np.asarray(MOVE_PX * sines_cosines(MOVE_RATE * frame)[0])
 
 
@@ -138,7 +138,7 @@ class LinkageSceneParameters(_Measured, group=START):
 
 
 NAMES = ("root", "second joint", "third joint", "tip")
-"""Of the points of a chain; its first joint is the root."""
+"""Names of the points of a chain; its first joint is the root."""
 
 REFERENCE_RAD = np.array([0.5, -0.4, 0.2])
 """The reference attitude of the simulated chain in space, as a rotation vector."""
@@ -227,7 +227,7 @@ def attitude(omega: Floats) -> Floats:
 def places(target: LinkageTarget) -> Floats:
     """Return where root, joints and tip are, (4, 3): column and row from the origin, and depth, px.
 
-    In the plane the row is 0, so that the depth is the third coordinate in either case.
+    In the plane the row is 0, so the depth is the third coordinate in both cases.
     """
     sines, cosines = sines_cosines(np.cumsum(target.theta))
     steps = target.r[:, None] * np.stack([cosines, sines, np.zeros(3)], axis=1)
@@ -238,15 +238,15 @@ def places(target: LinkageTarget) -> Floats:
     return np.asarray(product(chain, turn.T) + np.append(target.t, 0.0))
 
 
-# A chain in the plane turns about upright axes, so that a camera beside it sees all of its joints in one row: its links
-# are bars that become shorter as they turn away. Positions are in whole sixteenths of a pixel, as OpenCV takes them, so
-# a pose has one picture.
+# A chain in the plane turns about vertical axes, so the camera sees all of its joints in one row: its links are bars
+# that become shorter as they turn away. Positions are in whole sixteenths of a pixel, as OpenCV takes them, so a pose
+# has one picture.
 
 LINKS = ((72, 99, 132), (95, 127, 163), (126, 157, 190))
 """Colours of the links, from the root on."""
 
 RADII_PX = (13.0, 11.0, 9.0, 6.5)
-"""Of the chain at its root, joints and tip."""
+"""Widths of the chain at its root, joints and tip."""
 
 EDGE, BOLT, GROUND_TOP, GROUND_BOTTOM = (43, 58, 78), (233, 237, 242), 246.0, 224.0
 SOCKET, SOCKET_SIDE_PX = (88, 92, 98), 38.0
@@ -262,7 +262,7 @@ def paint(
 
     Args:
         points_px: (4, 2) of root, joints and tip in the picture.
-        depths: (4,) how far from the camera each is; nearer links are in front. None: those further from the root are.
+        depths: (4,) distance of each from the camera; nearer links are in front. None: those further from the root are.
         size: Width and height of the picture, px.
         parameters: The occluder.
     """
@@ -316,13 +316,13 @@ def _sides(ends: Floats, radii: list[float]) -> Floats:
     )
 
 
-# Of an elongated shape in a silhouette the axis is found more easily than its ends. The line of a link is observed by
+# In a silhouette the axis of an elongated shape is found more easily than its ends. The line of a link is observed by
 # its unit normal n and its offset from the picture's corner: n . p = offset for each of its points p. Shimada 1997,
-# eqs. 4.9 to 4.11, has (m, rho) with m the difference of the two ends' images; but the length of m is what is *not*
-# seen, and rho has to be told by the normal rather than by m.
+# eqs. 4.9 to 4.11, has (m, rho) with m the difference of the two ends' images; but the length of m is *not* seen, and
+# rho must be defined by the normal rather than by m.
 #
-# Both ends of a link err across its line, independently and as much as measured points do; the line goes through where
-# they seem to be. So a line is known the better the longer its link looks, and the distance of a true end from the
+# Both ends of a link err across its line, independently and as much as measured points do; the line goes through their
+# measured places. So a line is known the better the longer its link looks, and the distance of a true end from the
 # observed line is never greater than its error: a bound of the errors bounds the distances.
 
 SHORTEST_PX = 1.0
@@ -347,7 +347,7 @@ def observe_lines(points_px: Floats, errors_px: Floats, visible: Bools) -> tuple
 
     Args:
         points_px: (4, 2) true places of root, joints and tip.
-        errors_px: (3, 2) by how much the beginning and the end of each link seem to be off, across it.
+        errors_px: (3, 2) measurement errors of the beginning and the end of each link, across it.
         visible: (4,) whether each point is in sight; of a link with a visible end a part is.
     """
     normals, offsets = np.full((len(errors_px), 2), np.nan), np.full(len(errors_px), np.nan)
@@ -384,7 +384,7 @@ class LinkageSource:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second at which it is meant to be seen.
         frame_count: Frames of the path.
-        start: Where the estimate begins: off the truth of frame 0 by what the parameters say.
+        start: The first estimate: the truth of frame 0 plus the errors set by the parameters.
         noisy: The measurements depend on the seed.
     """
 
@@ -400,7 +400,7 @@ class LinkageSource:
         self.start: Target = self._start()
 
     def target(self, index: int) -> LinkageTarget:
-        """Return the truth of a frame, of which nothing is hidden."""
+        """Return the truth of a frame without hidden values."""
         parameters = self._parameters
         lengths = (parameters.true_length_1_px, parameters.true_length_2_px, parameters.true_length_3_px)
         chain = partial(_chain, np.array(lengths, dtype=np.float64), self.size)
@@ -481,7 +481,7 @@ class LinkageSource:
 
 
 def _outliers(chances: Floats, ways: Floats, parameters: LinkageSceneParameters) -> Floats:
-    """Return what is added to measurements (n, 2), given uniform numbers of whether (n,) and how far (n, 2)."""
+    """Return the outliers added to measurements (n, 2), given uniform numbers for occurrence (n,) and size (n, 2)."""
     off = (chances < parameters.outlier_share)[:, None]
     return np.where(off, parameters.outlier_px * (2.0 * ways - 1.0), 0.0)
 

@@ -1,4 +1,4 @@
-"""What is believed of a chain after a frame, in one form for all trackers, and what they report of it."""
+"""The belief in a chain after a frame, in one form for all trackers, and their reports."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class Hypothesis(Protocol):
 
 
 class Events(NamedTuple):
-    """What happened in a frame.
+    """The events of a frame.
 
     Attributes:
         splits: Hypotheses that were added.
@@ -73,17 +73,17 @@ class LinkageState:
         belief: Gaussians or regions, each of them a `Hypothesis`, or particles.
         mean: (d,) the estimate, d 6 or 11.
         spread: (d,) standard deviations of the same.
-        low: (d,) of the box of what is believed possible: two standard deviations, 95 % of the lengths of particles, or
-            all that is not excluded.
+        low: (d,) lower bounds of the box of possible values: two standard deviations, 95 % of the lengths of particles,
+            or everything not excluded.
         high: (d,) of the same.
         directions: (3,) theta*, rad.
         directions_sd: (3,) standard deviations of the same.
         origin_px: (2,) place of the chain's origin in the picture.
         reference: (3, 3) reference attitude, in space.
-        log_evidence: Of this frame, where the method has one; else 0.
-        events: What happened in this frame.
-        innovation: How far off what was seen was, of a Gaussian filter that saw something.
-        seen_px: What a Gaussian filter was given to see, NaN where it saw nothing; empty of other methods.
+        log_evidence: Log evidence of this frame, where the method has one; else 0.
+        events: Events of this frame.
+        innovation: Innovation of a Gaussian filter with an observation.
+        seen_px: Observation of a Gaussian filter, NaN for missing values; empty for other methods.
     """
 
     belief: Beam[Any] | ParticleSet
@@ -107,7 +107,7 @@ class LinkageState:
 
     @property
     def sigma(self) -> Floats:
-        """(d,) posterior standard deviations of the angles, degrees; NaN for what is in px, which series tell."""
+        """(d,) posterior standard deviations of the angles, degrees; NaN for values in px, which series report."""
         told = in_degrees(self.spread)
         told[-3:] = np.nan
         if self.in_space:
@@ -130,7 +130,7 @@ class LinkageState:
 
 
 SERIES = tuple(read_reported(Path(__file__).parent).values())
-"""Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
+"""Series of every tracker: the range of each length, directions, hypotheses, and events. The range is two standard
 deviations to either side, the middle 95 % of particles, or all that is not excluded; of hypotheses, of all together."""
 
 GAUSSIAN_SERIES = (*SERIES, *reports.NIS, Series("seen_px", "what was measured", "px", "vector", role="measured"))
@@ -173,10 +173,10 @@ def measure(state: LinkageState) -> Mapping[str, SeriesValue]:
 
 
 def _mirror_gap(state: LinkageState) -> float:
-    """Return how many deviations it is to the nearest pose with one link mirrored in depth, from theta* to -theta*.
+    """Return the distance, in deviations, to the nearest pose with one link mirrored in depth, from theta* to -theta*.
 
-    In the plane it is seen just the same, so nothing that is measured tells which of both is the true one; where they
-    are near each other, a filter may come out on the other side.
+    In the plane both give the same image, so measurements do not show which one is true; where they are near each
+    other, a filter may end on the other side.
     """
     ways = np.abs(wrap(2.0 * state.directions))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -189,11 +189,11 @@ SPATIAL = ("omega x", "omega y", "omega z", "t x", "t y", *FLAT)
 
 
 class Seen(Model):
-    """What there is to see of a chain: hypotheses or particles, and ranges."""
+    """The displayed parts of a chain: hypotheses or particles, and ranges."""
 
     @override
     def cloud(self, state: LinkageState) -> Cloud | None:
-        """Return hypotheses, laid open; None of particles, of which a beam makes one hypothesis."""
+        """Return hypotheses, laid open; None for particles, which a beam turns into one hypothesis."""
         belief = state.belief
         if isinstance(belief, ParticleSet):
             return None
@@ -206,8 +206,8 @@ class Seen(Model):
     ) -> tuple[Part, ...]:
         """Return how the frame has changed the range of each number, and what happened to hypotheses and bounds.
 
-        A range is all that is not excluded, or two standard deviations to either side. It grows by what may have moved,
-        and is cut by what was seen and by the bounds of joints and lengths.
+        A range is all that is not excluded, or two standard deviations to either side. It grows by possible motion, and
+        is cut by the observation and by the bounds of joints and lengths.
         """
         events = state.events
         happened = (
@@ -232,7 +232,7 @@ class SeenParticles(Seen):
 
     @override
     def cloud(self, state: LinkageState) -> Cloud | None:
-        """Return particles, laid open; None of hypotheses, of which the particle filter drew its first ones."""
+        """Return particles, laid open; None for hypotheses, from which the particle filter drew its first particles."""
         belief = state.belief
         return Cloud(belief.states, belief.log_weights, belief.ancestors) if isinstance(belief, ParticleSet) else None
 
@@ -412,7 +412,7 @@ class _Sets(
 
 
 class LinkageTrackerParameters(_Sets, _Particles, _Mirrors, _Start, _Noise, _Lengths, _Joints):
-    """What joints and lengths may be, how the chain moves and is seen, and how each tracker goes about it."""
+    """Bounds of joints and lengths, motion and observation of the chain, and settings of each tracker."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -443,7 +443,7 @@ class LinkageTrackerParameters(_Sets, _Particles, _Mirrors, _Start, _Noise, _Len
 
     @cached_property
     def bounds(self) -> Bounds:
-        """What joints and lengths may be, rad and px."""
+        """Bounds of joints and lengths, rad and px."""
         low = np.deg2rad([self.first_joint_low_deg, self.joint_low_deg, self.joint_low_deg])
         high = np.deg2rad([self.first_joint_high_deg, self.joint_high_deg, self.joint_high_deg])
         difference = np.deg2rad([self.joint_difference_12_deg, self.joint_difference_23_deg])

@@ -1,13 +1,13 @@
 """Trackers of a chain of three links before one camera, by name: lengths and pose at once, from its joints.
 
-Depth is not seen, so that image positions alone determine neither; what is known beforehand of joints, motion and
-lengths has to. Two families use it in two ways (Shimada 1997):
+Depth is not seen, so image positions alone determine neither; prior knowledge of joints, motion and lengths must help.
+Two families use this knowledge in two ways (Shimada 1997):
 
 - Gaussians, which it cuts: `gaussians` steps a beam of extended Kalman filters, one for each side on which a link may
   lie (`linearised`), or one unscented filter; `particles` draws instead;
 - sets, which it bounds: ellipsoids and guides that the truth never leaves, below and in `sets`.
 
-All believe in one `state`, so that they take over from one another, and read one set of `parameters`.
+All use one type of `state`, so a run can switch trackers, and read one set of `parameters`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -74,12 +74,12 @@ from pftrack.filters.particles import ParticleSet, normalise
 # Source: Shimada 1997, chapter 5.
 
 ROOT = slice(3, 5)
-"""Where the root is in an estimate in space."""
+"""Indices of the root in an estimate in space."""
 
 TURNS = 3
 
 SLACK_PX = 1e-6
-"""Of the root's box, for rounding."""
+"""Margin of the root's box, for rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +122,7 @@ class Region:
 
     @property
     def in_space(self) -> bool:
-        """Whether it is of a chain in space."""
+        """Whether the chain is in space."""
         return bool(self.array.shape[1] != 2 * LINKS)
 
     def arrays(self) -> Mapping[str, Floats]:
@@ -158,7 +158,7 @@ def begin(
     Args:
         box: Its least and greatest estimate, (6,) in the plane or (11,) in space.
         scale: S, px/rad.
-        directions: (3,) least and greatest directions, rad, where more is known of them than the box says.
+        directions: (3,) least and greatest directions, rad, where tighter than the box.
         inscribed: Whether the ellipsoid lies in the box, as Shimada may be read; it does not hold all.
     """
     low, high = (_coordinates(end) for end in box)
@@ -167,7 +167,7 @@ def begin(
     half = 0.5 * (high - low) * units + SLACK
     shape = np.diag(half * half if inscribed else half * half.sum())
     shape = product(product(turn, shape), turn.T)
-    # All entries of the sum are 0 or 1, so that the least is the sum of the least.
+    # All entries of the sum are 0 or 1, so the least sum is the sum of the least values.
     low, high = product(turn, low), product(turn, high)
     if directions is not None:
         here = slice(TURNS, TURNS + LINKS - 1) if len(low) > 2 * LINKS else slice(0, LINKS)
@@ -188,7 +188,7 @@ def box_of(regions: Sequence[Region], bounds: Bounds, root: tuple[Floats, Floats
 
     Args:
         regions: At least one.
-        bounds: Of joints, which the differences of directions may exceed.
+        bounds: Bounds of joints, which the differences of directions may exceed.
         root: (2,) least and greatest place of the root, in space.
     """
     low, high = union(regions)
@@ -228,7 +228,7 @@ def contains(state: LinkageState, position: Floats) -> bool:
 
 @lru_cache(maxsize=64)
 def known_bounds(bounds: Bounds, scale: float, motion_rad: float, *, in_space: bool) -> Known:
-    """Return the bounds of joints and lengths as inequalities of a region's coordinates, and how far these may move."""
+    """Return the bounds of joints and lengths as inequalities of a region's coordinates, and their largest motion."""
     size = 2 * LINKS + 2 if in_space else 2 * LINKS
     constraints = bounds.constraints(in_space=in_space)
     joints = np.zeros((len(constraints.rows), size))
@@ -291,7 +291,7 @@ def step(
 
     Args:
         method: Name of the tracker.
-        state: Of the frame before, of any tracker.
+        state: State of the frame before, from any tracker.
         frame: What was seen.
         parameters: In force.
         rng: Not used.
@@ -344,7 +344,7 @@ def _observing(
     parameters: LinkageTrackerParameters,
     treated: Ways,
 ) -> tuple[list[int], Observe]:
-    """Return of which links something was seen, and what takes that into account."""
+    """Return the links with an observation, and the observer that takes that into account."""
     scale, once = float(parameters.angle_scale_px), float(parameters.error_bound_px)
     if reference is None:
         shown = np.diff(seen[:, 0], prepend=0.0)
@@ -366,7 +366,7 @@ def _observing(
     def in_space(region: Floats, link: int, most: int) -> Floats:
         place, image = places[link], images[link]
         if place is None or image is None:
-            raise RuntimeError("a link of which nothing was seen is not observed")
+            raise RuntimeError("a link without a measurement is not observed")
         return observe_in_space(region, place, image.middle, image.bound, ATTITUDE_CELLS, most, treated)
 
     return [link for link, image in enumerate(images) if image is not None], in_space
@@ -375,7 +375,7 @@ def _observing(
 def _root(seen: Floats, longest: Floats, parameters: LinkageTrackerParameters, last: Box) -> Box:
     """Return the least and the greatest place (2,) of the root: seen itself, or as far from a joint as links reach.
 
-    Where nothing is seen it is around where it was.
+    Without an observation it stays around its last place.
     """
     reach = bound = float(parameters.error_bound_px)
     for point, half, length in zip(*bound_places(seen, bound), (*longest, 0.0), strict=True):
@@ -403,7 +403,7 @@ def _regions(
 
 
 def _set_ellipsoid(region: Region, *, ellipsoids: bool) -> Region:
-    """Return a region that has an ellipsoid, or has none."""
+    """Return a region with or without an ellipsoid."""
     if ellipsoids and region.has_ellipsoid:
         return region
     array = region.array.copy()
@@ -418,7 +418,7 @@ def _set_ellipsoid(region: Region, *, ellipsoids: bool) -> Region:
 def _cut(box: Box, bounds: Bounds) -> Box:
     """Return a box of estimates cut by the bounds of joints and lengths.
 
-    What is wholly outside is moved to the bound, with its width: nothing becomes certain by a contradiction.
+    A range wholly outside is moved to the bound with its width, so a contradiction does not create certainty.
     """
     least = np.array([*bounds.joint_low, *bounds.length_low])
     most = np.array([*bounds.joint_high, *bounds.length_high])

@@ -1,13 +1,13 @@
-"""Filters in files: a person's own filter, a Python file of some functions, as a tracker of an experiment.
+"""Filters in files: a user's own filter, a Python file of some functions, as a tracker of an experiment.
 
-- `code`: what a file offers, which texts may be executed, and calling one, with mistakes told by its lines; and
-  the parameters of a file, from a dataclass with defaults;
-- `extension`: the tracker that a file makes, with what stands in for what it leaves out; an experiment with such
-  trackers, the experiment of a recipe, and its outline, which executes nothing.
+- `code`: the functions of a file, trust in texts, and calls, with errors located by line; and the parameters of a file,
+  from a dataclass with defaults;
+- `extension`: the tracker of a file, with defaults for missing functions; an experiment with such trackers, the
+experiment of a recipe, and its outline, which executes nothing.
 
 A recipe holds the texts of the files (`Recipe.filters`), so a run with such a filter is the same everywhere. Each text
-that was in force is a version, and which one computes a frame is a parameter like any other: it can change in the
-middle of a run, and makes a branch in its past.
+that was in force is a version. The version that computes a frame is a parameter like any other: it can change in the
+middle of a run, and a change in the past makes a branch.
 """
 
 from pftrack.experiments.own.code import (

@@ -1,4 +1,4 @@
-"""What a file offers, which texts may be executed, and calling one: mistakes have a line.
+"""The functions of a file, trust in texts, and calls; errors name the line.
 
 Each function gets the arguments that it names:
 
@@ -13,7 +13,7 @@ Each function gets the arguments that it names:
     step(states, log_weights, count, frame, parameters, rng)   a whole step in place of all but the first
         -> states, log_weights[, ancestors]
 
-Of a solid, propose, log_likelihood and step may name project as well: project(states) is where each state sees the
+For a solid, propose, log_likelihood and step may name project as well: project(states) is where each state sees the
 solid's points, (F, N, 2) px. States are (N, d), of the experiment's components; log_weights (N,) logarithms of weights
 that sum to one.
 """
@@ -49,8 +49,8 @@ from pftrack.filters.alone import named_arguments
 # The parameters of a filter in a file: a dataclass with defaults, from which declarations are made.
 #
 #
-# A field that has the name of a parameter of the experiment is that parameter. Of any other a number without bounds
-# gets some around its default, a comment behind it is its help, and the end of its name tells its unit.
+# A field that has the name of a parameter of the experiment is that parameter. Another number without bounds gets
+# bounds around its default; a comment after it is its help, and the end of its name gives its unit.
 
 
 class FilterFileError(RefusedError):
@@ -58,8 +58,8 @@ class FilterFileError(RefusedError):
 
     Attributes:
         file: Name of the file.
-        line: Where it shows, from 1; None where no line can be named.
-        problem: What is wrong, a clause.
+        line: Line of the error, from 1; None where no line can be named.
+        problem: The problem, a clause.
     """
 
     def __init__(self, file: str, line: int | None, problem: str) -> None:
@@ -91,12 +91,12 @@ class Field:
     """A parameter of a file.
 
     Attributes:
-        name: Of the parameter.
+        name: Name of the parameter.
         kind: bool, int, float, or a Literal of texts.
-        default: What a run starts with.
-        within: Of a number, the smallest and the largest value, and the step of its slider.
-        title: What it is called.
-        unit: As it is printed.
+        default: Initial value of a run.
+        within: For a number, the smallest and the largest value, and the step of its slider.
+        title: Its title.
+        unit: Its printed unit.
         about: One sentence of help.
     """
 
@@ -139,8 +139,8 @@ def slider(
         low: Smallest value.
         high: Largest value.
         step: The slider's step; a hundredth of the way if not given.
-        unit: As it is printed; the end of the name tells if not given.
-        title: What the slider is called; its name if not given.
+        unit: The printed unit; by default from the end of the name.
+        title: Title of the slider; by default its name.
         about: One sentence on what it does; the comment behind the field if not given.
     """
     return dataclasses.field(
@@ -153,12 +153,12 @@ def fields_of(found: object, file: str, text: str) -> tuple[Field, ...]:
     """Return the parameters of a file.
 
     Args:
-        found: What the file calls `Parameters`.
+        found: The file's object `Parameters`.
         file: Its name.
         text: Its content.
 
     Raises:
-        FilterFileError: It is no dataclass, or a field has no default or one that no slider can have.
+        FilterFileError: It is not a dataclass, or a field has no default or one that a slider cannot show.
     """
     lines, comments = _places(text), _comments(text)
     if not isinstance(found, type) or not dataclasses.is_dataclass(found):
@@ -240,7 +240,7 @@ def _places(text: str) -> dict[str, int]:
 
 
 def _comments(text: str) -> dict[int, str]:
-    """Return what is said behind each line, as a sentence."""
+    """Return the comment after each line, as a sentence."""
     found = {}
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type == tokenize.COMMENT and token.line[: token.start[1]].strip():
@@ -250,8 +250,8 @@ def _comments(text: str) -> dict[int, str]:
     return found
 
 
-# A recipe, a saved run and a link hold the text of a filter, and may come from anybody. So nothing of that is executed
-# in a process until the owner of this machine has said there that this very text is trusted. Where texts are trusted
+# A recipe, a saved run and a link hold the text of a filter, and may come from anybody. So no such text is executed in
+# a process until the owner of this machine has stated there that exactly this text is trusted. Where texts are trusted
 # already, a recipe may name them by their hash alone.
 
 _TRUSTED: dict[str, str] = {}
@@ -298,13 +298,13 @@ def with_digests(recipe: Recipe) -> Recipe:
 @with_config(CLOSED)
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """What a function is for.
+    """Description of a function.
 
     Attributes:
-        name: Of the function.
+        name: Name of the function.
         arguments: Those that it may name.
-        returns: What it must return, with shapes.
-        about: One sentence; empty of one that is not told.
+        returns: Its required result, with shapes.
+        about: One sentence; empty if it is not documented.
         origin: The file and line where it is declared.
     """
 
@@ -321,10 +321,10 @@ FUNCTIONS: Mapping[str, tuple[str, ...]] = {hint.name: hint.arguments for hint i
 """The functions that a file may define, with the arguments that each may name."""
 
 HINTS = tuple(hint for hint in _DECLARED if hint.about)
-"""What people are told of them."""
+"""Documentation for users."""
 
 LONGEST_STEP_S = 10.0
-"""How long a file may take for a frame: less than a server waits for a process that says nothing."""
+"""Time limit of a file for a frame, shorter than a server's patience with a silent process."""
 
 
 UNTRUSTED = (
@@ -343,7 +343,7 @@ class FilterFile:
     """A file with a filter, as a recipe holds it.
 
     Attributes:
-        name: Of the tracker: the file's name without its suffix.
+        name: Name of the tracker: the file's name without its suffix.
         text: Its content, or the hash of one that is trusted.
     """
 
@@ -354,7 +354,7 @@ class FilterFile:
         """Return what it offers; it is executed once in a process.
 
         Raises:
-            FilterFileError: It cannot be executed, offers nothing, or nobody has said here that it is trusted.
+            FilterFileError: It cannot be executed, defines nothing, or is not trusted here.
         """
         text = text_of(self.text)
         if text is None:
@@ -363,11 +363,11 @@ class FilterFile:
 
 
 class FilterCode:
-    """What a file offers.
+    """The content of a file.
 
     Attributes:
         file: Its name.
-        title: The first line of what it says of itself; its name without.
+        title: The first line of its docstring; without one its name.
         functions: Those of `FUNCTIONS` that it defines, by name.
         fields: Its parameters.
     """
@@ -379,7 +379,7 @@ class FilterCode:
             raise FilterFileError(
                 self.file, None, f"a filter has at most {LONGEST_FILE:,} characters, got {len(text):,}"
             )
-        # So that a traceback shows the lines of this very version.
+        # So that a traceback shows the lines of exactly this version.
         self._source = f"<{name}.py {digest_of(text)[7:19]}>"
         linecache.cache[self._source] = (len(text), None, text.splitlines(keepends=True), self._source)
         module = ModuleType(f"pftrack_filter_{name}_{digest_of(text)[7:19]}")
@@ -423,7 +423,7 @@ class FilterCode:
         """Call a function with those of the arguments that it names.
 
         Raises:
-            FilterFileError: It raised something; it is told by the line of the file in which that happened.
+            FilterFileError: It raised an exception; the error names the line of the file.
         """
         named = {name: given[name] for name in self._arguments[function] if given.get(name) is not None}
         with self._telling():
@@ -452,9 +452,9 @@ class FilterCode:
 
     @contextmanager
     def _telling(self) -> Iterator[None]:
-        """Say of what is raised in which line of the file it was."""
+        """Add the line of the file to exceptions."""
         try:
-            # What comes of it is looked at, and what it prints is not the result of a command.
+            # The result is checked, and printed text does not become the result of a command.
             with np.errstate(all="ignore"), redirect_stdout(sys.stderr):
                 yield
         except FilterFileError:

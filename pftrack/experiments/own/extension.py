@@ -1,8 +1,8 @@
-"""An experiment with the trackers that files make, the experiment of a recipe, examples, and an outline.
+"""An experiment with trackers from files, the experiment of a recipe, examples, and an outline.
 
-A server knows which files its owner has named, but their texts are executed in confined processes alone. What it shows
-of a plan, titles, measures and parameters of the experiment, needs no text: the outline of an experiment has trackers
-that are named and not executed, and does not know the parameters of their files.
+A server has the list of its owner's files, but executes their texts only in confined processes. Its display of a plan
+(titles, measures and parameters of the experiment) needs no text: the outline of an experiment names trackers without
+executing them, and lacks the parameters of their files.
 """
 
 import math
@@ -37,14 +37,14 @@ from pftrack.filters.alone import LARGEST_EXCESS, Answers
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 
-# The tracker that a file makes: a particle filter of the file's functions, and the model's where it has none.
+# The tracker of a file: a particle filter of the file's functions, with the model's for missing ones.
 
 NOT_REPEATABLE = Series("not_repeatable", "not repeatable", role="flag")
-"""Of a filter in a file: whether a step came to other numbers when it was computed again, in this frame or before."""
+"""For a filter in a file: whether repeating a step gave other numbers, in this frame or before."""
 
 
 def version_parameter(tracker: str) -> str:
-    """Return the name of the parameter that says which version of a file is in force, from 1."""
+    """Return the name of the parameter for a file's version in force, from 1."""
     return f"{tracker}_version"
 
 
@@ -57,9 +57,9 @@ def tracker_of(name: str, texts: tuple[str, ...], model: FilterModel) -> Tracker
     """Return the tracker of a file, given all its versions.
 
     Args:
-        name: Of the tracker.
+        name: Name of the tracker.
         texts: All versions, the first first.
-        model: That stands in for what the file leaves out.
+        model: Model with the defaults of missing functions.
 
     Raises:
         FilterFileError: The newest cannot be executed.
@@ -79,7 +79,7 @@ def tracker_of(name: str, texts: tuple[str, ...], model: FilterModel) -> Tracker
 
 
 class FileModel(Model):
-    """What a file's filter believes: by its own functions, and by the model that stands in for what it leaves out."""
+    """The belief of a file's filter: by its own functions, and by the model for missing ones."""
 
     weighs = False
 
@@ -89,7 +89,7 @@ class FileModel(Model):
         self.files, self.base = files, base
         self.axes, self.most_places = base.axes, base.most_places
         self._weighs_itself = "log_likelihood" in functions
-        if "step" not in functions:  # a step of its own may weigh by anything
+        if "step" not in functions:  # its own step may use any weights
             self.title = "the file's likelihood" if self._weighs_itself else base.title
 
     @override
@@ -142,7 +142,7 @@ class FileModel(Model):
 
 @dataclass(frozen=True)
 class _Call:
-    """One step of a file: what it is given, and what stands in for what it lacks."""
+    """One step of a file: its arguments, and the defaults of missing functions."""
 
     code: FilterCode
     model: FilterModel
@@ -154,7 +154,7 @@ class _Call:
 
     @cached_property
     def parameters(self) -> Any:  # noqa: ANN401 - of the file's own class
-        """What the functions of the file see of the parameters."""
+        """The parameters as the functions of the file see them."""
         return self.code.parameters(flat(self.values))
 
     @cached_property
@@ -169,7 +169,7 @@ class _Call:
 
     def take(self) -> Update:
         """Take the step."""
-        # Of a run, a frame and a purpose, so that the way to a frame changes nothing.
+        # Seeded by run, frame and purpose, so the path to a frame does not matter.
         rng = numpy_generator(*self.place)
         states, log_weights = _locked(self.particles.states), _locked(self.particles.log_weights)
         if "step" in self.code.functions:
@@ -298,7 +298,7 @@ def _step(
     with code.limited():
         update = call.take()
         repeatable = bool(getattr(state, "repeatable", True))
-        # Ever more seldom, so that it costs nothing in a long run.
+        # Increasingly rare, so the cost in a long run is negligible.
         if repeatable and rng.frame & (rng.frame - 1) == 0:
             repeatable = _same(update, call.take())
     believed: TrackState = model.believe(state, replace(update, repeatable=repeatable), frame, parameters)
@@ -352,7 +352,7 @@ def experiment_of(recipe: Recipe) -> Experiment:
 
     Raises:
         RefusedError: The experiment is unknown or cannot be used.
-        FilterFileError: A filter cannot be used here, or nobody has said that it is trusted.
+        FilterFileError: A filter cannot be used here, or is not trusted.
     """
     return extend(recipe.experiment, recipe.filters)
 
@@ -414,7 +414,7 @@ def new_defaults(name: str, texts: Sequence[str], values: Mapping[str, Value]) -
     Its own number, and the defaults that are other ones than in the version before, where that one's are in force.
 
     Args:
-        name: Of its tracker.
+        name: Name of its tracker.
         texts: All versions.
         values: In force.
     """
@@ -468,7 +468,7 @@ def _model(base: type[Parameters], filters: Filters) -> type[Parameters]:
 def _joined(versions: Sequence[tuple[Field, ...]], file: str) -> list[Field]:
     """Return the parameters of all versions: as the newest declares them, with room for the values of the others.
 
-    What a run starts with is the default of the first version that has the parameter.
+    A run starts with the default of the first version that has the parameter.
     """
     joined: dict[str, Field] = {}
     for each in (field for version in versions for field in version):
@@ -495,7 +495,7 @@ def _joined_range(one: Within | None, other: Within | None) -> Within | None:
 
 
 def _check_kind(base: type[Parameters], each: Field, file: str) -> None:
-    """Refuse a parameter that has the name of one of the experiment and is of another kind."""
+    """Refuse a parameter that shares the name of one of the experiment but has another type."""
     there = base.model_fields.get(each.name)
     if there is not None and there.annotation is not each.kind and {there.annotation, each.kind} != {int, float}:
         raise FilterFileError(file, None, f"{each.name} is a parameter of the experiment of another kind")
@@ -517,7 +517,7 @@ def package_of(name: str) -> dict[str, str]:
     """Return the files of a package with a first version of an experiment, by their paths.
 
     Args:
-        name: Of the experiment.
+        name: Name of the experiment.
 
     Raises:
         ValueError: It cannot be a name.
@@ -538,7 +538,7 @@ def package_of(name: str) -> dict[str, str]:
 
 
 def outline(experiment_id: str, names: Iterable[str]) -> Experiment:
-    """Return an experiment with trackers of these names, none of which can take a step.
+    """Return an experiment with trackers of these names that cannot take a step.
 
     Raises:
         RefusedError: The experiment is unknown or cannot be used.

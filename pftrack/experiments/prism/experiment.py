@@ -1,7 +1,7 @@
 """The turning prism: which prediction to trust when vertices hide (Bando 2007, ch. 4 section 3.3).
 
-Eight vertices of a solid are measured, the hidden ones wildly. The solid's pose predicts where each should be, and so
-does each vertex's own past; the adaptive sampling distribution learns which of the two is right, vertex by vertex.
+Eight vertices of a solid are measured, the hidden ones wildly. Both the solid's pose and each vertex's own past predict
+the vertex; the adaptive sampling distribution learns which prediction is right, vertex by vertex.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,8 +38,8 @@ from pftrack.vision.likelihoods import points
 
 # Trackers of the prism: eight measured vertices, by the methods of `pose` (Bando 2007, ch. 4 section 3.3).
 #
-# The camera is known, so the solid begins where the scene's parameters say; and so is the noise of every measurement,
-# which is large while its vertex is hidden.
+# The camera is known, so the scene's parameters give the solid's first place. The noise of every measurement is also
+# known; it is large while its vertex is hidden.
 
 
 def measured_of(frame: Frame) -> Measurements:
@@ -106,7 +106,7 @@ def recognised_points(measured: Measurements) -> Bools:
 
 
 class Prism(PoseModel, FilterModel):
-    """How well the measured vertices are where a pinhole sees those of a pose; one that was not measured says nothing.
+    """Fit of the measured vertices to a pose's vertices, seen by a pinhole; missing measurements are ignored.
 
     Angles and place walk at random.
     """
@@ -186,7 +186,7 @@ class Prism(PoseModel, FilterModel):
 
 
 def _walk_sd(parameters: TrackedPrismParameters) -> Floats:
-    """Return how far angles, rad, and place, mm, move in a frame, (6,): as much as features do, at their distance."""
+    """Return the motion of angles, rad, and place, mm, per frame, (6,): that of features at their distance."""
     shift_mm = parameters.feature_noise_px * parameters.distance_mm / parameters.focal_length_px
     return np.concatenate([np.full(3, np.deg2rad(parameters.pose_noise_deg)), np.full(3, shift_mm)])
 
@@ -259,7 +259,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 
 def _place_solid(state: PoseState, theta: Floats) -> Placed:
-    """Return the solid where it is believed to be, at these angles."""
+    """Return the solid at the believed place, at these angles."""
     return drawing.place_points(state, scene.VERTICES_MM, theta), scene.visible_faces(theta, state.translation_mm)
 
 

@@ -1,9 +1,10 @@
 """The trapezoidal prism: eight vertices that turn in front of a camera; the rear ones hide now and then.
 
-What is measured is the pinhole projection of every vertex with Gaussian noise, small for a visible vertex and huge for
-a hidden one; which is which is known (Bando 2007, ch. 4 section 3.3). The solid turns about its centroid in a compound
-motion; it may also move to and fro and change its distance, which an affine camera cannot follow. With everything at
-its default this is the scene of docs/methods/adaptive.md: 625 frames, and frame 0 shows the prism from the front.
+The measurement is the pinhole projection of every vertex with Gaussian noise, small for a visible vertex and huge for a
+hidden one; which vertices are hidden is known (Bando 2007, ch. 4 section 3.3). The solid turns about its centroid in a
+compound motion; it may also move to and fro and change its distance, which an affine camera cannot follow. With
+everything at its default this is the scene of docs/methods/adaptive.md: 625 frames, and frame 0 shows the prism from
+the front.
 
 Vertices with odd numbers make the front face, the one with the short bases, and are never hidden; those with even
 numbers make the rear one. The solid is convex, so a face is visible exactly if it looks towards the camera, and a
@@ -44,7 +45,7 @@ NAMES = tuple(f"x{number}" for number in range(1, len(VERTICES_MM) + 1))
 FRAME_RATE_HZ = 30.0
 SIZE_PX = (640, 480)
 PRINCIPAL_PX: Floats = np.array(SIZE_PX) / 2.0
-"""Where the camera's axis meets the picture."""
+"""The point of the picture on the camera's axis."""
 PRINCIPAL_PX.flags.writeable = False
 
 FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3))
@@ -134,7 +135,7 @@ class Sight:
 
 @dataclass(frozen=True, slots=True)
 class PrismTarget(Target):
-    """Where the prism truly is: `position` is theta (3,) in rad, `landmarks` are its vertices.
+    """The true pose of the prism: `position` is theta (3,) in rad, `landmarks` are its vertices.
 
     Attributes:
         translation_mm: (3,) its centre in the camera's frame.
@@ -171,7 +172,7 @@ class PrismSource:
         return Frame(index, index / FRAME_RATE_HZ, measurements=measurements, target=_target(seen))
 
     def sight(self, index: int, history: History[PrismParameters]) -> Sight:
-        """Return a frame; the phase of the motion adds up over the history, so that a change makes no jump."""
+        """Return a frame; the phase of the motion adds up over the history, so a change does not cause a jump."""
         phase = sum(steps * past.speed for steps, past in history.spans(index, "speed")) / FRAMES
         return sight(self._seed, index, history.at(index), phase)
 
@@ -180,7 +181,7 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     """Return a frame; the same arguments give the same frame, to the bit.
 
     Args:
-        seed: Of the measurement noise.
+        seed: Seed of the measurement noise.
         index: Number of the frame, from 0.
         parameters: In force.
         phase: u, where the motion is, in rounds of Bando's 625 frames; by default as if the parameters had been

@@ -1,6 +1,6 @@
-"""What loops and trackers of others have computed, looked at like any run of one's own.
+"""Results of other loops and trackers, shown like any run of pftrack.
 
-`experiment` holds all of it: the wiring, the parameters, what is compared with the truth, and what is drawn.
+`experiment` holds all of it: the wiring, the parameters, the comparison with the truth, and the drawing.
 """
 
 __all__: list[str] = []

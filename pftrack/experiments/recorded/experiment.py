@@ -1,8 +1,8 @@
-"""What others have computed: a loop of one's own, or the results of any tracker, as a run like any.
+"""Results of other programs: a user's own loop, or the results of any tracker, as an ordinary run.
 
 A recording of beliefs (`pftrack.record`) holds particles, means and covariances or boxes by frame, and perhaps a clip
-and a truth. Its tracker takes over what is written. So all that is done with runs is done with it: it is watched frame
-by frame, plotted, measured where a truth is given, compared with others in step, and exported.
+and a truth. Its tracker returns the recorded beliefs. So everything that works on runs works on it: it can be watched
+frame by frame, plotted, measured against a truth, compared with others frame by frame, and exported.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -79,7 +79,7 @@ def boxes_of(state: BeliefState) -> list[Box]:
 MOST_OTHERS = 200
 """Other targets that are drawn."""
 MOST_NAMED = 40
-"""Up to so many have their number beside them."""
+"""Largest number of targets that show their numbers."""
 
 HUES = [OKABE_ITO[name] for name in ("orange", "sky blue", "bluish green", "yellow", "reddish purple", "vermillion")]
 
@@ -166,7 +166,7 @@ def _truths(step: Step, dot: float) -> dict[str, Primitive]:
 
 
 def _names(state: BeliefState) -> dict[str, Primitive]:
-    """Write beside the paper's edges which components are across and upwards, and what the edges are."""
+    """Label the paper's edges with the components across and upwards, and with their values."""
     beliefs, plane = state.beliefs, state.beliefs.plane
     width, height = plane.size
     drawn: dict[str, Primitive] = {}
@@ -209,13 +209,13 @@ class ScoringParameters(Parameters, group=SCORING):
 
     lost_distance: float = parameter(0, "Lost from", within=(0, MOST_DISTANCE, 1))
     """Distance from the truth from which on the target counts as lost, in the unit of the states; 0 for outside its
-    true box. Where truths have no box, it begins with how far the true places lie from the middle of their path, root
-    mean square: one who stays there is wrong by so much."""
+    true box. Where truths have no box, the default is the root mean square distance of the true places from the middle
+    of their path: the error of an estimate that stays there."""
     lost_share: float = loss_share(0.25)
 
 
 class RecordedBeliefParameters(SelectionParameters, ScoringParameters):
-    """What is looked at in a recording."""
+    """The shown part of a recording."""
 
     @property
     def judged_by_box(self) -> bool:
@@ -224,7 +224,7 @@ class RecordedBeliefParameters(SelectionParameters, ScoringParameters):
 
 
 class ExampleBeliefParameters(ExampleParameters, RecordedBeliefParameters):
-    """The example that is made up, and what is looked at in it."""
+    """The synthetic example, and its shown part."""
 
 
 def simulate() -> Setup:

@@ -1,9 +1,9 @@
-"""The frames of a recording of beliefs, an example that is made up, and the tracker that takes over what is believed.
+"""The frames of a recording of beliefs, a synthetic example, and the tracker that returns the recorded beliefs.
 
-Nothing is left to compute but moments. The example is two discs that pass each other, and beliefs of both. There is no
-tracker behind it. The particles of a disc lie around a point that is off its centre by a random error, and are as wide
-as that error is on average: so what they say of themselves is right, and can be checked. Where the discs meet, their
-numbers may be confused, as trackers of several targets do.
+Nothing is left to compute but moments. The example is two discs that pass each other, and beliefs in both. The beliefs
+do not come from a tracker. The particles of a disc lie around its centre plus a random error, with a spread equal to
+the error's standard deviation, so their uncertainty is right, and can be checked. Where the discs meet, their numbers
+may be confused, as by trackers of several targets.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -31,14 +31,14 @@ from pftrack.sources.beliefs.content import Content, SelectionParameters
 from pftrack.sources.beliefs.sequence import BeliefSequence
 
 SPREAD_FRAMES = 500
-"""So many frames at most are looked at for how far the true places lie apart."""
+"""Largest number of frames used for the spread of the true places."""
 
 
-# Which true target each number of a tracker stands for is told as CLEAR MOT has it (Bernardin and Stiefelhagen 2008): a
-# pair of the frame before stays together as long as its boxes overlap by half; what is left is paired, the greatest
-# overlap first (they take the greatest sum, which differs only where three boxes overlap each other by half). A true
-# target that gets another number than the last one it had is an identity switch. Where there are no boxes, the distance
-# of positions stands for the overlap.
+# The assignment of a tracker's numbers to true targets follows CLEAR MOT (Bernardin and Stiefelhagen 2008): a pair of
+# the frame before stays together while its boxes overlap by half; the rest is paired, the greatest overlap first (they
+# take the greatest sum, which differs only where three boxes overlap each other by half). A true target that gets
+# another number than the last one it had is an identity switch. Without boxes, the distance of positions replaces the
+# overlap.
 
 LEAST_OVERLAP = 0.5
 
@@ -52,11 +52,11 @@ def overlap(one: Floats, other: Floats) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Identities:
-    """What became of the numbers.
+    """The assignment of the numbers.
 
     Attributes:
-        pairs: For each frame of which both something is believed and true, the true target of each number.
-        switches: How many true targets have another number than before, by frame.
+        pairs: For each frame with both a belief and a truth, the true target of each number.
+        switches: Number of true targets whose number has changed, by frame.
         first: The true target that each number stood for first.
     """
 
@@ -69,12 +69,12 @@ def pair_up(frames: Sequence[tuple[int, Sequence[Belief], Sequence[Belief]]]) ->
     """Pair numbers with true targets through all frames.
 
     Args:
-        frames: Number of the frame, what is believed of its targets, and what is true; by ascending number.
+        frames: Number of the frame, beliefs in its targets, and their truths; by ascending number.
     """
     pairs: dict[int, dict[int, int]] = {}
     switches: dict[int, int] = {}
     first: dict[int, int] = {}
-    before: dict[int, int] = {}  # of each true target, the number that it had last
+    before: dict[int, int] = {}  # the last number of each true target
     last: dict[int, int] = {}  # pairs of the frame before
     for frame, beliefs, truths in frames:
         gains = np.array([[_likeness(one, true) for true in truths] for one in beliefs])
@@ -102,7 +102,7 @@ def pair_up(frames: Sequence[tuple[int, Sequence[Belief], Sequence[Belief]]]) ->
 
 
 def _likeness(one: Belief, true: Belief) -> float:
-    """Return how well a belief covers a truth, 0 to 1; with positions alone there is nothing but the one target."""
+    """Return the overlap of a belief with a truth, 0 to 1; with positions alone there is only one target."""
     if one.box is not None and true.box is not None:
         return overlap(one.box, true.box)
     return float(one.target == true.target)
@@ -115,7 +115,7 @@ class RecordedBeliefs:
         size: Width and height of the picture, or of the paper, px.
         frame_rate_hz: Frames a second.
         frame_count: Frames from the chosen one to the end.
-        start: The truth of the first frame, or else what is believed there.
+        start: The truth of the first frame, or else the belief there.
         noisy: The frames do not depend on the seed.
     """
 
@@ -132,9 +132,9 @@ class RecordedBeliefs:
 
         Args:
             sequence: The recording.
-            parameters: Which target and which components are looked at.
+            parameters: The shown target and components.
             first: Number of the first frame that is used.
-            truth: Where the target truly is, by number of the frame; what the file itself says if not given.
+            truth: True place of the target, by number of the frame; by default that of the file.
         """
         self._sequence, self._first, self._truth = sequence, first, truth
         content = sequence.content
@@ -148,7 +148,7 @@ class RecordedBeliefs:
         self.start = self._target(self._number(0)) or Target(np.zeros(len(self._components)), hidden=None)
 
     def frame(self, index: int, history: History[Parameters]) -> Frame:
-        """Return what is believed in a frame; the same arguments give the same frame, to the bit."""
+        """Return the beliefs of a frame; the same arguments give the same frame, to the bit."""
         del history
         number = self._number(index)
         content = self._sequence.content
@@ -168,10 +168,10 @@ class RecordedBeliefs:
         return Frame(index, float(self._times_s[index]), image_rgb=shown, target=self._target(number), beliefs=beliefs)
 
     def true_spread(self) -> float:
-        """Return how far the true places lie from the middle of their path: root mean square, in the states' unit.
+        """Return the root mean square distance of the true places from the middle of their path, in the states' unit.
 
         Who stays at that middle is wrong by so much (Nash and Sutcliffe 1970 measure skill by it). It is 0 where a
-        truth has a box, which says better how near is near enough, and where none moves.
+        truth has a box, which is a better tolerance, and where none moves.
         """
         frames = np.unique(np.linspace(0, (self.frame_count or 1) - 1, SPREAD_FRAMES).astype(np.int64)).tolist()
         paths: dict[int, list[Floats]] = {}
@@ -200,7 +200,7 @@ class RecordedBeliefs:
         return self._sequence.first + self._first + index
 
     def _known(self, number: int) -> tuple[int, bool]:
-        """Return the frame whose belief of the selected target stands for a frame's, and whether it is that one's."""
+        """Return the frame whose belief in the selected target is used for a frame, and whether it is that frame."""
         place = int(np.searchsorted(self._frames, number, side="right"))
         known = int(self._frames[max(place - 1, 0)])
         return known, known == number
@@ -300,8 +300,8 @@ class ExampleSource:
     Attributes:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second.
-        frame_count: How many there are.
-        start: Where the selected disc is in frame 0.
+        frame_count: Number of frames.
+        start: Place of the selected disc in frame 0.
         noisy: The errors depend on the seed.
     """
 
@@ -312,7 +312,7 @@ class ExampleSource:
         """Set the example up; the seed is that of the errors.
 
         Raises:
-            ParameterError: There is no such target or component.
+            ParameterError: The target or component does not exist.
         """
         self._seed = seed
         self._selected = 2 if parameters.selected_target == 2 else 1
@@ -400,11 +400,11 @@ REPORTED = tuple(read_reported(Path(__file__).parent).values())
 
 @dataclass(frozen=True, eq=False)
 class BeliefState:
-    """What was recorded of a frame, immutable.
+    """The record of a frame, immutable.
 
     Attributes:
-        beliefs: Of all targets.
-        particles: Of the selected one, with weights that sum to one; None without.
+        beliefs: Beliefs in all targets.
+        particles: Particles of the selected one, with weights that sum to one; None without.
         estimate: (tracked,) the chosen components of its mean, or the middle of its box.
         covariance: (tracked, tracked) of these; None where it is not known.
     """
@@ -434,7 +434,7 @@ class BeliefState:
 
 
 def place_of(belief: Belief, components: tuple[int, ...]) -> Floats:
-    """Return the chosen components of what is believed in the mean, (tracked,); NaN where nothing is."""
+    """Return the chosen components of the mean, (tracked,); NaN where nothing is."""
     mean = belief.mean
     if mean is None and belief.particles is not None:
         mean = _set_of(belief).mean
@@ -483,7 +483,7 @@ def start(target: Target, frame: Frame, parameters: Parameters, rng: Generator) 
 
 
 def measure(state: BeliefState) -> Mapping[str, SeriesValue]:
-    """Report what there is: the components that are looked at, the particles, the box, and how many targets."""
+    """Report the available values: the shown components, the particles, the box, and the number of targets."""
     beliefs, belief = state.beliefs, state.beliefs.selected
     sigma = state.sigma
     found: dict[str, SeriesValue] = {
@@ -509,7 +509,7 @@ def measure(state: BeliefState) -> Mapping[str, SeriesValue]:
 
 
 class Recorded(Model):
-    """What was recorded says nothing of a model, but its particles can be looked into."""
+    """The record has no model, but its particles can be inspected."""
 
     def cloud(self, state: BeliefState) -> Cloud | None:
         """Return the particles as they were recorded; their parents only where these were."""

@@ -1,10 +1,10 @@
-"""A model joined with a filter is a tracker: the particle filter and the Kalman filter of whatever a family believes.
+"""A model joined with a filter is a tracker: the particle filter and the Kalman filter of a family's model.
 
     TRACKERS = filtered(Signal(), Bootstrap("condensation", "Condensation", "..."), Kalman("kalman", "...", "..."))
 
-`PointModel` is the model of one point or signal, whose states are `PointState`: what their filters report, how a run
-begins, and how it goes on from particles, are the same for all. Where a model is linear, the particle filter carries
-the exact answer beside its own.
+`PointModel` is the model of one point or signal, whose states are `PointState`: reports, the start of a run, and
+continuation from particles are the same for all. Where a model is linear, the particle filter also carries the exact
+answer.
 """
 
 from abc import ABC, abstractmethod
@@ -35,15 +35,15 @@ from pftrack.filters.resampling import RESAMPLERS, Resampler
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """What a filter computes in a step.
+    """Results of a filter's step.
 
     Attributes:
         particles: The posterior.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
         resampled: Whether the particles were resampled.
         repeatable: Whether each repetition of the step, as far as one was tried, gave the same numbers.
-        moments: Mean (d,) and covariance (d, d) of the particles, where the filter knows them already.
-        observation_count: How many of the particles, the last ones, came from the observation sampler.
+        moments: Mean (d,) and covariance (d, d) of the particles, where the filter has computed them.
+        observation_count: Number of particles from the observation sampler; they are the last ones.
         samplers: Names of what draws by prediction and by observation, where there is a choice.
         switched: Whether another sampler, or another process noise, was used than in the frame before.
         alert: Whether the filter doubts the prediction more than in calm times; None where it never does.
@@ -69,8 +69,8 @@ class PointModel(FilterModel):
     """The belief in one point or signal; the first coordinates of its state are the estimate.
 
     Attributes:
-        instants: Of how many frames a state begins with the places, the newest first: all are moved together, so that
-            what a person moves keeps its velocity.
+        instants: Number of frames whose places a state begins with, the newest first: all are moved together, so a
+            target moved by the user keeps its velocity.
     """
 
     instants: int = 1
@@ -105,7 +105,7 @@ class PointModel(FilterModel):
         return known if known.particles is particles else replace(known, particles=particles)
 
     def believe(self, known: State, update: Update, frame: Frame, parameters: Values) -> PointState:
-        """Return the posterior of the particles, with the exact one beside it where that is known."""
+        """Return the posterior of the particles, and the exact one where known."""
         prior = known.reference or known.posterior
         linear = self.linear(frame, parameters, known) if self.scales and frame.index else None
         exact = condition(kalman.predict(prior, linear.dynamics), linear)[0] if linear else prior
@@ -162,7 +162,7 @@ class PointModel(FilterModel):
         return (*reports.CLOUD, reports.EXACT) if self.scales else reports.CLOUD
 
     def measure(self, state: State) -> Mapping[str, SeriesValue]:
-        """Report the particles, and the exact answer beside theirs."""
+        """Report the particles, and the exact answer."""
         if state.particles is None or (self.scales and state.reference is None):
             return {}
         values = reports.cloud(state.particles, resampled=state.resampled)
@@ -199,8 +199,8 @@ class Filter(ABC, Generic[M_contra]):
 
     Attributes:
         id: Name of the tracker.
-        title: On the screen; empty where `experiment.yaml` says it.
-        description: One sentence on how it works; empty where `experiment.yaml` says it.
+        title: On the screen; empty where `experiment.yaml` gives it.
+        description: One sentence on the method; empty where `experiment.yaml` gives it.
     """
 
     id: str
@@ -208,7 +208,7 @@ class Filter(ABC, Generic[M_contra]):
     description: str = ""
 
     def join(self, model: M_contra) -> Tracker:
-        """Return the tracker of a model; by default one that begins and reports as the model says."""
+        """Return the tracker of a model; by default one that begins and reports as the model defines."""
         return Tracker(
             self.id,
             model.start,
@@ -304,8 +304,8 @@ def filtered(model: M, *filters: Filter[M]) -> dict[str, Tracker]:
 
 
 # The normalised innovation squared (NIS) tells whether a Kalman filter is consistent, without the truth: on average it
-# should be as large as numbers are measured, and above its limit in one frame of twenty. Larger, the filter is too sure
-# of itself; smaller, it could be surer (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+# should equal the number of measured values, and exceed its limit in one frame of twenty. If it is larger, the filter
+# is overconfident; if smaller, underconfident (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
 
 LIMIT_DIGITS = 6
 

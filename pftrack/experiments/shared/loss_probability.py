@@ -1,11 +1,10 @@
-"""The probability that a tracker has lost its target, told from what it knows itself.
+"""The probability that a tracker has lost its target, estimated from the tracker's own numbers.
 
-A tracker goes on whether it follows its target or something else. What it computes on the way tells the two apart, more
-or less: how well the picture agrees with what was expected, how wide the belief is, how many particles carry it,
-whether the estimate jumps (signals). Each number means something only beside what it was before. A logistic
-regression weighs them; it is fitted on scenes that were drawn at random, frozen, and judged on others
-(`tools.loss_probability`), and only where it says what is true it is declared. On recordings it is not calibrated, and
-not told.
+A tracker continues whether it follows its target or something else. Its intermediate numbers (signals) distinguish the
+two cases to some degree: the agreement of the picture with the prediction, the width of the belief, the number of
+effective particles, and jumps of the estimate. Each number is meaningful only relative to its past. A logistic
+regression weighs them; it is fitted on scenes drawn at random, frozen, and judged on others (`tools.loss_probability`).
+It is declared only where it is calibrated. On recordings it is not calibrated, and not shown.
 """
 
 import json
@@ -36,10 +35,10 @@ class Logistic:
     """A fitted regression on F features.
 
     Attributes:
-        means: Of the features.
-        deviations: Their standard deviations; endless for one that never changes, so that it counts for nothing.
-        weights: Of the features in standard deviations.
-        intercept: What is added.
+        means: Means of the features.
+        deviations: Their standard deviations; infinite for a constant one, which removes its effect.
+        weights: Weights of the features in standard deviations.
+        intercept: The constant term.
     """
 
     means: tuple[float, ...]
@@ -60,18 +59,17 @@ def scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
     return np.clip((features - means) / deviations, -CLIP, CLIP)
 
 
-# Signals: what a frame's own numbers say of whether the target is lost, without a look at the truth.
+# Signals: numbers of a frame that indicate a lost target without the truth.
 #
-# Everything is read from the rows of a run by what columns and series are declared to be, so that it is there of every
-# tracker, of those of other packages, and of runs that were saved long ago:
+# Everything is read from the rows of a run by the declared roles of columns and series, so signals exist for every
+# tracker, including those of other packages, and for old saved runs:
 #
-# | signal | what it is |
-# |---|---|
+# | signal | meaning | |---|---|
 # | evidence | log evidence of the frame |
 # | spread | logarithm of the standard deviation, the root mean square of all components |
 # | step | ln(1 + distance of the estimate from the one before, in these deviations) |
-# | jump | ln(1 + distance of the estimate from where its last two put it, in these deviations) |
-# | searching | 1 where the tracker looks for its target, by its own account |
+# | jump | ln(1 + distance of the estimate from the extrapolation of its last two, in these deviations) |
+# | searching | 1 where the tracker reports that it searches its target |
 # | ess | logarithm of the effective sample size over the number of particles, by the roles "ess" and "particles" |
 #
 # and, under its name, each series of the role "share" (share of the first component), "flag" (mean of the flags),
@@ -80,7 +78,7 @@ def scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
 # one less the sum of the squared weights (Gini's index).
 
 LEAST = 1e-9
-"""What is smaller counts as this before its logarithm is taken."""
+"""Smallest value before its logarithm is taken."""
 
 FARTHEST = 700.0
 """A log evidence counts as no further from zero."""
@@ -93,7 +91,7 @@ def signal_names(series: Sequence[Series], *, searches: bool, more: Sequence[str
     """Return the signals of a tracker.
 
     Args:
-        series: That it declares.
+        series: Its declared series.
         searches: Whether it may look for its target by its own account.
         more: Names of further series of these that are signals.
     """
@@ -113,9 +111,9 @@ def read_signals(
     """Return the signals of some frames, (L, S), NaN where one is not known.
 
     Args:
-        names: Of the signals.
+        names: Names of the signals.
         series: All that may be in the rows, by name.
-        rows: Of consecutive frames.
+        rows: Rows of consecutive frames.
         before: Estimates of the frames before these, two at most.
     """
     by_role = {one.role: one.name for one in series.values()}
@@ -144,7 +142,7 @@ def read_signals(
 
 
 def _logarithm(values: Sequence[float] | Floats) -> Floats:
-    """Return ln of numbers that are not negative; NaN stays what it is."""
+    """Return ln of numbers that are not negative; NaN stays NaN."""
     return np.where(np.isnan(values), np.nan, logarithm(np.maximum(values, LEAST)))
 
 
@@ -154,7 +152,7 @@ def _deviation(row: Diagnostics) -> float:
 
 
 def _moves(estimates: Sequence[tuple[float, ...]], count: int) -> tuple[Floats, Floats]:
-    """Return how far the last `count` estimates are from the one before, and from where the last two put each; or 0."""
+    """Return the distances of the last `count` estimates from the previous one and from the extrapolation; or 0."""
     moves = []
     for place in range(len(estimates) - count, len(estimates)):
         now, last, earlier = (estimates[max(place - back, 0)] for back in range(3))
@@ -182,27 +180,27 @@ _AS_ROLE: Mapping[SeriesRole, Callable[[Sequence[float]], float]] = {
     "event": lambda numbers: float(numbers[0] > 0.0),
     "extent": math.prod,
 }
-"""What becomes of the numbers of a series, by its role; of all others, their mean."""
+"""Reduction of a series's numbers, by its role; for all others, their mean."""
 
 
-# What a number means hangs on what is usual: the log evidence of one scene says nothing in another one. So each signal
-# has a memory of what it was. A frame's features depend on the frames up to it alone, and a memory of a few numbers
-# carries them on, so that a run that goes on is not read again.
+# The meaning of a number depends on its usual value: the log evidence of one scene is not comparable with that of
+# another. So each signal has a memory of its past. A frame's features depend only on the frames up to it, and a memory
+# of a few numbers suffices, so a continued run is not read again.
 
 KINDS: tuple[str, ...] = ("now", "fast", "slow", "change", "lowest", "highest")
-"""Of each signal: its value; its means over the last 5 and the last 25 frames or so; by how much the first of these has
-changed since the beginning; the least and the greatest such change so far."""
+"""Features of each signal: its value; its means over about the last 5 and the last 25 frames; the change of the first
+of these since the beginning; the least and the greatest such change so far."""
 
 FAST, SLOW = 1.0 / 5.0, 1.0 / 25.0
 """Share of a mean that a new value replaces."""
 
 BEGINNING = 5
-"""So many known values are the beginning, whose mean is what is usual."""
+"""Number of known values at the beginning, whose mean is the usual value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Memory:
-    """What is kept of S signals in the frames so far.
+    """The memory of S signals over the frames so far.
 
     Attributes:
         counts: (S,) frames in which each was known.
@@ -237,7 +235,7 @@ def remember(memory: Memory, signals: Floats) -> tuple[Memory, Floats]:
     A signal that is not known in a frame changes no memory, and its "now" is the fast mean.
 
     Args:
-        memory: Of the frames before.
+        memory: Memory of the frames before.
         signals: (L, S) of these frames, NaN where one is not known.
     """
     found = np.empty((len(signals), signals.shape[1], len(KINDS)))
@@ -259,10 +257,10 @@ def remember(memory: Memory, signals: Floats) -> tuple[Memory, Floats]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Past:
-    """What a model keeps of the frames behind it.
+    """A model's memory of past frames.
 
     Attributes:
-        memory: Of the signals; None before the first frame.
+        memory: Memory of the signals; None before the first frame.
         estimates: The last two.
     """
 
@@ -272,12 +270,12 @@ class Past:
 
 @dataclass(frozen=True, slots=True)
 class LossModel:
-    """What says how probable it is that a tracker has lost its target.
+    """A model of the probability that a tracker has lost its target.
 
     Attributes:
         signals: Names of what is read of each frame.
         regression: On the features of these, in the order of `feature_names`.
-        series: What the rows of the tracker have, by name.
+        series: Series in the tracker's rows, by name.
     """
 
     signals: tuple[str, ...]
@@ -288,9 +286,9 @@ class LossModel:
         """Return what is kept after some frames, and the probability in each, (L,).
 
         Args:
-            past: After the frame before them; what is empty begins with the first of these, in which a tracker does
-                nothing but begin, so that its probability is not known.
-            rows: Of consecutive frames.
+            past: Memory after the frame before them. An empty one begins with the first of these, in which a tracker
+                only begins, so its probability is unknown.
+            rows: Rows of consecutive frames.
         """
         if not rows:
             return past, np.zeros(0)
@@ -314,23 +312,23 @@ def follow_features(
     return Past(memory, estimates), features
 
 
-# What a tracker's own numbers mean hangs on the scene: in one that never hides its target, a small likelihood is bad
-# news, in another one it is the rule. So an experiment says between which bounds its parameters are to be drawn, and
-# each number is a scene: the same on every machine, and a number that was not fitted is a scene that was never seen.
+# The meaning of a tracker's own numbers depends on the scene: a small likelihood is alarming in a scene that never
+# hides its target, and usual in another one. So an experiment gives the bounds from which its parameters are drawn, and
+# each number is a scene: the same on every machine, and a number not used in fitting is an unseen scene.
 
 FIRST_JUDGED = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class Scenes:
-    """Where the parameters of a scene are drawn from.
+    """Ranges for the parameters of a scene.
 
     Attributes:
         ranges: Least and greatest value by name of a parameter, drawn evenly; whole numbers if both are.
-        choices: Values by name, of which one is drawn.
+        choices: Values by name; one is drawn.
         frames: Length of a run; of a scene that is shorter, all of it.
-        fitted: How many scenes a probability is fitted on, of the numbers from 0 on.
-        judged: How many others it is judged on, of the numbers from `FIRST_JUDGED` on.
+        fitted: Number of scenes for fitting, with numbers from 0 on.
+        judged: Number of other scenes for judging, with numbers from `FIRST_JUDGED` on.
         trackers: Names of those trackers that are fitted, where some would take too long; all if empty.
     """
 
@@ -360,7 +358,7 @@ LOSS_PROBABILITY = Series(
     "probability that the target is lost",
     role="loss_probability",
 )
-"""Of each tracker that has a model; what general code does with it, it does by its role."""
+"""The series of each tracker that has a model; general code uses it by its role."""
 
 MOST_ERROR = 0.05
 """Expected calibration error in scenes that were not fitted above which none is declared."""
@@ -370,11 +368,11 @@ FORMAT = "pftrack-loss"
 
 @dataclass(frozen=True)
 class LossDeclaration:
-    """Of which trackers it is declared, and how that was fitted.
+    """The trackers with a declared probability, and their fits.
 
     Attributes:
         scenes: On which it is fitted and judged; None where nothing was.
-        signals: Names of series that are signals beside those of every tracker.
+        signals: Names of series that are signals in addition to those of every tracker.
         models: By name of the tracker, of those whose probability is true in scenes that were not fitted.
         refused: By name of the tracker, the expected calibration error in scenes that were not fitted, of those that
             have none because it is too great.
@@ -395,7 +393,7 @@ class LossDeclaration:
 
 
 NOTHING_DECLARED = LossDeclaration()
-"""Of an experiment none of whose trackers can tell."""
+"""For an experiment whose trackers have no such probability."""
 
 
 def read_declaration(
@@ -404,10 +402,10 @@ def read_declaration(
     """Return what is declared by the models in a file.
 
     Args:
-        path: Of the file.
-        trackers: Those of which it speaks, by name.
+        path: Path of the file.
+        trackers: Its trackers, by name.
         scenes: On which they were fitted and judged.
-        signals: Names of series that are signals beside those of every tracker.
+        signals: Names of series that are signals in addition to those of every tracker.
 
     Raises:
         ValueError: The file holds something else, or speaks of a tracker that is not there.

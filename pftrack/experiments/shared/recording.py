@@ -1,6 +1,6 @@
 """A recording as a source: the pictures of a video, with an overlay and, where it is known, the truth.
 
-The overlay is an occluder and look-alikes that any source can wear. The occluder is a vertical strip in front of
+The overlay is an occluder and look-alikes that any source can have. The occluder is a vertical strip in front of
 everything; the distracters are discs in the target's colour at three of six slots around the middle of the picture,
 twenty layouts in all (Bando 2007, ch. 3 section 3). On a simulated scene they are the experiment; on a recording they
 make an easy clip hard, live.
@@ -69,7 +69,7 @@ class OccluderParameters(Parameters, group=GROUP):
 
 
 class OverlayParameters(OccluderParameters, group=GROUP):
-    """What is laid over the picture; nothing by default."""
+    """The overlay of the picture; nothing by default."""
 
     distracter_radius_px: float = distracter_radius(0)
     layout: int = parameter(7, "Look-alike layout", within=(0, len(LAYOUTS) - 1, 1))
@@ -85,7 +85,7 @@ def strip(parameters: OccluderParameters, width: int) -> tuple[float, float]:
 
     Args:
         parameters: The occluder.
-        width: Of the picture, px.
+        width: Width of the picture, px.
     """
     middle = width / 2 + parameters.occlusion_offset_px
     half = parameters.occlusion_width_px / 2
@@ -168,12 +168,12 @@ def _paint_columns(image_rgb: NDArray[np.uint8], first: int, last: int, colour: 
 
 
 MOST_LOOKED_AT = 25
-"""Pictures that tell of the background."""
+"""Pictures that show the background."""
 
 
 @dataclass(frozen=True)
 class RecordedBackdrop:
-    """What a recording tells of its background, without what is laid over it.
+    """The background of a recording, without the overlay.
 
     Attributes:
         sequence: The pictures.
@@ -200,8 +200,8 @@ def frames_to_search(first: int, last: int, *, closely: int, most: int) -> Seque
     Args:
         first: Number of the first picture.
         last: Number of the last picture.
-        closely: How many are looked into one by one; of later ones at most every fifth.
-        most: How many are looked into in all.
+        closely: Number of pictures examined one by one; later at most every fifth.
+        most: Largest number of examined pictures.
     """
     near = range(first, min(first + closely, last + 1))
     every = max(THEN_EVERY, -(-(last + 1 - near.stop) // (most - closely)))
@@ -209,7 +209,7 @@ def frames_to_search(first: int, last: int, *, closely: int, most: int) -> Seque
 
 
 class RecordingParameters(OverlayParameters, group=GROUP):
-    """What is laid over the recording."""
+    """The overlay of the recording."""
 
     distracter_colour: str = parameter("#c83232", "Look-alike colour", colour=True)
     """Colour of the look-alikes; the target's own at first."""
@@ -223,7 +223,7 @@ class RecordedFrames:
         frame_rate_hz: Frames a second.
         frame_count: Frames from the chosen one to the end.
         noisy: The pictures do not depend on the seed.
-        start: What is known of the target in the first picture.
+        start: Prior knowledge of the target in the first picture.
     """
 
     noisy = False
@@ -237,7 +237,7 @@ class RecordedFrames:
 
 
 class RecordingSource(RecordedFrames):
-    """The frames of a recording from a chosen one on; `start` is where the person drew the box, or what else is known.
+    """The frames of a recording from a chosen one on; `start` is the user's box, or other prior knowledge.
 
     An overlay may lie over them.
     """
@@ -257,7 +257,7 @@ class RecordingSource(RecordedFrames):
             sequence: The pictures.
             box: Around the target in the first picture used: x and y of the left top corner, width and height, px.
             first: Number of that picture within the sequence.
-            truth: Where the target truly is, by number of the picture within the sequence.
+            truth: True place of the target, by number of the picture within the sequence.
             start: The target in the first picture, if it is more than the middle of the box.
         """
         x, y, w, h = box

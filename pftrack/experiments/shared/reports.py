@@ -1,4 +1,4 @@
-"""What several families of trackers declare alike: reported series, parameters, and the state of a single point.
+"""Common declarations of several families of trackers: reported series, parameters, and the state of a single point.
 
 The state is a posterior over the vector of one point, or of one signal, by particles or a Gaussian.
 """
@@ -27,7 +27,7 @@ _DECLARED = {series.name: series for series in read_as(Series, Path(__file__).wi
 CLOUD = tuple(_DECLARED[name] for name in ("ess", "particles", "resampled", "unique_ancestors"))
 SAMPLERS, ALERT, EXACT = _DECLARED["samples"], _DECLARED["switched"], _DECLARED["exact"]
 NIS = tuple(_DECLARED[name] for name in ("nis", "nis_freedom", "nis_limit"))
-"""What many trackers report; `series.yaml` says of which trackers."""
+"""Series of many trackers; `series.yaml` lists the trackers."""
 
 
 def cloud(particles: ParticleSet, *, resampled: bool) -> Mapping[str, SeriesValue]:
@@ -43,7 +43,7 @@ def cloud(particles: ParticleSet, *, resampled: bool) -> Mapping[str, SeriesValu
 def hypotheses_cloud(states: Floats, log_weights: Floats, parents: Ints) -> Cloud:
     """Return the members of a beam, laid open like particles: states (K, d), log weights (K,), parents (K,).
 
-    Where all begin, as when another tracker has come before, their ancestors are not known.
+    Where all particles are new, as after a switch of trackers, their ancestors are unknown.
     """
     return Cloud(states, log_weights, None if (parents < 0).all() else parents)
 
@@ -77,7 +77,7 @@ def resampling_threshold(*, trackers: tuple[str, ...] | None = None) -> Any:  # 
 
 
 def loss_share(default: float) -> Any:  # noqa: ANN401
-    """Declare how much of a successful run may be lost, for trackers of targets that can be."""
+    """Declare the largest lost share of a successful run, for trackers of targets that can be lost."""
     return parameter(
         default,
         "Frames that may be lost",
@@ -88,9 +88,9 @@ def loss_share(default: float) -> Any:  # noqa: ANN401
 
 
 class JudgedByBox(Parameters, group="Scoring"):
-    """Trackers of a recording on which a true box says where the target is: it is held inside the box, else lost.
+    """Trackers of a recording with true boxes: the target is held inside the box, else lost.
 
-    That is the one threshold of all experiments that do so (`pftrack.core.model.measures.HELD_WITHIN`), and the measure
+    All these experiments share one threshold (`pftrack.core.model.measures.HELD_WITHIN`), and the measure
     `inside_share` decides on success by it.
     """
 
@@ -140,7 +140,7 @@ def correlated_changes(*, trackers: tuple[str, ...] | None = None) -> Any:  # no
     )
 
 
-# What can be set on trackers that draw by prediction and by observation; each class names its readers.
+# Parameters of trackers that draw by prediction and by observation; each class names its readers.
 
 DRAWING = ("condensation", "apf", "pc-pf", "h-spf", "s-spf")
 OBSERVING = ("apf", "h-spf", "s-spf")
@@ -152,7 +152,7 @@ Resampling: TypeAlias = Literal["systematic", "stratified", "residual", "multino
 
 
 def velocity_retention() -> Any:  # noqa: ANN401 - a field declaration
-    """Declare how much of a velocity stays."""
+    """Declare the share of a velocity that is kept."""
     return parameter(
         1.0,
         "Velocity retention",
@@ -251,21 +251,20 @@ class PointState:
     """The posterior of one frame, immutable.
 
     Attributes:
-        posterior: Mean and covariance of the whole state (d,), of which the first `tracked` coordinates are the
-            estimate.
-        tracked: How many coordinates are the estimate.
+        posterior: Mean and covariance of the whole state (d,); its first `tracked` coordinates are the estimate.
+        tracked: Number of coordinates of the estimate.
         particles: The posterior as particles, or None for a Gaussian filter.
-        observation_count: How many of the particles, the last ones, came from the observation sampler.
+        observation_count: Number of particles from the observation sampler; they are the last ones.
         samplers: Names of what draws by prediction and by observation, where there is a choice.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
         resampled: Whether the particles were resampled in this frame.
         switched: Whether another sampler, or another process noise, was used than in the frame before.
         alert: Whether the tracker trusts the observation more, or doubts the prediction more, than in calm times; None
             before the first step.
-        learner: What has been learned of the dynamics, if it is to be learned.
+        learner: The learned dynamics, if they are learned.
         lineage: The particles' pasts, if the path is to be smoothed.
-        reference: The exact posterior beside the approximate one, where it is known.
-        innovation: How far off the measurement of the frame was, of a Gaussian filter that had one.
+        reference: The exact posterior, where known.
+        innovation: The innovation of the frame, for a Gaussian filter with a measurement.
         repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 

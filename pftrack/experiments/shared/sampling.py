@@ -1,7 +1,7 @@
-"""Trackers that draw particles by prediction, by observation, or by both (Bando 2007, ch. 3), whatever they weigh by.
+"""Trackers that draw particles by prediction, by observation, or by both (Bando 2007, ch. 3), for any likelihood.
 
-A family brings a `LoopModel`: any compiled likelihood of pictures, its parameters packed for compiled code, and how
-its states move. A `Sampler` is a filter that joins it.
+A family provides a `LoopModel`: any compiled likelihood of pictures, its parameters packed for compiled code, and its
+motion. A `Sampler` is a filter that joins it.
 
     class Brightness(NamedTuple):
         level: float
@@ -16,7 +16,7 @@ its states move. A `Sampler` is a filter that joins it.
     TRACKERS = filtered(Lamp(log_likelihood), CONDENSATION, AUXILIARY)
 
 The families: `pftrack.experiments.ball` weighs the colour under a particle, `pftrack.experiments.histogram` the colours
-of a window. What can be set on them is in `reports`.
+of a window. Their parameters are in `reports`.
 """
 
 from abc import abstractmethod
@@ -62,7 +62,7 @@ TRACK = 1
 
 
 class Rule(IntEnum):
-    """How the samplers are chosen."""
+    """The rule that chooses the samplers."""
 
     PREDICTION = 0
     OBSERVATION = 1
@@ -72,10 +72,10 @@ class Rule(IntEnum):
 
 
 class Scheme(NamedTuple):
-    """How particles are drawn and weighed; thresholds in px.
+    """Settings of drawing and weighing; thresholds in px.
 
     One in `wide_every` particles gets noise on its position that is `wide_factor` times as large: a mixture of two
-    process noises, drawn in strata. Where the posterior is in doubt and all noise is large, there is no such share.
+    process noises, drawn in strata. Where the posterior is uncertain and all noise is large, there is no such share.
     """
 
     rule: int
@@ -101,7 +101,7 @@ class Motion(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """What comes of L frames, and the particles of the last.
+    """Results of L frames, and the particles of the last.
 
     Attributes:
         coordinates: (d, N).
@@ -129,8 +129,9 @@ class Loop(NamedTuple):
 
 
 def _log_likelihood(picture_rgb: NDArray[np.uint8], states: Floats, likelihood: tuple[Any, ...]) -> Floats:
-    """Return log p(z | x) (N,); `loop_with` puts a compiled likelihood in this place."""
-    raise NotImplementedError
+    """Return log p(z | x) = 0 (N,), which leaves the prediction; `loop_with` replaces it by a compiled likelihood."""
+    del picture_rgb, likelihood
+    return np.zeros(states.shape[0])
 
 
 def _loop(
@@ -148,13 +149,13 @@ def _loop(
 
     Args:
         pictures_rgb: (L, height, width, 3), L >= 1.
-        coordinates: (d, N) particles of the frame before, of which the first two coordinates are the position in px.
+        coordinates: (d, N) particles of the frame before; the first two coordinates are the position in px.
         log_weights: (N,) of them.
         sigma: (2,) posterior standard deviations of the frame before, px.
         motion: p(x_t | x_{t-1}).
         likelihood: Packed parameters of p(z_t | x_t).
-        scheme: How to draw.
-        seed: Of the run.
+        scheme: Settings of drawing.
+        seed: Seed of the run.
         first_frame: Index of the first picture within the run.
     """
     frames = pictures_rgb.shape[0]
@@ -196,7 +197,7 @@ def _loop(
         if resampled[t]:
             log_evidences[t] -= np.log(scheme.sample_count)
         observation_counts[t] = by_observation
-        # Of the last frame all moments are wanted, of the others those of the position.
+        # All moments are needed for the last frame, those of the position for the others.
         weights = exponentials(log_weights)
         mean, covariance = moments(states if t == frames - 1 else states.T[:2].T, weights)
         sigma = np.empty(2)
@@ -221,9 +222,9 @@ def _loop(
 def loop_with(log_likelihood: LogLikelihood) -> Callable[..., Loop]:
     """Return the loop, to be compiled around a likelihood when it runs first.
 
-    A compiled function calls another one as fast as its own lines only if it knows it when it is compiled; and what is
-    compiled is kept on disk by the name of the function. So each likelihood has a copy of the loop, of its own name,
-    in which the global `_log_likelihood` is that likelihood.
+    A compiled function calls another one at full speed only if the callee is known at compile time; and compiled code
+    is cached on disk by the name of the function. So each likelihood has a copy of the loop with its own name, in which
+    the global `_log_likelihood` is that likelihood.
 
     Args:
         log_likelihood: (picture, states (N, d), packed parameters) -> (N,); compiled, of a module.
@@ -236,7 +237,7 @@ def loop_with(log_likelihood: LogLikelihood) -> Callable[..., Loop]:
 
 @compiled
 def _choose(scheme: Scheme, sigma: Floats) -> tuple[int, bool]:
-    """Return how many particles to draw by observation, and whether the tracker is alert."""
+    """Return the number of particles to draw by observation, and whether the tracker is alert."""
     if scheme.rule == Rule.OBSERVATION:
         return scheme.sample_count, True
     if scheme.rule == Rule.HARD:
@@ -273,7 +274,7 @@ def _parents(
     by_observation: int,
     place: tuple[int, int],
 ) -> tuple[Ints, int]:
-    """Return the parents, those by prediction first, and how many draws that took."""
+    """Return the parents, those by prediction first, and the number of draws used."""
     if by_observation == 0:
         return parents(scheme.resampling, log_weights, scheme.sample_count, *place, TRACK, 0), 1
     if by_observation == scheme.sample_count:
@@ -325,16 +326,16 @@ class LoopModel(PointModel):
         """Return how states move in a picture of some width and height, px."""
 
     def wide(self, parameters: Values) -> tuple[int, float]:
-        """Return which of how many particles moves further, 0 for none, and how many times as far."""
+        """Return the period of particles that move further, 0 for none, and their factor."""
         del parameters
         return 0, 1.0
 
     @abstractmethod
     def pauses(self, parameters: Values) -> bool:
-        """Return whether something is decided or learned between frames, so that they cannot be taken at once."""
+        """Return whether a decision or learning happens between frames, so frames cannot be computed together."""
 
     def search(self, known: Any, frame: Frame, parameters: Values, rng: Stream) -> PointState | None:  # noqa: ANN401
-        """Return the state of a frame in which a lost target is looked for; None while it is followed."""
+        """Return the state of a frame in which a lost target is searched; None while it is followed."""
         del known, frame, parameters, rng
         return None
 
@@ -383,10 +384,10 @@ def scheme(rule: Rule, parameters: Any, wide_every: int = 0, wide_factor: float 
     """Return how particles are drawn and weighed by a rule.
 
     Args:
-        rule: How the samplers are chosen.
+        rule: The rule that chooses the samplers.
         parameters: A model with `SamplingParameters` and `SwitchingParameters`.
         wide_every: One of so many particles moves further than the others; 0 if none does.
-        wide_factor: How many times as far.
+        wide_factor: Factor of their step.
     """
     return Scheme(
         rule.value,
@@ -409,7 +410,7 @@ class Sampler(Filter[LoopModel]):
     """A filter that draws by prediction, by observation, or by both.
 
     Attributes:
-        rule: By which it chooses how particles are drawn.
+        rule: Its rule that chooses the samplers.
     """
 
     rule: Rule = field(kw_only=True)

@@ -1,4 +1,4 @@
-"""Pieces of drawings that experiments share, and what is said of a target beside its surroundings."""
+"""Pieces of drawings that experiments share, and remarks on a target and its surroundings."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -42,10 +42,10 @@ DOT = 1.0 / 160.0
 """Size of a particle, as a share of the picture's longer side."""
 
 BY_SAMPLER = (Key("prediction", "particles from the prediction"), Key("observation", "particles from the observation"))
-"""What the colours of `particle_clouds` mean."""
+"""Meaning of the colours of `particle_clouds`."""
 
 SECOND_RUN = Layer("second run", legend=(Key("second", "second run, where it differs"),))
-"""Where the run with which this one is compared is drawn."""
+"""Layer of the run with which this one is compared."""
 
 REGION = "region of success"
 """Layer of the edge of where the target counts as held."""
@@ -62,7 +62,7 @@ def at_height(positions: Floats, heights: Floats | float = 0.0) -> NDArray[np.fl
 
 
 def distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
-    """Return how far positions (..., 2) are from others, (...)."""
+    """Return the distances of positions (..., 2) from others, (...)."""
     off = estimates - truths
     return np.hypot(off[..., 0], off[..., 1])
 
@@ -72,8 +72,8 @@ def error_words(row: Diagnostics, unit: str, missed: str = "lost") -> str:
 
     Args:
         row: The frame.
-        unit: As it is written behind the number, with the space before it where there is one.
-        missed: What a target that counts as lost is called.
+        unit: Unit as written after the number, including a space if needed.
+        missed: Word for a target that counts as lost.
     """
     if row.error is None:
         return ""
@@ -81,7 +81,7 @@ def error_words(row: Diagnostics, unit: str, missed: str = "lost") -> str:
 
 
 def caption(row: Diagnostics, *words: str) -> str:
-    """Return the caption of a frame: its number, and what else there is to say of it; empty words are left out."""
+    """Return the caption of a frame: its number and further remarks; empty ones are left out."""
     return " · ".join(filter(None, [f"frame {row.frame}", *words]))
 
 
@@ -124,9 +124,9 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int32]:
 
 
 PAST_FRAMES, PAST = 60, 1.25
-"""Frames of the past that recede behind the picture, and how far, as a share of the picture's longer side."""
+"""Number of past frames behind the picture, and their depth, as a share of the picture's longer side."""
 TICKS = (20, 40, 60)
-"""Frames ago of which an outline is drawn."""
+"""Frames ago whose outline is drawn."""
 THROUGH_TIME = "path through time"
 
 
@@ -142,9 +142,9 @@ def paths(
     """Draw where the estimate was in some frames, in the picture and in frames that recede behind it.
 
     Args:
-        rows: Of the frames; the last one is now.
+        rows: Rows of the frames; the last one is now.
         places: (n, 2) in these frames, px.
-        size: Of the picture, width and height.
+        size: Size of the picture, width and height.
         flat: Layer of what is drawn in the picture.
     """
     ages = rows[-1].frame - np.array([row.frame for row in rows])
@@ -157,7 +157,7 @@ def paths(
 
 
 def past_frames(size: tuple[int, int], layer: str) -> dict[str, Primitive]:
-    """Draw the outlines of past frames behind a picture of a size, and an axis that says what depth and height are."""
+    """Draw the outlines of past frames behind a picture of a size, and an axis that explains depth and height."""
     width, height = size
     colour, grey = COLOURS["camera"], COLOURS["hidden"]
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]]) - 0.5
@@ -173,7 +173,7 @@ def past_frames(size: tuple[int, int], layer: str) -> dict[str, Primitive]:
     }
     for age, depth in zip(TICKS, depths, strict=True):
         drawn[f"axis {age}"] = Text(at_height(corners[3], depth), f"{age}", colour, layer, "end")
-    # Within the outlines, so that a narrow window does not cut it off.
+    # Within the outlines, so a narrow window does not cut it off.
     drawn[f"axis {TICKS[-1]}"] = Text(axis[0], f"{TICKS[-1]} frames ago", colour, layer)
     return drawn
 
@@ -186,8 +186,8 @@ def particle_clouds(
     Args:
         positions: (N, 2) where to draw them, px.
         particles: For their weights.
-        observation_count: How many of them, the last ones, came from the observation sampler.
-        size: Of a point, px.
+        observation_count: Number of them from the observation sampler; they are the last ones.
+        size: Size of a point, px.
     """
     count = len(particles)
     chosen = drawn_particles(count)
@@ -204,7 +204,7 @@ def particle_clouds(
 
 
 CLEAR_RADII = 1.5
-"""How far behind a solid's origin its picture is drawn, in radii of its points: a head is larger than its features."""
+"""Distance of the picture behind a solid's origin, in radii of its points: a head is larger than its features."""
 
 MOST_RAISED = 0.9
 """Nothing is drawn nearer to the camera than a tenth of its focal length, nor behind it."""
@@ -215,9 +215,9 @@ def before_camera(depths: Floats, focal_px: float, middle: float, radius: float)
 
     Args:
         depths: (n,) in the camera's frame, in any unit.
-        focal_px: Of the camera.
+        focal_px: Focal length of the camera.
         middle: Depth of the solid's origin.
-        radius: Of its points.
+        radius: Radius of its points.
     """
     plane = middle + CLEAR_RADII * radius
     return np.minimum(focal_px * (1.0 - depths / plane), MOST_RAISED * focal_px)
@@ -232,7 +232,7 @@ def frustum(principal_px: Floats, focal_px: float, size: tuple[int, int]) -> Fru
 
 
 FURTHEST = 1e6
-"""So many sizes from the picture's corner points are no longer told apart."""
+"""Distance from the picture's corner, in its sizes, beyond which points are not distinguished."""
 STEM_SHARE = 0.02
 """A particle that is less high than this share of the highest one stands on the picture itself."""
 GROUND = np.array((1.0, 1.0, 0.0), dtype=np.float32)
@@ -240,12 +240,12 @@ RELIEF_OPACITY = 0.8
 
 
 def raised(item: Primitive, width: float, height: float) -> Links | Mesh | None:
-    """Return what a primitive has beside itself where there is depth: a cloud its stems, a picture its relief.
+    """Return a primitive's additions in depth: a cloud's stems, a picture's relief.
 
     Args:
-        item: Of a drawing.
-        width: Of the drawing, px.
-        height: Of the drawing, px.
+        item: Primitive of a drawing.
+        width: Width of the drawing, px.
+        height: Height of the drawing, px.
     """
     match item:
         case Points(stems=True) if len(item.positions):
@@ -263,7 +263,7 @@ def raised(item: Primitive, width: float, height: float) -> Links | Mesh | None:
 
 
 def _unhidden(positions: NDArray[np.float32], size: float) -> NDArray[np.float32]:
-    """Return the highest of points (n, 3) in each square of a size: beside its stem that of a lower one is not seen."""
+    """Return the highest of points (n, 3) in each square of a size; its stem hides those of lower ones."""
     falling = np.argsort(-positions[:, 2], kind="stable")
     cells = np.floor(np.nan_to_num(positions[falling, :2] / size).clip(-FURTHEST, FURTHEST)).astype(np.int64)
     _, highest = np.unique(cells[:, 0] + (cells[:, 1] << 32), return_index=True)
@@ -277,7 +277,7 @@ DEPTH_SIDES = (
     Viewpoint("side", "Side", -63.0, 17.0),
     Viewpoint("time", "Along time", 0.0, 71.0),
 )
-"""As the scene has them; the picture beside it shows the front."""
+"""As in the scene; the picture next to it shows the front."""
 LABELS = 1.15
 """Factor of room for the labels of its axis."""
 
@@ -286,8 +286,8 @@ def with_depth(drawing: Drawing, layers: Sequence[Layer]) -> Drawing:
     """Return a drawing from the front, with what is before and behind its picture as a world, for a page without scene.
 
     Args:
-        drawing: What is to be seen.
-        layers: As its experiment declares them; the axis on one through time says how deep the world is.
+        drawing: The drawing.
+        layers: Layers declared by its experiment; the axis on one through time gives the depth of the world.
     """
     flat = from_front(drawing, layers)
     items = {name: item for name, item in drawing.primitives.items() if name not in flat.primitives}
@@ -334,9 +334,9 @@ def draw_point(step: Step, other: Diagnostics | None = None, radius_px: float = 
     """Draw a point that is followed: picture, particles, truth, uncertainty, estimate, and a second run's.
 
     Args:
-        step: Of a tracker whose states are `PointState`, in a picture.
+        step: Step of a tracker whose states are `PointState`, in a picture.
         other: The same frame of a run with which this one is compared.
-        radius_px: Of the target where its size is not known.
+        radius_px: Radius of the target if its size is unknown.
     """
     state, image, target = step.state, step.frame.picture, step.frame.target
     radius = target.size / 2 if target else radius_px
@@ -349,7 +349,7 @@ def draw_point(step: Step, other: Diagnostics | None = None, radius_px: float = 
     spread = state.posterior.covariance[:2, :2]
     primitives["covariance"] = uncertainty(state.estimate, spread, COLOURS["estimate"], "uncertainty")
     if other is not None:
-        # Longer, so that it is seen behind the estimate of this run.
+        # Longer, so it is visible behind the estimate of this run.
         primitives["second"] = cross(np.array(other.estimate), 1.6 * radius, COLOURS["second"], "second run")
     primitives["estimate"] = cross(state.estimate, radius, COLOURS["estimate"], "estimate")
     return primitives
@@ -372,7 +372,7 @@ POINT_LAYERS = (
     Layer("uncertainty"),
     SECOND_RUN,
 )
-"""Of what `draw_point` draws."""
+"""Layers of `draw_point`."""
 
 
 def box(centre: Floats, extent: tuple[float, float], colour: Colour, layer: str, height: float = 1.0) -> Polyline:
@@ -396,26 +396,26 @@ def uncertainty(mean: Floats, covariance: Floats, colour: Colour, layer: str, wi
 
 
 LOOKS = 9
-"""Pictures that are looked at, the first included, evenly over a second."""
+"""Number of examined pictures, including the first, evenly over a second."""
 
 BETTER_BY = 0.15
-"""What would help is said if it helps at least this much."""
+"""Least improvement for which advice is given."""
 
 LEAST, MOST = 1.0, 1000.0
-"""What is measured where nothing is likely, and where that is so of the target alone."""
+"""Value where nothing is likely, and where only the target is unlikely."""
 
 MUCH = 0.1
 """Share of the rest of a picture that is worth a word if it looks like the target."""
 
 
 def frames_of_a_second(sequence: FrameSequence, start: int) -> list[int]:
-    """Return the numbers of the pictures that are looked at: that in which a target is marked, and later ones."""
+    """Return the numbers of the examined pictures: the one with the mark, and later ones."""
     last = min(start + round(sequence.frame_rate_hz), sequence.frame_count - 1)
     return sorted({int(number) for number in np.linspace(start, last, LOOKS)} | {start})
 
 
 def looked_at(sequence: FrameSequence, start: int) -> str:
-    """Say which pictures were looked at, a clause."""
+    """Return a clause on the examined pictures."""
     later = frames_of_a_second(sequence, start)[1:]
     if not later:
         return f"looked at picture {start}"
@@ -423,16 +423,16 @@ def looked_at(sequence: FrameSequence, start: int) -> str:
 
 
 def beside(found: Separation) -> float:
-    """Return how likely what is around a target is beside the target itself, as `model.suitability.BESIDE` has it."""
+    """Return the likelihood of a target's surroundings relative to the target, as in `model.suitability.BESIDE`."""
     return found.around / found.on if found.on > 0.0 else LEAST if found.around == 0.0 else MOST
 
 
 def remark(grade: Grade, found: Separation, why: str) -> str:
-    """Describe how likely the surroundings are beside the target, and whether the rest of the picture looks like it.
+    """Describe the relative likelihood of the surroundings, and whether the rest of the picture looks like the target.
 
     Args:
         grade: Verdict on the target.
-        found: How the target separates from its surroundings.
+        found: Separation of the target from its surroundings.
         why: Reason for "no verdict", a clause.
     """
     share = f"{100 * found.around / found.on:.0f} % as likely as" if found.contrast > 0.0 else "at least as likely as"

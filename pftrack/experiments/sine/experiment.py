@@ -1,7 +1,7 @@
-"""The Kalman filter beside the particle filter on a signal in noise (Bando 2007, ch. 2).
+"""The Kalman filter and the particle filter on a signal in noise (Bando 2007, ch. 2).
 
-The model is linear and the noise Gaussian, so the exact answer is known, and what a particle filter loses by sampling
-can be seen: with few particles, and with more dimensions than they can fill.
+The model is linear and the noise Gaussian, so the exact answer is known, and the loss of a particle filter by sampling
+is visible: with few particles, and with more dimensions than they can fill.
 """
 
 import math
@@ -37,12 +37,11 @@ from pftrack.vision.rendering import viridis
 # A signal in noise, the belief in it, and its trackers: Bando 2007, ch. 2 sections 2 and 3.
 #
 # The truth turns once in 360 frames; what is seen is the truth plus white noise. Several dimensions are independent
-# copies of the same signal with noise of their own, which is how Bando shows what dimension costs a particle
-# filter.
+# copies of the same signal with independent noise; Bando uses them to show the cost of dimension for a particle filter.
 #
 # The model is of second order, X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In
-# D dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the
-# exact Kalman answer beside its own, since for this model it is known. A sample that is not finite is a missing one.
+# D dimensions the state is D copies: all newest values first, then all previous ones. The particle filter also carries
+# the exact Kalman answer, which is known for this model. A sample that is not finite is a missing one.
 
 SIGNAL = "Signal"
 
@@ -188,7 +187,7 @@ class Signal(PointModel):
 
     @override
     def parts(self, one: Floats, frame: Frame, parameters: SignalTrackerParameters, known: State) -> tuple[Part, ...]:
-        """Return each measured value beside that of a state."""
+        """Return each measured value with that of a state."""
         pairs = zip(self.components(parameters), signal_of(frame).tolist(), one.tolist(), strict=False)
         return tuple(Residual(it.name, found, expected, parameters.assumed_noise_sd) for it, found, expected in pairs)
 
@@ -238,13 +237,13 @@ class SineParameters(SignalTrackerParameters, SignalParameters):
 
     @property
     def kalman_coverage(self) -> float:
-        """In which share of a turn's frames the 95 % band of the Kalman filter is to hold the signal."""
+        """Share of a turn's frames in which the 95 % band of the Kalman filter should hold the signal."""
         deviations = self.process_noise_sd, self.assumed_noise_sd, self.observation_noise_sd, self.initial_sd
         return _kalman_coverage(self.waveform, *deviations)
 
     @property
     def particle_share(self) -> float:
-        """How many particles there are for each one that is needed to hold as much as the Kalman filter, about.
+        """Approximate ratio of the particles to the number needed to hold as much as the Kalman filter.
 
         Measured: 40 for a start that is known, 2.2 times as many with each dimension; and as many more as the start of
         each copy, place and velocity, is less known than a measurement.
@@ -307,7 +306,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 
 def _density(frames: Floats, estimates: Floats, sigmas: Floats, now: int) -> dict[str, Primitive]:
-    """Draw the density of the posterior as a surface over time and value, and an axis that says what height is.
+    """Draw the density of the posterior as a surface over time and value, and an axis that explains the height.
 
     The usual density of the frames that are shown, which is that of their median deviation, is half as high as the
     heaviest particle. A density twice as high, or higher, is as high as that.

@@ -1,8 +1,8 @@
-"""The shape of a rigid body that turns, from where its points are seen in each frame (Bando 2007, ch. 4 section 5).
+"""The shape of a turning rigid body, from its points' positions in each frame (Bando 2007, ch. 4 section 5).
 
-What a tracker sees are tracks, positions of points with the variances of their noise, and no picture. Which shape they
-belong to is found frame by frame: by singular values, for which a hidden point counts as much as one that is seen; by
-variational Bayes, which knows the noise of each; and by the project's own recursion.
+A tracker receives tracks (positions of points with the variances of their noise) and no picture. It finds their shape
+frame by frame: by singular values, for which a hidden point counts as much as a visible one; by variational Bayes,
+which uses the noise of each; and by the project's own recursion.
 """
 
 from collections.abc import Mapping, Sequence
@@ -61,15 +61,15 @@ MOST_POINTS = 100
 """Whose common covariance is found in a frame's time."""
 
 DEPTH_SEEN = 1.5
-"""How far the third direction must stand out from the noise for a shape not to be flat."""
+"""Least strength of the third direction over the noise for a shape that is not flat."""
 
 
-# The points in the picture, the shape in a world of its own, and how far it is from the true one.
+# The points in the picture, the shape in a separate world, and its error.
 #
-# The error is taken up to an affine map, as Bando has it, and up to a similarity. In the world, whose unit is the size
-# of the body, the shape is as it is believed to be, and the true one a ghost with it. Where the truth is known the
-# shape is turned and moved onto it, but never mirrored: a shape whose depth is the wrong way round is to be seen as
-# that. The camera goes round the body, which is at rest.
+# The error is taken up to an affine map, as in Bando, and up to a similarity. The world, whose unit is the size of the
+# body, shows the believed shape, with the true one as a ghost. If the truth is known the shape is turned and moved onto
+# it, but never mirrored, so a shape with inverted depth is visible as such. The camera goes round the body, which is at
+# rest.
 
 SHARE = 100.0
 """Percent of the body's size."""
@@ -78,7 +78,7 @@ ELLIPSOIDS = {"within_50": 2.366, "within_95": 7.815}
 """Squares of the half axes, in standard deviations, of ellipsoids that hold so much of a Gaussian in three numbers."""
 
 LEAST_VARIANCE = 1e-12
-"""Of a point in any direction: one that is exactly known must not divide by zero."""
+"""Least standard deviation of a point in any direction, to avoid division by zero."""
 
 FLAT = 1e-7
 """Extent in a direction, relative to the greatest, that is none."""
@@ -88,7 +88,7 @@ def shape_errors(estimates: Floats, truths: Floats) -> Floats:
     """Return the shape errors (...), % (Bando 2007, eq. 4.19), of shapes (..., 3 n): what an affine map leaves.
 
     The best affine map takes of the true coordinates what the estimated ones span, so the error is what they do not.
-    That holds of a flat shape as well, which spans less.
+    That also holds for a flat shape, which spans less.
     """
     found = estimates.reshape(*estimates.shape[:-1], -1, 3)
     true = truths.reshape(*truths.shape[:-1], -1, 3)
@@ -143,10 +143,10 @@ NEAREST = 1e-3
 DOT_PX, RING_PX = 4.0, 7.0
 SIGMAS = 2.0
 FURTHEST = 5.0
-"""What is further from the picture's corner than so many of its heights is not drawn."""
+"""Distance from the picture's corner, in its heights, beyond which nothing is drawn."""
 
 WIDEST = 0.15
-"""Half axis of an ellipse of uncertainty, as a share of the picture's height: a larger one says no more than a ring."""
+"""Half axis of an ellipse of uncertainty, as a share of the picture's height; a larger one is not informative."""
 
 
 def draw_measurements(state: StructureState, height: float) -> dict[str, drawing.Primitive]:
@@ -199,7 +199,7 @@ def _seen(inside: Floats, focal_px: float, principal_px: Floats) -> Floats:
 
 
 def shape_in_picture(state: StructureState, height: float) -> dict[str, drawing.Primitive]:
-    """Draw the shape as it is believed to be seen: its points, and the edges between them."""
+    """Draw the believed shape in the picture: its points, and the edges between them."""
     return _body("shape", _estimated_points(state), state.body.edges, drawing.COLOURS["estimate"], 2.0, "shape", height)
 
 
@@ -251,14 +251,14 @@ SURE, UNSURE = 0.05, 0.5
 """Standard deviations of a point, in sizes of the body, between which the surface fades."""
 MOST_OPAQUE = 0.45
 LARGEST_SD = 1e6
-"""Of a point, in sizes of the body: a larger ellipsoid is not drawn, and might not be a number of 32 bits."""
+"""Largest ellipsoid of a point that is drawn, in sizes of the body; a larger one might exceed 32 bits."""
 
 
 def shape_world(state: StructureState, target: Target | None, second: Floats | None = None) -> drawing.WorldDrawing:
     """Draw the shape, how sure each point is, the true shape where it is known, and from where it is seen.
 
     Args:
-        state: Of the frame.
+        state: State of the frame.
         target: The truth, where it is known.
         second: (n, 3) shape of a second run.
     """
@@ -338,15 +338,15 @@ def simulate() -> Setup:
 
 
 def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None) -> Setup:
-    """Wire a table of tracks, of which nothing needs to be marked and no truth is known.
+    """Wire a table of tracks, which needs no mark and has no truth.
 
     Raises:
-        ParameterError: They are no tracks, or of too few or too many points.
+        ParameterError: They are not tracks, or have too few or too many points.
     """
     if not isinstance(sequence, TrackSequence):
         raise ParameterError("footage", sequence.index.kind, "tracks of a body's points")
     if not FEWEST_POINTS <= len(sequence.names) <= MOST_POINTS:
-        bound = f"the tracks of {FEWEST_POINTS} to {MOST_POINTS} points, of which a shape can be made"
+        bound = f"the tracks of {FEWEST_POINTS} to {MOST_POINTS} points, enough for a shape and not too many"
         raise ParameterError("footage", len(sequence.names), bound)
     source = RecordedTracks(sequence, named_body(sequence), start)
     return Setup(lambda _seed, _parameters: source, StructureTrackerParameters(), success=WITHIN)
@@ -380,7 +380,7 @@ def _caption(step: Step) -> str:
 
 
 def _remarks(state: StructureState, row: Diagnostics) -> list[str]:
-    """Say what a person should know who looks at the shape."""
+    """Return remarks on the shape for users."""
     never = int(np.count_nonzero(state.seen.counts == 0))
     said = [f"{never} never seen"] if never else []
     if state.belief.strength <= DEPTH_SEEN or not state.placed.known:

@@ -1,8 +1,7 @@
-"""The methods by which a body's shape is found, frame by frame: each says what shape there is and how sure it is.
+"""The methods of finding a body's shape, frame by frame: each gives a shape and its uncertainty.
 
-A method's belief is a value of its own kind. One that finds another's begins again with the frames that are kept, so
-that methods may take over from one another in mid-run: every method may go back to the last frames of the tracks, the
-plain one to what counts of all of them.
+Each method has its own type of belief. A method that receives another's belief restarts from the kept frames, so a run
+can switch methods: every method can use the last frames of the tracks, the plain one a summary of all frames.
 """
 
 import math
@@ -30,7 +29,7 @@ from pftrack.vision.structure.recursive import (
 from pftrack.vision.structure.variational import Forgetting, Online, strengths_of, transform_covariances
 
 LONGEST = 180
-"""How many frames are kept at most."""
+"""Largest number of kept frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +42,8 @@ class Observed:
         variances: (W, n, 2) px^2, the same over how likely each measurement is right.
         filled: (W, n, 2) px, a point that was not measured where it was last.
         everything: The same of all frames, as the plain factorization needs it.
-        frames: How many there were.
-        counts: (n,) in how many frames each point was measured.
+        frames: Number of frames so far.
+        counts: (n,) number of frames in which each point was measured.
     """
 
     positions: Floats
@@ -118,11 +117,11 @@ class StructureTrackerParameters(Parameters, group=METHOD, constants={"kept_prec
 
 
 FIRST_AT_MOST = 90
-"""So many frames are looked at together for a first shape."""
+"""Number of frames used together for a first shape."""
 
 CAMERA_NUMBERS = 6
 MISFIT_SHARE = 0.1
-"""Of the last frame in the mean misfit."""
+"""Weight of the last frame in the mean misfit."""
 
 FURTHEST = 1e4
 """From where on a point is nowhere: a first shape that was too far off may take a leap."""
@@ -131,7 +130,7 @@ WORST_MISFIT = 6.0
 """From which on a shape is given up."""
 
 SURE_STRENGTH = 8.0
-"""How far the third direction of a first shape stands out: one is looked for in every frame, and noise has chances. The
+"""Least strength of the third direction of a first shape: it is tested in every frame, so noise has many chances. The
 perspective of a plane looks like a depth of up to 6.4 at the usual distance, and two of 16 first shapes that were made
 from 3.5 on were wrong by half of their size; bodies that turn reach 8 a few frames after that at most, unless they turn
 by 10 degrees only under four times the noise (25 to 35 frames)."""
@@ -162,14 +161,14 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Belief:
-    """What a method believes; of the plain factorization there is nothing beyond what is seen.
+    """A method's belief; the plain factorization has nothing beyond the tracks.
 
     Attributes:
         found: The shape; None as long as there is none.
-        strength: How far the third direction of the shape stands out from the noise.
-        known: What the online variational method knows, None as long as the window is not full; or the recursion, None
-            as long as the frames do not tell a shape.
-        free_energy: Of the window of a variational method.
+        strength: Strength of the third direction of the shape over the noise.
+        known: State of the online variational method, None until the window is full; or of the recursion, None until
+            the frames determine a shape.
+        free_energy: Free energy of the window of a variational method.
         misfit: Mean square of the residuals of the last frames in units of their noise; about 1 if all is well.
     """
 
@@ -257,7 +256,7 @@ def _strength(
     shape: Floats,
     motion: Floats,
 ) -> float:
-    """Return how far the third direction stands out from the noise, by the shape and by the weighted tracks alone.
+    """Return the strength of the third direction over the noise, by the shape and by the weighted tracks alone.
 
     A shape may be fitted to the noise of hidden points, the tracks may have many directions where points are missing;
     the lesser of both deceives less.
@@ -325,7 +324,7 @@ def _grown_shape(state: Growing | Recursive, seen: Observed, focal_px: float, mi
     if camera is None or own.camera is None:
         raise RuntimeError("a frame has been taken, so it has a camera")
     covariances = own.shape_covariances
-    # Of the middle one of the points: some may never have been seen.
+    # For the median point: some may never have been seen.
     noise = float(np.sqrt(np.median(np.trace(covariances, axis1=1, axis2=2)) / 3.0))
     if not (float(np.abs(own.shape).max()) < FURTHEST and noise < FURTHEST and np.isfinite(covariances).all()):
         return Belief()
@@ -364,7 +363,7 @@ def _upgrade(
         covariances: (n, 3, 3).
         motion: (2 W, 3) rows of cameras, px.
         newest: (2, 4) rows of the last frame's camera with where its origin is seen.
-        focal_px: Of the pinhole that is to be near it.
+        focal_px: Focal length of the pinhole that should be near it.
     """
     try:
         transform = metric_transform(motion)

@@ -1,7 +1,7 @@
-"""A simulated body that turns before a camera: where its points are measured, with noise whose variance is known.
+"""A simulated body that turns before a camera: measured positions of its points, with noise of known variance.
 
 With everything at its default it is the prism of Bando 2007, ch. 4 section 5.3, on a larger scale: it turns by 1 degree
-a frame about the vertical axis and by 2 about the horizontal one, and what is hidden is measured with fifty times the
+a frame about the vertical axis and by 2 about the horizontal one, and hidden points are measured with fifty times the
 noise. Beyond that, points may be missing altogether, for a while or at random, and a measurement may be off without its
 variance saying so, as where a tracker holds on to the wrong thing.
 """
@@ -29,7 +29,7 @@ FRAMES = 360
 SIZE_PX = (640, 480)
 FRAME_RATE_HZ = 30.0
 SIZE_OF_BODY_PX = 110.0
-"""As large a body of unit size is seen."""
+"""Size of a unit body in the picture."""
 PRINCIPAL_PX: Floats = np.array(SIZE_PX) / 2.0
 PRINCIPAL_PX.flags.writeable = False
 
@@ -46,7 +46,7 @@ BURST_EVERY, BURST_FROM = 120, 60
 
 BODY, MOTION, CAMERA, SEEN = "Body", "Motion", "Camera", "What is seen"
 
-# A body says what is between its points, from where each is seen, and what others of the kind look like.
+# A body defines the edges and faces between its points, their visibility, and the variation of its kind.
 
 Kind: TypeAlias = Literal["prism", "face", "cloud", "plate"]
 
@@ -56,12 +56,12 @@ HEAD_CENTRE_MM = np.array([0.0, 0.0, 90.0])
 GOLDEN_RAD = np.pi * (3.0 - 5.0**0.5)
 CLOUD_AXES = np.array([1.0, 0.7, 0.8])
 PRIOR_SD = 0.06
-"""Of a face's coordinates about the mean face, relative to its size: 3 mm."""
+"""Standard deviation of a face's coordinates about the mean face, relative to its size: 3 mm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What a body has between its points.
+    """Edges and faces between a body's points.
 
     Attributes:
         names: (n,) of the points.
@@ -83,7 +83,7 @@ class Body:
     """A body that can be simulated.
 
     Attributes:
-        shape: What is between its points.
+        shape: Edges and faces between its points.
         points: (n, 3) about the centre, of unit size: their root mean square distance from it is 1.
         normals: (n, m, 3) in which directions each point looks: it is seen if one of its planes is.
         offsets: (n, m) of these planes from the centre; infinite for a plane that there is not.
@@ -98,7 +98,7 @@ class Body:
 
 
 def unnamed_shape(count: int) -> Shape:
-    """Return what is known of a body of so many points: nothing else."""
+    """Return the prior of a body with only a known number of points."""
     return Shape(tuple(map(str, range(1, count + 1))))
 
 
@@ -135,9 +135,9 @@ def body_of(kind: Kind, seed: int, count: int) -> Body:
     """Return a body.
 
     Args:
-        kind: Which.
-        seed: Of a face or a cloud, which one.
-        count: Of a cloud or a plate, how many points.
+        kind: Kind of the body.
+        seed: Seed of a face or a cloud.
+        count: Number of points of a cloud or a plate.
     """
     match kind:
         case "prism":
@@ -206,7 +206,7 @@ class BodyTarget(Target):
     Attributes:
         shape: What is between its points, and what others of the kind look like; a tracker may know that.
         principal_px: (2,) where the camera's axis meets the picture.
-        focal_px: Of the camera.
+        focal_px: Focal length of the camera.
         turn: (3, 3) from the body's frame to the camera's.
         translation: (3,) the body's centre in the camera's frame, in units of the body's size.
     """
@@ -224,7 +224,7 @@ and little is wrong whatever the camera was."""
 
 
 def named_body(sequence: TrackSequence) -> BodyTarget:
-    """Return what is known of a body beforehand: how many points it has, and its shape if they have a face's names."""
+    """Return the prior of a body: its number of points, and its shape if they have a face's names."""
     return BodyTarget(
         np.zeros(3 * len(sequence.names)),
         hidden=None,
@@ -260,7 +260,7 @@ class _Camera(Parameters, group=CAMERA):
     """How far away it is."""
 
     camera_distance: float = parameter(9, "Distance", within=(4, 1000, 1), useful=(4, 300), live=False)
-    """Distance from the camera to the body, in sizes of the body; far away there is no perspective."""
+    """Distance from the camera to the body, in sizes of the body; far away perspective vanishes."""
 
 
 class _Seen(Parameters, group=SEEN):
@@ -325,7 +325,7 @@ class TracksSource:
         return Frame(index, index / FRAME_RATE_HZ, measurements=measured, target=target)
 
     def _facing(self, turn: Floats, translation: Floats) -> Floats:
-        """Return how far each point looks at the camera (n,), -1..1."""
+        """Return the cosine of each point's normal towards the camera (n,), -1..1."""
         camera = product(-translation, turn)
         length = float(np.sqrt(np.square(camera).sum()))
         beyond = (self.body.normals * camera).sum(axis=2) - self.body.offsets
@@ -350,7 +350,7 @@ class TracksSource:
     def _target(self, theta: Floats, parameters: TracksSceneParameters) -> BodyTarget:
         points, turn = self.body.points, rotation(theta)
         translation = np.array([0.0, 0.0, parameters.camera_distance])
-        # From further away it is seen with a longer lens, so that it stays as large.
+        # A more distant body is seen with a longer lens, so its size stays the same.
         focal = SIZE_OF_BODY_PX * parameters.camera_distance
         true_px = pinhole(product(points, turn.T) + translation, focal) + PRINCIPAL_PX
         facing = self._facing(turn, translation)
@@ -369,7 +369,7 @@ class TracksSource:
 
 
 def _theta(index: int, history: History[TracksSceneParameters]) -> Floats:
-    """Return how the body is turned (3,), rad; what it has turned adds up over the history."""
+    """Return the body's rotation (3,), rad, accumulated over the history."""
     upwards = sum(steps * past.upwards_deg for steps, past in history.spans(index, "upwards_deg"))
     sideways = sum(steps * past.sideways_deg for steps, past in history.spans(index, "sideways_deg"))
     way, swing = np.deg2rad([upwards, sideways, 0.0]), history.at(index).swing_deg

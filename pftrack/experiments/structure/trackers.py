@@ -1,10 +1,10 @@
 """Trackers of a body's shape, by name, and the shape in one frame of reference with the camera that sees it there.
 
-One step serves all trackers, which differ in the method (`methods`), and what they believe has one form. A shape is
-known up to a similarity, and one from affine cameras up to a mirror image as well. Here it is moved to its centre and
-scaled to unit size; frame 0 says what is upright, and from there on each shape is turned onto the last one. Which of
-the two mirror images it is, a camera at a finite distance tells, since what is near looks larger: both predict each
-frame as a pinhole sees them, and the log densities are summed up. Far away both predict alike, and it stays open.
+All trackers share one step and one form of belief; they differ in the method (`methods`). A shape is known up to a
+similarity, and one from affine cameras up to a mirror image as well. Here it is moved to its centre and scaled to unit
+size; frame 0 defines the upright direction, and from there on each shape is turned onto the last one. A camera at a
+finite distance distinguishes the two mirror images, since near parts look larger: both predict each frame as seen by a
+pinhole, and the log densities are summed. Far away both predict alike, and the question stays open.
 """
 
 import math
@@ -44,20 +44,20 @@ from pftrack.vision.structure.variational import transform_covariances
 
 ROUNDS = 20
 TURN_PRECISION = 100.0
-"""Of the rotation from frame to frame, 1/rad^2: 6 degrees."""
+"""Precision of the rotation from frame to frame, 1/rad^2: 6 degrees."""
 
 LARGEST_DIFFERENCE = 5.0
-"""Of two log densities of one frame: an outlier must not decide."""
+"""Largest difference of two log densities in one frame: an outlier must not decide."""
 
 CLEARLY = 3.0
-"""So much more probable a mirror image must be before it is taken."""
+"""Log odds required to switch to the mirror image."""
 
 ODDS_KEPT = 0.95
-"""Of the sum of these differences with each frame: the first shapes are poor, and what they say must fade."""
+"""Share of the sum of these differences kept per frame: the first shapes are poor, and their evidence must fade."""
 
 FEWEST_TO_PLACE = 3
 UNKNOWN_DEPTH_SD = 1.0
-"""Of a body that has not turned: about as deep as it is large."""
+"""Depth of a body that has not turned: about its size."""
 
 MIRROR: Floats = np.array([1.0, 1.0, -1.0])
 MIRROR.flags.writeable = False
@@ -72,7 +72,7 @@ class Placed:
         covariances: (n, 3, 3).
         camera: (3, 4) pinhole of the last frame, its translation in units of the body's size.
         known: Whether a method has found it; otherwise it is frame 0, laid flat.
-        depth_odds: Log of how much more probable it is than its mirror image, as far as the frames tell.
+        depth_odds: Log odds against its mirror image, by the frames so far.
     """
 
     points: Floats
@@ -89,7 +89,7 @@ def flat(filled: Floats, rows: Floats, precisions: Floats, focal_px: float) -> P
         filled: (n, 2) px from the principal point, also of points that were not measured.
         rows: (2, n) the same, 0 where not measured.
         precisions: (2, n).
-        focal_px: Of the camera.
+        focal_px: Focal length of the camera.
     """
     points, size = normalise_size(np.column_stack([filled, np.zeros(len(filled))]))
     covariances = np.zeros((len(points), 3, 3))
@@ -106,10 +106,10 @@ def place(before: Placed, found: Found, rows: Floats, precisions: Floats, focal_
 
     Args:
         before: The shape of the last frame.
-        found: What a method has found.
+        found: Result of a method.
         rows: (2, n) the frame's positions, px from the principal point.
         precisions: (2, n).
-        focal_px: Of the camera.
+        focal_px: Focal length of the camera.
     """
     centre = found.points.mean(axis=0)
     points, size = normalise_size(found.points)
@@ -184,13 +184,13 @@ class StructureState:
     """The belief after a frame, immutable; the estimate is the shape.
 
     Attributes:
-        body: What is between its points.
+        body: Edges and faces between its points.
         principal_px: (2,) where the camera's axis meets the picture.
         seen: The frames so far.
         belief: The method's own.
         placed: The shape in the common frame of reference, and the camera.
-        told_focal_px: What is known of the camera.
-        focal_px: That it was assumed to have in this frame.
+        told_focal_px: Known focal length of the camera.
+        focal_px: Focal length assumed in this frame.
     """
 
     body: Shape
@@ -203,7 +203,7 @@ class StructureState:
 
     @property
     def log_evidence(self) -> float:
-        """Of this frame before it was taken, where the method has one; else 0."""
+        """Log density of this frame before its use, where the method has one; else 0."""
         return self.belief.log_evidence
 
     @property
@@ -228,7 +228,7 @@ View: TypeAlias = tuple[Floats, Floats]
 ANGLES = ("yaw", "pitch", "roll")
 REPORTED = read_reported(Path(__file__).parent)
 FREE_ENERGY, SWITCH = ("free_energy",), ("own_probability", "own_weight")
-"""Of what trackers report, what only some have."""
+"""Series that only some trackers report."""
 
 
 def start(
@@ -276,7 +276,7 @@ def doubt(seen: methods.Observed, belief: Belief, focal_px: float, wrong: float)
     Args:
         seen: The frames so far.
         belief: In the shape before it; nothing is doubted if nothing is known of it yet.
-        focal_px: Of the camera.
+        focal_px: Focal length of the camera.
         wrong: Share of the measurements that are wrong.
     """
     if belief.found is None:

@@ -1,11 +1,11 @@
-"""Trajectories of many points, whose measurements now and then are far off: what the law of the noise does about it.
+"""Trajectories of many points, whose measurements are sometimes far off: the effect of the law of the noise.
 
-- `experiment`: the wiring, the presets, and where bands are not to be believed; `draw`: pictures, plots and tables;
+- `experiment`: the wiring, the presets, and settings with unreliable bands; `draw`: pictures, plots and tables;
 - `scene`: simulated tracks, tracks of a file and a simulated sequence; `corners`: its corners, followed by block
   matching;
 - `trackers`: parameters, beliefs and methods; `step`: the trackers by name; `whole`: estimates with other seeds;
-- `inspection`: the measurement and the particles of the selected track; `recording`: how it was looked for, the scales,
-  and how far tracks are from the truth.
+- `inspection`: the measurement and the particles of the selected track; `recording`: the search for it, the scales, and
+the errors of tracks.
 """
 
 __all__: list[str] = []

@@ -1,27 +1,27 @@
 """Corners that are followed through pictures by block matching, with its mistakes: the raw observations of tracks.
 
-Every corner has a template, by default that of the picture in which it was taken up, and is looked for around its last
-match. A search that has gone wrong therefore goes on from the wrong place, and finds back if the right one is within
-reach. A corner has no match where none is allowed, and where its template touches the edge of the picture: what it
-shows is about to leave, or has left.
+Every corner has a template, by default from its first picture, and is searched around its last match. After a wrong
+match the search therefore continues from the wrong place, and recovers if the right one is within reach. A corner has
+no match where none is allowed, and where its template touches the edge of the picture: it is about to leave, or has
+left.
 
-A corner is a place that can be told from its surroundings in every direction. Both detectors look at the structure of
-the gradients g = (gx, gy) in a small square, M = sum of g g^T with the entries A, B, B, C.
+A corner is a place that differs from its surroundings in every direction. Both detectors use the structure of the
+gradients g = (gx, gy) in a small square, M = sum of g g^T with the entries A, B, B, C.
 
 - *eigenvalue* (Shi and Tomasi 1994): the smaller eigenvalue of M, the least contrast over all directions.
 - *orientation*, after the corner orientation detector of Chabat, Yang and Hansell (1999), which Ichimura and Ikoma 2000
-  use. They measure by single derivatives how far the structure has one direction, its anisotropism
+  use. They measure the anisotropism of the structure by single derivatives,
 
       q = ((A - C)^2 + 4 B^2) / (A + C)^2,    1 for an edge, 0 where no direction is preferred,
 
-  and take for corners what has a strong gradient but no direction: |g| (1 - q)^2. Ichimura and Ikoma 2000 only cite it,
-  and report that it takes points of a slanted line for corners; the exponent and the square window are this project's
-  reading, and the second half of the published method, from which directions edges run into a corner, is left out:
+  and treat places with a strong gradient but no direction as corners: |g| (1 - q)^2. Ichimura and Ikoma 2000 only cite
+  it, and report that it takes points of a slanted line for corners; the exponent and the square window are this
+  project's reading, and the second half of the published method, the directions of edges at a corner, is left out:
   matching does not need it.
 
 A corner is a local maximum of the strength, of at least a share of the greatest, and far enough from stronger ones.
-Sums of products of whole numbers are exact, and so are roots and quotients as IEEE 754 rounds them: the same corners to
-the bit on every processor, which OpenCV's own list in single precision does not promise.
+Sums of products of whole numbers are exact, and IEEE 754 defines the rounding of roots and quotients: so corners are
+the same to the bit on every processor, unlike OpenCV's list in single precision.
 """
 
 import math
@@ -44,7 +44,7 @@ MATCHING = "Matching"
 
 
 class DetectorParameters(Parameters, group="Corners"):
-    """What counts as a corner."""
+    """Parameters of corners."""
 
     corner_detector: Detector = parameter("eigenvalue", "Detector", live=False)
     """By the smaller eigenvalue of the gradients (Shi and Tomasi), or by their lack of a direction (Chabat)."""
@@ -67,7 +67,7 @@ def find_corners(grey: NDArray[np.uint8], parameters: DetectorParameters, among:
 
     Args:
         grey: Picture (height, width).
-        parameters: What counts as a corner.
+        parameters: Parameters of corners.
         among: (height, width) where there may be any; everywhere within the margin if None.
     """
     height, width = grey.shape
@@ -87,11 +87,11 @@ def find_corners(grey: NDArray[np.uint8], parameters: DetectorParameters, among:
 
 
 def strength(grey: NDArray[np.uint8], detector: Detector, window_px: int) -> Floats:
-    """Return how much of a corner each pixel is, (height, width), not negative.
+    """Return the strength of a corner at each pixel, (height, width), not negative.
 
     Args:
         grey: Picture (height, width).
-        detector: What is measured.
+        detector: The measure.
         window_px: Side of the square over which gradients are summed, odd.
     """
     across, down = cv2.Sobel(grey, cv2.CV_16S, 1, 0), cv2.Sobel(grey, cv2.CV_16S, 0, 1)
@@ -120,7 +120,7 @@ def _apart(places: Ints, shape: tuple[int, ...], distance_px: float, most: int) 
     reach = math.ceil(distance_px)
     steps = np.square(np.arange(-reach, reach + 1))
     far = steps[:, None] + steps >= distance_px * distance_px
-    # With a rim, so that the surroundings of every place are within.
+    # With a rim, so the surroundings of every place are within.
     free = np.ones((shape[0] + 2 * reach, shape[1] + 2 * reach), np.bool_)
     taken: list[tuple[int, int]] = []
     for x, y in places.tolist():
@@ -165,17 +165,17 @@ class Corners:
     """The corners after a frame, immutable; K of them from the first frame to the last.
 
     Attributes:
-        templates: (K, b, b) grey levels that are looked for next.
-        sought: (K, b, b) grey levels that were looked for in this frame.
-        places: (K, 2) pixels around which they are looked for next: their last matches.
-        around: (K, 2) pixels around which they were looked for in this frame.
+        templates: (K, b, b) grey levels to search next.
+        sought: (K, b, b) grey levels searched in this frame.
+        places: (K, 2) pixels around which they are searched next: their last matches.
+        around: (K, 2) pixels around which they were searched in this frame.
         costs: (K,) of their best matches, grey levels or 0..2; NaN in the frame in which a corner was taken up.
         ratios: (K,) of these costs to the next best ones elsewhere; NaN where there is none.
-        missing: (K,) for how many frames there has been no match.
+        missing: (K,) number of frames since the last match.
         born: (K,) in which frame each was taken up.
         first_places: (K, 2) at which pixel.
         first_templates: (K, b, b) what was there.
-        still: (K,) in how many of the frames since then the same has been there, wherever the match was.
+        still: (K,) number of the frames since then with the same content there, independent of the match.
         index: Number of the frame.
     """
 
@@ -201,7 +201,7 @@ class Corners:
     def resting(self) -> Bools:
         """(K,) which have been where they were taken up in half of the frames since or more, ten or more by now.
 
-        These stand still, so that what seems to be their motion is an error.
+        These do not move, so their measured motion is an error.
         """
         frames = self.index - self.born
         return (frames >= GONE_FRAMES) & (2 * self.still >= frames)
@@ -219,8 +219,8 @@ def begin(
 
     Args:
         image_rgb: (height, width, 3).
-        parameters: What counts as a corner.
-        points: (K, 2) px, if it is known which to follow; else they are looked for.
+        parameters: Parameters of corners.
+        points: (K, 2) px to follow, if given; else they are detected.
     """
     grey = luma(image_rgb)
     if points is None:
@@ -236,7 +236,7 @@ def follow(
     Args:
         corners: Before.
         image_rgb: (height, width, 3), of the same size as before.
-        parameters: How to match.
+        parameters: Parameters of matching.
         index: Number of the frame.
     """
     grey = luma(image_rgb)
@@ -274,7 +274,7 @@ def follow(
 
 
 def _size(parameters: CornerParameters) -> int:
-    """Return the side of a template, px: an odd number, so that it has a middle."""
+    """Return the side of a template, px: an odd number, so it has a middle."""
     return parameters.template_px // 2 * 2 + 1
 
 

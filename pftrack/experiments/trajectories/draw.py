@@ -1,15 +1,15 @@
 """Trajectories in the picture, through time and in two worlds, and tables of them for other programs.
 
 Measured, filtered, smoothed and true points are drawn, outliers, and the selected track. A table has filtered and
-smoothed positions, in the unit of the file that they came from. Two worlds show what is known of the selected track:
+smoothed positions, in the unit of their file. Two worlds show the selected track:
 
-- The search: the window over the picture, and the costs of all places as a surface in a world, the higher the less a
-  place costs. On a lattice there is a peak at every crossing within reach, each nearly as high as the right one; along
-  a line there is a ridge. That is why a match jumps, and where to.
-- The scales of noise and motion in a plane of their own: log sigma across, log tau upwards. The surface is the
-  likelihood of both under Gaussian noise, of the last frames: where there are outliers its top lies at a larger sigma,
-  since a Gaussian has no other way to explain them. The points are the particles of the filter that finds the scales
-  itself; where there are ever fewer of them is where it has settled. The cross is what the others are given.
+- The search: the window over the picture, and a surface over all places in a world, higher for lower costs. On a
+  lattice there is a peak at every crossing within reach, each nearly as high as the right one; along a line there is a
+  ridge. This shows why a match jumps, and its target.
+- The scales of noise and motion in a separate plane: log sigma across, log tau upwards. The surface is the likelihood
+  of both under Gaussian noise, of the last frames: where there are outliers its top lies at a larger sigma, since a
+  Gaussian has no other way to explain them. The points are the particles of the filter that estimates the scales; they
+  contract where it has settled. The cross shows the scales given to the other filters.
 """
 
 from collections.abc import Sequence
@@ -52,19 +52,19 @@ ON_PICTURE, OUTLIERS_ON_PICTURE = 12, 3
 """Frames of a trail, and of outliers, where there is a picture beneath that is to be seen."""
 
 TRUE_FRAMES = 26
-"""As many as one wants to see beside the smoothed ones: each is asked of the scene."""
+"""Number of true positions shown with the smoothed ones; each is computed by the scene."""
 
 MOST_DRAWN = 2500
 DOT_PX, PARTICLE_PX, RING_PX = 4.0, 2.5, 9.0
 FURTHEST = 4.0
-"""What is further from the picture's corner than so many of its longer sides is not drawn."""
+"""Distance from the picture's corner, in longer sides, beyond which nothing is drawn."""
 
 
 def trails(state: TrajectoriesState, longest: float) -> dict[str, drawing.Primitive]:
     """Draw the last frames of all tracks, flat and through time, and the measurements that are outliers.
 
     Args:
-        state: Of the frame.
+        state: State of the frame.
         longest: Longer side of the picture, px.
     """
     raw, filtered, smoothed = (
@@ -124,7 +124,7 @@ def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, drawing
     drawn: dict[str, drawing.Primitive] = {}
     if state.particles is not None:
         states, shares = state.particles
-        # The heaviest first, so that those stay that stand for many.
+        # The heaviest first, so those that represent many remain.
         order = np.argsort(-shares, kind="stable")[:MOST_DRAWN]
         inside = _near(states[order], longest)
         raised = at_height(inside, 2.0 + drawing.LIFT * longest * shares[order] / shares[order[:1]])
@@ -170,8 +170,8 @@ def table_of(state: TrajectoriesState, past: Sequence[Diagnostics]) -> bytes:
     """Return all tracks up to a frame as CSV; what was not measured has empty cells.
 
     Args:
-        state: Of the frame.
-        past: Of all frames from 0 on.
+        state: State of the frame.
+        past: History of all frames from 0 on.
     """
     origin = state.origin
     scale = 1.0 if origin is None else origin.scale
@@ -201,11 +201,11 @@ SHOWN_PX = 20
 
 HEIGHT, FLOOR = 14.0, -7.0
 PIXEL, PIECE_AT, BESIDE = 0.9, 22.0, 11.0
-"""Side of a pixel of a template, how far behind the costs the templates stand, and how far beside the middle."""
+"""Side of a template's pixel, and distances of the templates behind the costs and beside the middle."""
 
 MARK = 1.6
 NEARLY = 1.5
-"""What costs up to this many times the least is nearly as good."""
+"""Multiple of the least cost up to which a place is nearly as good."""
 MOST_PEAKS = 40
 
 SEARCH_WORLD, SCALES_WORLD = read_worlds(Path(__file__).parent)
@@ -213,15 +213,15 @@ SEARCH_WORLD, SCALES_WORLD = read_worlds(Path(__file__).parent)
 
 @dataclass(frozen=True, eq=False)
 class TemplateSearch:
-    """What was looked for in a frame, and what each place cost.
+    """The search in a frame, and the cost of each place.
 
     Attributes:
         template: (b, b) grey levels.
         found: (b, b) grey levels at the match.
-        around: (2,) pixel around which it was looked for.
+        around: (2,) pixel around which it was searched.
         place: (2,) pixel of the match, or of the last one.
         costs: (n, n) of all places; infinite where there is none.
-        reach: To how far it was looked for, px.
+        reach: Reach of the search, px.
     """
 
     template: NDArray[np.uint8]
@@ -239,7 +239,7 @@ class TemplateSearch:
 
         Args:
             corners: After the frame.
-            image_rgb: Of the frame, (height, width, 3).
+            image_rgb: Picture of the frame, (height, width, 3).
             selected: Number of the corner.
             parameters: In force in the frame.
         """
@@ -251,7 +251,7 @@ class TemplateSearch:
 
 
 def in_picture(sought: TemplateSearch) -> dict[str, drawing.Primitive]:
-    """Draw the window in which the corner was looked for, the template at its match, and what looks alike."""
+    """Draw the window of the search, the template at its match, and similar places."""
     half = len(sought.template) / 2.0
     places = sought.around + _peaks(sought.costs)[1:] - sought.reach
     return {
@@ -286,7 +286,7 @@ def search_world(sought: TemplateSearch) -> drawing.WorldDrawing:
 
 
 def empty_search_world() -> drawing.WorldDrawing:
-    """Say that nothing is looked for, as in a table of tracks."""
+    """State that there is no search, as in a table of tracks."""
     text = drawing.Text(np.zeros(3, np.float32), "no picture to look in", drawing.COLOURS["hidden"], "search", "middle")
     return drawing.WorldDrawing(SEARCH_WORLD, {"nothing": text})
 
@@ -338,11 +338,11 @@ def _square(middle: Ints, half: float, colour: drawing.Colour, width: float) -> 
 
 
 MIDDLE, HALF = (0.25, -0.75), (1.25, 1.25)
-"""log10 of sigma and tau in the middle, px, and how far they are shown to either side: 0.1 to 32 px, 0.01 to 3.2 px."""
+"""log10 of sigma and tau in the middle, px, and the range shown on either side: 0.1 to 32 px, 0.01 to 3.2 px."""
 
 STEPS = 21
 SURFACE_HEIGHT, DEEPEST = 0.8, 30.0
-"""Of the surface at its top, and how far below the top, in natural logarithms, its foot is."""
+"""Height of the surface at its top, and the depth of its foot below the top, in natural logarithms."""
 
 FRAMES = 64
 MOST_POINTS = 1500
@@ -355,12 +355,12 @@ TICKS = (
     ("1", 0.07, 1.0),
     ("τ, px", 0.1, 4.5),
 )
-"""What stands beside the axes, and where, px."""
+"""Labels of the axes, and their places, px."""
 CROSS, POINT = 0.15, 0.1
 
 
 def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParameters) -> drawing.WorldDrawing:
-    """Draw the likelihood of the scales, the particles that have scales of their own, and the scales that are given."""
+    """Draw the likelihood of the scales, the particles' own scales, and the given scales."""
     given = np.log10([parameters.noise_variance_px2, parameters.drive_variance_px2]) / 2.0
     drawn: dict[str, drawing.Primitive] = {"axes": drawing.Arrows(_axes(), drawing.COLOURS["hidden"], 1.5, "scales")}
     for number, (text, sigma, tau) in enumerate(TICKS):

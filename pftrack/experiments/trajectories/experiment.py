@@ -1,9 +1,8 @@
 """Trajectories of feature points under noise with heavy tails (Ichimura and Ikoma).
 
-A corner that is followed by block matching jumps now and then to a place that looks alike. A filter that takes the
-noise for Gaussian is dragged along; one that takes it for Cauchy lets go; a third finds the scales of noise and motion
-by itself. Corners are followed through a simulated sequence or any recording; or tracks are simulated, or come from a
-table that another program has written.
+A corner that is followed by block matching sometimes jumps to a similar place. A filter for Gaussian noise follows the
+jump; one for Cauchy noise ignores it; a third estimates the scales of noise and motion. Corners are followed through a
+simulated sequence or any recording; or tracks are simulated, or come from a table that another program has written.
 """
 
 import math
@@ -83,12 +82,12 @@ def wire(sequence: FrameSequence, _mark: None, start: int, _truth: Truth | None)
     """Wire a recording, whose corners are followed, or a table of tracks; nothing needs to be marked.
 
     Raises:
-        ValueError: There is no corner in the picture `start`.
+        ValueError: The picture `start` has no corner.
     """
     if isinstance(sequence, TrackSequence):
         tracks = tracks_from(sequence, start)
         return Setup(lambda _seed, _parameters: tracks, TrajectoriesTrackerParameters())
-    # What is filmed is hidden, leaves and turns: a match that differs much is none, and what is gone is replaced.
+    # Filmed objects are hidden, leave and turn: a match that differs much is dropped, and a lost corner is replaced.
     values = {"corner_count": 100, "largest_cost": 20, "new_corners": True}
     pictures, parameters = RecordedPictures(sequence, start), revise(RecordedTrajectoriesParameters(), values)
 
@@ -140,7 +139,7 @@ def _caption(step: Step) -> str:
     return caption(row, *parts)
 
 
-# How far tracks are from the truth, and how far they seem to move, of one frame and of a whole run.
+# Errors and apparent motion of tracks, for one frame and for a whole run.
 
 
 def measure(frame: Frame, state: TrajectoriesState) -> Mapping[str, SeriesValue]:
@@ -162,7 +161,7 @@ def measure(frame: Frame, state: TrajectoriesState) -> Mapping[str, SeriesValue]
 
 
 def _false_motion(state: TrajectoriesState) -> dict[str, SeriesValue]:
-    """Return how far tracks seem to be from where they began: of those at rest, if pictures tell which those are."""
+    """Return the apparent distances of tracks from their start, for tracks at rest if pictures show them."""
     corners = state.corners
     resting = np.ones(len(state.first), np.bool_) if corners is None else corners.resting
     moved = {
@@ -188,7 +187,7 @@ def _far(off: Floats, limit_px: float) -> float:
 
 
 def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
-    """Return how many tracks there were, how far they seemed to move, and their errors where the truth is known.
+    """Return the number of tracks, their apparent motion, and their errors where the truth is known.
 
     A frame's smoothed positions are those by the last frame that has smoothed it, so those of the last frames, whose
     lag is not full yet, do not count.

@@ -1,9 +1,8 @@
-"""What is believed of trajectories: parameters, state, what is measured, and the law of the noise around it.
+"""The model of trajectories: parameters, state, measurements, and the law of their noise.
 
 Points are measured as they are given with the frame, or by following corners through its picture. Each track is
-filtered by itself, so what can be asked is asked of the track that is selected. Its likelihood is the law of the noise
-around its measurement: for corners in pictures that is where block matching has found it, and template and place are
-shown beside each other.
+filtered independently, so inspection concerns the selected track. Its likelihood is the law of the noise around its
+measurement: for corners in pictures that is the match, and template and place are shown side by side.
 """
 
 import math
@@ -93,7 +92,7 @@ KEPT_FRAMES = 64
 """How much of each trajectory is at hand at least, for smoothing and to be drawn."""
 
 BLOCK = 32
-"""So many frames at once are put away, into an array that all later states share."""
+"""Number of frames stored at once in an array that all later states share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,17 +108,17 @@ class TrajectoriesState:
         densities: (K,) log p(y_t | Y_{t-1}) of this frame.
         first: (K, 2) first measurement of each track, px; NaN before it.
         born: (K,) frame of that.
-        selected: Number of the track that is looked at.
-        reach: How many frames ago the oldest position is that this frame has smoothed.
+        selected: Number of the selected track.
+        reach: Age, in frames, of the oldest position smoothed in this frame.
         outlier_px: Distance from the estimate from which on a measurement counts as an outlier.
-        paper: Width and height of what is drawn on where there are no pictures, px.
+        paper: Width and height of the paper without pictures, px.
         settled: Measured, filtered and smoothed positions (32, K, 3, 2) of the frames before, the oldest first, px.
-        origin: What the tracks were in a file; None for others.
-        corners: Where the measurements come from, if they are looked for in pictures.
+        origin: Original form of the tracks in a file; None for others.
+        corners: The corners, if measurements come from pictures.
         own: Particles of the selected track, by a filter from a file; None for others.
-        own_track: Which track these are of.
-        earlier: Where the selected track's particles were in the frame before, (n, 2) px, each once; None without.
-        innovation: How far off the selected track's measurement was, of the Kalman filter that had one.
+        own_track: Their track.
+        earlier: Places of the selected track's particles in the frame before, (n, 2) px, each once; None without.
+        innovation: Innovation of the selected track, for the Kalman filter with a measurement.
         repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 
@@ -163,7 +162,7 @@ class TrajectoriesState:
 
     @property
     def log_evidence(self) -> float:
-        """Of all tracks together."""
+        """Values of all tracks together."""
         return float(self.densities.sum())
 
     @property
@@ -176,7 +175,7 @@ class TrajectoriesState:
         """Measured, filtered and smoothed positions of all frames (T, K, 3, 2), px, and which are outliers (T, K)."""
         window = np.stack([self.raw, self.filtered, self.smoothed], axis=2)[::-1]
         rows = np.concatenate([*self.settled, window])
-        # What was put away before another corner took a place is not that one's past.
+        # The stored past of a replaced corner does not belong to the new one.
         rows[np.arange(len(rows))[:, None] < self.born] = np.nan
         return rows, _apart(rows[:, :, 0], rows[:, :, 2]) > self.outlier_px
 
@@ -200,13 +199,13 @@ P: TypeAlias = TrajectoriesTrackerParameters
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """What is seen of K tracks in a frame; it depends on no random numbers of a tracker.
+    """The measurements of K tracks in a frame; they do not depend on a tracker's random numbers.
 
     Attributes:
-        corners: That are looked for in pictures; None where measurements are given.
+        corners: Corners searched in pictures; None where measurements are given.
         points: (K, 2) px, both NaN where a track has no measurement.
-        again: (K,) whose corners have just given their places to others, so that another track begins there.
-        gone: (K,) of which nobody knows any more where they would be.
+        again: (K,) whether a corner was just replaced, so another track begins there.
+        gone: (K,) whether the place is unknown.
     """
 
     corners: Corners | None
@@ -255,19 +254,19 @@ Law: TypeAlias = Callable[[Floats, Floats | float], Floats]
 
 PLACE = (Component("x", "px"), Component("y", "px"))
 LAW_COMPONENTS = (Component("ln σ²"), Component("ln τ²"))
-"""Of particles that have laws of their own."""
+"""Draws of particles with their own laws."""
 
 MOST_TRACKS = 12
-"""Of a table: those whose measurements are the furthest off."""
+"""Tracks of a table with the largest innovations."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What is measured of the selected track in a frame.
+    """The measurement of the selected track in a frame.
 
     Attributes:
         point: (2,) px, NaN where there is nothing.
-        template: (b, b) grey levels that were looked for; None where measurements are given.
+        template: (b, b) searched grey levels; None where measurements are given.
     """
 
     point: Floats
@@ -288,10 +287,10 @@ def normal(off: Floats, variance: Floats | float) -> Floats:
 
 
 def innovate(before: Gaussians, track: int, measured: Floats, noise: float, drive: float) -> Innovation | None:
-    """Return the innovation of a track's measurement (2,), px; None where it has none, or only begins.
+    """Return the innovation of a track's measurement (2,), px; None without a measurement, or in its first frame.
 
     Args:
-        before: What was believed in the frame before.
+        before: Belief of the frame before.
         track: Its number.
         measured: (2,) px.
         noise: sigma^2, px^2.
@@ -315,7 +314,7 @@ class Track(Model):
     weighs = False  # particles are laid open as they were drawn, each as often as it weighed
 
     def __init__(self, law: Law, *, learned: bool = False) -> None:
-        """Choose the law of the noise, and whether a state has a sigma^2 of its own, beside its place."""
+        """Choose the law of the noise, and whether a state has its own sigma^2 in addition to its place."""
         self.law, self.learned = law, learned
 
     @override
@@ -328,7 +327,7 @@ class Track(Model):
         track = parameters.selected_track % max(state.raw.shape[1], 1)
         if frame.index == 0:
             return Measured(state.raw[0, track], None if state.corners is None else state.corners.templates[track])
-        # One corner is looked for in a moment, all of them are not.
+        # Searching one corner is fast, searching all is not.
         corner = None if state.corners is None else state.corners.select(np.array([track]))
         points = Observation.following(corner, frame, parameters).points
         return Measured(points[track if corner is None else 0], None if corner is None else corner.templates[0])
@@ -396,7 +395,7 @@ class Track(Model):
 
 
 def _patches(known: Measured, one: Floats, frame: Frame) -> tuple[Part, ...]:
-    """Return the template that was looked for beside what is at a place."""
+    """Return the searched template and the content at a place, side by side."""
     if known.template is None or frame.image_rgb is None or not np.isfinite(one[:2]).all():
         return ()
     (there,) = cut(luma(frame.image_rgb), np.rint(one[None, :2]).astype(np.int64), len(known.template))
@@ -451,7 +450,7 @@ class LinearTrack(Track):
 # a corner has given its place to another one, a chain ends and a further one begins.
 
 TRANSITION = np.array([[2.0, -1.0], [1.0, 0.0]])
-"""Of an axis' (p_t, p_{t-1}): the velocity stays."""
+"""Transition of an axis' (p_t, p_{t-1}): the velocity stays."""
 
 
 def _observe(state: TrajectoriesState, frames: Sequence[Frame], parameters: P) -> tuple[Floats, Bools]:

@@ -1,4 +1,4 @@
-"""Simulated tracks of many points, and tracks of a file from a chosen frame on, as sources with what is known of them.
+"""Simulated tracks of many points, and tracks of a file from a chosen frame on, as sources with prior knowledge.
 
 Simulated points move down the picture, aside and down again, measured with noise and with outliers: each track is that
 of Ichimura and Ikoma 2000, section 5.1, 4 px a frame downwards, and from frame 50 to 54 aside, 5 px a frame. Its noise
@@ -24,10 +24,10 @@ from pftrack.experiments.shared.recording import RecordedFrames
 from pftrack.experiments.trajectories.corners import DetectorParameters, find_corners
 from pftrack.sources.tracks import RecordedTracks, TrackSequence
 
-# One simulated track in numbers (`reference_track.csv`), so that every implementation works on the same: x and y by
-# frame, px. It is a draw of the model below, chosen among many since its likelihood over sigma^2 and tau^2 and the
-# errors of the filters on it come closest to what Ichimura and Ikoma report. Its outliers, at frames 15, 30, 45, 60, 75
-# and 90, are by +11.5, -0.2, -37.8, +2.5, -2.7 and -21.4 px.
+# One simulated track in numbers (`reference_track.csv`), the same for every implementation: x and y by frame, px. It is
+# a draw of the model below, chosen among many since its likelihood over sigma^2 and tau^2 and the errors of the filters
+# on it come closest to what Ichimura and Ikoma report. Its outliers, at frames 15, 30, 45, 60, 75 and 90, are by +11.5,
+# -0.2, -37.8, +2.5, -2.7 and -21.4 px.
 
 REFERENCE_PX: Floats = np.loadtxt(Path(__file__).with_name("reference_track.csv"), delimiter=",", skiprows=1)
 """(100, 2) positions as they were measured."""
@@ -36,14 +36,14 @@ REFERENCE_PX.flags.writeable = False
 
 
 class SelectionParameters(Parameters, group="Selection"):
-    """Which track the run's estimate and error are of."""
+    """Track of the run's estimate and error."""
 
     selected_track: int = parameter(0, "Selected track", within=(0, 399, 1), useful=(0, 60))
     """Number of the track that is looked at closely; its position is the run's estimate."""
 
 
 class Motion(Protocol):
-    """How the points of a scene truly move."""
+    """True motion of a scene's points."""
 
     def path(self, points: Floats, index: int, born: Ints) -> Floats:
         """Return where points of the scene are in a frame, (K, 2) px; NaN where that is not known.
@@ -57,7 +57,7 @@ class Motion(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Origin:
-    """What tracks of a file were in the file.
+    """Original form of tracks in their file.
 
     Attributes:
         names: (K,) of the tracks.
@@ -77,10 +77,10 @@ class TrajectoriesTarget(Target):
     """Many points; `position` is that of the selected one.
 
     Attributes:
-        motion: How they truly move; None where that is not known.
+        motion: Their true motion; None where that is not known.
         start_px: (K, 2) where they are in frame 0, if which points are followed is known beforehand.
-        origin: What they were in a file; None for others.
-        paper: Width and height of what is drawn on where there are no pictures, px.
+        origin: Original form in a file; None for others.
+        paper: Width and height of the paper without pictures, px.
     """
 
     motion: Motion | None = None
@@ -98,7 +98,7 @@ ASIDE_FROM, ASIDE_TO = 50, 55
 """Frames after which the velocity changes."""
 
 ACROSS, APART_PX, SHIFT_PX = 6, 80.0, 13.0
-"""Tracks beside each other, how far apart, and how far further ones are shifted against them."""
+"""Number of tracks in a row, their distance, and the shift of further rows."""
 
 MEASUREMENTS = "Measurements"
 
@@ -160,7 +160,7 @@ class TracksSource:
         size: Width and height of the picture in which they are drawn, px.
         frame_rate_hz: Frames a second at which it is meant to be seen.
         frame_count: Ichimura and Ikoma's 100.
-        start: Of frame 0.
+        start: State of frame 0.
         noisy: The measurements depend on the seed.
     """
 
@@ -198,7 +198,7 @@ class TracksSource:
         return np.stack([aside, np.sqrt(parameters.vertical_variance_px2) * down], axis=1)
 
     def _numbers(self, index: int) -> Floats:
-        """Return (4, K) normal numbers; a track's do not depend on how many others there are."""
+        """Return (4, K) normal numbers; those of a track do not depend on the number of others."""
         numbers = [standard_normals(self._seed, index, Purpose.SCENE.value, k, 4) for k in range(len(self._starts))]
         return np.array(numbers).T
 
@@ -221,7 +221,7 @@ NOWHERE.flags.writeable = False
 
 
 def tracks_from(sequence: TrackSequence, first: int) -> RecordedTracks:
-    """Return the tracks of a table from the frame `first` on, of which nothing is known but what they were in the file.
+    """Return the tracks of a table from the frame `first` on, with only their form in the file known.
 
     Raises:
         ParameterError: That is not within the sequence.
@@ -270,7 +270,7 @@ RECTANGLES, AWAY_PX, MOST_TRIES = 14, 20.0, 4000
 CHECK_PX = 10
 
 WALL_DRAW, BOOK_DRAW, BOX_DRAW = 1, 2, 3
-"""Each surface has random numbers of its own, so that one does not change with another."""
+"""Each surface has its own random numbers, so surfaces do not affect each other."""
 
 
 @lru_cache(maxsize=8)
@@ -278,9 +278,9 @@ def wall(seed: int, pitch_px: int, contrast: float) -> NDArray[np.int32]:
     """Return the wall: a lattice of dark lines, cells of slightly different brightness, and smooth noise.
 
     Args:
-        seed: Of brightness and noise.
+        seed: Seed of brightness and noise.
         pitch_px: From one line to the next.
-        contrast: How much darker than the wall lines are, grey levels.
+        contrast: Darkness of lines relative to the wall, grey levels.
     """
     width, height = (side + 2 * WALL_MARGIN_PX for side in CORNERS_SIZE_PX)
     stream = Stream(seed, WALL_DRAW, Purpose.START)
@@ -318,7 +318,7 @@ def box(seed: int) -> NDArray[np.int32]:
 
 
 def _beside_line(points: Floats) -> float:
-    """Return how far the nearest of some points (n, 2), all on one side, is from the line; negative if they are not."""
+    """Return the distance of the nearest point (n, 2) from the line; negative if they are not all on one side."""
     (x0, y0), (x1, y1) = LINE
     length = float(np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2))
     sides = ((points[:, 0] - x0) * (y1 - y0) - (points[:, 1] - y0) * (x1 - x0)) / length
@@ -359,7 +359,7 @@ FRONT_TO_REAR = (ON_BOOK, ON_BOX)
 
 
 def shifts_px(phases: Floats) -> Floats:
-    """Return how far wall, book and box have moved from where they would be without motion, (n, 3, 2) px.
+    """Return the displacements of wall, book and box from their places at rest, (n, 3, 2) px.
 
     Args:
         phases: (n,) frames at the speed of the study.

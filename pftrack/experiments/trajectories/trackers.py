@@ -1,9 +1,9 @@
 """The trackers of trajectories, by name: one step for all of them, which differ in the law of the noise.
 
-No track depends on another: each is filtered by itself, and its random numbers are drawn by its own number. So a method
-takes any tracks together, a track may be there several times with other seeds, and what is filtered is the same however
-much of the past is kept for smoothing. All methods hold what they believe in the same form. A filter in a file follows
-the selected track, and the Kalman filter all others.
+Tracks are independent: each is filtered separately, with random numbers drawn by its own number. So a method accepts
+any set of tracks, a track may occur several times with different seeds, and filtering does not depend on how much of
+the past is kept for smoothing. All methods use the same form of belief. A filter in a file follows the selected track,
+and the Kalman filter all others.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -56,13 +56,13 @@ deviations (K, 2), and log densities (K,)."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draw:
-    """What the random numbers of a frame are drawn by.
+    """Key of the random numbers of a frame.
 
     Attributes:
         numbers: (K,) of the tracks.
         seeds: One for all, or (K,) one for each.
         frame: Index of the frame.
-        purpose: What they are for.
+        purpose: Their purpose.
     """
 
     numbers: Ints
@@ -140,11 +140,11 @@ def cloud_method(learned: bool, belief: Belief, observed: Floats, parameters: P,
 
 
 TAIL = 0.05
-"""Of a posterior, left out on either side of an interval."""
+"""Share of a posterior outside an interval on either side."""
 
 _ALL = tuple(read_reported(Path(__file__).parent).values())
 COMMON, LAWS, SIZES = _ALL[:5], _ALL[5:9], _ALL[9:]
-"""Of every tracker; of one that learns the scales of noise and motion; of those with particles."""
+"""Series of every tracker; of one that learns the scales of noise and motion; of those with particles."""
 
 
 def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
@@ -300,12 +300,12 @@ def ensemble(
     """Yield the estimates (N, 2) of each frame after a state, px, with each of N seeds.
 
     The estimate is where the selected track is filtered. So no other track need be followed, and no past be kept for
-    the smoother; and what is measured in a picture is the same for all seeds. Of sixty tracks and twenty-five frames
-    of the past this leaves a hundredth of the work, to the same numbers.
+    the smoother; and what is measured in a picture is the same for all seeds. With sixty tracks and twenty-five past
+    frames this leaves a hundredth of the work, with the same numbers.
 
     Args:
-        method: That of the tracker.
-        state: Of the frame before the first.
+        method: Method of the tracker.
+        state: State of the frame before the first.
         frames: To come, one after the other.
         history: The parameters of all frames.
         seeds: (N,) of the random numbers of each run.
@@ -403,7 +403,7 @@ class Motion(FilterModel):
 
     @override
     def particles(self, state: TrajectoriesState, parameters: P, rng: Generator) -> ParticleSet:
-        """Return the particles of the frame before, drawn about what the Kalman filter believed if there are none."""
+        """Return the particles of the frame before, drawn from the Kalman filter's belief if missing."""
         if state.own is not None and state.own_track == state.selected:
             return state.own
         return ParticleSet.uniform(_drawn(state, 1, parameters, rng))
@@ -417,7 +417,7 @@ class Motion(FilterModel):
 
     @override
     def log_likelihood(self, states: Floats, frame: Frame, parameters: P, known: TrajectoriesState) -> Floats:
-        """Return the Cauchy density of the selected track's measurement, 0 where it has none."""
+        """Return the Cauchy density of the selected track's measurement, 0 without one."""
         measured = known.raw[0, known.selected]
         if not np.isfinite(measured).all():
             return np.zeros(len(states))
@@ -428,7 +428,7 @@ class Motion(FilterModel):
         track, posterior = known.selected, update.posterior
         rows = {name: getattr(known, name).copy() for name in ("filtered", "smoothed", "sds", "densities")}
         rows["filtered"][0, track] = posterior.mean[:2]
-        rows["smoothed"][:, track] = rows["filtered"][:, track]  # of particles without their past nothing is smoothed
+        rows["smoothed"][:, track] = rows["filtered"][:, track]  # particles without their past are not smoothed
         rows["sds"][track] = posterior.standard_deviations[:2]
         rows["densities"][track] = update.log_evidence
         return replace(

@@ -1,20 +1,20 @@
-"""Charts: what the numbers of a recorded state mean, and so how its motion is described by the body itself.
+"""Charts: the meaning of the numbers of a recorded state, and its motion in the body's own frame.
 
 A tracker records a state (a place, a heading, a bend) in the picture's coordinates. Whether a body accelerates along or
-across itself does not depend on where it is and which way it faces, so what is learned of one track holds for another
-only in the body's own frame. A `Chart` says which numbers of a state are the place, which one is the heading about
-which that frame turns, and which are further angles or plain numbers. From it follow
+across itself does not depend on where it is and which way it faces, so a model learned from one track holds for another
+only in the body's own frame. A `Chart` names the numbers of a state that are the place, the heading that turns the
+frame, further angles, and plain numbers. Two functions use it:
 
-- `changes`: of a recorded track, how motion and shape change from frame to frame, in the body's frame;
-- `advance`: the same the other way round, how particles move on, given drawn changes.
+- `changes`: changes of motion and shape from frame to frame in a recorded track, in the body's frame;
+- `advance`: the inverse: it moves particles by drawn changes.
 
 Eqs 10-14, 16 and 17 of Mitsugami, Kakusho and Minoh 2009. Their eq. 14 turns an acceleration of the picture into the
 body's frame, and eqs 16 and 17 add it to a velocity that turns with the body, so a turn counts twice: an even circular
-swim has an acceleration across of speed times turn. There are three readings of what is meant:
+swim has an acceleration across of speed times turn. There are three readings of these equations:
 
 - "document": as it is written;
-- "increments": what is learned is how the velocity in the body's frame changes, and that is added to it;
-- "world": what is learned is as written, but the velocity keeps its direction in the picture when the body turns.
+- "increments": the changes of the velocity in the body's frame are learned, and added to it;
+- "world": learned as written, but the velocity keeps its direction in the picture when the body turns.
 
 A body without a heading, such as a ball, has two others: its frame is that of the picture ("fixed"), or turns with the
 direction in which it moved last ("motion").
@@ -31,7 +31,7 @@ from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 
 Reading: TypeAlias = Literal["document", "increments", "world", "fixed", "motion"]
-"""In which frame the changes of a place are learned and added."""
+"""The frame in which the changes of a place are learned and added."""
 
 FIXED, HEADING, WORLD, MOTION = range(4)
 WAYS: dict[Reading, int] = {
@@ -41,13 +41,13 @@ WAYS: dict[Reading, int] = {
     "fixed": FIXED,
     "motion": MOTION,
 }
-"""How `advance` moves a place; "document" and "increments" differ in what is learned only."""
+"""How `advance` moves a place; "document" and "increments" differ only in learning."""
 
 Name: TypeAlias = Annotated[str, Field(min_length=1, max_length=32)]
 
 
 class Chart(BaseModel):
-    """What the d numbers of a recorded state are, in this order: place, heading, angles, numbers.
+    """Names of the d numbers of a recorded state, in this order: place, heading, angles, numbers.
 
     Attributes:
         place: Names of the coordinates of the place; two, three, or none.
@@ -55,7 +55,7 @@ class Chart(BaseModel):
             towards the second, rad; empty without one.
         angles: Names of further angles, rad.
         numbers: Names of pure numbers.
-        unit: Of the place.
+        unit: Unit of the place.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -125,13 +125,13 @@ def changes(states: ArrayLike, chart: Chart, reading: Reading) -> Floats:
     """Return how motion and shape change from frame to frame, (n, k).
 
     Args:
-        states: (T, d) recorded states; a row with a number that is not finite is a gap, across which nothing is
+        states: (T, d) recorded states; a row with a number that is not finite is a gap, and no change across it is
             learned. Angles may jump by full turns.
-        chart: What the numbers are.
-        reading: In which frame a place changes.
+        chart: Meaning of the numbers.
+        reading: Frame in which a place changes.
 
     Returns:
-        The changes of all frames before which two are known, or one, if the chart has no place.
+        The changes of all frames with two known frames before them, or with one if the chart has no place.
 
     Raises:
         ValueError: The states have another number of columns, or the reading makes no sense for the chart.
@@ -201,15 +201,15 @@ def advance(
     places: int,
     way: int,
 ) -> Floats:
-    """Return the ancestors' states, moved on by drawn changes (eqs 16-18), (n, D); each coordinate lies together.
+    """Return the ancestors' states, moved by drawn changes (eqs 16-18), (n, D), each coordinate contiguous in memory.
 
     A particle is the place (p), its velocity (p) in the frame of the reading, then heading, angles and numbers. With a
-    heading the velocity is in the body's frame in all three readings: in "world" it is turned back by as much as the
-    body turns, which is to carry that of the picture. The new velocity moves the place, in the new frame.
+    heading the velocity is in the body's frame in all three readings: in "world" it is turned back by the body's turn,
+    which keeps its direction in the picture. The new velocity moves the place, in the new frame.
 
     Args:
         states: (N, D), D = p + k.
-        ancestors: (n,) which of them.
+        ancestors: (n,) their indices.
         normals: e, (k, n) independent N(0, 1) numbers.
         root: L, (k, k), lower triangular, of L L^T = the covariance of the changes.
         mean: (k,) of the changes.
@@ -277,7 +277,7 @@ def _differences(rows: Floats, chart: Chart) -> Floats:
 
 
 def _direction(velocities: Floats) -> tuple[Floats, Floats]:
-    """Return cosine and sine (n,) of the direction of velocities (n, p); that of the first axis for what stands."""
+    """Return cosine and sine (n,) of the direction of velocities (n, p); that of the first axis for a body at rest."""
     x, y = velocities[:, 0], velocities[:, 1]
     speed = np.sqrt(x * x + y * y)
     moving = speed > 0.0

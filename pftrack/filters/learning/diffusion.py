@@ -1,12 +1,13 @@
 """Learned diffusion: how a body's motion and shape change from frame to frame, as one Gaussian.
 
-A filter whose particles are perturbed in every component by itself tries many changes that no body makes: a fish that
-bends to one side while it speeds up to the other. Here the perturbation is drawn from N(0, C), C being the covariance
-of the changes in recorded tracks, each in the body's own frame (`charts`). Any matrix L of L L^T = C draws it; C's
-eigenvectors say what is in it: the modes of motion, the greatest first (eqs 15 and 18 of Mitsugami, Kakusho and Minoh
-2009). Units are mixed, px beside rad, and are left so: nothing is standardised, and no component is dropped.
+A filter that perturbs every component independently tries many changes that no body makes, such as a fish that bends to
+one side while it accelerates to the other. Here the perturbation is drawn from N(0, C), C being the covariance of the
+changes in recorded tracks, each in the body's own frame (`charts`). Any matrix L of L L^T = C draws it; C's
+eigenvectors are the modes of motion, the greatest first (eqs 15 and 18 of Mitsugami, Kakusho and Minoh 2009). Units are
+mixed, px and rad, and stay so: nothing is standardised, and no component is dropped.
 
-What was learned is kept in a small file of JSON, which is also the value of a parameter: a run carries it whole.
+The learned motion is kept in a small JSON file, whose text is also the value of a parameter, so a run contains all of
+it.
 """
 
 import json
@@ -33,13 +34,13 @@ if TYPE_CHECKING:
 VERSION: Literal[1] = 1
 
 CHANGES_EACH = 5
-"""So many changes for each component are the least to learn from."""
+"""Least number of changes for each component."""
 
 SMALLEST, LARGEST = 1e-9, 1e6
 """Standard deviations, in the component's unit a frame, between which something changes in earnest."""
 
 ROUNDING = 1e-9
-"""How far a correlation may be from symmetric, or its eigenvalue below 0, and still be what rounding left."""
+"""Largest asymmetry of a correlation, and largest negative eigenvalue, that are attributed to rounding."""
 
 Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False, ge=-1e30, le=1e30)]
 
@@ -92,7 +93,7 @@ class Spread(BaseModel):
     """Mean and covariance of the changes in one reading.
 
     Attributes:
-        reading: In which frame a place changes; "world" learns what "document" does.
+        reading: Frame in which a place changes; "world" learns the same as "document".
         mean: (k,).
         covariance: (k, k).
     """
@@ -105,13 +106,13 @@ class Spread(BaseModel):
 
 
 class Learned(BaseModel):
-    """What was learned of tracks, as a file holds it.
+    """Motion learned from tracks, as a file holds it.
 
     Attributes:
-        format: Tells it from other files.
-        version: Of the format.
-        experiment: Name of the one whose runs it was learned from.
-        chart: What the numbers of a recorded state are.
+        format: Distinguishes it from other files.
+        version: Version of the format.
+        experiment: Name of the experiment whose runs were used.
+        chart: Meaning of the numbers of a recorded state.
         tracks: How many tracks it was learned from.
         frames: How many frames they have together.
         step_mean: (d,) mean of the first differences of the recorded states, in the picture's frame.
@@ -156,7 +157,7 @@ class Learned(BaseModel):
             chart: The chart of that experiment.
 
         Raises:
-            RefusedError: It is not such a file, was cut short, is of another version, experiment or chart, or its
+            RefusedError: It is not such a file, was cut short, belongs to another version, experiment or chart, or its
                 numbers are not a covariance.
         """
         raw = _parse(text)
@@ -179,7 +180,7 @@ class Learned(BaseModel):
 
     @property
     def origin(self) -> str:
-        """What it was learned from, a few words."""
+        """Short description of the data that it was learned from."""
         return f"{_tracks(self.tracks)}, {self.frames} frames"
 
     def diffusion(
@@ -188,11 +189,11 @@ class Learned(BaseModel):
         """Return the Gaussian that changes are drawn from.
 
         Args:
-            reading: In which frame a place changes, one of the chart's.
+            reading: Frame in which a place changes, one of the chart's.
             scale: Factor of all standard deviations.
-            correlated: Whether changes belong together as they were learned to; else each is drawn by itself, with the
+            correlated: Whether changes keep their learned correlations; otherwise each is drawn independently, with the
                 same standard deviation.
-            drifting: Whether it keeps its mean, which is left out otherwise.
+            drifting: Whether it keeps its mean, which is omitted otherwise.
 
         Raises:
             ValueError: The reading makes no sense for the chart.
@@ -205,7 +206,7 @@ def learn(tracks: Iterable[ArrayLike], chart: Chart, experiment: str) -> Learned
 
     Args:
         tracks: (T, d) recorded states each; rows that are not finite are gaps.
-        chart: What the numbers of a state are.
+        chart: Meaning of the numbers of a state.
         experiment: Name of the experiment that they come from.
 
     Raises:
@@ -268,7 +269,7 @@ def _moments(rows: Floats) -> tuple[Floats, Floats]:
 
 
 def _check_spread(spread: Spread, chart: Chart) -> None:
-    """Refuse numbers that are no covariance, or of components that do not change in earnest."""
+    """Refuse numbers that are not a covariance, and components that hardly change."""
     size = len(chart.names)
     if len(spread.mean) != size or [len(row) for row in spread.covariance] != [size] * size:
         raise ValueError(f"expected {size} means and {size} x {size} covariances of the reading {spread.reading}")
@@ -314,7 +315,7 @@ def _parse(text: str) -> dict[str, Any]:
 
 
 def _sentence(error: ValidationError) -> str:
-    """Return what is wrong, first of all, in one sentence."""
+    """Return the first error, in one sentence."""
     first = error.errors()[0]
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, ValueError):
@@ -334,13 +335,12 @@ def _describe(chart: Chart) -> str:
     return ", ".join(named)
 
 
-# Guidance: that an experiment's recorded states can be learned from, and its particles be guided by what was learned.
+# Guidance: an experiment offers its recorded states for learning, and the learned motion guides its particles.
 #
-# An experiment whose states have a place, a heading or a shape declares how they are to be read (`Guidance`). From that
-# alone `pftrack learn` and the page of a session learn from its runs (`pftrack.filters.learning.diffusion`). The
-# text of a learned file is the value of a parameter of its trackers
-# (`pftrack.experiments.shared.reports.learned_motion`), so that a run, a sweep, a session and a share link carry it
-# whole.
+# An experiment whose states have a place, a heading or a shape declares how to read them (`Guidance`). `pftrack learn`
+# and the page of a session need nothing more to learn from its runs (`pftrack.filters.learning.diffusion`). The text of
+# a learned file is the value of a parameter of its trackers (`pftrack.experiments.shared.reports.learned_motion`), so a
+# run, a sweep, a session and a share link contain all of it.
 
 
 @dataclass(frozen=True)
@@ -349,11 +349,11 @@ class Guidance:
 
     Attributes:
         experiment: Its name.
-        chart: What the numbers of a recorded state are.
-        built_in: Text of the learned file that is used where there is no other.
+        chart: Meaning of the numbers of a recorded state.
+        built_in: Text of the default learned file.
         parameter: Name of the parameter whose value is the text of a learned file.
         series: Name of the vector of numbers that a row's recorded state is; empty for the estimate.
-        scale: What a row's numbers are divided by to be in the chart's units; 180/pi for angles in degrees.
+        scale: Divisors that convert a row's numbers to the chart's units; 180/pi for angles in degrees.
     """
 
     experiment: str
@@ -364,10 +364,10 @@ class Guidance:
     scale: float = 1.0
 
     def parse(self, text: str) -> Learned:
-        """Return what a file says that was learned; of an empty text, what is built in.
+        """Return the learned motion of a file; for an empty text, the built-in one.
 
         Raises:
-            ParameterError: It is not a learned file, or one of another experiment, chart or version.
+            ParameterError: It is not a learned file, or belongs to another experiment, chart or version.
         """
         try:
             return _read(text or self.built_in, self.experiment, self.chart)
@@ -377,7 +377,7 @@ class Guidance:
     def states(self, rows: Sequence["Diagnostics"]) -> Floats:
         """Return the recorded states of a run (L, d), NaN where the target was lost or looked for.
 
-        A person who learns from tracks looks them through first; where the truth is known, it does that.
+        Users inspect tracks before learning from them; where the truth is known, it replaces the inspection.
 
         Raises:
             RefusedError: A row holds another number of values than a state has.
@@ -395,7 +395,7 @@ class Guidance:
         return states
 
     def saved_states(self, columns: Mapping[str, NDArray[Any]], name: str) -> Floats:
-        """Return the same of the columns of a saved run, given the name of its file.
+        """Return the same from the columns of a saved run, given the name of its file.
 
         Raises:
             RefusedError: The file has no such states.
@@ -411,7 +411,7 @@ class Guidance:
         return states
 
     def learn(self, tracks: Iterable[Floats]) -> Learned:
-        """Return what the recorded states of one or several runs teach.
+        """Return the motion learned from the recorded states of one or several runs.
 
         Raises:
             RefusedError: They are too few, or something never changes in them.
@@ -420,7 +420,7 @@ class Guidance:
 
     @property
     def export(self) -> Export:
-        """The file that is learned from the run as far as it was computed."""
+        """The file learned from the computed part of the run."""
         return Export("learned", "Learned motion", "learned.json", "application/json", partial(_export, self))
 
 
@@ -443,7 +443,7 @@ class GuidedDynamics:
 
     Attributes:
         diffusion: The changes.
-        chart: What they change; a state is the place, its velocity, then heading, angles and numbers.
+        chart: Meaning of a state's numbers; a state is the place, its velocity, then heading, angles and numbers.
         reading: In which frame a place changes.
     """
 
@@ -452,7 +452,7 @@ class GuidedDynamics:
     reading: Reading
 
     def predict(self, states: Floats) -> Floats:
-        """Return the states (N, D) as they are: the drawn turn decides which way the velocity moves them."""
+        """Return the states (N, D) as they are: the drawn turn sets the direction of the velocity."""
         return states
 
     def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:

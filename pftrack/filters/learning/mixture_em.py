@@ -1,8 +1,8 @@
-"""Online expectation maximisation of a mixing ratio: how far each feature's two predictions are to be trusted.
+"""Online expectation maximisation of a mixing ratio: the trust in each feature's two predictions.
 
 Particles of a feature are drawn from a mixture, pi = alpha p_a + (1 - alpha) p_x, of the upper layer's prediction p_a
-and the feature's own p_x (`filters.adaptive`). What survives the observation tells which of the two had been right.
-Alpha maximises the likelihood of the survivors under pi, discounted by a factor lambda a frame, which minimises the
+and the feature's own p_x (`filters.adaptive`). The survivors of the observation show which prediction was right. Alpha
+maximises the likelihood of the survivors under pi, discounted by a factor lambda a frame, which minimises the
 Kullback-Leibler divergence of the posterior from pi (Bando 2007, ch. 4 section 2 and Appendix C). One step per frame:
 
 - *E step*: responsibility of p_a for a survivor, r = alpha p_a / (alpha p_a + (1 - alpha) p_x);
@@ -11,10 +11,10 @@ Kullback-Leibler divergence of the posterior from pi (Bando 2007, ch. 4 section 
 
 With lambda = 0.5 the memory is about two frames: strong forgetting, though Bando calls it "very large".
 
-What p_x is decides what is learned. Bando's kernel mixture around the propagated survivors (`kernel`) is exact,
-and an observation that says nothing then leaves alpha unchanged on average. As a Gaussian with the same moments
+The choice of p_x decides what is learned. Bando's kernel mixture around the propagated survivors (`kernel`) is exact;
+an observation without information then leaves alpha unchanged on average. As a Gaussian with the same moments
 (`gaussian`) a cloud that has spread out while its feature was hidden explains the survivors worse than the tight upper
-prediction does, and alpha rises: which is what Bando shows (fig. 4.7).
+prediction does, and alpha rises, as Bando shows (fig. 4.7).
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.matrices import contiguous_copy, total
 
 STEEPEST = 500.0
-"""Log ratios of densities beyond this count as this."""
+"""Log ratios of densities are clipped to this size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Settings:
     Attributes:
         forgetting: lambda, 0..1.
         clip: alpha stays within [clip, 1 - clip], 0..0.5.
-        lower_density: What stands for p_x.
+        lower_density: The form of p_x.
     """
 
     forgetting: float = 0.5
@@ -48,7 +48,7 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Mixture:
-    """What has been learned of F features, immutable.
+    """The learned state of F features, immutable.
 
     Attributes:
         ratios: alpha, (F,), the share of particles to be drawn from the upper prediction in the next frame.
@@ -77,7 +77,7 @@ def adapt(
     """Take one frame in.
 
     Args:
-        mixture: With the ratios by which this frame's particles were drawn.
+        mixture: State with the ratios by which this frame's particles were drawn.
         survivors: (F, 2, N) px, the positions that survived this frame's observation, equally weighted.
         upper: Means (F, 2) px and variances (F, 2) px^2 of p_a in this frame.
         lower: (F, 2, M) px, the last frame's survivors propagated without noise.

@@ -1,18 +1,18 @@
 """Online expectation maximisation of second-order dynamics, with forgetting.
 
-While a tracker runs, its posterior means are taken as measurements y_t of the true path, as exact as its sigma says,
-and the model x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u is estimated from them (Bando 2007, ch. 3 section 2.3 and
-Appendix B, eqs. A.17 to A.20):
+While a tracker runs, its posterior means are taken as measurements y_t of the true path with the tracker's sigma, and
+the model x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u is estimated from them (Bando 2007, ch. 3 section 2.3 and Appendix B,
+eqs. A.17 to A.20):
 
-- *E step*: a fixed-lag Kalman smoother with the model as it stands gives the joint posterior of three consecutive
-  positions a few frames ago;
-- *statistics*: their second moments, averaged with a weight that forgets the past by a factor a frame (Sato and Ishii
-  2000);
+- *E step*: a fixed-lag Kalman smoother with the current model gives the joint posterior of three consecutive positions
+  a few frames ago;
+- *statistics*: their second moments, averaged with a weight that discounts the past by a factor per frame (Sato and
+  Ishii 2000);
 - *M step*: the regression of the newest of the three on the two older ones and a constant, with a small ridge towards
   the initial model, which directions without any motion need.
 
 A tracker with a poor first model learns from a wrong track. The guard refuses a model that is not finite or whose
-spectral radius says that it would run away; without it learning breaks Condensation (docs/methods/switching.md).
+spectral radius implies divergence; without it learning breaks Condensation (docs/methods/switching.md).
 
 Regression works in coordinates of order one, xi = (x - centre) / 100 px.
 """
@@ -38,7 +38,7 @@ LAG = 5
 
 SCALE_PX = 100.0
 RUNAWAY = 5.0
-"""Statistics stand still while the estimate is further than this from the centre, in units of 100 px."""
+"""Statistics are not updated while the estimate is further than this from the centre, in units of 100 px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Settings:
         forgetting: lambda, 0..1; the memory is about 1 / (1 - lambda) frames.
         warm_up: Triples to collect before the first M step.
         ridge: kappa, the pull towards the initial model.
-        largest_spectral_radius: Of a model that may be accepted.
+        largest_spectral_radius: Limit for accepted models.
     """
 
     forgetting: float
@@ -60,7 +60,7 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Learner:
-    """What has been learned, immutable; positions in units of 100 px from the centre of the picture.
+    """The learned state, immutable; positions in units of 100 px from the centre of the picture.
 
     Attributes:
         theta: (2, 5) the model [A1 A0 d] in force.
@@ -69,7 +69,7 @@ class Learner:
         products: (2, 5) discounted mean of x_t phi^T.
         weight: eta of the last triple; 0 before the first.
         triples: How many have been counted.
-        frames: How many measurements have been taken.
+        frames: Number of measurements used.
         centre_px: (2,) origin of the coordinates.
     """
 
@@ -118,7 +118,7 @@ def learn(
     Args:
         learner: As of the last frame.
         initial: The model that the ridge pulls towards; its noise B is the model's, which is not learned.
-        estimate_px: (2,) posterior mean of the tracker; a learner given a value that is not finite stands still.
+        estimate_px: (2,) posterior mean of the tracker; a value that is not finite changes nothing.
         sigma_px: (2,) posterior standard deviations.
         settings: How to learn.
     """
@@ -162,7 +162,7 @@ def stays_within(theta: Floats, radius: float) -> bool:
 
     They are those of det(z^2 - A1 z - A0), a polynomial of the fourth degree, and lie within the unit circle exactly if
     the last coefficient is smaller than the first, and so on after each step of Schur and Cohn's reduction. Dividing
-    the roots by the radius beforehand serves for any circle.
+    the roots by the radius first covers any circle.
     """
     (a, b), (c, d) = theta[:, :2].tolist()
     (e, f), (g, h) = theta[:, 2:4].tolist()
@@ -217,29 +217,28 @@ def _solve(regressors: Floats, products: Floats, anchor: Floats, ridge: float) -
         return np.full_like(anchor, np.nan)
 
 
-# Given all frames, the smoother says how large the noises of a linear Gaussian model were on average in deviations of
-# what they were taken to be (the E step). The covariance under which they are 1 is the old one times that average (the
-# M step; Shumway and Stoffer 1982, section 3, for covariances whose scale alone is unknown). No step makes the
-# evidence smaller.
+# Given all frames, the smoother returns the average size of the noises of a linear Gaussian model, in assumed standard
+# deviations (the E step). The covariance under which they are 1 is the old one times that average (the M step; Shumway
+# and Stoffer 1982, section 3, for covariances whose scale alone is unknown). No step makes the evidence smaller.
 #
-# Where a noise is hardly seen EM creeps. So two steps are taken at once and extrapolated on logarithms (Varadhan and
-# Roland 2008, scheme S3), and the place is given up for that of the two steps if the evidence there is smaller: what is
-# kept never falls.
+# EM is slow where the data hardly determine a noise. So two steps are taken at once and extrapolated on logarithms
+# (Varadhan and Roland 2008, scheme S3), and the extrapolation is replaced by the two steps if its evidence is smaller:
+# the evidence never falls.
 
 MOST_STEPS: Final = 300
 TOLERANCE: Final = 1e-6
-"""Of a covariance's logarithm: where an EM step moves it by less, it has arrived."""
+"""Change of a covariance's logarithm below which EM has converged."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseFit:
-    """What EM has found.
+    """The result of EM.
 
     Attributes:
-        factors: By what the covariance of each noise that was fitted is to be multiplied.
-        log_evidence: Of the beginning and of each place that was kept after it, nats; it never falls.
+        factors: Factors for the covariance of each fitted noise.
+        log_evidence: Log evidence at the beginning and after each accepted step, nats; it never falls.
         steps: How many times the frames were smoothed.
-        converged: Whether a further step would change nothing.
+        converged: Whether EM has converged.
     """
 
     factors: Mapping[NoiseKind, float]
@@ -255,7 +254,7 @@ def fit_noise(
     begin: Mapping[NoiseKind, float] | None = None,
     most_steps: int = MOST_STEPS,
 ) -> NoiseFit:
-    """Return by what factors the covariances of noises make the chains most probable.
+    """Return the factors of the noises' covariances that make the chains most probable.
 
     Args:
         chains: The model, and what was measured.
@@ -323,7 +322,7 @@ class _Ascent:
 
 
 def _mean(found: Sequence[Disturbances], kind: NoiseKind) -> float:
-    """Return the mean squared noise in deviations over all chains; 1 where there is none to be seen."""
+    """Return the mean squared noise, in standard deviations, over all chains; 1 without any data."""
     pairs = [
         (each.process, each.process_count) if kind == "process" else (each.observation, each.observation_count)
         for each in found
@@ -333,7 +332,7 @@ def _mean(found: Sequence[Disturbances], kind: NoiseKind) -> float:
 
 
 def _extrapolate(start: Floats, first: Floats, second: Floats) -> Floats:
-    """Return where the steps from start to first and on to second lead in the end, if they go on like that."""
+    """Return the extrapolated limit of the steps from start to first and to second."""
     stride = first - start
     bend = second - first - stride
     size = np.sqrt(np.square(bend).sum())

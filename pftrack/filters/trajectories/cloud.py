@@ -1,14 +1,14 @@
 """The Monte Carlo filter of K tracks at once, and its smoother with a fixed lag.
 
 In each frame every particle of a track moves by the dynamics, is weighed by how well it explains the measurement, and
-the particles are drawn again by their weights. Of the L positions before, what is needed is only where the particles of
-today have come from. After a few draws these are few, since most of what there was has no descendants. So the past is
-kept as a tree: of each age the positions that have descendants, how many they have, and which position of the frame
-before each came from. Today's particles that are equal are one node, too. A ring of L + 1 positions for each particle
-says the same and takes ten times the memory and time.
+the particles are drawn again by their weights. The smoother needs only those of the last L positions from which the
+current particles come. After a few draws these are few, since most earlier positions have no descendants. So the past
+is kept as a tree: for each age the positions with descendants, the number of descendants, and the parent position in
+the frame before. Current particles that are equal share one node, too. A ring of L + 1 positions for each particle
+holds the same information in ten times the memory and time.
 
-Random numbers are functions of the seed, the frame and the track's number alone, so that neither the order of the
-tracks nor which others there are changes anything.
+Random numbers are functions of the seed, the frame and the track's number alone, so the order and the choice of other
+tracks change nothing.
 """
 
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ from pftrack.filters.trajectories.gaussian import locate
 from pftrack.filters.trajectories.tree import Tree, came_from, copy, grow, positions_of, sample_positions, sprout
 
 MOST_PARTICLES = 20_000
-"""Of one track: a tree numbers its nodes with 16 bits."""
+"""Limit for one track: a tree numbers its nodes with 16 bits."""
 
 LOG_PI = 1.1447298858494002
 LOG_2_PI = 1.8378770664093453
@@ -35,7 +35,7 @@ LEAST_LOG, MOST_LOG = -20.0, 20.0
 """Between which log sigma^2 and log tau^2 stay: beyond, no number of px is meant."""
 
 DRAWS = 8
-"""Draws of a track in a frame, of which not all are used."""
+"""Draws of a track in a frame; not all are used."""
 MOVE, OFFSET, PLACE, LAW = range(4)
 
 
@@ -52,7 +52,7 @@ class Stored(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """What is believed of K tracks: a tree of positions each, flat, by track and then by age, the newest first.
+    """Belief in K tracks: one tree of positions for each, flat, by track and then by age, the newest first.
 
     Attributes:
         offsets: (K, A + 1) at which node each age of a track begins and the last one ends.
@@ -60,7 +60,8 @@ class Cloud:
         parents: (n,) which node of the next age of the track each came from.
         counts: (n,) how many of today's particles descend from each.
         logs: (m, 2) log sigma^2 and log tau^2 of the nodes of age 0, px^2, by track; (0, 2) where both are given.
-        known: (K,) how many ages are positions in frames; a track that has begun has one more, of the frame before.
+        known: (K,) number of ages that are positions in frames; a track that has begun has one more, for the frame
+            before.
     """
 
     offsets: Ints
@@ -74,7 +75,7 @@ class Cloud:
         """Refuse arrays that do not fit together, which a compiled loop would read beyond their ends.
 
         Raises:
-            ValueError: There are not as many of one as of the others, or a track has nodes beyond the last one.
+            ValueError: The arrays differ in length, or a track has nodes beyond the last one.
         """
         nodes = len(self.nodes)
         fits = self.nodes.shape == (nodes, 2) and self.parents.shape == self.counts.shape == (nodes,)
@@ -92,7 +93,7 @@ class Cloud:
         return Stored(self.offsets, self.nodes, self.parents, self.counts, self.logs, self.known)
 
     def age(self, track: int, age: int) -> tuple[Floats, Floats]:
-        """Return the positions (n, 2) of a track some frames ago, px, and the share (n,) of today's of each."""
+        """Return the positions (n, 2) of a track some frames ago, px, and their shares (n,) of current particles."""
         first, last = self.offsets[track, age : age + 2]
         counts = self.counts[first:last].astype(np.float64)
         return self.nodes[first:last].astype(np.float64), counts / max(counts.sum(), 1.0)
@@ -129,11 +130,11 @@ class Law(NamedTuple):
     """The noise that is taken for true.
 
     Attributes:
-        noise: (K,) sigma^2, px^2; where it is learned, the one to begin with.
+        noise: (K,) sigma^2, px^2; where it is learned, the initial value.
         drive: (K,) tau^2, px^2; likewise.
         heavy: Whether the measurements' noise is Cauchy; otherwise it is Gaussian.
-        learned: Whether each particle has a sigma^2 and a tau^2 of its own.
-        drift: Standard deviation of what is added to a learned logarithm in each frame.
+        learned: Whether each particle has its own sigma^2 and tau^2.
+        drift: Standard deviation of the noise added to a learned logarithm in each frame.
     """
 
     noise: Floats
@@ -144,13 +145,13 @@ class Law(NamedTuple):
 
 
 class Moments(NamedTuple):
-    """What a step came to, of K tracks; NaN where a track has not begun.
+    """The result of a step for K tracks; NaN where a track has not begun.
 
     Attributes:
         estimates: (K, 2) positions of this frame, px.
         sds: (K, 2) their standard deviations, px, of the particles with their weights.
         past: (A, K, 2) positions of this frame and of those before it, given everything up to now, the newest first.
-        densities: (K,) log p(y_t | Y_{t-1}), 0 where there is no measurement.
+        densities: (K,) log p(y_t | Y_{t-1}), 0 where a measurement is missing.
         sizes: (K,) effective numbers of particles.
     """
 
@@ -196,7 +197,7 @@ def select(belief: Cloud, tracks: Ints) -> Cloud:
 
 
 def _pieces(begins: Ints, lengths: Ints) -> Ints:
-    """Return the numbers of consecutive places (sum of lengths,), given where each piece of them begins."""
+    """Return the indices of consecutive places (sum of lengths,), given the first index of each piece."""
     numbers = [np.arange(begin, begin + length) for begin, length in zip(begins, lengths, strict=True)]
     return np.concatenate([np.zeros(0, np.int64), *numbers])
 
@@ -216,21 +217,22 @@ def step(
     """Predict all tracks by one frame and weigh them by their measurements.
 
     Args:
-        before: Of the frame before.
+        before: Belief of the frame before.
         observed: (K, 2) px, NaN where a track has no measurement.
         law: The noise.
         start: For tracks that have no particles yet, means (K, 2, 2) and covariances (K, 3) of the frame before, as
-            `gaussian` has them, NaN for those that do not begin; and (K,) 1 if that is a frame in which the track was
-            followed, 0 if it begins now.
+            `gaussian` has them, NaN for those that do not begin; and (K,) 1 if the track was followed in that frame, 0
+            if it begins now.
         count: Particles of a track, up to `MOST_PARTICLES`.
         lag: How many frames before this one are kept.
         by_mode: Whether estimates are modes of histograms; otherwise they are means.
         numbers: (K,) by which the tracks draw their random numbers.
-        stream: Seed, frame and purpose of these; the seed is one for all, or (K,) one for each track.
+        stream: Seed, frame and purpose of the random numbers; one seed for all, or (K,) one for each track.
 
     Raises:
-        TypeError: One is not an array of real numbers, or the count is not a whole number.
-        ValueError: There are not as many of one as tracks, or the count is not between 1 and `MOST_PARTICLES`.
+        TypeError: An argument is not an array of real numbers, or the count is not a whole number.
+        ValueError: An array's length differs from the number of tracks, or the count is not between 1 and
+            `MOST_PARTICLES`.
     """
     check_count("count", count)
     if count > MOST_PARTICLES:
@@ -305,9 +307,9 @@ def _laws(
 
     Args:
         before: (m, 2) of the nodes that they come from; (0, 2) where these have none.
-        own: (n,) number of each one's node.
-        given: (2,) sigma^2 and tau^2 to begin with, px^2.
-        drift: Standard deviation of what is added.
+        own: (n,) index of each particle's node.
+        given: (2,) initial sigma^2 and tau^2, px^2.
+        drift: Standard deviation of the added noise.
         stream: Seed, frame, purpose and first draw of the track.
     """
     seed, frame, purpose, draw = stream
@@ -372,7 +374,7 @@ def _step_particles(
         before: Arrays of the cloud.
         observed: (K, 2) px.
         law: The noise.
-        start: Of tracks that begin.
+        start: State of tracks that begin.
         settings: Particles of a track, ages that are kept, and whether estimates are modes.
         streams: Numbers (K,) and seeds (K,) of the tracks, frame and purpose.
     """

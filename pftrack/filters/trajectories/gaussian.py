@@ -4,7 +4,8 @@ The state of an axis is (p_t, p_{t-1}), and both axes of a track have the same c
 and three numbers of a 2 x 2 matrix. The smoother goes back from the newest frame by the recursion of Rauch, Tung and
 Striebel over the last frames, which are kept.
 
-A track begins with its first measurement y as N((y, y), s^2 I), of the frame before, and takes y as a measurement, too.
+A track begins with its first measurement y as N((y, y), s^2 I) in the frame before, and then also uses y as a
+measurement.
 """
 
 from dataclasses import dataclass, replace
@@ -21,12 +22,12 @@ LOG_2_PI = 1.8378770664093453
 
 @dataclass(frozen=True, eq=False)
 class Gaussians:
-    """What is believed of K tracks in the last frames, the newest first.
+    """Belief in K tracks in the last frames, the newest first.
 
     Attributes:
-        means: (A, K, 2, 2) px, of x and y the position in that frame and in the one before; NaN before a track begins.
+        means: (A, K, 2, 2) px, for x and y the position in that frame and in the one before; NaN before a track begins.
         covariances: (A, K, 3) px^2, of either axis: variance, covariance and variance of these two.
-        drives: (A, K) px^2, the tau^2 by which that frame was reached.
+        drives: (A, K) px^2, the tau^2 of the step to that frame.
     """
 
     means: Floats
@@ -37,7 +38,7 @@ class Gaussians:
         """Refuse arrays that do not fit together.
 
         Raises:
-            TypeError: One is not an array of real numbers.
+            TypeError: An argument is not an array of real numbers.
             ValueError: They are not of as many frames or tracks as one another.
         """
         if any(map(np.size, (self.means, self.covariances, self.drives))):  # there may be no tracks
@@ -60,8 +61,8 @@ def begin(means: Floats, covariances: Floats, observed: Floats, start_sd: float)
         start_sd: Standard deviation of either position, px.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: There are not as many of one as of the others.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: The arrays differ in length.
     """
     if any(map(np.size, (means, observed))):
         of = {"means": (means, "K 2 2"), "covariances": (covariances, "K 3")}
@@ -86,19 +87,19 @@ def step(
     """Predict all tracks by one frame and update those that are measured.
 
     Args:
-        before: Of the frame before.
+        before: Belief of the frame before.
         observed: (K, 2) px, NaN where a track has no measurement.
         noise: (K,) sigma^2, px^2.
         drive: (K,) tau^2, px^2.
         lag: How many frames before this one are kept.
-        start_sd: Of the positions with which a track begins, px.
+        start_sd: Standard deviation of a track's first positions, px.
 
     Returns:
-        What is believed now, and (K,) log p(y_t | Y_{t-1}), 0 where there is no measurement.
+        The new belief, and (K,) log p(y_t | Y_{t-1}), 0 where a measurement is missing.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: There are not as many of one as tracks.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: An array's length differs from the number of tracks.
     """
     if len(observed):
         check(
@@ -167,7 +168,7 @@ def _update(
         if measured:
             spreads[track] = spread
             third -= second * second / spread
-            # p r / (p + r) rather than p - p^2 / (p + r), of which rounding may leave nothing.
+            # p r / (p + r) rather than p - p^2 / (p + r), which rounding may reduce to 0.
             first, second = first * noise[track] / spread, second * noise[track] / spread
         new_covariances[track, 0], new_covariances[track, 1], new_covariances[track, 2] = first, second, third
     logs = logarithms(spreads)
@@ -186,10 +187,10 @@ def log_likelihoods(track: Floats, noise: Floats, drive: Floats, start_sd: float
         track: (T, 2) px, NaN where nothing is measured.
         noise: (n,) sigma^2 of each pair, px^2.
         drive: (n,) tau^2, px^2.
-        start_sd: Of the positions with which the track begins, px.
+        start_sd: Standard deviation of the track's first positions, px.
 
     Raises:
-        ValueError: There are not as many of one noise as of the other, or positions have another size.
+        ValueError: The two arrays of noises differ in length, or positions have another size.
     """
     count = noise.shape[0]
     if drive.shape[0] != count or track.shape[1] != 2:
@@ -246,7 +247,7 @@ def _smooth(means: Floats, covariances: Floats, drives: Floats) -> tuple[Floats,
 
 # The estimate of a cloud of particles is the mode of a histogram, refined by the mean about it, or the mean. The
 # histogram has bins of 1 px that begin at whole numbers; the mean is of the particles in the 3 x 3 bins around the
-# fullest. A jump of the measurement makes the distribution bimodal, where a mean is at neither place.
+# fullest. A jump of the measurement makes the distribution bimodal, whose mean is at neither place.
 
 LOG_BIN = 0.25
 """Width of a bin of a logarithm."""
@@ -256,10 +257,10 @@ NEIGHBOURS = 1
 
 @compiled
 def locate(nodes: NDArray[np.float32], counts: NDArray[np.uint16], by_mode: bool) -> tuple[float, float]:
-    """Return where nodes (n, 2), px, of `counts` (n,) particles each come to; of equally full bins the first counts.
+    """Return the estimate from nodes (n, 2), px, of `counts` (n,) particles each, in the first of the fullest bins.
 
     Raises:
-        ValueError: There are not as many of one as of the other, or none.
+        ValueError: The arrays differ in length, or are empty.
     """
     count = nodes.shape[0]
     if count == 0 or nodes.shape[1] != 2 or counts.shape[0] != count:

@@ -1,9 +1,9 @@
-"""The tree of a track's positions, of which only those with descendants are kept.
+"""The tree of a track's positions; only those with descendants are kept.
 
-These are pieces of the compiled loop of `cloud`, which lets in only what fits; they look at no sizes themselves.
+These functions are parts of the compiled loop of `cloud`, which checks all sizes; they check none.
 
-A tree in the making is three arrays that have room for all tracks, and a cursor: positions, numbers of parents, numbers
-of descendants. The nodes of an age lie together.
+A tree under construction is three arrays with room for all tracks, and a cursor: positions, indices of parents, numbers
+of descendants. The nodes of an age are contiguous.
 """
 
 from typing import TypeAlias
@@ -42,7 +42,7 @@ def sample_positions(mean: Floats, covariance: Floats, normals: Floats) -> tuple
 
 @compiled
 def came_from(counts: NDArray[np.uint16], count: int) -> Ints:
-    """Return from which node each of `count` particles comes (count,), given how many there are of each node (n,)."""
+    """Return the node of each of `count` particles (count,), given the number of particles of each node (n,)."""
     standing = np.empty(counts.shape[0])
     total = 0
     for node in range(counts.shape[0]):
@@ -63,13 +63,13 @@ def came_from(counts: NDArray[np.uint16], count: int) -> Ints:
 def positions_of(
     own: Ints, row: Ints, nodes: NDArray[np.float32], parents: NDArray[np.uint16]
 ) -> tuple[Floats, Floats]:
-    """Return where particles were in the last frame (n, 2) and in the one before (n, 2), px.
+    """Return the particles' positions in the last frame (n, 2) and in the one before (n, 2), px.
 
     Args:
-        own: (n,) from which node of the newest age each comes.
+        own: (n,) node of the newest age from which each comes.
         row: Offsets of the track's ages.
-        nodes: Of all tracks.
-        parents: Of these.
+        nodes: Nodes of all tracks.
+        parents: Their parents.
     """
     count = own.shape[0]
     at, earlier = np.empty((count, 2)), np.empty((count, 2))
@@ -89,7 +89,7 @@ def sprout(chosen: Ints, here: Floats, own: Ints, tree: Tree, cursor: int) -> in
         chosen: (n,) numbers of the particles drawn, ascending.
         here: (2, n) positions of all particles, px.
         own: (n,) nodes that they come from.
-        tree: In the making.
+        tree: Tree under construction.
         cursor: Where it ends.
     """
     nodes, parents, counts = tree
@@ -124,8 +124,8 @@ def _prune(nodes: NDArray[np.float32], parents: NDArray[np.uint16], tree: Tree, 
     Args:
         nodes: (n, 2) of that age, px; none where the tree did not reach so far back.
         parents: (n,) of these.
-        tree: In the making, to the age after that.
-        begin: Where that age begins in it; the numbers of its parents become those of the nodes that are added.
+        tree: Tree under construction, up to the age after that.
+        begin: Index at which that age begins; the indices of its parents become those of the added nodes.
         cursor: Where the tree ends.
     """
     new_nodes, new_parents, counts = tree
@@ -157,11 +157,11 @@ def grow(
     """Add all older ages of a track, as many as there is room for; return where the tree ends now.
 
     Args:
-        nodes: Of the frame before.
-        parents: Of these.
+        nodes: Nodes of the frame before.
+        parents: Their parents.
         row: Offsets of the track's ages among them.
-        tree: In the making, to the newest age.
-        new_row: Offsets of the track's ages in it, of which the first two are known; the others are filled in.
+        tree: Tree under construction, up to the newest age.
+        new_row: Offsets of the track's ages in it. The first two are given; the function fills in the others.
     """
     cursor = int(new_row[1])
     for age in range(1, new_row.shape[0] - 1):

@@ -1,7 +1,7 @@
-"""Whole tracks at once: filtered and smoothed positions, the likelihood of the noise, and how far off it all is.
+"""Whole tracks at once: filtered and smoothed positions, the likelihood of the noise, and the errors.
 
-A batch may be one track many times, with other random numbers or under other noise: so 101 runs, or the 400 pairs of
-sigma^2 and tau^2 of a grid, cost one pass over the frames.
+A batch may hold one track many times, with different random numbers or noise. So 101 runs, or the 400 pairs of sigma^2
+and tau^2 of a grid, cost one pass over the frames.
 """
 
 from dataclasses import dataclass
@@ -29,11 +29,11 @@ class Settings:
         noise: sigma^2, px^2.
         drive: tau^2, px^2.
         lag: Frames after a frame that its smoothed position takes into account.
-        count: Particles of each track.
+        count: Number of particles of each track.
         by_mode: Whether estimates are modes of histograms; otherwise they are means.
-        start_sd: Of the positions with which a track begins, px.
-        drift: Of learned logarithms in each frame.
-        seed: Of all random numbers.
+        start_sd: Standard deviation of a track's first positions, px.
+        drift: Standard deviation of the steps of learned logarithms per frame.
+        seed: Random seed.
     """
 
     noise: float = 3.0
@@ -48,13 +48,13 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Smoothed:
-    """What came of K tracks of T frames.
+    """Results for K tracks of T frames.
 
     Attributes:
         filtered: (T, K, 2) px, given the frames up to each.
-        smoothed: (T, K, 2) px, given `lag` frames more, or those that there are.
+        smoothed: (T, K, 2) px, given the next `lag` frames, or all frames up to the end.
         log_likelihoods: (K,) sum of log p(y_t | Y_{t-1}).
-        last: What is believed after the last frame.
+        last: Belief after the last frame.
     """
 
     filtered: Floats
@@ -77,10 +77,10 @@ def follow(
     Args:
         method: Which filter.
         tracks: (T, K, 2) px, NaN where a track has no measurement.
-        settings: For all of them.
+        settings: Settings of all tracks.
         noise: (K,) sigma^2 of each, if they differ.
         drive: (K,) tau^2 of each, if they differ.
-        numbers: (K,) by which they draw their random numbers; by their places if not given.
+        numbers: (K,) index of each track's random numbers; by default its place in the batch.
 
     Raises:
         TypeError: The tracks are not an array of real numbers.
@@ -134,11 +134,11 @@ def beginnings(belief: cloud.Cloud, observed: Floats, start_sd: float) -> tuple[
 def likelihood_surface(method: Method, track: Floats, settings: Settings, grid: Floats = GRID) -> Floats:
     """Return log p(Y; sigma^2, tau^2) of a track (T, 2) over a grid (n, n), sigma^2 along the first axis.
 
-    All pairs meet the same random numbers, so that the surface is smooth.
+    All pairs use the same random numbers, so the surface is smooth.
 
     Raises:
         TypeError: The track or the grid is not an array of real numbers.
-        ValueError: One has another shape, or the grid is not finite.
+        ValueError: An array has another shape, or the grid is not finite.
     """
     check(grid=(grid, "n"))
     check(missing=True, track=(track, "T 2"))

@@ -1,1 +1,1 @@
-"""Exports: what a run can be written as, and what shows one; above the runs, which know none of it."""
+"""Exports: formats and viewers of runs; the runs do not depend on them."""

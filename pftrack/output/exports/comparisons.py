@@ -1,7 +1,7 @@
-"""What a comparison can be exported as: one list, by the suffix of a file's name, like that of runs.
+"""Export formats of a comparison: one list, by the suffix of a file's name, like that of runs.
 
-The table has a row for each run and frame. The JSON file holds all that is known of the comparison, with the manifest
-of each run, so that it can be made again.
+The table has a row for each run and frame. The JSON file holds the whole comparison, with the manifest of each run, so
+it can be repeated.
 """
 
 import json
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 HIGH_IN, LANE_IN = 2.8, 0.16
 LINES = ("-", "--", "-.", ":")
-"""So that the runs can be told apart without colours."""
+"""They distinguish the runs without colours."""
 
 
 def draw_errors(
@@ -42,12 +42,12 @@ def draw_errors(
     """Draw the error of each run, and below that a lane a run with the frames in which its target is lost.
 
     Args:
-        errors: Of each run, (L,) by frame, NaN where it is not known.
-        lost: Of each run, (L,) whether its target is lost.
-        names: Of the runs.
-        colours: Of the runs, "#rrggbb".
-        unit: Of the errors.
-        title: What is compared.
+        errors: Errors of each run, (L,) by frame, NaN where unknown.
+        lost: Flags of each run, (L,) whether its target is lost.
+        names: Names of the runs.
+        colours: Colours of the runs, "#rrggbb".
+        unit: Unit of the errors.
+        title: The compared quantity.
     """
     lanes_in = LANE_IN * len(names)
     figure, (panel, lanes) = new_figure(HIGH_IN + lanes_in, rows=2, share="x")
@@ -75,8 +75,8 @@ def draw_errors(
 
 FORMAT = "pftrack-comparison"
 COLUMNS = ("run", "name", "frame", "frame_of_run", "error", "lost")
-"""Of the table: the run's number from 1 on and what it is called, the frame as they are compared and as the run counts,
-the error in the comparison's unit, and whether the target is lost, 1 or 0; what is not known is empty."""
+"""Columns of the table: the run's number from 1 on and its name, the frame of the comparison and of the run, the error
+in the comparison's unit, and whether the target is lost, 1 or 0; unknown values are empty."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,4 +154,4 @@ MAKERS: Mapping[str, Callable[[Comparison], bytes]] = {
 COMPARISON_FORMATS = tuple(
     ComparisonExport(**fields, make=MAKERS[name]) for name, fields in read_kinds("comparisons.yaml").items()
 )
-"""What every comparison can be exported as, in the order in which it is listed."""
+"""Export formats of every comparison, in display order."""

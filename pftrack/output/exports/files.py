@@ -1,7 +1,7 @@
 """A run as files: its table as CSV, Parquet, NPZ and JSON Lines, boxes in other forms, and films.
 
-Tables are written piece by piece: of a long run there is never the whole text in memory. Boxes, what is believed and
-what is true, are in the forms of `pftrack.sources.results`.
+Tables are written piece by piece, so memory never holds the whole text of a long run. Boxes, believed and true, are in
+the forms of `pftrack.sources.results`.
 """
 
 import json
@@ -83,7 +83,7 @@ def cloud_npz_of(run: Run, path: Path) -> Steps:
     """Write the particles of all frames as NPZ, as `pftrack.runs.table.clouds_of` has them, and the manifest.
 
     Raises:
-        ConflictError: It has none.
+        ConflictError: It has no boxes.
     """
     clouds = clouds_of(run)
     if not clouds:
@@ -177,7 +177,7 @@ def _number(run: Run, frame: int) -> int:
 
 GIF_RATE_HZ, GIF_PICTURES, GIF_WIDE_PX = 15.0, 300, 640
 SAMPLED = 6
-"""So many pictures of a run tell which colours its GIF needs."""
+"""Number of a run's pictures that set the colours of its GIF."""
 
 
 def mp4_of(run: Run, path: Path) -> Steps:
@@ -218,9 +218,9 @@ def _picture(run: Run, frame: int, scale: float = 1.0) -> NDArray[np.uint8]:
 
 # Jupyter notebooks: cells of words and of code, as the content of a file; and a run as one.
 #
-# The notebook of a run has its recipe, the run computed again, a table of its numbers, and plots of them. Nothing that
-# was computed is carried along, so that a notebook is small and its numbers are made where it runs; a hash of the
-# estimates tells whether they are the same. A recording is not carried either: the notebook says which it was.
+# The notebook of a run has its recipe, the run computed again, a table of its numbers, and plots of them. A notebook
+# does not contain results, so it is small and computes its numbers where it runs; a hash of the estimates shows whether
+# they are the same. It does not contain the recording either, but names it.
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,7 +229,7 @@ class Cell:
 
     Attributes:
         kind: Whether it holds words or Python.
-        source: What it holds.
+        source: Its content.
     """
 
     kind: Literal["markdown", "code"]
@@ -281,10 +281,10 @@ def run_cells(
     """Return the cells that compute a run and show its numbers.
 
     Args:
-        recipe: What makes it.
+        recipe: Its recipe.
         experiment: The one that it names.
         last: The frame up to which it is computed; the run's own last one if not given.
-        estimates_sha256: What the hash of its estimates is to be, where that is known.
+        estimates_sha256: Expected hash of its estimates, where known.
         plots: Ids of the plots that are drawn; all if none.
         tracker: Title of its tracker; with it they begin with what the run is.
     """
@@ -330,11 +330,11 @@ ROLES: Mapping[PlotKind, tuple[SeriesRole, ...]] = {
     "samplers": ("share",),
     "innovation": ("nis", "nis_limit"),
 }
-"""What kinds of plot read by role."""
+"""Roles that kinds of plot read."""
 
 
 def _names(plot: Plot, experiment: Experiment) -> list[str]:
-    """Return the names of the columns that a plot is of."""
+    """Return the names of a plot's columns."""
     roles = ROLES.get(plot.kind, ())
     declared = [series.name for series in experiment.all_series() if series.role and series.role in roles]
     own = [plot.kind] if plot.kind in {"error", "sigma"} else []

@@ -1,7 +1,7 @@
-"""Recordings of beliefs: what other loops and other trackers have computed, frame by frame, as a source.
+"""Recordings of beliefs: results of other loops and other trackers, frame by frame, as a source.
 
-- `content`: the file, and all that it says, at hand by frame and target; `recorder`: what writes one while a loop runs,
-  and adapters for filters of other libraries;
+- `content`: the file and its content, by frame and target; `recorder`: writes one while a loop runs, with adapters for
+  filters of other libraries;
 - `sequence`: a file with its clip as a recording.
 """
 

@@ -1,19 +1,19 @@
-"""What a recording of beliefs says, at hand by frame and target; its particles are read when they are asked for.
+"""The content of a recording of beliefs, by frame and target; particles are read on demand.
 
-It is a zip archive, `.pft`, whose first entry says what it is.
+It is a zip archive, `.pft`, whose first entry describes it.
 
 | entry | what it holds |
 |---|---|
 | `recording.json` | version, components, rate, the clip's name, its digest where it is elsewhere; the first |
 | `times.npy` | (T,) time of each frame, s, where they were given |
-| `clip` | the file of the clip as it is, where the beliefs are of one |
+| `clip` | the unchanged file of the clip, where the beliefs belong to one |
 | `pictures/000012.jpg` | the picture of a frame, where they were given one by one |
 | `chunks/000000/rows.npy` | (R, 9) int64: frame, target, whether it is a truth, and how many rows of each array |
 | `chunks/000000/NAME.npy` | those rows of the arrays `particles`, `log_weights`, ..., one below the other |
 
-Nothing is compressed, since particles are noise. Entries are written as they come, each whole before the next, and are
-found by their own heads, not by the list at the archive's end: so a file can be read while it is written, and what a
-loop has said before it broke off is there.
+Nothing is compressed, since particles are noise. Entries are written in order, each complete before the next, and are
+found by their own headers, not by the list at the archive's end. So a file can be read while it is written, and keeps
+the records of a loop that broke off.
 """
 
 import io
@@ -45,7 +45,7 @@ ARRAYS: Mapping[str, str] = {
     "covariance": "f8, (., d, d)",
     "box": "f8, (., 5): x, y, w, h, score",
 }
-"""Of a chunk, in the order of the counts in its rows."""
+"""Arrays of a chunk, in the order of the counts in its rows."""
 
 COLUMNS = ("frame", "target", "truth", *ARRAYS)
 
@@ -100,7 +100,7 @@ def entries_of(file: BinaryIO) -> dict[str, Entry]:
 
 
 def _long_size(extra: bytes) -> int:
-    """Return the size that a head of 32 bits has no room for."""
+    """Return a size that does not fit into a header of 32 bits."""
     place = 0
     while place + 4 <= len(extra):
         kind, length = struct.unpack_from("<HH", extra, place)
@@ -129,10 +129,10 @@ class Stored:
 
 
 def shape_of(file: BinaryIO, entry: Entry) -> Stored:
-    """Return what an entry that is an array says of itself.
+    """Return the header of an entry that is an array.
 
     Raises:
-        RefusedError: It is none, or has not as many numbers as it says.
+        RefusedError: It is not an array, or its length differs from its header.
     """
     file.seek(entry.start)
     try:
@@ -143,7 +143,7 @@ def shape_of(file: BinaryIO, entry: Entry) -> Stored:
     start = file.tell()
     is_ours = version == (1, 0) and not fortran and dtype in DTYPES and len(shape) > 0 and min(shape) >= 0
     if not is_ours or dtype.itemsize * math.prod(shape) != entry.start + entry.size - start:
-        raise RefusedError("the recording is damaged: an array has not as many numbers as it says")
+        raise RefusedError("the recording is damaged: the length of an array differs from its header")
     return Stored(start, shape, dtype)
 
 
@@ -163,9 +163,9 @@ LARGEST_FRAME = 10_000_000
 LATEST_S, LEAST_STEP_S = 1e20, 1e-18
 MOST_COMPONENTS = 400
 MOST_ROWS = 500_000
-"""Times that something is said of a target in a frame."""
+"""Largest number of rows, each for one target in one frame."""
 MOST_PARTICLES = 1_000_000
-"""Of a target in a frame."""
+"""Values of a target in a frame."""
 NAMES = tuple(ARRAYS)
 FIRST_COUNT = len(COLUMNS) - len(NAMES)
 INNER = {"particles": 1, "log_weights": 0, "ancestors": 0, "mean": 1, "covariance": 2, "box": 1}
@@ -173,16 +173,16 @@ INNER = {"particles": 1, "log_weights": 0, "ancestors": 0, "mean": 1, "covarianc
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What a recording says of itself.
+    """The description of a recording.
 
     Attributes:
         components: Names of the states' components.
-        units: Of the components, as far as they were given.
-        frame_rate_hz: Of frames that have no times.
+        units: Units of the components, as far as they were given.
+        frame_rate_hz: Frame rate of frames without times.
         clip: Name of the clip's file; empty without one.
-        clip_sha256: Digest of its content where the clip is a file of its own; empty otherwise.
-        remarks: What a person should know, a sentence each.
-        frames: Number of frames, including frames without a belief; 0 if the recording does not say it.
+        clip_sha256: Digest of its content where the clip is a separate file; empty otherwise.
+        remarks: Remarks for users, a sentence each.
+        frames: Number of frames, including frames without a belief; 0 if unknown.
         labels: Names of targets, by number.
     """
 
@@ -198,28 +198,28 @@ class About:
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """Where what was said of a target in a frame is: for each array its place, first row and number of rows."""
+    """Location of the values of a target in a frame: for each array its place, first row and number of rows."""
 
     places: tuple[tuple[Stored, int, int] | None, ...]
 
 
 class Content:
-    """All that a file says.
+    """The content of a file.
 
     Attributes:
-        about: What it says of itself.
+        about: Its description.
         entries: Its entries by name.
-        first: Number of the first frame of which something is said.
-        last: Of the last.
-        targets: (frames, ...) of each target of which something is believed, in the order in which they come.
-        dimension: Components of a state; 0 where nothing but boxes is said.
+        first: Number of the first frame with a record.
+        last: Number of the last one.
+        targets: (frames, ...) of each target with a belief, in order of appearance.
+        dimension: Components of a state; 0 if the file has only boxes.
     """
 
     def __init__(self, file: BinaryIO) -> None:
         """Read the index of a file, which stays open.
 
         Raises:
-            RefusedError: It is none, is damaged, or says nothing.
+            RefusedError: It is not a recording, is damaged, or is empty.
         """
         self._file, self._lock = file, threading.Lock()
         self.entries = entries_of(file)
@@ -234,7 +234,7 @@ class Content:
             self._take_in(f"chunks/{number:06d}/")
         frames = (self._beliefs or self._truths).keys()
         if not frames:
-            raise RefusedError("the recording says nothing of any frame yet")
+            raise RefusedError("the recording has no record of a frame yet")
         self.first, self.last = min(frames), max(frames)
 
     def _take_in(self, chunk: str) -> None:
@@ -266,7 +266,7 @@ class Content:
             if not is_truth:
                 self.targets.setdefault(target, []).append(frame)
         if any(reached[name] != (stored[name].shape[0] if name in stored else 0) for name in NAMES):
-            raise RefusedError("the recording is damaged: an array has not as many rows as its chunk says")
+            raise RefusedError("the recording is damaged: the rows of an array differ from the count in its chunk")
 
     def _stored_in(self, chunk: str) -> dict[str, Stored]:
         """Return where the arrays of a chunk are."""
@@ -310,11 +310,11 @@ class Content:
         return times
 
     def targets_in(self, frame: int) -> tuple[int, ...]:
-        """Return the numbers of the targets of which something is believed in a frame, in rising order."""
+        """Return the numbers of the targets with a belief in a frame, in rising order."""
         return tuple(sorted(self._beliefs.get(frame, ())))
 
     def true_targets_in(self, frame: int) -> tuple[int, ...]:
-        """Return those of which something is true."""
+        """Return the numbers of the targets with a truth."""
         return tuple(sorted(self._truths.get(frame, ())))
 
     def belief(self, frame: int, target: int) -> Belief:
@@ -326,7 +326,7 @@ class Content:
         return self._read(target, self._truths[frame][target])
 
     def true_boxes(self) -> Iterator[tuple[int, tuple[float, ...]]]:
-        """Yield (frame, (x, y, w, h)) of every box that is true, px."""
+        """Yield (frame, (x, y, w, h)) of every true box, px."""
         place_of_box, known = NAMES.index("box"), {}
         for frame, targets in self._truths.items():
             for row in targets.values():
@@ -406,12 +406,11 @@ GROUP = "Selection"
 
 
 class SelectionParameters(Parameters, group=GROUP):
-    """What the run's estimate and error are of."""
+    """The target and components of the run's estimate and error."""
 
     selected_target: int = parameter(-1, "Selected target", within=(-1, 1_000_000, 1), useful=(-1, 60), live=False)
-    """Number of the target that is looked at, as the file has it; -1 for the one that is followed longest."""
+    """Number of the target to show, as in the file; -1 for the one that is followed longest."""
     component_across: int = parameter(0, "Component across", within=(0, 399, 1), useful=(0, 20), live=False)
     """Which component of the state is drawn across, from 0; the first of the estimate."""
     component_down: int = parameter(1, "Component down", within=(0, 399, 1), useful=(0, 20), live=False)
-    """Which component of the state is drawn downwards, or upwards where there is no picture; the second of the
-    estimate."""
+    """Component of the state drawn downwards, or upwards without a picture; the second one of the estimate."""

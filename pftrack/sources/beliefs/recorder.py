@@ -1,8 +1,8 @@
-"""The recorder: writes what a loop believes to a file while it runs, and costs the loop next to nothing.
+"""The recorder: writes the beliefs of a running loop to a file, at almost no cost to the loop.
 
-A call checks shapes, copies the numbers, particles in single precision, and returns; a thread of its own writes them,
-since packing and writing hold no lock. What a call has not copied is never looked at again, so the loop may change its
-arrays in place.
+A call checks shapes, copies the numbers, particles in single precision, and returns. A separate thread writes them,
+since packing and writing hold no lock. The recorder never reads the arrays of a call again, so the loop may change them
+in place.
 """
 
 import hashlib
@@ -33,29 +33,29 @@ from pftrack.sources.formats import RECORDING_ENTRY
 CHUNK_NUMBERS = 128 * 1024
 COPIED_BYTES = 1024 * 1024
 CHUNK_S = 0.5
-"""So much, or so long, is gathered before it is written."""
+"""Size, and time, after which gathered values are written."""
 
 CHUNKS = 8
-"""So many go round: the loop waits for the disk only when all others wait to be written."""
+"""Number of chunks in use: the loop waits for the disk only when all others wait to be written."""
 
 JPEG_QUALITY = 95
 
 Sources = str | PathLike[str] | Sequence[Any] | NDArray[Any] | None
 
 
-# To ask the system for fresh memory costs several times what copying into it costs, so a few chunks go round: the loop
-# fills one while others are written.
+# Allocating memory costs several times as much as copying into it, so a few chunks are reused: the loop fills one while
+# others are written.
 
 NOTHING = dict.fromkeys(ARRAYS, 0)
 LEAST = 8 * 1024
-"""Numbers for which a column has room at first."""
+"""First capacity of a column, in numbers."""
 
 
 class Column:
     """The rows of one array, one below the other.
 
     Attributes:
-        rows: How many there are.
+        rows: Number of rows.
     """
 
     def __init__(self, dtype: "np.dtype[Any]") -> None:
@@ -89,7 +89,7 @@ class Chunk:
     """Rows of frames and targets, and the arrays that belong to them.
 
     Attributes:
-        number: Of the chunk in its file.
+        number: Number of the chunk in its file.
         rows: Frame, target, whether it is a truth, and how many rows of each array.
         columns: The arrays by name.
         used: How many numbers it holds.
@@ -99,7 +99,7 @@ class Chunk:
         """Make one that is empty.
 
         Args:
-            precision: Of particles and their weights.
+            precision: Precision of particles and their weights.
         """
         others = {"ancestors": np.dtype("<i4")}
         self.number = self.used = 0
@@ -110,7 +110,7 @@ class Chunk:
         }
 
     def append(self, frame: int, target: int, said: Mapping[str, NDArray[Any]], *, is_truth: bool) -> None:
-        """Copy what is said of a target in a frame: arrays by name, each of one row or more."""
+        """Copy the values of a target in a frame: arrays by name, each of one row or more."""
         counts = dict(NOTHING)
         columns = self.columns
         for name, array in said.items():
@@ -133,7 +133,7 @@ class Recorder:
     `close` it.
 
     Attributes:
-        path: Of the file; None of one that was given open.
+        path: Path of the file; None if it was given open.
         numbers: Numbers of targets that have names, by name.
     """
 
@@ -156,19 +156,19 @@ class Recorder:
         """Begin a file.
 
         Args:
-            path: Where to, usually .pft; a file that is there is replaced at once. Or a file that is open.
-            source: What the loop looks at: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by
+            path: Output file, usually .pft; an existing file is replaced at once. Or a file that is open.
+            source: Input of the loop: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by
                 number of the frame; the times of the frames (T,), s; or nothing.
             components: Names of the states' components.
-            units: Of the components.
-            frame_rate_hz: Of frames that have no clip and no times.
-            precision: Of the particles and their weights in the file.
-            remarks: What whoever opens it should know, a sentence each.
+            units: Units of the components.
+            frame_rate_hz: Frame rate of frames without clip and times.
+            precision: Precision of the particles and their weights in the file.
+            remarks: Remarks for users of the file, a sentence each.
             frames: Number of frames, including frames without a belief; 0 if it is unknown.
             labels: Names of targets, by number.
             embed: Whether a clip goes along; else it is named, and known again by its content.
-            on_written: Called whenever something has been written, by the thread that writes.
-            on_closed: Called when all has.
+            on_written: Called after each write, by the writing thread.
+            on_closed: Called after the last write.
 
         Raises:
             OSError: The file cannot be written, or the clip not be read.
@@ -237,16 +237,16 @@ class Recorder:
         """Record what is believed of a target in a frame, by particles, by mean and covariance, or by a box.
 
         Args:
-            t: Number of the frame, from 0; that of the clip, of the pictures or of the times.
-            particles: (N, d) states, or (N,) of one component; the first two are the place in the picture, px, if any.
+            t: Number of the frame, from 0, counted as in the clip, the pictures or the times.
+            particles: (N, d) states, or (N,) for one component; the first two are the place in the picture, px, if any.
             log_weights: (N,) logarithms of the weights, up to a constant; equal ones if not given.
             ancestors: (N,) place of each particle's parent in the frame before.
-            mean: (d,) of the state; that of the particles if not given.
+            mean: (d,) mean of the state; by default that of the particles.
             covariance: (d, d) of the state.
             box: (4,) left and upper edge, width and height, px; the first pixel is 0.
-            score: How sure the tracker is of the box.
+            score: The tracker's confidence in the box.
             target: Number of the target, where there are several.
-            truth: (up to d,) true state, as far as it is known.
+            truth: (up to d,) true state, as far as known.
             true_box: (4,) true box, px.
 
         Raises:
@@ -266,7 +266,7 @@ class Recorder:
             if ancestors is not None:
                 said["ancestors"] = _of_shape("ancestors", np.asarray(ancestors), (count,))
         elif log_weights is not None or ancestors is not None:
-            raise ValueError("log_weights and ancestors belong to particles, of which there are none")
+            raise ValueError("log_weights and ancestors belong to particles, but no particles were given")
         if mean is not None:
             said["mean"] = np.array(mean, "<f8", ndmin=1)[None]
             self._fit("mean", said["mean"], ("1", "d"))
@@ -278,7 +278,7 @@ class Recorder:
         if box is not None:
             said["box"] = _box("box", box, score)
         if not said:
-            raise ValueError(f"nothing is said of frame {t}: expected particles, a mean or a box")
+            raise ValueError(f"frame {t} has no belief: expected particles, a mean or a box")
         self._add(t, target, said, is_truth=False)
         if truth is not None or true_box is not None:
             self.truth(t, position=truth, box=true_box, target=target)
@@ -286,7 +286,7 @@ class Recorder:
     def truth(
         self, t: int, *, position: ArrayLike | None = None, box: ArrayLike | None = None, target: int = 0
     ) -> None:
-        """Record what is true of a target in a frame; its number need not be that which the loop has for it."""
+        """Record the truth of a target in a frame; its number may differ from the loop's number."""
         self._check(t)
         said: dict[str, NDArray[Any]] = {}
         if position is not None:
@@ -299,11 +299,11 @@ class Recorder:
         if box is not None:
             said["box"] = _box("true_box", box, float("nan"))
         if not said:
-            raise ValueError(f"nothing is true of frame {t}: expected a position or a box")
+            raise ValueError(f"frame {t} has no truth: expected a position or a box")
         self._add(t, target, said, is_truth=True)
 
     def close(self) -> None:
-        """Write what is left.
+        """Write the rest.
 
         Raises:
             OSError: It cannot be written.
@@ -327,7 +327,7 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the file; what the loop has said before an error is there."""
+        """Close the file; it keeps all records before an error."""
         self.close()
 
     def _check(self, t: int) -> None:
@@ -340,7 +340,7 @@ class Recorder:
         raise ValueError(f"frames count from 0 to {LARGEST_FRAME:,}, got {t}")
 
     def _count(self, states: NDArray[Any]) -> int:
-        """Return how many particles there are; most are like those before, which is seen in no time."""
+        """Return the number of particles; a quick test covers the usual case that it is the same as before."""
         if states.ndim == 2 and states.shape[1] == self._dimension and len(states) and states.dtype.kind == "f":
             return len(states)
         return self._fit("particles", states, ("N", "d"))
@@ -388,7 +388,7 @@ class Recorder:
                     self._write(item)
                     self._flush()
                     self._on_written()
-            except Exception as error:  # noqa: BLE001 - told to whoever calls next
+            except Exception as error:  # noqa: BLE001 - raised again by the next call
                 self._failure = error
             finally:
                 if isinstance(item, Chunk):
@@ -431,7 +431,7 @@ def _check_numbers(what: str, array: NDArray[Any]) -> None:
 
 
 def _check_finite(what: str, array: NDArray[Any]) -> None:
-    """Refuse NaN and infinity, which a sum keeps; a test of each number would take longer."""
+    """Refuse NaN and infinity by their sum, which is faster than testing each number."""
     if not math.isfinite(array.sum()):
         raise ValueError(f"{what} must be finite, got NaN or infinity")
 
@@ -453,7 +453,7 @@ def _box(what: str, box: ArrayLike, score: float) -> NDArray[Any]:
 
 
 def _pictures_of(source: Sources) -> Any:  # noqa: ANN401 - whatever has a picture for a number
-    """Return what has a picture for each number; None if the source is no pictures."""
+    """Return what has a picture for each number; None if the source is not a set of pictures."""
     if source is None or isinstance(source, str | PathLike) or not hasattr(source, "__getitem__") or not len(source):
         return None
     return source if np.ndim(source[0]) in {2, 3} else None
@@ -484,7 +484,7 @@ def _jpeg(picture_rgb: NDArray[Any]) -> bytes:
     return bytes(data)
 
 
-# Adapters say to a recorder what the filters of other libraries hold. They import none of these libraries.
+# Adapters record the beliefs of filters of other libraries. They do not import these libraries.
 #
 # | library | in its loop |
 # |---|---|
@@ -495,7 +495,7 @@ def _jpeg(picture_rgb: NDArray[Any]) -> bytes:
 
 
 class ParticlesCollector:
-    """A collector for `particles.SMC`: it says particles, log-weights and ancestors of every step."""
+    """A collector for `particles.SMC`: it records particles, log-weights and ancestors of every step."""
 
     summary_name = "recorded"
 
@@ -504,32 +504,32 @@ class ParticlesCollector:
         self.summary: list[int] = []
 
     def __call__(self) -> "ParticlesCollector":
-        """Return itself: the library makes a copy of each collector, and there is one file."""
+        """Return itself, because the library copies each collector, and there is only one file."""
         return self
 
     def collect(self, smc: Any) -> None:  # noqa: ANN401 - of a library that need not be there
-        """Say what the filter holds after a step."""
-        # Its time is that of the step that comes next, except in the first.
+        """Record the filter's state after a step."""
+        # Its time is that of the next step, except in the first.
         t = len(self.summary)
         self.recorder(t, particles=smc.X, log_weights=smc.wgts.lw, ancestors=smc.A)
         self.summary.append(t)
 
 
 def record_filterpy(recorder: Recorder, t: int, kalman: Any, *, target: int = 0) -> None:  # noqa: ANN401
-    """Say the state of a filter of FilterPy with a mean `x` and a covariance `P`: Kalman, extended, unscented, ..."""
+    """Record the state of a FilterPy filter with a mean `x` and a covariance `P`: Kalman, extended, unscented, ..."""
     recorder(t, mean=np.ravel(kalman.x), covariance=kalman.P, target=target)
 
 
 def record_pfilter(recorder: Recorder, t: int, tracker: Any, *, target: int = 0) -> None:  # noqa: ANN401
-    """Say the particles of a `pfilter.ParticleFilter` as they were before it resampled them."""
+    """Record the particles of a `pfilter.ParticleFilter` before its resampling."""
     weights = logarithm(np.asarray(tracker.original_weights, float))
     recorder(t, particles=tracker.original_particles, log_weights=weights, target=target)
 
 
 def record_stone_soup(recorder: Recorder, t: int, said: Any, *, target: int = 0) -> None:  # noqa: ANN401
-    """Say a state of Stone Soup, with particles or a Gaussian; or the newest state of a track, or of each of several.
+    """Record a state of Stone Soup, with particles or a Gaussian; or the newest state of one or several tracks.
 
-    Tracks have names instead of numbers; they are numbered as they come.
+    Tracks have names instead of numbers; they are numbered in order of appearance.
     """
     if isinstance(said, Iterable) and not hasattr(said, "state_vector"):
         for track in said:

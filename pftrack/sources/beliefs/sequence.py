@@ -1,7 +1,7 @@
-"""A recording of beliefs as a sequence: its pictures are those of the clip that goes along, or else paper.
+"""A recording of beliefs as a sequence: its pictures are those of its clip, or else blank paper.
 
-So a recording goes the ways of a video: it is surveyed once, kept with its index, and named by the hash of its content.
-The clip is in the file itself, or a file of its own.
+So a recording is handled like a video: it is surveyed once, kept with its index, and named by the hash of its content.
+The clip is inside the file, or a separate file.
 """
 
 import hashlib
@@ -31,7 +31,7 @@ from pftrack.sources.truth import boxes_outside
 
 PAPER, PAPER_PX = 255, (640, 480)
 LEAST_PAPER_PX = 240
-"""What is smaller would be shown so large that its lines hide it."""
+"""Smaller pictures would be enlarged so much that lines hide them."""
 LARGEST_PAPER_PX = 1920
 PICTURE = re.compile(r"pictures/([0-9]{6}|[1-9][0-9]{6,7})\.jpg")
 
@@ -40,7 +40,7 @@ class BeliefSequence(FrameSequence):
     """The frames of a recording of beliefs.
 
     Attributes:
-        content: What it says.
+        content: Its content.
         first: Number that the loop had for frame 0 of the sequence.
         has_pictures: Whether its frames have pictures; else they are paper.
     """
@@ -60,11 +60,11 @@ class BeliefSequence(FrameSequence):
 
         Args:
             file: Open for reading.
-            name: What people call it.
+            name: Name for users.
             sha256: Digest of its content.
             limits: How large it may be.
             index: From an earlier survey of the same content.
-            clip: The clip, where it is a file of its own.
+            clip: The clip, where it is a separate file.
             beside: Where a clip is looked for that the recording names only.
 
         Raises:
@@ -86,7 +86,7 @@ class BeliefSequence(FrameSequence):
 
     @property
     def first(self) -> int:
-        """Number that the loop had for frame 0: 0 where a clip, times or a number of frames say what frame 0 is."""
+        """The loop's number of frame 0: 0 where a clip, times or a number of frames define frame 0."""
         counted = self._clip is not None or "times.npy" in self.content.entries or self.content.about.frames > 0
         return 0 if counted else min([self.content.first, *self._pictures[:1]])
 
@@ -106,14 +106,14 @@ class BeliefSequence(FrameSequence):
         return image
 
     def unit_of(self, component: int) -> str:
-        """Return the unit of a component: as it was given, else px of places in a picture."""
+        """Return the unit of a component: the given one, else px for places in a picture."""
         units = self.content.about.units
         if component < len(units):
             return units[component]
         return "px" if component < 2 and (self.has_pictures or not self.content.has_states) else ""
 
     def plane(self, components: tuple[int, ...]) -> Plane:
-        """Return where states are drawn: in the picture where there is one, else so that they fill the paper."""
+        """Return the drawing of states: in the picture if there is one, else scaled to fill the paper."""
         if self.has_pictures or not self.content.has_states:
             return Plane(self.size)
         low, high = self._extent()
@@ -154,7 +154,7 @@ class BeliefSequence(FrameSequence):
             times = times - times[0]
             rate = float((count - 1) / times[-1]) if count > 1 else rate
         if self.first:
-            warnings.append(f"Frame 0 is the frame {self.first} of the file, the first of which something is said.")
+            warnings.append(f"Frame 0 is frame {self.first} of the file, the first with a record.")
         width, height = self._paper(limits)
         if self._pictures:
             warnings += self._misfits(width, height, count)
@@ -171,7 +171,7 @@ class BeliefSequence(FrameSequence):
         )
 
     def _misfits(self, width: int, height: int, count: int) -> tuple[str, ...]:
-        """Return what makes it doubtful that the true boxes are of these pictures."""
+        """Return reasons to doubt that the true boxes belong to these pictures."""
         boxes = ((frame - self.first, box) for frame, box in self.content.true_boxes())
         return boxes_outside(((frame, box) for frame, box in boxes if 0 <= frame < count), width, height)
 
@@ -196,7 +196,7 @@ class BeliefSequence(FrameSequence):
         return width, height
 
     def _extent(self) -> tuple[Floats, Floats]:
-        """Return the least and the greatest value of each component, believed or true, of some of the frames."""
+        """Return the least and the greatest value of each component, believed or true, in some of the frames."""
         low, high = np.full((2, self.content.dimension), np.nan)
         for known in self._some_of_it():
             states = known.particles if known.particles is not None else known.mean
@@ -208,7 +208,7 @@ class BeliefSequence(FrameSequence):
         return np.nan_to_num(low), np.nan_to_num(high)
 
     def _some_of_it(self) -> Iterator[Belief]:
-        """Yield what is believed and what is true in about a hundred frames of each target."""
+        """Yield beliefs and truths of about a hundred frames of each target."""
         content = self.content
         for target, frames in content.targets.items():
             for frame in frames[:: max(len(frames) // 100, 1)]:
@@ -221,7 +221,7 @@ class BeliefSequence(FrameSequence):
 def _outside(said: int, count: int) -> list[str]:
     if said <= count:
         return []
-    return [f"What is said of frames beyond the last, {count - 1}, is left out."]
+    return [f"Records of frames beyond the last, {count - 1}, are left out."]
 
 
 def _decode(data: bytes) -> NDArray[np.uint8] | None:
@@ -232,7 +232,7 @@ def _decode(data: bytes) -> NDArray[np.uint8] | None:
     return None if image is None else np.asarray(image, np.uint8)
 
 
-# A path to a clip in a file is never followed: who opens a stranger's recording opens nothing else. Where a recording
+# A path to a clip in a file is never followed, so opening a stranger's recording opens no other file. Where a recording
 # names its clip only, it is looked for under that name beside the recording, and taken if it has the content that is
 # named.
 
@@ -242,8 +242,8 @@ def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: Fra
 
     Args:
         file: Open for reading; closed with the sequence.
-        name: What people call it.
-        sha256: Digest by which it is known.
+        name: Name for users.
+        sha256: Its digest.
         limits: How large it may be.
         index: From an earlier survey of the same content.
 
@@ -263,12 +263,12 @@ def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: Fra
 def find_clip(
     file: BinaryIO, content: Content, given: Path | None, beside: Path | None, limits: Limits
 ) -> tuple[BinaryIO | None, str]:
-    """Return the clip of a recording, open for reading; or None, and why there is none if there should be one.
+    """Return the clip of a recording, open for reading; or None, and the reason if a clip is missing.
 
     Args:
         file: The recording's.
-        content: What it says.
-        given: The clip, where somebody says which it is.
+        content: Its content.
+        given: The clip, if the user names it.
         beside: The folder of the recording, where a clip that is named only may be.
         limits: How large it may be.
 
@@ -308,7 +308,7 @@ def _digest(path: Path, size: int, changed_ns: int) -> str:  # noqa: ARG001 - by
 
 
 class _Part(io.RawIOBase):
-    """A part of a file as a file of its own, read by another descriptor so that it has a place of its own."""
+    """A part of a file as a separate file, read by another descriptor with its own position."""
 
     def __init__(self, file: BinaryIO, entry: Entry) -> None:
         self._file = Path(file.name).open("rb")  # noqa: SIM115 - closed with this

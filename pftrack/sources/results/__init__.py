@@ -1,4 +1,4 @@
-"""Results of trackers in the forms that others write and read: boxes of one or several targets, frame by frame.
+"""Results of trackers in common file formats: boxes of one or several targets, frame by frame.
 
 | form | a file | counts from |
 |---|---|---|
@@ -9,11 +9,11 @@
 | COCO | JSON: images and annotations with a track's number; or a list of results; or boxes by video (YouTube-VIS) | 0 |
 | CSV | a table whose header names the columns | 0 |
 
-Numbers are told apart by commas, semicolons, tabs or spaces. Inside, frames and pixels count from 0.
+Commas, semicolons, tabs or spaces separate numbers. Internally, frames and pixels count from 0.
 
-- `table`: what a file says, which form it has, CSV, MOTChallenge, OTB and VOT;
-- `writing`: the boxes of a file, the same forms back, and CVAT and COCO;
-- `parts`: results with their clip and their truth as a recording of beliefs.
+- `table`: the content and form of a file; CSV, MOTChallenge, OTB and VOT;
+- `writing`: reading and writing the boxes of a file in these forms, and CVAT and COCO;
+- `parts`: results, clip and truth as a recording of beliefs.
 """
 
 __all__: list[str] = []

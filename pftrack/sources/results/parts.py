@@ -1,6 +1,6 @@
-"""Results, their clip and their truth, each a file of its own, taken together as one recording of beliefs.
+"""Results, clip and truth in separate files, combined into one recording of beliefs.
 
-What a file is, its content tells; which of two files of boxes is the truth, its name.
+The content of a file determines its kind; of two files of boxes, the name shows which one is the truth.
 """
 
 import hashlib
@@ -24,10 +24,10 @@ Part: TypeAlias = Literal["clip", "results", "truth"]
 RESULTS: Part = "results"
 TABLE = (".csv", ".tsv", ".txt")
 NAMED = b"frame,x,y,w,h\n0,1,1,1,1\n"
-"""Beginning of a table after a person has named its columns."""
+"""Beginning of a table after the user has named its columns."""
 
 MOST_FILES = 8
-"""More files than so many are pictures, or nothing that goes together."""
+"""More files than this are pictures, or do not belong together."""
 
 TRUE = re.compile(r"(^|[^a-z])(gt|(ground[ _-]?)?truth)([^a-z]|$)", re.IGNORECASE)
 
@@ -36,11 +36,11 @@ def part_names(heads: Mapping[str, bytes], *, by_hand: bool = False) -> dict[Par
     """Return which of several files is what; None if they are something else, such as pictures.
 
     Args:
-        heads: Of each file by its name, `HEAD_BYTES` or fewer.
-        by_hand: Whether a person names the columns of a table that is not understood.
+        heads: The first `HEAD_BYTES` or fewer of each file, by its name.
+        by_hand: Whether the user names the columns of a table that is not understood.
 
     Raises:
-        RefusedError: There are results among them, but they do not go together.
+        RefusedError: There are results among them, but they do not belong together.
     """
     if not 2 <= len(heads) <= MOST_FILES:
         return None
@@ -80,15 +80,15 @@ def parts_in(folder: Path) -> dict[Part, Path] | None:
 
 
 def open_parts(parts: Mapping[Part, Path], limits: Limits, *, index: FrameIndex | None = None) -> BeliefSequence:
-    """Open results with what goes with them.
+    """Open results with their clip and truth.
 
     Args:
-        parts: Files by what they are; at least the results, which may be a recording of beliefs.
+        parts: Files by kind; at least the results, which may be a recording of beliefs.
         limits: How large they may be, together.
         index: From an earlier survey of the same content.
 
     Raises:
-        RefusedError: One of them is not what it should be, is broken, or they exceed the limits.
+        RefusedError: A file is of the wrong kind or broken, or they exceed the limits.
     """
     results, clip, truth = parts["results"], parts.get("clip"), parts.get("truth")
     try:
@@ -118,13 +118,13 @@ def open_parts(parts: Mapping[Part, Path], limits: Limits, *, index: FrameIndex 
 
 
 def _recording(results: Path, truth: Path | None) -> BinaryIO:
-    """Return what somebody has said as a recording of beliefs, and with it what is true."""
+    """Return results as a recording of beliefs, together with the truth."""
     said = _sniffed(_head(results))
     if said is not None and said.kind != "beliefs":
         raise RefusedError(f"{results.name} holds no results")
     if said is not None and said.decoder != "results":
         if truth is not None:
-            raise RefusedError("a recording says itself what is true; open it without a truth")
+            raise RefusedError("a recording contains its own truth; open it without another truth")
         return results.open("rb")
     recording = io.BytesIO()
     known = None if truth is None else read_results_file(truth)
@@ -151,12 +151,12 @@ def record_results(
     clip: Path | None = None,
     truth: ResultTable | None = None,
 ) -> None:
-    """Write what a tracker has said, as it says it, to a recording.
+    """Write a tracker's results to a recording.
 
     Args:
         table: Its results.
         to: Where to.
-        clip: The video that they are of.
+        clip: Their video.
         truth: True boxes of the same frames.
 
     Raises:

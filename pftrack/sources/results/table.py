@@ -1,6 +1,6 @@
-"""What a file of results says: boxes by frame and target; and tables of boxes with a header (CSV).
+"""The content of a file of results: boxes by frame and target; and tables of boxes with a header (CSV).
 
-Columns of a table are found by the names that programs give them, or by what a person says.
+Columns of a table are found by the names that programs use, or as the user states.
 """
 
 import itertools
@@ -43,8 +43,8 @@ class Box(NamedTuple):
         y: Upper edge, px.
         w: Width, px.
         h: Height, px.
-        score: How sure the tracker says it is; NaN if it does not say.
-        label: What the target is called; empty if the file does not say.
+        score: The tracker's confidence; NaN if not given.
+        label: Name of the target; empty if not given.
     """
 
     frame: int
@@ -59,10 +59,10 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class ResultTable:
-    """What a file of results says.
+    """The content of a file of results.
 
     Attributes:
-        form: What kind of file it is.
+        form: Form of the file.
         boxes: By ascending frame and target, one of a target in a frame.
         frames: How many frames it speaks of, those without a box included.
         remarks: How it was read and what was passed over, a sentence each.
@@ -89,11 +89,11 @@ def around(corners: Iterable[float]) -> tuple[float, float, float, float]:
 def table_of(
     form: Form, boxes: Iterable[tuple[str, Box]], *, remarks: Iterable[str] = (), frames: int = 0
 ) -> ResultTable:
-    """Return the table of boxes as they come; those without an area, or that are not finite, are left out and told.
+    """Return the table of boxes; boxes without an area, or not finite, are left out and reported.
 
     Args:
-        form: What the file is.
-        boxes: Where each stands in the file, such as "line 3", and the box.
+        form: Form of the file.
+        boxes: Location of each in the file, such as "line 3", and the box.
         remarks: How it was read, a sentence each.
         frames: How many frames the file speaks of at least.
 
@@ -138,7 +138,7 @@ def table_of(
 
 @dataclass(frozen=True)
 class ColumnMeaning:
-    """What a column of a table of boxes may be; a person is asked by the title."""
+    """Possible meanings of a column in a table of boxes; the title is the question to the user."""
 
     name: str
     title: str
@@ -146,7 +146,7 @@ class ColumnMeaning:
 
 MEANINGS = tuple(ColumnMeaning(what, column.asks) for what, column in cells.COLUMN_NAMES.boxes.items())
 
-# Edges come first: beside them, width and height may be those of the picture.
+# Edges come first: next to edges, width and height may be those of the picture.
 WAYS = (("x", "y", "right", "bottom"), ("x", "y", "w", "h"), ("centre_x", "centre_y", "w", "h"))
 FEWEST_COLUMNS = 5
 """A frame and four numbers of a box."""
@@ -155,12 +155,12 @@ ROWS_SHOWN = 4
 
 @dataclass(frozen=True)
 class Preview:
-    """What a person has to see of a table to say what its columns are.
+    """Excerpt of a table that lets a user name its columns.
 
     Attributes:
         header: Names of its columns.
         rows: The first lines after it.
-        guess: Place of the column of each meaning, as far as its name tells.
+        guess: Place of the column of each meaning, as far as names show it.
         meanings: All that columns may mean.
     """
 
@@ -171,7 +171,7 @@ class Preview:
 
 
 def columns_in(header: Sequence[str]) -> dict[str, int] | None:
-    """Return in which column what is; None if these are no columns of boxes."""
+    """Return the columns by meaning; None if these are not columns of boxes."""
     places = cells.places_of(header)
     found = cells.find_columns(places, cells.BOX_NAMES)
     if "frame" not in found or {"x3", "y3"} <= places.keys() or not any(set(way) <= found.keys() for way in WAYS):
@@ -185,7 +185,7 @@ def read_csv(data: bytes, first_frame: int | None = None) -> ResultTable:
 
     Args:
         data: Its content.
-        first_frame: Number of its first frame; 0 if not given.
+        first_frame: Number of its first frame, by default 0.
 
     Raises:
         RefusedError: It has other columns, or a line of it is wrong.
@@ -220,7 +220,7 @@ def read_csv(data: bytes, first_frame: int | None = None) -> ResultTable:
 
 
 def _targets(texts: Sequence[str]) -> list[tuple[int, str]]:
-    """Return number and name of the target of each line: names are numbered as they come, unless all are numbers."""
+    """Return number and name of each line's target; names are numbered by appearance, unless all are numbers."""
     try:
         numbers = [cells.number_of(text) for text in texts]
     except ValueError:
@@ -254,7 +254,7 @@ def _sides(
 
 
 def preview(text: str) -> Preview:
-    """Return what a person has to see of a table to say what its columns are.
+    """Return an excerpt of a table that lets a user name its columns.
 
     Args:
         text: Its beginning.
@@ -271,11 +271,11 @@ def preview(text: str) -> Preview:
 
 
 def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
-    """Return a table whose columns have the names that a person says they mean.
+    """Return a table whose columns are renamed to the meanings that the user gave.
 
     Args:
         data: The table.
-        columns: Places of columns by what they are, such as {"frame": 0, "x": 3}.
+        columns: Places of columns by meaning, such as {"frame": 0, "x": 3}.
 
     Raises:
         RefusedError: A column does not exist, or these columns do not make a box.
@@ -295,22 +295,22 @@ def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
     return f"{table.delimiter.join(renamed)}\n{text[table.start :]}".encode()
 
 
-# Text of nothing but numbers: MOTChallenge, OTB and VOT, told apart by how many there are in a line.
+# Text of numbers only: MOTChallenge, OTB and VOT, distinguished by the number of values in a line.
 #
-# Which form a file of results has is told by its beginning.
+# The beginning of a file of results shows its form.
 
 MOT_TRUTH_COLUMNS = 9
-"""Of the ground truth of MOT16 and later: ..., whether it counts, class, visibility."""
+"""Columns of the ground truth of MOT16 and later: ..., whether it counts, class, visibility."""
 TWO_WAYS = (
     "its {0} whole numbers a line can be read in two ways, as {2} or decimals between commas; "
     "say that the form is {1}, or write the names of the columns above them"
 )
 MOT15_COLUMNS = 10
-"""Of results, and of the ground truth of 2DMOT2015, which says in place of the score whether a box counts."""
+"""Columns of results, and of the ground truth of 2DMOT2015, where a flag replaces the score: whether a box counts."""
 
 
 def numbers_of(line: str) -> list[float] | None:
-    """Return the numbers of a line; None if it has anything else."""
+    """Return the numbers of a line; None if it has other characters."""
     try:
         return [cells.number_of(cell) for cell in cells.cells_of(line)]
     except ValueError:
@@ -318,10 +318,10 @@ def numbers_of(line: str) -> list[float] | None:
 
 
 def form_of_lines(lines: Sequence[str]) -> Form | None:
-    """Return what lines are; None if they are not text of numbers in one of these forms."""
+    """Return what lines are; None if they are not numbers in one of these forms."""
     rows = [numbers_of(line) for line in lines if line.strip() and not line.startswith(cells.COMMENT)]
     known = [row for row in rows if row is not None and len(row) > 1]
-    # Whoever reads it names the line that is broken; most lines are whole, the first one, too.
+    # The reader names a broken line; most lines are complete, including the first one.
     if not known or rows[0] is None or 2 * rows.count(None) > len(rows):
         return None
     count = Counter(map(len, known)).most_common(1)[0][0]
@@ -337,7 +337,7 @@ def form_of_lines(lines: Sequence[str]) -> Form | None:
 
 
 def read_rows(data: bytes, form: Form, first_pixel: int | None = None, *, surely: bool = False) -> ResultTable:
-    """Read OTB or VOT text, `surely` if a person says so: a line is a frame of the one target."""
+    """Read OTB or VOT text, `surely` if the user says so: each line is a frame of the one target."""
     origin = first_pixel if first_pixel is not None else int(form == "otb")
     text = cells.decode(data)
     lines = list(cells.lines_of(text))
@@ -358,7 +358,7 @@ def read_rows(data: bytes, form: Form, first_pixel: int | None = None, *, surely
 
 
 def rectangle(place: str, line: str) -> tuple[float, float, float, float]:
-    """Return x, y, w, h of a line with these or four corners; NaN for one number, with which VOT says that none is.
+    """Return x, y, w, h of a line with these or four corners; NaN for a single number, VOT's mark of a missing box.
 
     Raises:
         RefusedError: It has other numbers, or anything else; the sentence names the place.
@@ -376,7 +376,7 @@ def rectangle(place: str, line: str) -> tuple[float, float, float, float]:
 
 
 def _mot_rows(text: str) -> Iterator[tuple[int, list[float]]]:
-    """Yield number and numbers of each line, all as many as the first has."""
+    """Yield line number and values of each line, all with as many values as the first."""
     wanted = range(6, MOT15_COLUMNS + 1)
     for number, line in cells.lines_of(text):
         numbers = numbers_of(line)
@@ -393,7 +393,7 @@ def _mot_rows(text: str) -> Iterator[tuple[int, list[float]]]:
 def read_mot(
     data: bytes, first_frame: int | None = None, first_pixel: int | None = None, *, surely: bool = False
 ) -> ResultTable:
-    """Read MOTChallenge text, `surely` if a person says so; of ground truth, what does not count is left out."""
+    """Read MOTChallenge text, `surely` if the user says so; ground-truth boxes that do not count are left out."""
     rows = list(_mot_rows(cells.decode(data)))
     if not surely and _reads_in_two_ways([row for _, row in rows]):
         raise RefusedError(TWO_WAYS.format(len(rows[0][1]), "mot", "results of MOTChallenge, corners"))
@@ -444,13 +444,13 @@ def _finite(numbers: Sequence[float]) -> bool:
 
 
 def _rises(rows: Sequence[Sequence[float]]) -> bool:
-    """Return whether the first numbers are those of frames: from 0 or 1 on, and never far apart."""
+    """Return whether the first numbers are frames: from 0 or 1 on, and never far apart."""
     frames = [row[0] for row in rows]
     return min(frames) in {0.0, 1.0} and frames == sorted(frames)
 
 
 def form_of(data: bytes) -> Form | None:
-    """Return the form of a file by its beginning; None if it is none of results."""
+    """Return the form of a file by its beginning; None if it is not a file of results."""
     text = cells.decode(data[:HEAD_BYTES]).lstrip()
     if not text.isprintable() and any(ord(letter) < 32 and not letter.isspace() for letter in text):
         return None  # no text

@@ -1,8 +1,8 @@
-"""Writing results: boxes in the forms that others read; and the forms COCO and CVAT, both ways.
+"""Writing results: boxes in common forms; and reading and writing the forms COCO and CVAT.
 
-- COCO has JSON for videos: images with their frame, and boxes with a track's number. Three forms are about: `images`
-  and `annotations`, as COCO-VID has them; a bare list of results, which name only their image; and `videos` with
-  `bboxes`, a list a target with one box or null for each frame (YouTube-VIS).
+- COCO has JSON for videos: images with their frame, and boxes with a track's number. Three variants exist: `images` and
+  `annotations`, as COCO-VID has them; a bare list of results, which name only their image; and `videos` with `bboxes`,
+  a list per target with one box or null for each frame (YouTube-VIS).
 - CVAT has XML for video: `<track id label>` with `<box frame outside keyframe xtl ytl xbr ybr>`, from 0.
 """
 
@@ -36,7 +36,7 @@ def write_results(
     Args:
         form: What it shall be; OTB and VOT have room for the first target alone.
         boxes: By ascending frame.
-        frames: How many frames there are.
+        frames: Number of frames.
         size: Width and height of the picture, px.
         rate_hz: Frames a second.
     """
@@ -203,7 +203,7 @@ def _read(raw: Any) -> table.ResultTable:  # noqa: ANN401 - JSON
 
 
 def _sides(bbox: Any, polygons: Any = None) -> Sides:  # noqa: ANN401 - JSON
-    """Return x, y, w, h of an annotation, around its polygons if it has no box; NaN if it has neither."""
+    """Return x, y, w, h of an annotation, around its polygons if it has no box; NaN without both."""
     try:
         x, y, w, h = map(float, bbox or table.around(number for polygon in polygons for number in polygon))
     except (TypeError, ValueError):
@@ -231,7 +231,7 @@ def _label(one: Mapping[str, Any], names: Mapping[int, str]) -> str:
 
 
 def _track(one: Mapping[str, Any]) -> int | None:
-    """Return the number of an annotation's track: its own, or among its attributes, as CVAT has it."""
+    """Return the number of an annotation's track: its own, or from its attributes, as in CVAT."""
     found = next((said[name] for said in (one, one.get("attributes") or {}) for name in TRACK if name in said), None)
     return None if found is None else int(found)
 
@@ -250,7 +250,7 @@ def _tracks(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iterat
 
 
 def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: bool) -> list[int]:
-    """Return the frame of each image: as it says, or else in the order of their numbers."""
+    """Return the frame of each image: its stated frame, or else in the order of their numbers."""
     name = next((name for name in FRAME if images and all(name in one for one in images)), None)
     if name is None:
         ids = [one["image_id" if listed else "id"] for one in images]
@@ -296,16 +296,16 @@ SIDES = {
     "mask": ("left", "top", "width", "height"),
 }
 SHAPES = (*SIDES, "polygon", "polyline", "points")
-"""Of CVAT, around which there is a box."""
+"""Shapes of CVAT that have a bounding box."""
 
 
 def read_cvat(data: bytes) -> table.ResultTable:
-    """Read a file; where a target is `outside`, it has no box, and others than `SHAPES` are passed over.
+    """Read a file; a target that is `outside` has no box, and shapes other than `SHAPES` are skipped.
 
     Raises:
         RefusedError: It is none.
     """
-    text = decode(data)  # what is parsed is what was searched, whatever encoding the XML declares
+    text = decode(data)  # the parsed text is the searched text, whatever encoding the XML declares
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise RefusedError("the XML declares entities, which CVAT never does")
     try:
@@ -363,7 +363,7 @@ def _is_whole(text: str) -> bool:
     return text.isdecimal() and len(text) <= MOST_DIGITS
 
 
-# Reading results: which form a file has, its content tells; what was guessed is said.
+# Reading results: the content shows the form of a file; guesses are reported.
 
 LARGEST_FILE_BYTES = 64 * 1024 * 1024
 
@@ -375,12 +375,12 @@ def read_results(
 
     Args:
         data: The content.
-        form: What it is; told by itself if not given.
-        first_frame: Number of the first frame in MOTChallenge text; told by itself if not given.
+        form: Its form; recognised by default.
+        first_frame: Number of the first frame in MOTChallenge text; recognised by default.
         first_pixel: Number of the first pixel in text of numbers; as the form has it if not given.
 
     Raises:
-        RefusedError: It is none, a line of it is wrong, or it is too large.
+        RefusedError: It is not a file of results, a line of it is wrong, or it is too large.
     """
     if len(data) > LARGEST_FILE_BYTES:
         raise RefusedError(f"results may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
@@ -390,7 +390,7 @@ def read_results(
     if found == "mot":
         return table.read_mot(data, first_frame, first_pixel, surely=form is not None)
     if found in {"otb", "vot"}:
-        # Only the whole file tells whether all of its numbers are whole ones.
+        # Only the whole file shows whether all of its numbers are whole.
         whole = form or table.form_of_lines(decode(data).splitlines()) or found
         return table.read_rows(data, whole, first_pixel, surely=form is not None)
     readers: dict[str, Callable[[bytes], table.ResultTable]] = {
@@ -411,7 +411,7 @@ def read_results_file(
     """Read a file; see `read_results`.
 
     Raises:
-        RefusedError: It cannot be read, or is none; the sentence begins with its name.
+        RefusedError: It cannot be read, or is not a file of results; the sentence begins with its name.
     """
     data = cells.content_of(path, LARGEST_FILE_BYTES)
     try:

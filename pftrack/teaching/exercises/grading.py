@@ -1,8 +1,8 @@
-"""Grading: submissions, each checked in a confined process of its own, told as they come, and reported to graders.
+"""Grading: submissions, each checked in its own confined process, and reported to graders.
 
-A submission is a program of somebody else. Its process has limits on time, memory and files, and no network where the
-system allows that. It is still the same user, and is asked about by code that runs beside it: these limits are for
-programs that run wild, not for a person who wants to cheat.
+A submission is another person's program. Its process has limits on time, memory and files, and no network where the
+system allows that. It is still the same user, and code in the same process queries it: these limits stop runaway
+programs, not a person who wants to cheat.
 """
 
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -24,10 +24,10 @@ from pftrack.teaching.exercises.submission import Check, Exercise, SettledError,
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of one check.
+    """The result of one check.
 
     Attributes:
-        check: Which.
+        check: The check.
         verdict: Whether the property holds, and how that was seen.
     """
 
@@ -36,24 +36,24 @@ class Finding:
 
     @property
     def title(self) -> str:
-        """What should hold."""
+        """The property."""
         return PROPERTIES[self.check.property].title
 
     @property
     def points(self) -> float:
-        """What was reached."""
+        """The points."""
         return self.check.points if self.verdict.holds else 0.0
 
 
 @dataclass(frozen=True)
 class Report:
-    """What came of a file.
+    """The result of a file.
 
     Attributes:
-        exercise: Which it answers.
+        exercise: Its exercise.
         file: Its name.
         findings: In the order of the exercise's checks.
-        seconds: How long it took.
+        seconds: Its duration.
     """
 
     exercise: Exercise
@@ -63,7 +63,7 @@ class Report:
 
     @property
     def points(self) -> float:
-        """What was reached of `exercise.points`."""
+        """The points, at most `exercise.points`."""
         return sum(each.points for each in self.findings)
 
     @property
@@ -73,13 +73,13 @@ class Report:
 
 
 def check(exercise: Exercise, file: Path, *, seed: int = 0, told: Callable[[int, int], object] | None = None) -> Report:
-    """Check a file, which is executed: whoever names it trusts it.
+    """Check a file, which is executed: naming it means trusting it.
 
     Args:
-        exercise: That it answers.
+        exercise: Its exercise.
         file: Its path.
         seed: The first that draws and scenes are made of; another shows whether a solution hangs on it.
-        told: Called with the checks that are done, and with all that there are.
+        told: Called with the number of finished checks, and of all checks.
     """
     text = read_source(file)
     return check_text(exercise, name_of(file), text, seed=seed, told=told)
@@ -219,10 +219,10 @@ def grade(
     Args:
         files: By who handed them in.
         exercises: All that may be answered.
-        exercise: The one that all answer; what each says of itself if not given.
-        seed: As of `check`.
-        budget: What each may take.
-        jobs: How many are checked at the same time.
+        exercise: The exercise of all; by default each file names its own.
+        seed: As for `check`.
+        budget: Limits of each.
+        jobs: Number of simultaneous checks.
     """
     fork_server = process.ForkServer(PRELOAD)
     left, checked = iter(files.items()), dict[Future[dict[str, Any]], str]()
@@ -283,7 +283,7 @@ def _read(path: Path, exercises: Mapping[str, Exercise], exercise: str | None) -
 def check_confined(
     exercise: Exercise, name: str, text: str, seed: int
 ) -> Generator[tuple[int, int], None, dict[str, Any]]:
-    """Return what came of each check; for a confined process, which tells after each how far it is."""
+    """Return the results of all checks; for a confined process, which reports its progress after each."""
     begun = monotonic()
     told: list[dict[str, Any]] = []
     for each in findings_of(exercise, name, text, seed):
@@ -293,7 +293,7 @@ def check_confined(
 
 
 def _report_of(answer: Any, exercise: Exercise, file: str) -> tuple[Report, bool]:  # noqa: ANN401 - of a process that may be anybody's
-    """Return the report of a submission's process, which is believed in nothing but in which properties hold."""
+    """Return the report of a submission's process, trusted only on which properties hold."""
     verdicts = [
         Verdict(
             each["holds"] is True,
@@ -308,7 +308,7 @@ def _report_of(answer: Any, exercise: Exercise, file: str) -> tuple[Report, bool
 
 
 def has_network() -> bool:
-    """Return whether this process sees a network beside its own machine; where that cannot be told, it is assumed."""
+    """Return whether this process sees a network beyond its own machine; if unknown, it is assumed."""
     try:
         lines = Path("/proc/self/net/dev").read_text(encoding="ascii").splitlines()[2:]
     except OSError:

@@ -1,4 +1,4 @@
-"""The library: exercises of the project and of folders, and all that is wrong with files there."""
+"""The library: exercises of the project and of folders, and all problems of files there."""
 
 import ast
 import re
@@ -32,11 +32,11 @@ NAMED: Final = re.compile(r"^EXERCISE\s*=\s*(['\"][^'\"\n]*['\"])", re.MULTILINE
 
 @dataclass(frozen=True)
 class Exercises:
-    """What was found.
+    """The exercises and problems.
 
     Attributes:
         exercises: By id.
-        problems: What is wrong with other files.
+        problems: Problems of other files.
     """
 
     exercises: Mapping[str, Exercise]
@@ -51,7 +51,7 @@ def read_exercises(*folders: Path) -> Exercises:
 
 
 def exercise_named_in(text: str) -> str | None:
-    """Return the id of the exercise that a file says it answers; it is not executed for that."""
+    """Return the id of the exercise that a file names; the file is not executed for that."""
     found = NAMED.search(text)
     return str(ast.literal_eval(found[1])) if found else None
 

@@ -1,4 +1,4 @@
-"""What the fork server of `grade` imports, and so makes ready for the process of each submission."""
+"""Imports of the fork server of `grade`, ready for the process of each submission."""
 
 from pftrack.core.numerics.elementary import exponential
 from pftrack.teaching.exercises.library import read_exercises

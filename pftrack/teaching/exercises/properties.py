@@ -1,10 +1,9 @@
-"""Properties: what a file should do, each a function that looks and returns a verdict.
+"""Properties: requirements on a file, each a function that checks one and returns a verdict.
 
 Those of single functions call these with arrays made for it; those of a filter compare runs with an exact answer, with
-another tracker, or with the truth. Here are those of weights, which are a distribution, whatever the likelihood says;
-of resampling, which draws so many parents, each so often; of a tracker, which holds its target; those with an exact
-answer; and those of how functions go about it. `PROPERTIES` has all by name; their titles, options, margins and what
-their verdicts say stand in `properties.yaml`.
+another tracker, or with the truth. They concern weights, which must be a distribution for any likelihood; resampling,
+which must draw the right number of each parent; a tracker, which must hold its target; exact answers; and the behaviour
+of functions. `PROPERTIES` has all by name; their titles, options, margins and verdicts are in `properties.yaml`.
 """
 
 import math
@@ -44,10 +43,10 @@ class Property:
     Attributes:
         name: In the heads of exercises.
         origin: File and line where it is declared.
-        title: What holds, a clause.
+        title: The property, a clause.
         options: Their defaults; an empty text has to be given.
-        margin: How far a right solution may be off, and how seldom it fails; a sentence for the documentation.
-        words: What a verdict says, by what was found; numbers stand in braces.
+        margin: Tolerance for a right solution, and its rate of failure; a sentence for the documentation.
+        words: Texts of verdicts, by finding; numbers are in braces.
     """
 
     __pydantic_config__ = CLOSED
@@ -80,7 +79,7 @@ def _say(
         seed: As `Verdict.seed`.
         numbers: As `Verdict.numbers`; the words may name them.
         holds: As `Verdict.holds`.
-        **said: What else the words name.
+        **said: Further values in the words.
     """
     name, _, what = found.partition(" ")
     numbers = numbers or {}
@@ -90,9 +89,9 @@ def _say(
 # Properties of a filter whose exact answer is known, and of how its functions go about their work.
 #
 # Evidence and moments must be right within the error of sampling. A particle filter's estimate of the evidence is
-# unbiased, so its logarithm lies on average half its variance too low. A right filter is judged by how much its own
-# answers scatter over the seeds; how much they may scatter is bounded, too. Functions are judged by what they cost,
-# what they leave alone, and that they replay.
+# unbiased, so its logarithm lies on average half its variance too low. A right filter is judged by the scatter of its
+# own answers over the seeds, which is bounded, too. Functions are judged by what they cost, what they leave alone, and
+# that they replay.
 
 
 def _log_evidence(submission: Submission, seed: int, tracker: str | None = None) -> float:
@@ -100,7 +99,7 @@ def _log_evidence(submission: Submission, seed: int, tracker: str | None = None)
 
 
 def _differences(submission: Submission, options: Options, seed: int, tracker: str | None) -> Floats:
-    """Return by how much the log evidence of each run is above the exact one."""
+    """Return the log evidence of each run, less the exact one."""
     seeds = range(seed, seed + int(options["runs"]))
     exact = str(options["exact"])
     found = [_log_evidence(submission, each, tracker) - _log_evidence(submission, each, exact) for each in seeds]
@@ -115,7 +114,7 @@ def evidence(submission: Submission, options: Options, seed: int) -> Verdict:
         return _say("evidence endless", worst, off=off[worst - seed], worst=worst)
     spread, mean = float(np.std(off, ddof=1)), float(np.mean(off))
     expected = -0.5 * spread**2
-    # That half a variance is known from few runs only, and is exact for a normal law only.
+    # Half a variance is estimated from few runs, and is exact only for a normal law.
     margin = student_margin(off, RISK) + spread**2
     most = float(options["most_spread"])
     numbers = {"mean": mean, "expected": expected, "margin": margin, "spread": spread, "most_spread": most}
@@ -158,7 +157,7 @@ def steadier(submission: Submission, options: Options, seed: int) -> Verdict:
 
 COUNT = 100
 TRIES = 3
-"""A time is told anew so often before it counts: others may have been at the processor."""
+"""Repetitions of a time measurement, because other processes may have used the processor."""
 FACTOR = 8
 ENOUGH_S = 0.3
 """A call that takes so long is measured well enough."""
@@ -218,7 +217,7 @@ def _seconds(submission: Submission, function: str, count: int, seed: int) -> fl
 
 
 def unchanged(submission: Submission, options: Options, seed: int) -> Verdict:
-    """See whether a function leaves what it is given as it was."""
+    """Check whether a function leaves its arguments unchanged."""
     del options
     for function in submission.defined:
         given = submission.arguments(function, COUNT, seed)
@@ -258,7 +257,7 @@ def _same(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 
 TOLERANCE = 1e-9
-"""Relative; what rounding makes of a few hundred numbers is a thousandth of it."""
+"""Relative tolerance; rounding errors of a few hundred numbers are a thousandth of it."""
 
 
 def _cases(seed: int) -> dict[str, Floats]:
@@ -271,8 +270,8 @@ def _cases(seed: int) -> dict[str, Floats]:
         "of about 1": drawn,
         "as of 1,000 pixels, around -2,000": 300.0 * drawn - 2000.0,
         "around 900": drawn + 900.0,
-        "a third of which is -inf": with_none,
-        "all but one of which are -inf": one,
+        "a third of them -inf": with_none,
+        "all but one -inf": one,
         "that are all equal": np.full(50, -5.0),
         "of two values": np.repeat([-1.0, -2.0], 30),
         "of one particle": np.array([-4.0]),
@@ -330,7 +329,7 @@ def _compare(logs: Floats, log_sum: float, given: Floats) -> tuple[str, dict[str
 def _of_step(submission: Submission, seed: int) -> Verdict:
     count = 200
     given = submission.arguments("step", count, seed)
-    kinds = {"that are equal": np.zeros(count), "of which half are -inf": np.where(np.arange(count) % 2, -np.inf, 0.0)}
+    kinds = {"that are equal": np.zeros(count), "half of them -inf": np.where(np.arange(count) % 2, -np.inf, 0.0)}
     for kind, logs in kinds.items():
         given["log_weights"], _ = normalise(logs)
         found = submission.call("step", rng=generator(seed), **given)
@@ -348,7 +347,7 @@ def _of_step(submission: Submission, seed: int) -> Verdict:
 
 
 ROUNDING = 1e-9
-"""Of an expected number of children: so close to a whole number it may be rounded either way."""
+"""Distance of an expected number of children from a whole number within which it may be rounded either way."""
 
 
 def _weights(seed: int) -> dict[str, Floats]:
@@ -376,12 +375,12 @@ def _draw(
 
     Args:
         submission: Whose `resample` is called.
-        kind: Of weights.
+        kind: Kind of weights.
         weights: They sum to 1.
-        count: Of parents.
-        seed: Of the random numbers.
-        draw: Which of many with this seed.
-        numbers: Of the verdict where something else comes back.
+        count: Number of parents.
+        seed: Seed of the random numbers.
+        draw: Index of the draw with this seed.
+        numbers: Numbers of the verdict for a wrong result.
 
     Raises:
         SettledError: Something else came back.
@@ -476,7 +475,7 @@ def threshold(submission: Submission, options: Options, seed: int) -> Verdict:
         logs -= np.log(np.exp(logs).sum())
         size = 1.0 / float(np.square(np.exp(logs)).sum())
         if abs(size / count - share) < 0.01:
-            continue  # too close to tell rounding from a mistake
+            continue  # too close to distinguish rounding from a mistake
         found = submission.call("should_resample", log_weights=logs, parameters=submission.parameters)
         if not isinstance(found, bool | np.bool_) or bool(found) != (size < share * count):
             numbers = {"effective_sample_size": size, "count": float(count)}
@@ -488,11 +487,11 @@ def threshold(submission: Submission, options: Options, seed: int) -> Verdict:
 
 
 LAST = 0.25
-"""Of the frames: so long the target has to be held at the end."""
+"""Share of the frames, at the end, in which the target must be held."""
 
 
 def held(submission: Submission, options: Options, seed: int) -> Verdict:
-    """See in how many seeds the target is held at the end, whatever was in its way."""
+    """Count the seeds with which the target is held at the end, whatever was in its way."""
     runs, needed = int(options["runs"]), int(options["needed"])
     lost = [
         each

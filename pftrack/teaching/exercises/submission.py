@@ -1,7 +1,7 @@
 """Exercises, submissions and verdicts.
 
-An exercise is a text and a file to begin with, a submission a file that answers it with all that it is called with; a
-verdict says whether a property holds of it, with the numbers that say so.
+An exercise is a text and a first file; a submission is a file that answers it, with the arguments of its functions; a
+verdict states whether a property holds, with the numbers that show it.
 """
 
 import math
@@ -36,8 +36,8 @@ class Check(Part):
 
     Attributes:
         property: Its name.
-        points: What it is worth.
-        options: What differs from the property's own, by name.
+        points: Its points.
+        options: Options that differ from the property's own, by name.
     """
 
     property: Name
@@ -46,16 +46,16 @@ class Check(Part):
 
 
 class ExerciseHead(Part):
-    """All that stands in the head of an exercise's file; docs/how-to/exercises.md says how it is written.
+    """The head of an exercise's file; docs/how-to/exercises.md explains how to write it.
 
     Attributes:
         id: Name in commands and in files.
         title: A few words.
         experiment: Whose target the file follows.
-        functions: That are to be written, of those that a filter's file may define.
+        functions: Functions to write, among those that a filter's file may define.
         values: Parameters of the experiment that differ from its defaults.
         frames: Length of a run.
-        checks: In the order in which they are told.
+        checks: Checks, in display order.
         hints: One after the other.
     """
 
@@ -70,12 +70,12 @@ class ExerciseHead(Part):
 
 
 class Exercise(ExerciseHead):
-    """What a student is asked to write.
+    """An exercise for students.
 
     Attributes:
-        text: What is asked, as Markdown.
+        text: The task, as Markdown.
         skeleton: The file to begin with.
-        origin: Where it is from, as people call it.
+        origin: Its source, for users.
     """
 
     text: str
@@ -90,13 +90,13 @@ class Exercise(ExerciseHead):
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of looking at a property.
+    """The result of checking a property.
 
     Attributes:
         holds: Whether it holds.
-        words: What was found, a sentence.
+        words: The finding, a sentence.
         numbers: By name, those that decided.
-        seed: Of the random numbers that show it; None where nothing is random.
+        seed: Seed of the random numbers that show it; None where nothing is random.
     """
 
     holds: bool
@@ -109,7 +109,7 @@ class SettledError(Exception):
     """A check has its verdict before its end.
 
     Attributes:
-        verdict: What was found.
+        verdict: The verdict.
     """
 
     def __init__(self, verdict: Verdict) -> None:
@@ -126,7 +126,7 @@ RISK = 1e-6
 
 
 def bernstein_margin(variances: Floats, risk: float) -> Floats:
-    """Return how far sums of independent 0-or-1 numbers may be off their expectations (Bernstein's inequality).
+    """Return the tolerance of sums of independent 0-or-1 numbers about their expectations (Bernstein's inequality).
 
     It holds for every variance and every number of draws, not only for many. With v the sum of the variances, the
     probability of being off by more than t is at most 2 exp(-t^2 / (2 v + 2 t / 3)).
@@ -141,7 +141,7 @@ def bernstein_margin(variances: Floats, risk: float) -> Floats:
 
 
 def student_margin(values: Floats, risk: float) -> float:
-    """Return how far the mean of independent, about normal numbers may be off its expectation, by Student's t."""
+    """Return the tolerance of the mean of independent, roughly normal numbers about its expectation, by Student's t."""
     count = len(values)
     quantile = float(stats.t.ppf(1.0 - risk / 2.0, count - 1))
     return quantile * float(np.std(values, ddof=1)) / math.sqrt(count)
@@ -166,9 +166,9 @@ class Submission:
     """A file that answers an exercise.
 
     Attributes:
-        exercise: Which.
-        name: Of its tracker.
-        text: Of the file, which is trusted.
+        exercise: Its exercise.
+        name: Name of its tracker.
+        text: Text of the file, which is trusted.
     """
 
     def __init__(self, exercise: Exercise, name: str, text: str) -> None:
@@ -177,7 +177,7 @@ class Submission:
 
     @cached_property
     def code(self) -> FilterCode:
-        """What the file offers."""
+        """The content of the file."""
         return FilterFile(self.name, self.text).load()
 
     def fresh(self) -> FilterCode:
@@ -198,13 +198,13 @@ class Submission:
 
     @property
     def model(self) -> FilterModel:
-        """What stands in for what the file leaves out."""
+        """The defaults for missing functions."""
         if self.experiment.model is None:
             raise FilterFileError(self.code.file, None, f"{self.experiment.id} takes no filters from files")
         return self.experiment.model
 
     def rows(self, seed: int, tracker: str | None = None) -> list[Diagnostics]:
-        """Return what a run of the file comes to, or one of another tracker on the same scene; it is computed once."""
+        """Return the result of a run of the file, or of another tracker on the same scene; it is computed once."""
         chosen = tracker or self.name
         if (seed, chosen) not in self._rows:
             run = Run(self.experiment, self.setup, tracker=chosen, seed=seed, frames=self.exercise.frames)
@@ -218,12 +218,12 @@ class Submission:
         return tuple(name for name in FUNCTIONS if name in self.code.functions)
 
     def arguments(self, function: str, count: int, seed: int) -> dict[str, Any]:
-        """Return what a function may be called with, in arrays of its own that can be written to.
+        """Return arguments for a function, in separate writable arrays.
 
         Args:
-            function: Of `FUNCTIONS`.
-            count: Of particles.
-            seed: Of the scene and the particles.
+            function: One of `FUNCTIONS`.
+            count: Number of particles.
+            seed: Seed of the scene and the particles.
         """
         state, frame, parameters = self._begin(seed)
         stream = Stream(seed, LATER, Purpose.TRACK)
@@ -257,7 +257,7 @@ class Submission:
 
     @property
     def parameters(self) -> Any:  # noqa: ANN401 - of the file's own class
-        """What the functions see of the parameters."""
+        """The parameters as the functions see them."""
         return self.code.parameters(flat(self.setup.parameters))
 
     def _begin(self, seed: int) -> tuple[Any, Frame, Any]:
@@ -291,20 +291,20 @@ def _is_array(value: object) -> bool:
 
 # The exact moments of a signal of one dimension are computed by brute force: a grid over its two newest values. The
 # model is of second order, x_t = 2 x_{t-1} - x_{t-2} + b u, so the belief is a density over pairs (x_t, x_{t-1}), and a
-# step is one sum over x_{t-2} for each pair. The values of each frame have a grid of their own, around their
-# prediction. The likelihood is the experiment's, and may be of any form.
+# step is one sum over x_{t-2} for each pair. The values of each frame have their own grid, around their prediction. The
+# likelihood is the experiment's, and may be of any form.
 
 CELLS = 81
 REACH = 6.0
-"""Of a grid on either side of the predicted mean, in standard deviations of the prediction."""
+"""Extent of a grid on either side of the predicted mean, in standard deviations of the prediction."""
 
 
 def moments_on_grid(submission: Submission, seed: int, *, noise: str) -> tuple[float, float]:
     """Return mean and standard deviation of the newest value in the last frame, given all frames.
 
     Args:
-        submission: Its exercise says what scene; it must begin in one known place.
-        seed: Of the scene.
+        submission: Its exercise gives the scene, which must begin in one known place.
+        seed: Seed of the scene.
         noise: Name of the parameter with the standard deviation b of the motion's noise.
 
     Raises:

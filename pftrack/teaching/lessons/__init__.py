@@ -2,7 +2,7 @@
 
 Each lesson of the course is a Markdown file in `course`, a module beside it that computes, and a name in `LESSONS`; it
 is read when it is asked for. A lecturer's lesson is such a file in a data directory or in a package. Every lesson asks
-for a prediction, shows, says how far off it was, and checks itself against what is exact.
+for a prediction, shows the result and the error of the prediction, and checks itself against exact values.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -47,7 +47,7 @@ class Course(Mapping[str, Lesson]):
     module `monte_carlo`.
 
     Attributes:
-        package: Where these are.
+        package: Package of these files.
         made: The lessons that were asked for.
     """
 
@@ -55,8 +55,8 @@ class Course(Mapping[str, Lesson]):
         """List lessons without importing any.
 
         Args:
-            package: Where their modules are.
-            ids: Of the lessons, in the order of the course.
+            package: Package of their modules.
+            ids: Ids of the lessons, in the order of the course.
         """
         self.package = package
         self._ids = tuple(ids)
@@ -105,7 +105,7 @@ def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
 
     Args:
         wanted: The id, or the number as text.
-        lessons: Among which it is looked for; those of lecturers may be added.
+        lessons: Lessons to search; those of lecturers may be added.
 
     Raises:
         ParameterError: The lesson is unknown; the sentence lists all of them.

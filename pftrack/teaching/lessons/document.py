@@ -1,13 +1,12 @@
-"""Documents: a Markdown file with a head in YAML, read so that whatever is wrong can be told by its line.
+"""Documents: a Markdown file with a head in YAML, read with line numbers for error messages.
 
     ---
     id: ...
     ---
     The idea, as text.
 
-A file may come from anybody: its size is limited before it is read, nothing in its head refers to another place of it,
-and its head is neither deep nor of kinds other than those of JSON. Findings of what is wrong are gathered, so that a
-file is mended in one go.
+A file may come from anyone: its size is limited before it is read, its head has no references, limited depth, and only
+the types of JSON. All problems are collected, so a file can be corrected in one go.
 """
 
 import re
@@ -24,10 +23,11 @@ from pftrack.core.refusal import RefusedError
 
 LARGEST_BYTES: Final = 32 * 1024
 MOST_FILES: Final = 200
-"""Of a folder."""
+"""Largest number of files of a folder."""
 DEEPEST: Final = 12
 LARGEST_NUMBER: Final = 10**30
-"""Of whole numbers; no field takes one so large, and one of thousands of digits cannot even be told."""
+"""Largest number of digits of whole numbers; no field takes a larger one, and one of thousands of digits cannot even be
+printed."""
 FENCE: Final = "---"
 LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """The same, ten times faster, where PyYAML was built with libyaml."""
@@ -41,11 +41,11 @@ Place: TypeAlias = "tuple[str | int, ...]"
 
 
 class DocumentError(ValueError):
-    """What is wrong in a file.
+    """A problem in a file.
 
     Attributes:
-        line: Where, from 1; 0 of the whole file.
-        message: What, and what to do.
+        line: Its line, from 1; 0 for the whole file.
+        message: The problem and its remedy.
     """
 
     def __init__(self, line: int, message: str) -> None:
@@ -56,12 +56,12 @@ class DocumentError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """What is wrong with a file of a lesson or an exercise, or with a package of such files.
+    """A problem of a lesson's or an exercise's file, or of a package of such files.
 
     Attributes:
         origin: The file's name, or the package's and the file's.
         line: Where, from 1; 0 of the whole file.
-        message: What is wrong and what to do, a sentence without a full stop.
+        message: The problem and its remedy, a sentence without a full stop.
     """
 
     origin: str
@@ -80,9 +80,9 @@ class Document:
 
     Attributes:
         head: Its values.
-        lines: Of the values, and of keys, from 1.
-        text: What follows the head.
-        text_line: Where that begins.
+        lines: Lines of the values and keys, from 1.
+        text: The text after the head.
+        text_line: First line of that.
         source: All of the file.
     """
 
@@ -114,7 +114,7 @@ def read_source(path: Path) -> bytes:
 
 
 class Item(Protocol):
-    """What a file makes: a lesson or an exercise."""
+    """Result of a file: a lesson or an exercise."""
 
     @property
     def id(self) -> str:
@@ -136,13 +136,12 @@ def read_folders(
     """Read all documents of some folders; what is wrong with one harms no other.
 
     Args:
-        folders: Each with what stands before the names of its files where people are told of them; one that is not
-            there holds none.
-        make: What makes something of a file.
-        taken: Who has an id already, beside these files.
+        folders: Folders, each with the prefix of its files' names in messages; a missing one is empty.
+        make: Function that converts a file.
+        taken: Owners of ids that are already in use.
 
     Returns:
-        What was made, by id, and all that is wrong.
+        The results, by id, and all problems.
     """
     known: dict[str, D] = {}
     problems: list[Problem] = []
@@ -289,10 +288,10 @@ def _pairs(node: yaml.MappingNode) -> Iterator[tuple[str, yaml.Node, yaml.Node]]
 
 @dataclass
 class Findings:
-    """What is wrong so far.
+    """The problems so far.
 
     Attributes:
-        document: In which.
+        document: Their document.
         problems: In the order in which they were found.
     """
 
@@ -318,9 +317,9 @@ def ask(document: Document, model: type[M], kind: str, page: str) -> M | list[Do
 
     Args:
         document: The file.
-        model: What its head may hold.
-        kind: What the file is, "a lesson".
-        page: Of the documentation, with a whole example.
+        model: Model of its head.
+        kind: Kind of the file, "a lesson".
+        page: Page of the documentation with a complete example.
     """
     try:
         return model.model_validate(document.head)
@@ -338,7 +337,7 @@ def errors_of(error: ValidationError) -> list[Any]:
 
 
 KIND: Final = re.compile(r"(?:bool|int|float|constrained-str|tuple\[.*\]|function-.*|str)")
-"""How pydantic calls the kinds of a value that may be of several; no key is called so."""
+"""Pydantic's names for the types of a value with several types; keys never have these names."""
 
 
 def _to_document_error(

@@ -1,11 +1,11 @@
-"""What the figure of a lesson is made of, as data: panels with axes, and in them a few kinds of trace.
+"""The figure of a lesson as data: panels with axes, which hold a few kinds of trace.
 
-A lesson computes numbers and says what they are: a curve, a histogram, stems. A browser, matplotlib or a notebook draws
-them and computes nothing. What carries a meaning has one of the palette's colours, by its name there.
+A lesson computes numbers and declares their form: a curve, a histogram, stems. A browser, matplotlib or a notebook
+draws them and computes nothing. Meaningful colours are names from the palette.
 
-How the panels of a lesson look stands in a YAML file beside the module that computes their numbers: titles, axes,
-colours, and the sentences for people who cannot see them; and what the lesson's numbers are called. `look` reads that
-file, `Look.draw` and `Look.show` add the numbers.
+A YAML file next to the module that computes the numbers declares the look of a lesson's panels: titles, axes, colours,
+and the sentences for people who cannot see them; and the names of the lesson's numbers. `look` reads that file,
+`Look.draw` and `Look.show` add the numbers.
 """
 
 import math
@@ -27,7 +27,7 @@ DIGITS = 6
 SHADE_DIGITS = 3
 """Decimal places of the largest amount of a map that travel, in its own power of ten."""
 MOST_PLACES = 20
-"""Places behind the point, so that powers of ten are exact."""
+"""Decimals, so powers of ten are exact."""
 
 
 def _numbers(values: ArrayLike) -> Floats:
@@ -94,10 +94,10 @@ _NONE = np.empty(0)
 
 
 class _Trace(_Part):
-    """What all traces have.
+    """Common attributes of traces.
 
     Attributes:
-        title: What it is, for the key and for who cannot see it; empty where it needs no key.
+        title: Its title, for the key and for people who cannot see it; empty without a key.
         ink: Its colour.
         reveals: Whether it shows the answer of the lesson's question, and is left out until that was answered.
     """
@@ -111,10 +111,10 @@ class Axis(_Part):
     """An axis.
 
     Attributes:
-        title: What is measured.
-        low: Where it begins.
-        high: Where it ends.
-        unit: Of what is measured; empty for a pure number.
+        title: The quantity.
+        low: Lower end.
+        high: Upper end.
+        unit: Unit of the quantity; empty for a pure number.
         log: Whether it is logarithmic.
         names: Names in place of numbers, at 0, 1, 2, ...
         hidden: Whether its numbers are left out, since only the shape matters.
@@ -133,8 +133,8 @@ class Curve(_Trace):
     """A line through points.
 
     Attributes:
-        x: Of the points.
-        y: Of the points.
+        x: Coordinates of the points.
+        y: Coordinates of the points.
         dashed: Whether it is dashed.
         area: From where to where in x the area below it is shaded; None for none.
     """
@@ -178,8 +178,8 @@ class Stems(_Trace):
     """Lines from nothing up to points, such as draws with their weights.
 
     Attributes:
-        x: Where they stand.
-        y: How high they are.
+        x: Their places.
+        y: Their heights.
     """
 
     kind: Literal["stems"] = "stems"
@@ -188,11 +188,11 @@ class Stems(_Trace):
 
 
 class Bars(_Trace):
-    """Bars beside each other, one a name of the axis; or stacked in one bar, as shares of a whole.
+    """Bars side by side, one per name of the axis; or stacked in one bar, as shares of a whole.
 
     Attributes:
         heights: (n,).
-        stacked: Whether they lie end to end along x, each in a shade of its own.
+        stacked: Whether they lie end to end along x, each in its own shade.
     """
 
     kind: Literal["bars"] = "bars"
@@ -204,8 +204,8 @@ class Scatter(_Trace):
     """Points.
 
     Attributes:
-        x: Of the points.
-        y: Of the points.
+        x: Coordinates of the points.
+        y: Coordinates of the points.
         size_px: Diameter.
     """
 
@@ -246,7 +246,7 @@ class Rule(_Trace):
 
     Attributes:
         at: The value.
-        along: Of which axis.
+        along: Its axis.
         dashed: Whether it is dashed.
     """
 
@@ -281,14 +281,14 @@ class Panel(_Part):
 
     Attributes:
         id: Name among the figure's panels.
-        title: What it shows.
+        title: Its title.
         x: The axis to the right.
         y: The axis upwards.
-        traces: What is drawn, the first behind.
-        handles: What can be dragged.
-        words: What it shows at these parameters, a sentence with the numbers that matter, for who cannot see it.
-        row: In which row of the figure it stands, 0 the topmost; panels of a row stand side by side.
-        share: Of the row's height among the rows, and of its width within the row, relative to the others.
+        traces: Traces, the first behind.
+        handles: Handles that can be dragged.
+        words: Description at these parameters, a sentence with the main numbers, for people who cannot see it.
+        row: Its row of the figure, 0 the topmost; panels of a row are side by side.
+        share: Relative height of its row, and relative width within the row.
     """
 
     id: str
@@ -360,10 +360,10 @@ class Number:
     """A number that a lesson shows, with its exact value where that is known.
 
     Attributes:
-        title: What it is.
-        value: As computed here.
-        exact: What it should be.
-        tolerance: How far from the exact value it may be expected to be at these parameters.
+        title: Its title.
+        value: The computed value.
+        exact: The exact value.
+        tolerance: Expected distance from the exact value at these parameters.
         unit: Empty for a pure number.
         digits: Significant digits that are worth showing.
         reveals: Whether it gives the question's answer away, and is left out until that was answered.
@@ -388,7 +388,7 @@ class Number:
         return abs(self.value - self.exact) <= self.tolerance
 
     def __str__(self) -> str:
-        """Say it in a line: "Mean: 0.982 m, exact 1 m, within 0.05 m"."""
+        """Return it as a line: "Mean: 0.982 m, exact 1 m, within 0.05 m"."""
         known = (("", self.value), ("exact ", self.exact), ("within ", self.tolerance))
         unit = f" {self.unit}" if self.unit else ""
         said = (f"{word}{value:.{self.digits}g}{unit}" for word, value in known if value is not None)
@@ -397,10 +397,10 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What a demonstration shows at some parameters.
+    """Results of a demonstration at some parameters.
 
     Attributes:
-        figure: What is drawn.
+        figure: The figure.
         numbers: The one that counts first.
     """
 
@@ -409,7 +409,7 @@ class Shown:
 
 
 class Look(_Part):
-    """What a file declares of a lesson's figure and numbers.
+    """A file's declarations of a lesson's figure and numbers.
 
     Attributes:
         panels: By id, in the order in which they are read.
@@ -438,7 +438,7 @@ class Look(_Part):
             turned: Parameters with the values of the handles; without them there are none.
             x: Bounds of the axis to the right, where the file has none.
             y: Bounds of the axis upwards, where the file has none.
-            **said: What titles and words name.
+            **said: Values in titles and words.
         """
         layout = self.panels[panel]
         handles = layout.handles.items() if turned is not None else ()
@@ -462,12 +462,12 @@ class Look(_Part):
         numbers: Mapping[str, tuple[float | None, ...] | Mapping[str, Any]],
         **said: object,
     ) -> Shown:
-        """Return panels, and the numbers beside them.
+        """Return panels and numbers.
 
         Args:
             panels: In the order in which they are read.
             numbers: Value, exact value and tolerance of each number by its name, or some of its fields by theirs.
-            **said: What their titles name.
+            **said: Values in their titles.
         """
         shown = []
         for name, each in self.numbers.items():
@@ -478,7 +478,7 @@ class Look(_Part):
 
 
 def look(module: str) -> Look:
-    """Return what the YAML file beside a module declares of its figure.
+    """Return the declarations of the YAML file next to a module on its figure.
 
     Args:
         module: Path of the module, its `__file__`.

@@ -1,8 +1,8 @@
-"""What a lesson is: one idea, shown, asked and checked; how its prediction is judged, and its question as a poll.
+"""A lesson: one idea, shown, asked and checked; the judgement of its prediction, and its question as a poll.
 
-A lesson asks for a prediction before it shows, then shows, and says how far off the prediction was and why. What it
-shows is a *demonstration*, a figure that is a pure function of parameters and a seed, or a *scenario*, a run of an
-experiment with some parameters that may be turned. Its *checks* compare what it computes with what is exact.
+A lesson asks for a prediction, then shows the result, and explains the error of the prediction. It shows a
+*demonstration*, a figure that is a pure function of parameters and a seed, or a *scenario*, a run of an experiment with
+some adjustable parameters. Its *checks* compare computed with exact values.
 """
 
 import math
@@ -21,7 +21,7 @@ from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons.figure import Shown
 
 LONGEST_RUN: Final = 2000
-"""Frames: a class does not wait longer, and whoever opens the lesson computes its run."""
+"""Largest number of frames: each reader computes the lesson's run, and a class does not wait longer."""
 
 Line = Annotated[str, Field(min_length=1, max_length=120)]
 Words = Annotated[str, Field(min_length=1, max_length=600)]
@@ -45,7 +45,7 @@ class Demonstration:
 
     Attributes:
         parameters: The defaults.
-        show: (parameters, seed) -> what they come to, within 20 ms at the defaults.
+        show: (parameters, seed) -> the result, within 20 ms at the defaults.
         random: Whether the seed matters: there is a "new draw" then.
         seed: To begin with.
     """
@@ -64,7 +64,7 @@ class Setting(Part):
 
 
 class RunPart(Part):
-    """How a run is made and shown.
+    """Recipe and display of a run.
 
     Attributes:
         tracker: The experiment's own choice if not given.
@@ -72,9 +72,9 @@ class RunPart(Part):
         frames: Length of the run; the experiment's own if not given.
         timeline: Values of parameters, `tracker` among them.
         unlocked: Names of the parameters that may be turned, "tracker" and "seed" among them where these may.
-        frame: Where it stands at first.
-        plots: Ids of the experiment's plots that are shown beside it; none for all of them.
-        layers: Names of layers that are shown from the beginning, beside those that the experiment shows.
+        frame: First shown frame.
+        plots: Ids of the shown plots of the experiment; empty for all of them.
+        layers: Names of layers shown from the beginning, in addition to those of the experiment.
     """
 
     tracker: Name | None = None
@@ -88,11 +88,11 @@ class RunPart(Part):
 
 
 class Scenario(RunPart):
-    """A run of an experiment, of which some parameters may be turned.
+    """A run of an experiment with some adjustable parameters.
 
     Attributes:
         experiment: Its name.
-        words: What to look for in it, one sentence; of a run that shows where an idea is used.
+        words: What to look for in it, one sentence, for a run that shows where an idea is used.
     """
 
     experiment: Name
@@ -111,18 +111,18 @@ class Scenario(RunPart):
 
 
 Given: TypeAlias = float | str
-"""What a person answers: a number (a point is the number on its axis), or the name of a choice."""
+"""An answer: a number (a point is the number on its axis), or the name of a choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a question's answer is, computed.
+    """The computed answer of a question.
 
     Attributes:
         exact: The right answer.
-        measured: What the lesson measures in its place, where that is another number.
-        words: What was computed, a sentence: "2.04 measured over 40 repeats".
-        frame: Of a run, where there is one: the frame that shows the answer.
+        measured: The lesson's measurement of it, where that is another number.
+        words: The computation, a sentence: "2.04 measured over 40 repeats".
+        frame: Frame of a run that shows the answer, if there is one.
     """
 
     exact: Given
@@ -136,7 +136,7 @@ class Mistake(Part):
 
     Attributes:
         given: The number or choice that this mistake leads to; or (lowest, highest) of a range of numbers.
-        words: What was probably thought, and why it is not so; a sentence or two.
+        words: The probable reasoning, and its error; a sentence or two.
     """
 
     given: float | tuple[float, float] | Name
@@ -147,15 +147,15 @@ class Question(Part):
     """A prediction that is asked for before the answer is shown.
 
     Attributes:
-        text: What is asked, one sentence.
+        text: The question, one sentence.
         kind: "number" is typed, "choice" is chosen, a "point" is placed in a panel of the figure.
         words: Why the right answer is right, for everybody to read afterwards; a sentence or two.
-        tolerance: By how much a number may be off and be right.
-        unit: Of a number.
+        tolerance: Error up to which a number is right.
+        unit: Unit of a number.
         bounds: Lowest and highest number that is an answer at all.
         choices: Names of the choices with their words.
-        panel: Of a "point": id of the panel in which it is placed.
-        along: Of a "point": the axis that counts.
+        panel: For a "point": id of the panel in which it is placed.
+        along: For a "point": the axis that counts.
         at: Values of parameters at which it is asked, where these are not the defaults.
         mistakes: Usual wrong answers; the first that fits is explained.
         expected: The answer that its author saw.
@@ -177,12 +177,12 @@ class Question(Part):
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a check came to.
+    """The result of a check.
 
     Attributes:
-        ours: What is computed here.
-        exact: What is exact, or the reference's figure.
-        tolerance: It passes if ours is no further than that from the exact value.
+        ours: The computed value.
+        exact: The exact value, or the reference's figure.
+        tolerance: Largest accepted distance from the exact value.
         words: Why nothing could be computed, where ours is NaN; a sentence.
     """
 
@@ -197,7 +197,7 @@ class Outcome:
         return abs(self.ours - self.exact) <= self.tolerance
 
     def __str__(self) -> str:
-        """Say it in a line: "0.2825, exact 0.2861, within 0.0106"."""
+        """Return it as a line: "0.2825, exact 0.2861, within 0.0106"."""
         failed = "" if self.passed else ", which it is not"
         return f"{self.ours:.4g}, exact {self.exact:.4g}, within {self.tolerance:.3g}{failed}"
 
@@ -208,7 +208,7 @@ class Check:
 
     Attributes:
         name: Among the lesson's checks, in lower case with hyphens.
-        title: What is claimed, one sentence.
+        title: The claim, one sentence.
         run: Compute it; seeds are fixed.
     """
 
@@ -225,17 +225,17 @@ class Lesson:
         id: Name in commands and addresses.
         title: On the screen.
         idea: The idea, Markdown with formulas between dollar signs, at most 90 words.
-        body: What is shown.
+        body: The demonstration or scenario.
         notice: What to notice in it, one sentence.
         tries: What to try, one sentence each.
         question: The prediction that is asked for.
-        answer: (parameters, seed) -> the right answer. Of a scenario: (run, computed to its end) -> the same.
-        checks: What is claimed and computed.
-        uses: Where the idea is used: runs that can be opened beside the lesson.
-        number: Place in the course; 0 for one that stands beside it.
+        answer: (parameters, seed) -> the right answer. For a scenario: (run, computed to its end) -> the same.
+        checks: Claims and their computations.
+        uses: Applications of the idea: runs that can be opened.
+        number: Place in the course; 0 for one outside it.
         origin: File or package that it comes from; empty for the project's own.
         source: Text of the file, where it comes from one.
-        declared_minutes: How long it takes a class, where its author says so.
+        declared_minutes: Its duration in a class, if the author states it.
     """
 
     id: str
@@ -255,18 +255,18 @@ class Lesson:
 
     @property
     def minutes(self) -> float:
-        """How long it takes a class: what its author says, or the text, the figure, the question and what to try."""
+        """Its duration in a class: as stated by its author, or by the text, the figure, the question and the trials."""
         return ONCE_MINUTES + len(self.tries) if self.declared_minutes is None else self.declared_minutes
 
 
 @dataclass(frozen=True)
 class Computed:
-    """What a module of the course computes for its lesson, whose texts stand in the file beside it.
+    """Computations of a course module for its lesson, whose texts are in the file next to it.
 
     Attributes:
         answer: As `Lesson.answer`.
-        checks: What `Check.run` is of each check, by name.
-        figure: What is shown; None where the file says which run it is.
+        checks: `Check.run` of each check, by name.
+        figure: The demonstration; None where the file names a run.
     """
 
     answer: Callable[..., Answer]
@@ -306,14 +306,14 @@ class Head(RunPart):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What is said of a prediction.
+    """The feedback on a prediction.
 
     Attributes:
         right: Whether it is within the question's tolerance.
         given: The prediction.
         exact: The right answer.
-        measured: What the lesson measured in its place, if it did.
-        frame: Of a run, where there is one: the frame that shows the answer.
+        measured: The lesson's measurement of it, if any.
+        frame: Frame of a run that shows the answer, if there is one.
         words: The verdict and its reason, in sentences.
     """
 
@@ -334,12 +334,12 @@ def judge(question: Question, answer: Answer, given: Given) -> Verdict:
     """Judge a prediction.
 
     Args:
-        question: What was asked.
+        question: The question.
         answer: The right answer.
         given: The prediction: a number, or the name of a choice.
 
     Raises:
-        ParameterError: It is no answer to this question.
+        ParameterError: It is not an answer to this question.
     """
     value = read_answer(question, given)
     if isinstance(value, str) or isinstance(answer.exact, str):
@@ -347,7 +347,7 @@ def judge(question: Question, answer: Answer, given: Given) -> Verdict:
     else:
         right = abs(value - answer.exact) <= question.tolerance * (1 + 1e-12)
     mistake = None if right else next((each for each in question.mistakes if _fits(each, value, question)), None)
-    # What was probably thought comes right after what was said, as it speaks of that.
+    # The probable reasoning comes right after the answer, to which it refers.
     said = (_how_far(question, value, answer, right), mistake.words if mistake else "", answer.words, question.words)
     return Verdict(right, value, answer.exact, answer.measured, answer.frame, tuple(words for words in said if words))
 
@@ -356,7 +356,7 @@ def read_answer(question: Question, given: object) -> Given:
     """Return a prediction as its question understands it: of a number also as a person types it, with its unit.
 
     Raises:
-        ParameterError: It is no answer to this question.
+        ParameterError: It is not an answer to this question.
     """
     if question.kind == "choice":
         choices = question.choices or {}
@@ -405,7 +405,7 @@ def _how_far(question: Question, value: Given, answer: Answer, right: bool) -> s
         exact, said = ((question.choices or {}).get(str(each), each) for each in (answer.exact, value))
         return "Right." if right else f"The right answer is “{exact}”, not “{said}”."
     unit = f" {question.unit}" if question.unit else ""
-    # What the lesson measures in its place is told as well, and is another number.
+    # The lesson's measurement, another number, is reported as well.
     exact = f"{_write(answer.exact)}{unit}" + (" in theory" if answer.measured is not None else "")
     if right:
         return f"Right: it is {exact}."
@@ -418,23 +418,23 @@ def _write(value: float, digits: int = 4) -> str:
 
 
 # The answers of a poll are the choices of a question. For a number or a point the range of answers is cut between the
-# right one and the usual mistakes, so that each lies in an interval of its own; where two lie far apart the cut is at
-# their geometric mean.
+# right one and the usual mistakes, so each lies in its own interval; where two lie far apart the cut is at their
+# geometric mean.
 
 MOST_ANSWERS: Final = 8
-"""As many as a phone shows, and keys count."""
+"""Number of answers that fits a phone and the number keys."""
 FEWEST_VALUES: Final = 3
 FAR: Final = 4.0
 """Ratio of two positive numbers from which on their geometric mean lies between them, to the eye."""
 UNBOUNDED: Final = 1e6
-"""What the bounds of a question are that has none."""
+"""Default bounds of a question."""
 
 
 def poll_answers(question: Question, exact: Given | None = None) -> tuple[str, ...]:
     """Return the answers among which a class chooses, in ascending order where they are intervals.
 
     Args:
-        question: Of the lesson.
+        question: Question of the lesson.
         exact: Its right answer, in the question's unit; not needed for a choice.
 
     Raises:
@@ -443,7 +443,7 @@ def poll_answers(question: Question, exact: Given | None = None) -> tuple[str, .
     if question.choices:
         return tuple(question.choices.values())
     if not isinstance(exact, float | int) or not math.isfinite(exact):
-        raise ValueError("the right answer of this question is no number, so no answers can be offered")
+        raise ValueError("the right answer of this question is not a number, so no answers can be offered")
     between_values = (_cut(low, high) for low, high in pairwise(_values(question, float(exact))))
     cuts = dict.fromkeys(float(f"{cut:.2g}") for cut in between_values)  # two that are equal when rounded become one
     unit = f" {question.unit}" if question.unit else ""

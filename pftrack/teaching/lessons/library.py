@@ -1,9 +1,9 @@
-"""The library: lecturers' lessons out of folders and packages, and all that is wrong with files there.
+"""The library: lecturers' lessons from folders and packages, and all problems of files there.
 
-A lecturer writes no Python. A file may come from anybody, and is trusted in nothing; `document` has its values with
-their lines, and this module says whether it fits an experiment or a figure. Files come from the project itself, from
+Lecturers do not write Python. A file may come from anyone and is not trusted: `document` reads its values with their
+lines, and this module checks whether it fits an experiment or a figure. Files come from the project itself, from
 packages that name a package of theirs in the entry point group `pftrack.teaching.lessons`, and from folders, in this
-order. Whatever is wrong with one harms no other.
+order. A problem of one file does not affect others.
 """
 
 import math
@@ -57,16 +57,16 @@ from pftrack.teaching.lessons.lesson import (
     judge,
 )
 
-# Making a lesson of a document: does what it says fit an experiment, or a figure of the course?
+# Converting a document to a lesson, with a check that it fits an experiment or a figure of the course.
 #
 # A lecturer's lesson shows a run of an experiment, or a figure of the course with other parameters. Its question is
 # answered by a declared measure of the run, by a number of the figure, or as a lesson of the course answers its own.
 
 
 BESIDE: Final = ("tracker", "seed")
-"""What can be unlocked beside parameters."""
+"""Settings that can be unlocked in addition to parameters."""
 VERDICTS: Final = ("mean_error", "lost_frames", "first_lost_frame")
-"""What a question may ask about every run; its experiment declares further measures."""
+"""Measures of every run for questions; its experiment declares more."""
 OF_A_RUN: Final = ("tracker", "frames", "timeline", "unlocked", "plots", "layers", "frame")
 """Keys that a figure does not have."""
 
@@ -75,8 +75,8 @@ def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | Non
     """Return what a lesson shows, and the names of its measures; None where something is wrong.
 
     Args:
-        head: What was written.
-        found: Where it is noted what is wrong.
+        head: The head of the file.
+        found: Collects problems.
     """
     if (head.experiment is None) == (head.figure is None):
         found.add(("experiment",) if head.experiment else (), "a lesson names either an `experiment` or a `figure`")
@@ -107,8 +107,8 @@ def _check_scenario(said: Scenario, place: Place, at: Mapping[str, object], foun
     """Return a run with its tracker and its length; None where something is wrong.
 
     Args:
-        said: What was written.
-        place: Where it is written.
+        said: The entry.
+        place: Its place in the head.
         at: Values at which a question is asked about it.
         found: Where it is noted what is wrong.
     """
@@ -297,7 +297,7 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
 
     Args:
         document: The file.
-        origin: What people call it.
+        origin: Its source, for users.
     """
     head = ask(document, Head, "a lesson", PAGE)
     if isinstance(head, list):
@@ -329,7 +329,7 @@ def course_lesson(path: Path, computed: Computed, number: int) -> Lesson:
 
     Args:
         path: Its file.
-        computed: What the module beside the file computes.
+        computed: Computations of the module next to the file.
         number: Its place in the course.
 
     Raises:
@@ -411,7 +411,7 @@ class Library:
     """What was found.
 
     Attributes:
-        lessons: Of the course, then of lecturers, by id; those of the course are imported when they are asked for.
+        lessons: Lessons of the course, then of lecturers, by id; those of the course are imported on demand.
         problems: What is wrong with other files.
     """
 
@@ -423,12 +423,12 @@ def read_lessons(*folders: Path) -> Library:
     """Read all lecturers' lessons.
 
     Args:
-        folders: Where to look beside the project and packages; one that is not there holds none.
+        folders: Folders in addition to the project and packages; a missing one is empty.
     """
     packages, problems = _packages()
     places = [(SHIPPED, "pftrack: "), *packages, *((folder, "") for folder in folders)]
     known, wrong = read_folders(places, _found, lambda name: "a lesson of the course" if name in LESSONS else None)
-    course = cast("MutableMapping[str, Lesson]", LESSONS)  # what is chained behind the first is only read
+    course = cast("MutableMapping[str, Lesson]", LESSONS)  # later maps of the chain are only read
     return Library(ChainMap(known, course), (*problems, *wrong))
 
 

@@ -1,7 +1,7 @@
-"""A lesson as a notebook: predict, then see, with the numbers that the page and the command line have.
+"""A lesson as a notebook: predict, then see, with the same numbers as on the page and the command line.
 
-The notebook of a scenario computes the run that the question is about. A lecturer's file comes from elsewhere, so that
-its own HTML is text in a notebook, as it is on the page.
+The notebook of a scenario computes the run of the question. A lecturer's file comes from elsewhere, so its HTML is
+shown as text in a notebook, as on the page.
 """
 
 import re
@@ -13,7 +13,7 @@ from pftrack.output.exports.files import Cell, code, run_cells
 from pftrack.teaching.lessons.lesson import Lesson, Question, Scenario, question_recipe
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")
-"""What begins HTML, which a space after the bracket prevents; in a formula a space says nothing."""
+"""The start of HTML, which a space after the bracket prevents; in a formula a space has no effect."""
 
 
 def markdown(text: str) -> Cell:
@@ -27,7 +27,7 @@ def lesson_notebook(lesson: Lesson, parameters: Parameters | None = None, seed: 
     Args:
         lesson: The lesson.
         parameters: With which the figure of a demonstration is shown; its own if not given.
-        seed: Of the draws of a demonstration; its own if not given.
+        seed: Seed of the draws of a demonstration; by default its own.
 
     Raises:
         RefusedError: The experiment of a scenario is not there.
@@ -78,9 +78,9 @@ def _question_cells(question: Question, right: str, asked: tuple[Cell, ...]) -> 
     """Return the cells that ask, show what is asked about, and judge what a person writes.
 
     Args:
-        question: What is asked.
-        right: What computes the right answer, an expression.
-        asked: What is shown in between.
+        question: The question.
+        right: An expression that computes the right answer.
+        asked: The cells in between.
     """
     choices = "\n".join(f"- `{name!r}`: {words}" for name, words in (question.choices or {}).items())
     low, high = question.bounds

@@ -1,7 +1,7 @@
 """A lesson's figure drawn by matplotlib, trace by trace: in print, in a notebook and as a file.
 
-Panels stand in their rows, each with its title and keys over it. On a screen one drags handles; here a dotted line
-stands where each of them is.
+Panels are in their rows, each with its title and keys above it. On a screen users drag handles; here a dotted line
+marks each of them.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 Look: TypeAlias = "dict[str, Any]"
-"""What matplotlib's artists take: colour, title in the key, and place in depth of a trace."""
+"""Arguments of matplotlib's artists: colour, title in the key, and depth of a trace."""
 
 
 def across(axes: "Axes", along: str, at: float, **style: Any) -> None:  # noqa: ANN401 - matplotlib's own properties
@@ -85,7 +85,7 @@ def _bars(axes: "Axes", trace: Bars, look: Look, panel: Panel) -> None:
 
 
 def _scatter(axes: "Axes", trace: Scatter, look: Look) -> None:
-    area = (0.75 * trace.size_px) ** 2  # in points, of which a pixel of the screen has three quarters
+    area = (0.75 * trace.size_px) ** 2  # in points; a pixel of the screen has three quarters of a point
     axes.scatter(trace.x, trace.y, s=area, linewidths=0.0, **look)
 
 
@@ -123,7 +123,7 @@ DRAWERS: Mapping[str, Callable[["Axes", Any, Look], None]] = {
     "tree": _tree,
     "rule": _rule,
 }
-"""What draws each kind of trace but bars, which stand beside others of their panel."""
+"""Drawing functions of each kind of trace except bars, which depend on others of their panel."""
 
 
 def _unnamed(look: Look) -> Look:
@@ -170,7 +170,7 @@ def encode(figure: Figure, suffix: str) -> bytes:
     """Return a figure as the content of a file, the same bytes whenever it is drawn.
 
     Args:
-        figure: What is drawn.
+        figure: The figure.
         suffix: One of `pftrack.output.figures.style.SUFFIXES`.
 
     Raises:

@@ -1,19 +1,19 @@
-"""What a window looks like in cells: which way its edges run, how bright it is and what colour it has, place by place.
+"""A window described in cells: the direction of its edges, its brightness and its colour, place by place.
 
-A histogram of colours does not know where in a window a colour is, and of a grey picture it knows little. Here a window
+A colour histogram ignores where in a window a colour is, and holds little information on a grey picture. Here a window
 is divided into 8 x 8 cells (Dalal, Triggs, "Histograms of oriented gradients for human detection", 2005). Each cell has
 the strength of the gradients in eight directions, divided by their own length so that contrast does not count, and its
-mean red, green and blue beside the brightness of the window. What is outside the picture is nothing, and a window that
+mean red, green and blue beside the brightness of the window. Pixels outside the picture do not count, and a window that
 is partly outside counts in proportion.
 
-These numbers y of a window are weighed linearly: s = w . y is near 1 for the target's window and near 0 beside it.
-The weights are learned, in the first picture and little by little after it, from windows at known distances from the
-target, whose s is to be exp(-d^2 / 2): by the normalised least mean squares of Widrow and Hoff ("Adaptive switching
+These numbers y of a window are weighed linearly: s = w . y is near 1 for the target's window and near 0 beside it. The
+weights are learned, in the first picture and gradually after it, from windows at known distances d from the target,
+whose s should be exp(-d^2 / 2). The method is the normalised least mean squares of Widrow and Hoff ("Adaptive switching
 circuits", 1960), w += r (s - w . y) y / y . y for one window after the other.
 
-Pixels are first averaged over squares so that a cell of the first window has about four of them across. Sums over
-cells of any size then come from one table of sums of whole numbers, so neither the order nor what else is weighed
-changes them.
+Pixels are first averaged over squares so that a cell of the first window has about four of them across. Sums over cells
+of any size then come from one table of sums of whole numbers, so they depend neither on the order nor on the other
+windows.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -29,15 +29,15 @@ from pftrack.core.numerics.matrices import inner_product
 ACROSS = 8
 """Cells along each side."""
 DIRECTIONS, CHANNELS = 8, 11
-"""Of a cell: directions of gradients, and all of its numbers."""
+"""Numbers of a cell: directions of gradients, and all."""
 NUMBERS = ACROSS * ACROSS * CHANNELS + 1
-"""Of a window; the last is constant."""
+"""Numbers of a window; the last is constant."""
 PIXELS_A_CELL = 4
 CONSTANT = 0.3
 COLOUR = 0.9
-"""How much colours count beside edges."""
+"""Weight of colours relative to edges."""
 FAINT, FLAT = 0.25, 25.0
-"""Share of the mean edge, and variance of colours, beside which little is nothing."""
+"""Share of the mean edge, and variance of colours, that suppress weak edges and colours."""
 DIAGONAL = 181
 """The square root of 2, in parts of 128."""
 FIRST_ROUNDS, FIRST_RATE = 15, 0.5
@@ -49,12 +49,12 @@ Windows: TypeAlias = tuple[Floats, Floats, Floats, Floats]
 
 
 class Cells(NamedTuple):
-    """What is known of the target in cells, for compiled code.
+    """The target's description in cells, for compiled code.
 
     Attributes:
         weights: w (NUMBERS,).
         step: Side of the squares over which pixels are averaged, px.
-        share: How much s counts beside the colours, 0..1; 0 if cells do not count.
+        share: Weight of s relative to the colours, 0..1; 0 if cells do not count.
     """
 
     weights: Floats
@@ -72,7 +72,7 @@ OFFSETS = np.array(
 """Where windows are that are learned from, (K, 3): across and down in sides, and logarithms of sizes."""
 HERE = OFFSETS[:1]
 AROUND = np.array([(x, y, 0.0) for x in (0.0, -0.75, 0.75) for y in (0.0, -0.75, 0.75)])
-"""The target's place, and eight around it from which nothing was learned: likelihoods are to separate them."""
+"""The target's place, and eight places around it that are not used for learning: likelihoods should separate them."""
 
 
 def windows_around(place: Floats, half_sides: Floats, offsets: Floats) -> Windows:
@@ -81,7 +81,7 @@ def windows_around(place: Floats, half_sides: Floats, offsets: Floats) -> Window
     Args:
         place: (2,) its middle, px.
         half_sides: (2,) half its width and height, px.
-        offsets: Across and down in its sides, and logarithms of sizes beside its own.
+        offsets: Across and down in its sides, and logarithms of relative sizes.
     """
     factors, middles = exponentials(offsets[:, 2]), place + 2.0 * half_sides * offsets[:, :2]
     return middles[:, 0].copy(), middles[:, 1].copy(), half_sides[0] * factors, half_sides[1] * factors
@@ -104,7 +104,7 @@ def learn(
     """Return what is known of a target once it was seen at a place.
 
     Args:
-        cells: What was known.
+        cells: The description so far.
         image_rgb: (height, width, 3).
         place: (2,) middle of the window, px.
         half_sides: (2,) half its width and height, px.
@@ -112,7 +112,7 @@ def learn(
         rounds: How often to learn from each window.
     """
     seen = _describe(read_only(image_rgb), windows_around(place, half_sides, OFFSETS), cells.step)
-    # What s should be for these windows. Not a constant: nothing may be compiled when a module is imported.
+    # Desired s of these windows. This is not a constant, because importing a module must not compile anything.
     worth = exponentials(-0.5 * ((OFFSETS / (NEAR, NEAR, NEAR_SIZE)) ** 2).sum(axis=1))
     return cells._replace(weights=_learn(cells.weights, seen, worth, rate, rounds))
 
@@ -132,7 +132,7 @@ def _learn(weights: Floats, seen: Floats, worth: Floats, rate: float, rounds: in
 
 @compiled
 def scores(image_rgb: NDArray[np.uint8], windows: Windows, cells: Cells) -> Floats:
-    """Return s (N,), 0..1, of windows; 0 for those beside the picture or at places that are not finite."""
+    """Return s (N,), 0..1, of windows; 0 for those outside the picture or at places that are not finite."""
     seen = _describe(image_rgb, windows, cells.step)
     found = np.empty(seen.shape[0])
     for n in range(seen.shape[0]):

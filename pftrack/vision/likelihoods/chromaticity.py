@@ -1,12 +1,13 @@
-"""Chromaticity: the colour of a pixel with its brightness taken out.
+"""Chromaticity: the colour of a pixel, independent of its brightness.
 
 Bando 2007 weighs a particle by the redness R / (R + G + B) of the one pixel under it (ch. 3, eqs. 3.8 and 3.9):
 
     p(z | x) ~ rho + exp(-(r - mean)^2 / (2 spread^2))
 
-where rho, relative to the kernel's peak, is what any background pixel gets. It keeps hidden targets possible and is
-what look-alikes and occluders play on. Redness is the first of the two coordinates of chromaticity, (R, G) / (R + G +
-B); with both, any colour can be followed. Spreads are standard deviations (Bando says variance, an erratum).
+where rho, relative to the kernel's peak, is the value of any background pixel. It keeps hidden targets possible, and it
+limits how far look-alikes and occluders are penalised. Redness is the first of the two coordinates of chromaticity, (R,
+G) / (R + G + B); with both, any colour can be followed. Spreads are standard deviations (Bando says variance, an
+erratum).
 
 The pixel of a real position (u, v) is (floor(u + 0.5), floor(v + 0.5)). Outside the picture, and on black pixels that
 have no colour, the kernel is zero.
@@ -48,7 +49,7 @@ def log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, model: ColourMo
 
     Args:
         image_rgb: (height, width, 3).
-        states: (N, d) with d >= 2; not finite positions count as outside the picture.
+        states: (N, d) with d >= 2; positions that are not finite count as outside the picture.
         model: Colour of the target.
         background_level: rho, relative to the kernel's peak; at 0 a particle off the target has the likelihood 0.
 
@@ -160,7 +161,7 @@ def log_kernel(
     count = states.shape[0]
     columns, rows = np.empty(count), np.empty(count)
     red, green, total = np.zeros(count), np.zeros(count), np.zeros(count)
-    # In three loops, of which only the one that looks the pixels up cannot be vectorised.
+    # There are three loops; only the one that looks up pixels cannot be vectorised.
     for n in range(count):
         columns[n] = np.floor(states[n, 0] + 0.5)
         rows[n] = np.floor(states[n, 1] + 0.5)

@@ -1,8 +1,7 @@
 """Bins of colour, windows of a picture, and counting the bins of many windows so that neighbours share work.
 
-Where all pixels of a window count alike and it has one part, and the next window overlaps the last one, only the pixels
-that leave and enter are counted. Counts are whole numbers, so the path on which windows are visited changes nothing of
-the result.
+If all pixels of a window count alike, the window has one part, and the next window overlaps the last one, only the
+pixels that leave and enter are counted. Counts are whole numbers, so the order of windows does not affect the result.
 """
 
 from collections.abc import Callable
@@ -28,7 +27,7 @@ BINS = STEPS * STEPS + STEPS
 LEAST_CHROMA = 8
 """Distance from grey in the (a, b) plane of Lab from which on a pixel has a colour; about that of HSV's S > 0.1."""
 LAB_REACH = 60
-"""What of the (a, b) plane the bins divide, to either side of grey; few surfaces are more colourful."""
+"""Range of the (a, b) plane that the bins divide, to either side of grey; few surfaces are more colourful."""
 DARK = 153
 """R + G + B up to which a pixel has no chromaticity: 0.2 of the greatest, as HSV's V > 0.2."""
 
@@ -38,7 +37,7 @@ def bin_table(space: Space) -> NDArray[np.uint8]:
     """Return the bin (2^24,) of each colour, by 65536 R + 256 G + B.
 
     Raises:
-        ValueError: There is no such space.
+        ValueError: The space is unknown.
     """
     _check_space(space)
     table = np.empty((256, 256, 256), np.uint8)
@@ -55,7 +54,7 @@ def bin_colours(space: Space) -> NDArray[np.uint8]:
     """Return a colour for each bin, (110, 3) RGB: the mean of those that belong to it, of every eighth level.
 
     Raises:
-        ValueError: There is no such space.
+        ValueError: The space is unknown.
     """
     _check_space(space)
     levels = np.arange(0, 256, 8, dtype=np.uint8)
@@ -124,11 +123,11 @@ def _check_space(space: Space) -> None:
 # beyond it), the middle's column and row, half width and half height.
 
 WINDOW, CHANNELS, COLOURS = 8, 3, 1 << 24
-"""How many numbers a window has, channels a picture, and colours there are."""
+"""Numbers per window, channels per picture, and number of colours."""
 LEAST_COVERAGE = 0.25
-"""A window of which a smaller share lies within the picture is outside."""
+"""A window with a smaller share within the picture counts as outside."""
 EVERYWHERE = 1e9
-"""Places beyond this many px are no places."""
+"""Places beyond this many px are invalid."""
 
 
 @compiled
@@ -142,18 +141,18 @@ def windows_around(
 ) -> Ints:
     """Return the windows (N, 8) around places.
 
-    One of which less than a quarter lies within the picture is empty: its right edge is its left one.
+    A window with less than a quarter within the picture is empty: its right edge equals its left one.
 
     Args:
         columns: (N,) middles, px; rounded to pixels; what is not finite is outside the picture.
-        rows: (N,) of them.
+        rows: (N,) their rows.
         half_widths: (N,) px, rounded; 0 at least.
         half_heights: (N,) likewise.
-        width: Of the picture, px.
-        height: Of it.
+        width: Width of the picture, px.
+        height: Height of the picture, px.
 
     Raises:
-        ValueError: There are not as many of one as of the others.
+        ValueError: The arrays differ in length.
     """
     count = columns.shape[0]
     if rows.shape[0] != count or half_widths.shape[0] != count or half_heights.shape[0] != count:
@@ -176,7 +175,7 @@ def windows_around(
 
 @compiled
 def shift(window: Ints, left: int, top: int) -> Ints:
-    """Return a window as it lies in a part of the picture that begins at (left, top).
+    """Return a window in the coordinates of a part of the picture that begins at (left, top).
 
     Raises:
         ValueError: It is not a window (8,).
@@ -192,7 +191,7 @@ def shift(window: Ints, left: int, top: int) -> Ints:
 
 @compiled
 def _path(windows: Ints) -> Ints:
-    """Return the windows' numbers (N,) so that neighbours follow each other: in strips, to and fro."""
+    """Return the windows' indices (N,) in an order that visits neighbours in turn: in strips, to and fro."""
     count = windows.shape[0]
     left = top = 1 << 40
     right = bottom = -(1 << 40)
@@ -213,7 +212,7 @@ def _path(windows: Ints) -> Ints:
 
 @compiled
 def _same(one: Ints, other: Ints) -> bool:
-    """Tell whether two windows are the same."""
+    """Return whether two windows are the same."""
     for place in range(one.shape[0]):  # noqa: SIM110 - `all` of a generator cannot be compiled
         if one[place] != other[place]:
             return False
@@ -230,7 +229,7 @@ def _overlap(one: Ints, other: Ints) -> int:
 
 KERNEL_PEAK = 1 << 16
 KERNEL_SHIFT = 8
-"""Weights of the kernel are whole numbers, 0 to 2^16 / 2^8, so that their sums do not depend on an order."""
+"""Weights of the kernel are whole numbers, 0 to 2^16 / 2^8, so their sums do not depend on the order."""
 LANES = 4
 """Pixels of a row that follow each other are counted in different places: the same bin twice would have to wait."""
 
@@ -292,7 +291,7 @@ def coefficients(
         window = windows[order[place]]
         if window[2] <= window[0]:
             continue
-        # Where particles are closer to each other than pixels are, the window is often the last one again.
+        # Where particles are denser than pixels, successive windows are often equal.
         if not _same(window, last):
             common = _overlap(last, window) if whole else 0
             leaving = (last[2] - last[0]) * (last[3] - last[1]) - common
@@ -316,7 +315,7 @@ def _change(
     counts: NDArray[np.int32],
     sign: int,
 ) -> None:
-    """Add the pixels of one window that are not in the other, of which the two share some, times the sign."""
+    """Add the pixels of one window that are not in the other, overlapping one, times the sign."""
     top, bottom = max(one[1], other[1]), min(one[3], other[3])
     _add(bins, one[0], one[1], one[2], top, counts, sign)
     _add(bins, one[0], bottom, one[2], one[3], counts, sign)
@@ -375,7 +374,7 @@ def _weigh(
         off = (window[0] + place - window[4]) / across
         offs[place] = int(KERNEL_PEAK * (off * off))
     weights = np.ones(offs.shape[0], np.int32)
-    # A window that is clipped keeps its parts: they are counted from where its left top corner would be.
+    # A window that is clipped keeps its parts: they are counted from the place of its unclipped left top corner.
     firsts = np.empty(offs.shape[0], np.uint64)
     for place in range(offs.shape[0]):
         along = window[0] + place - window[4] + window[6]

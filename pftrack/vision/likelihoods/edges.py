@@ -1,8 +1,8 @@
-"""Edges: how near do the points of an outline lie to edges of a picture?
+"""Edges: the distances of an outline's points from the edges of a picture.
 
 Edges are those of Canny's detector in the grey picture. A state is weighed by the distances from the points of its
-outline to the nearest edge, none of which counts for more than a cap, so that a part that is hidden costs little (after
-Isard and Blake, "Condensation", 1998, section 5):
+outline to the nearest edge. Each distance is capped, so a hidden part costs little (after Isard and Blake,
+"Condensation", 1998, section 5):
 
     log p(z | x) = -1/2 mean_k min(d_k, cap)^2 / spread^2
 """
@@ -14,24 +14,24 @@ from numpy.typing import NDArray
 from pftrack.core.arrays import Floats, check, check_picture
 
 CANNY = (60, 120)
-"""Gradients at which an edge goes on, and from which one begins."""
+"""Gradients at which an edge continues, and at which one begins."""
 
 
 def log_likelihood(
     image_rgb: NDArray[np.uint8], states: Floats, outline_px: Floats, spread_px: float = 3.0, cap_px: float = 10.0
 ) -> Floats:
-    """Return log p(z | x) (N,), up to a constant, of outlines around places.
+    """Return log p(z | x) (N,), up to a constant, for outlines around places.
 
     Args:
         image_rgb: (height, width, 3).
-        states: (N, d) with d >= 2, of which the first two are the place, px.
+        states: (N, d) with d >= 2; the first two numbers are the place, px.
         outline_px: (K, 2) points of the outline beside the place, px.
         spread_px: Standard deviation of a point's distance to its edge.
-        cap_px: No distance is larger; that of a point outside the picture is this.
+        cap_px: Largest distance that counts; a point outside the picture has this distance.
 
     Raises:
         TypeError: The picture is not an array of bytes, or the others are not arrays of real numbers.
-        ValueError: One has another shape, or the spread is not above 0.
+        ValueError: An array has another shape, or the spread is not above 0.
     """
     check_picture(image_rgb)
     check(missing=True, states=(states, "N d"))
@@ -41,7 +41,7 @@ def log_likelihood(
         raise ValueError(f"the spread must be above 0 px, got {spread_px:g}")
     edges = cv2.Canny(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY), *CANNY)
     away = cv2.distanceTransform(cv2.bitwise_not(edges), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    if not edges.any():  # OpenCV leaves open how far nothing is away
+    if not edges.any():  # OpenCV does not define the distance if there is no edge
         away = np.full(edges.shape, cap_px, np.float32)
     points = np.nan_to_num(states[:, None, :2] + outline_px, nan=-1.0, posinf=-1.0, neginf=-1.0)
     columns, rows = np.rint(np.clip(points, -1.0, max(edges.shape))).astype(np.int64).transpose(2, 0, 1)

@@ -1,8 +1,8 @@
-"""Colour histograms: how alike are the colours within a window and those of a model?
+"""Colour histograms: the similarity of the colours within a window and those of a model.
 
 Every pixel of a picture belongs to one of 110 bins: a pixel that has a colour to one of 10 x 10 bins of that colour,
 any other to one of 10 bins of its brightness. A window around a place has the shares p_u of its pixels in each bin; a
-model has the shares q_u of the window in which it was made. Their likeness is the Bhattacharyya coefficient
+model has the shares q_u of the window in which it was fitted. Their similarity is the Bhattacharyya coefficient
 
     rho(p, q) = sum_u sqrt(p_u q_u),      p(z | x) = exp(-lambda (1 - rho))
 
@@ -10,24 +10,24 @@ between 0 and 1; 1 - rho is the square of a distance (Perez, Hue, Vermaak, Gangn
 tracking", 2002). Windows are clipped to the picture; one with less than a quarter within has rho = 0.
 
 A window may count all its pixels alike or, with Epanechnikov's kernel, those in the middle more than those near its
-edge, where the background is. It may be divided into parts, each with bins of its own, so that colours have places (the
-multi-part model of the same paper).
+edge, which show background. It may be divided into parts with separate bins, so colours have places (the multi-part
+model of the same paper).
 
-Two uses may be made of the histogram b of the target's surroundings in the first picture:
+The histogram b of the target's surroundings in the first picture has two uses:
 
-- *weights of bins*: colours that the surroundings have as well say little, so a bin counts v_u = q_u / (q_u + b_u), in
-  the window as in the model (Comaniciu, Ramesh, Meer, "Kernel-based object tracking", 2003, section 5.1, weigh by the
-  surroundings alone);
+- *weights of bins*: colours that the surroundings share carry little information, so a bin counts v_u = q_u / (q_u +
+  b_u), in the window as in the model (Comaniciu, Ramesh, Meer, "Kernel-based object tracking", 2003, section 5.1, weigh
+  by the surroundings alone);
 - *contrast*: the same number is the chance that a pixel of that colour is the target's (Collins, Liu, Leordeanu,
   "Online selection of discriminative tracking features", 2005). Its mean within a window and in a frame around it is
-  compared with what both were in the first picture. A window that is too large, or beside the target, has too little
-  within; one that is too small has too much around. What lacks is taken off the likeness.
+  compared with both values in the first picture. A window that is too large, or beside the target, has too low a mean
+  within; one that is too small has too high a mean around. The lack of contrast is subtracted from the similarity.
 
 Chances are whole numbers, so sums over rectangles are exact and come from one table of sums for all windows.
 
-All windows of a frame are weighed at once. Only the part of the picture that they touch is put into bins. They are then
-visited along a path on which neighbours follow each other, and where the next window overlaps the last one, only the
-pixels that leave and enter are counted. Counts are whole numbers, so the path changes nothing of the result.
+All windows of a frame are weighed at once. Only the part of the picture that they touch is put into bins. The windows
+are visited along a path of neighbours, and where the next window overlaps the last one, only the pixels that leave and
+enter are counted. Counts are whole numbers, so the path does not affect the result.
 """
 
 from dataclasses import dataclass
@@ -45,11 +45,11 @@ SURROUNDINGS = 1.6
 WIDER = 2.0
 """Sides of the window in which the colours of the surroundings are counted, less the target's own."""
 LEAST = 1e-3
-"""Added to shares, so that a colour that nobody has tells nothing."""
+"""Added to shares, so a colour that occurs nowhere has no effect."""
 CERTAIN = 1 << 16
 """The chance 1."""
 LEAST_SHARE = 1e-12
-"""That a weighed model is taken to have, so that one of which nothing is left is divided by no 0."""
+"""Least sum of a weighed model, which avoids division by 0 if nothing is left of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,14 +75,14 @@ class Window:
 
 
 class Background(NamedTuple):
-    """What is known of the surroundings, for compiled code.
+    """The surroundings, for compiled code.
 
     Attributes:
-        weights: v (110,) by which pixels of each bin count.
+        weights: v (110,) weight of the pixels of each bin.
         chances: (110,) that a pixel of a bin is the target's, in parts of 2^16.
         inside: Mean chance within the target's window in the first picture, 0..1.
         around: Mean chance in the frame around it.
-        contrast: How much of the likeness a lack of one costs; 0 if contrast does not count.
+        contrast: Similarity lost by a lack of contrast of one; 0 if contrast does not count.
     """
 
     weights: Floats
@@ -103,7 +103,7 @@ def shares(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space
         image_rgb: (height, width, 3).
         position: (2,) middle of the window, px; it is rounded to a pixel.
         window: Its shape.
-        space: Of colour.
+        space: Colour space.
 
     Returns:
         The shares; all 0 if the window lies outside the picture.
@@ -141,7 +141,7 @@ def similarity(
     model: Floats,
     background: Background = NO_BACKGROUND,
 ) -> float:
-    """Return rho of one window, 0..1; arguments as for `shares`, q (110 in each part), and what is around it."""
+    """Return rho of one window, 0..1; arguments as for `shares`, q (110 in each part), and the surroundings."""
     check(missing=True, position=(position, "2"))
     return float(_all(image_rgb, position[None], window, space, model, background)[0])
 
@@ -158,10 +158,10 @@ def log_likelihood(
 
     Args:
         image_rgb: (height, width, 3).
-        states: (N, d) with d >= 2, of which the first two are the middle of the window, px.
+        states: (N, d) with d >= 2; the first two numbers are the middle of the window, px.
         window: Its shape.
-        space: Of colour.
-        model: (110 in each part) that of the target; see `fit`.
+        space: Colour space.
+        model: (110 in each part) shares of the target; see `fit`.
         sharpness: lambda.
 
     Raises:
@@ -185,10 +185,10 @@ def rho_map(
     Args:
         image_rgb: (height, width, 3).
         window: Their shape.
-        space: Of colour.
+        space: Colour space.
         model: q (110 in each part).
         step: Distance of neighbouring windows, px; the first is in the middle of the first cell of that size.
-        background: What is around the target.
+        background: The target's surroundings.
 
     Raises:
         TypeError: The picture is not an array of bytes, the model not one of numbers, or the step not a whole number.
@@ -244,10 +244,10 @@ def background_of(
         image_rgb: (height, width, 3).
         position: (2,) middle of the target's window, px.
         reach_px: Columns and rows to either side of the middle.
-        space: Of colour.
+        space: Colour space.
         target: q (110,), the shares of the bins in the window.
         weigh: Whether bins are to be weighed.
-        contrast: How much of the likeness a lack of contrast is to cost.
+        contrast: Similarity lost by a lack of contrast.
 
     Raises:
         TypeError: The picture is not an array of bytes, or the others are not ones of numbers.
@@ -259,7 +259,7 @@ def background_of(
         check_count("reach_px", reach, 0)
 
     def count(sides: float) -> Ints:
-        """Count the pixels of each bin in a window of so many sides of the target's."""
+        """Count the pixels of each bin in a window of the given number of the target's sides."""
         across, down = (int(np.floor(sides * reach + 0.5)) for reach in reach_px)
         column, row = float(position[0]), float(position[1])
         return counting.count_window(
@@ -320,13 +320,13 @@ def _bounds(windows: Ints, frames: Ints, width: int, height: int) -> tuple[int, 
 
 @compiled
 def _lacking_contrast(bins: NDArray[np.uint8], windows: Ints, frames: Ints, background: Background) -> Floats:
-    """Return how much contrast windows lack, (N,): 0 for as much as in the first picture, or more.
+    """Return the lack of contrast of windows, (N,): 0 for at least the contrast of the first picture.
 
     Args:
-        bins: Of the part of the picture in which all windows and frames lie.
-        windows: (N, 8) as of `windows_around`, within that part; an empty one lacks nothing.
+        bins: Bins of the part of the picture in which all windows and frames lie.
+        windows: (N, 8) as from `windows_around`, within that part; an empty one lacks nothing.
         frames: (N, 8) likewise, larger and around the same middles.
-        background: What is known of the surroundings.
+        background: The surroundings.
     """
     sums = _sums(bins, background.chances)
     lacking = np.zeros(windows.shape[0])
@@ -386,14 +386,14 @@ def similarities(
     Args:
         image_rgb: (height, width, 3).
         columns: (N,) middles of the windows, px; rounded to pixels; what is not finite is outside the picture.
-        rows: (N,) of them.
+        rows: (N,) their rows.
         half_widths: (N,) half widths, px, rounded; 0 at least.
         half_heights: (N,) half heights.
         table: Bins of the colours, as of `bin_table`.
         root_model: sqrt(q), (110 in each part), as of `roots_of`.
         kernel: Whether pixels count by Epanechnikov's kernel.
-        parts: Of a window, across and down.
-        background: What is around the target; a lack of contrast is taken off rho, down to 0.
+        parts: Numbers of parts of a window, across and down.
+        background: The target's surroundings; a lack of contrast is subtracted from rho, down to 0.
 
     Raises:
         ValueError: The sizes do not agree.
@@ -402,7 +402,7 @@ def similarities(
         raise ValueError("expected the chances (110,) of a background, got another number")
     height, width, _ = image_rgb.shape
     windows = counting.windows_around(columns, rows, half_widths, half_heights, width, height)
-    # Where contrast counts, what is around the windows is looked at as well.
+    # Where contrast counts, the surroundings of the windows are needed as well.
     frames = windows
     if background.contrast > 0.0:
         frames = counting.windows_around(

@@ -1,18 +1,18 @@
-"""Likelihood of positions when points are measured: Gaussian, with each point's own noise.
+"""Likelihood of measured point positions: Gaussian, with each point's own noise.
 
-A hidden point is measured too, but wildly; its noise is known to be large, so that it says next to nothing (Bando 2007,
-ch. 4, eq. 4.7, with the noise of each point in place of one for all).
+A hidden point is measured, too, with a wild error; its noise is known to be large, so it has almost no effect (Bando
+2007, ch. 4, eq. 4.7, with the noise of each point in place of one for all).
 
-A likelihood that knows only how a feature looks prefers, when something covers the feature, whatever looks most like
-it. The particles cling to the cover and pull the solid along. So a feature is visible or hidden, and hidden it is
-wherever its particles are, each as likely as the others. A mixture of the two has three difficulties:
+When something covers a feature, a likelihood of appearance alone prefers the most similar place on the cover. The
+particles stay on the cover and pull the solid along. So a feature is either visible or hidden; if hidden, all its
+particles are equally likely. A mixture of the two has three difficulties:
 
-- Fifty particles on a feature, or two of them since the cloud is wide, are the same evidence that it is seen. So the
-  best particle tells, not their sum.
-- Light, blur and a turn change how all features look. So a feature is compared with how well the others fit: with the
-  third best, since a cover leaves that many.
-- A head that moves as nobody expected leaves its features outside their clouds, where they look hidden as well. The
-  features that fit tell it: they are far from where they were expected, and then a bad fit does not tell of a cover.
+- Fifty particles on a feature, or two of them since the cloud is wide, are the same evidence that it is visible. So the
+  best particle counts, not their sum.
+- Light, blur and a turn change how all features look. So a feature is compared with the third best of all features,
+  since a cover leaves that many visible.
+- A head that moves unexpectedly leaves its features outside their clouds, where they look hidden as well. The features
+that fit reveal it: they are far from their predictions, and then a bad fit is not evidence of a cover.
 """
 
 import numpy as np
@@ -53,10 +53,10 @@ SAME = 1.0
 """Features whose log likelihood is at most this much below that of the third best fit as well."""
 
 LEAST = -50.0
-"""A log likelihood that is smaller counts as this."""
+"""Smallest log likelihood."""
 
 HIDDEN = 3.0
-"""By so much a hidden feature is less likely than the third best, where two poses are compared."""
+"""Difference of log likelihood between the third best feature and a hidden one, where two poses are compared."""
 
 NEAR = 0.5
 """A feature is where a pose has it if it is within this share of the slack."""
@@ -80,12 +80,12 @@ def mix_hidden(
         positions: (F, N, 2) px of the particles.
         expected: (F, 2) px, where the solid has the features.
         weight: h, the odds that a feature is hidden which fits as well as the third best.
-        surprise_px: Standard deviation of how far features are from where they are expected while the solid moves as
+        surprise_px: Standard deviation of the distance of features from their predictions while the solid moves as
             expected.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: There are not as many of one as of the others.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: The arrays differ in length.
     """
     _check(log_likelihoods, positions, expected)
     bounded = np.maximum(np.where(np.isnan(log_likelihoods), LEAST, log_likelihoods), LEAST)
@@ -107,7 +107,7 @@ def log_fits(
     expected: Floats,
     slack_px: float,
 ) -> Floats:
-    """Return how well features look like themselves where a pose has them, (F,): by the best of their particles.
+    """Return how well features match where a pose places them, (F,), by the best of their particles.
 
     A particle counts the less the further it is from there, with the tails of a t distribution of two degrees of
     freedom, since a pose is never quite right.
@@ -119,8 +119,8 @@ def log_fits(
         slack_px: How far a feature may be from there.
 
     Raises:
-        TypeError: One is not an array of real numbers.
-        ValueError: There are not as many of one as of the others.
+        TypeError: An argument is not an array of real numbers.
+        ValueError: The arrays differ in length.
     """
     _check(log_likelihoods, positions, expected)
     bounded = np.maximum(np.where(np.isnan(log_likelihoods), LEAST, log_likelihoods), LEAST)

@@ -1,15 +1,16 @@
-"""Separation: does a likelihood tell a target from what is around it? And templates in relief.
+"""Separation of a target from its surroundings by a likelihood; and templates in relief.
 
-A tracker holds a target as long as its likelihood is higher there than beside it. Collins, Liu and Leordeanu ("Online
+A tracker holds a target while its likelihood is higher there than beside it. Collins, Liu and Leordeanu ("Online
 selection of discriminative tracking features", 2005) rank features by how well they separate the pixels of the target
-from those of a ring around it, on the ground that those which discriminate best track best. Here the tracker's own
-likelihood is looked at, as it is weighed by, background level included:
+from those of a ring around it, because features that discriminate best track best. Here the tracker's own likelihood is
+examined, including its background level:
 
     contrast = 1 - (mean around the target) / (mean on the target),   0 if that is negative.
 
-On the target is the ellipse inscribed in its box. Around it is what lies between the ellipse through the corners of the
-box and one three times as large as the inscribed, so that neither the target's own corners nor far parts of the picture
-count. A contrast of 0 says that particles beside the target weigh as much as those on it: nothing keeps them there.
+"On the target" is the ellipse inscribed in its box. "Around" is the region between the ellipse through the corners of
+the box and one three times as large as the inscribed one, so neither the target's own corners nor far parts of the
+picture count. At a contrast of 0 particles beside the target weigh as much as those on it, so nothing keeps them on the
+target.
 """
 
 import math
@@ -27,10 +28,10 @@ Box = tuple[float, float, float, float]
 """x, y of the left top corner, width and height, px."""
 
 INNER, OUTER = 2**0.5, 3.0
-"""Of the ring, in sizes of the ellipse inscribed in the box."""
+"""Sizes of the ring, in sizes of the ellipse inscribed in the box."""
 
 ALIKE = 0.5
-"""What has at least this share of the target's mean likelihood looks like it."""
+"""Places with at least this share of the target's mean likelihood look like it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ class Separation:
 
     Attributes:
         on: Mean on the target in the first picture.
-        around: Mean around it: that of the first picture, or over all pictures if that is higher.
+        around: Mean around it in the first picture, or over all pictures if that is higher.
         alike: Share of the rest of the first picture, 0..1, that looks like the target.
     """
 
@@ -49,21 +50,21 @@ class Separation:
 
     @property
     def contrast(self) -> float:
-        """How much less likely the surroundings are, 0..1."""
+        """Relative deficit of the surroundings' likelihood, 0..1."""
         return contrast(self.on, self.around)
 
 
 def contrast(on: float, around: float) -> float:
-    """Return how much less likely the surroundings are than the target, 0..1."""
+    """Return the relative deficit of the surroundings' likelihood against the target's, 0..1."""
     return max(0.0, 1.0 - around / on) if on > 0.0 else 0.0
 
 
 def separation(first: Floats, later: Iterable[Floats], box: Box) -> Separation:
     """Compare a target with its surroundings.
 
-    The surroundings are also looked at in later pictures, at the same place: what comes by there, or changes with the
-    light, is met by the tracker too. Where the target is by then is not known, so only the first picture says what is
-    on it.
+    The surroundings are also examined in later pictures, at the same place, since the tracker also meets what passes
+    there or changes with the light. The target's later places are unknown, so only the first picture gives its
+    likelihood.
 
     Args:
         first: (height, width) likelihood of each pixel of the first picture, 0..1.
@@ -106,28 +107,28 @@ def _ring(shape: tuple[int, ...], box: Box) -> Bools:
     return ring if ring.any() else outer & ~_within(shape, box, 1.0)
 
 
-# Templates in relief are what a feature looked like at first sight, bent with the surface that it lies on as that
-# turns. A flat template (`template`) knows a feature as it was seen from the front. Of a face that is turned by 30
-# degrees it sees half: on simulated drivers the correlation of the tip of the nose falls to 0.4 there, and what
-# correlates best is 25 px beside it. Here every pixel of a template is a point of the object, with the grey level of
-# first sight and the normal of the surface there. Where the object is expected to stand next says which way these
-# points are seen from the feature, how far apart, and which of them turn away; then the picture is compared at those
-# places alone. So a template is also as large as the object is near, and as rolled as it is.
+# Templates in relief show a feature at first sight, and bend with its surface as that turns. A flat template
+# (`template`) shows a feature from the front. It matches only half of a face that is turned by 30 degrees: on simulated
+# drivers the correlation of the tip of the nose falls to 0.4 there, and the best correlation is 25 px beside it. Here
+# every pixel of a template is a point of the object, with the grey level of first sight and the normal of the surface
+# there. The predicted pose of the object gives the directions and distances of these points from the feature, and shows
+# which of them turn away; the picture is then compared at those places alone. So a template also follows the object's
+# distance and roll.
 #
 # A template of a thousand pixels is thinned to a few hundred points, and it is bent once a frame rather than once a
 # particle. Eleven features with fifty particles each take less time than with flat templates.
 
 Part: TypeAlias = tuple[int, int, int, int]
-"""Of a picture, px: its first column and row, and those after its last."""
+"""Bounds of a picture, px: its first column and row, and those after its last."""
 
 LEAST_FACING = 0.2
-"""Cosine between the surface's normal and the line of sight from which a point is seen."""
+"""Least cosine between the surface's normal and the line of sight at which a point is visible."""
 
 LEAST_SEEN = 0.25
 """Share of a template's points that must be seen."""
 
 LEAST_VARIANCE = 0.5
-"""In squared grey levels; what has less is a flat patch."""
+"""In squared grey levels; a patch with less is flat."""
 
 
 class Reliefs(NamedTuple):
@@ -151,9 +152,9 @@ class Views(NamedTuple):
 
     Attributes:
         offsets: (P, 2) columns and rows from the feature's pixel to those of its points.
-        levels: (P,) of those that are seen, less their mean and of unit norm by feature; the others are 0.
+        levels: (P,) levels of visible points, less their mean and with unit norm per feature; the others are 0.
         ends: (F + 1,) where each feature's points begin, with only the seen ones kept.
-        extent: (4,) the least column and row of all offsets, and the greatest, that of the feature's pixel included.
+        extent: (4,) the least column and row of all offsets, and the greatest, including the feature's pixel.
     """
 
     offsets: Ints
@@ -180,7 +181,7 @@ def project_views(reliefs: Reliefs, slopes: Floats) -> Views:
 def reach(positions: Floats, views: Views, shape: tuple[int, int]) -> Part:
     """Return the part of a picture of some shape (height, width) that templates at positions (F, N, 2) px can cover.
 
-    Where all of them lie beyond the picture it is empty; of a position that is not finite nothing is known.
+    It is empty if all of them lie outside the picture; positions that are not finite are ignored.
     """
     height, width = shape
     (left, top), (right, bottom) = positions.min(axis=(0, 1)).tolist(), positions.max(axis=(0, 1)).tolist()
@@ -204,8 +205,8 @@ def correlations(grey: NDArray[np.uint8], positions: Floats, views: Views) -> Fl
 
     Args:
         grey: (height, width).
-        positions: (F, N, 2) px; not finite ones count as outside the picture.
-        views: One a feature; one of which too little is seen correlates with nothing, 0 everywhere.
+        positions: (F, N, 2) px; positions that are not finite count as outside the picture.
+        views: One per feature; if too little of a feature is visible, its correlation is 0 everywhere.
 
     Raises:
         TypeError: The picture is not an array of bytes, or the positions are not one of real numbers.

@@ -4,7 +4,7 @@ A patch s of the picture is compared with a template r by the normalised correla
 
     NCC = sum (r - mean r)(s - mean s) / sqrt(sum (r - mean r)^2 sum (s - mean s)^2),
 
-which does not see changes of gain and offset, and a particle is weighed by (Bando 2007, ch. 4, eq. 4.11)
+which ignores changes of gain and offset. A particle is weighed by (Bando 2007, ch. 4, eq. 4.11)
 
     p(z | x) ~ exp(-(NCC - 1)^2 / (2 D^2)),  D = 0.15.
 
@@ -33,7 +33,7 @@ SPREAD = 0.15
 
 SMALLEST_PX, LARGEST_PX = 6, 128
 LEAST_VARIANCE = 0.5
-"""In squared grey levels, per pixel; what has less is a flat patch with rounding on it."""
+"""In squared grey levels, per pixel; a patch with less is flat up to rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +53,7 @@ class Templates:
         """Refuse patches that are not of these sizes.
 
         Raises:
-            TypeError: One is not an array of numbers, or the sizes are not whole.
+            TypeError: An argument is not an array of numbers, or the sizes are not whole.
             ValueError: The sizes are not (F, 2) and above 0, or the patches have another number of pixels.
         """
         _check_sizes(self.sizes)
@@ -91,7 +91,7 @@ def scaled_sizes(sizes_px: ArrayLike, scale: float) -> Ints:
 
     Args:
         sizes_px: (F, 2) for a target of the usual size.
-        scale: How much larger the target is.
+        scale: Size of the target relative to its first size.
 
     Raises:
         ValueError: The sizes are not (F, 2), or one is not finite.
@@ -133,7 +133,7 @@ def correlations(grey: NDArray[np.uint8], positions: Floats, templates: Template
 
     Args:
         grey: (height, width).
-        positions: (F, N, 2) px; not finite ones count as outside the picture.
+        positions: (F, N, 2) px; positions that are not finite count as outside the picture.
         templates: One a feature.
 
     Raises:
@@ -157,7 +157,7 @@ def score(correlation: Floats, spread: float = SPREAD) -> Floats:
 
 
 def likeness(one: Templates, other: Templates) -> Floats:
-    """Return how like each template of a set is to that of another set of the same sizes: the NCC of both, (F,).
+    """Return the NCC (F,) of each template with that of another set of the same sizes.
 
     Raises:
         ValueError: The sizes differ.
@@ -170,7 +170,7 @@ def likeness(one: Templates, other: Templates) -> Floats:
 
 
 def renew(templates: Templates, grey: NDArray[np.uint8], points: Floats, rate: float) -> Templates:
-    """Return templates that have come a little closer to what is at the points now.
+    """Return templates moved a little towards the picture at the points.
 
     Slow renewal follows the light and the turning of the head. It also follows every error of the estimate: what has
     slipped off a feature learns what it slipped on to, and drifts. That is why Bando never renews, and why it is
@@ -178,10 +178,10 @@ def renew(templates: Templates, grey: NDArray[np.uint8], points: Floats, rate: f
     1.3, 4.7, 3.2 and 9.1 to 1.5, 17, 3.4 and 8.6 degrees.
 
     Args:
-        templates: As they are.
+        templates: The current templates.
         grey: (height, width).
         points: (F, 2) px; a feature whose point is not within the picture keeps its template.
-        rate: 0 keeps all as it is, 1 forgets all that was.
+        rate: 0 keeps the old templates, 1 replaces them.
 
     Raises:
         TypeError: The picture is not an array of bytes, or the points are not one of numbers.
@@ -247,6 +247,6 @@ def ncc(grey: NDArray[np.uint8], positions: Floats, pixels: NDArray[np.float32],
                     line[column] = np.float32(level)
             power = squares - total * (total / area)
             if power > LEAST_VARIANCE * area:
-                # The template's mean is zero, so the patch's need not be taken off.
+                # The template's mean is zero, so the patch's mean need not be subtracted.
                 results[f, i] = min(max(inner_product(levels, template) / np.sqrt(power), -1.0), 1.0)
     return results

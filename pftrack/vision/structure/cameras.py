@@ -1,4 +1,4 @@
-"""A pinhole fitted to one view of a shape, and how the positions depend on camera and shape; for compiled loops.
+"""A pinhole fitted to one view of a shape, and the derivatives of positions by camera and shape; for compiled loops.
 
 The camera has six numbers, a rotation and a translation, kept as a matrix (R, T) of the shape's frame; its focal length
 is known. A long focal length at a great distance is the scaled orthographic camera.
@@ -23,18 +23,18 @@ CLOSE = 1e-6
 """A change that raises the squared distances, in units of their noise, by less than this is the last."""
 
 CERTAIN_TURN = 18.0
-"""The squared length of a rotation in units of its noise up to which it is taken as none. With the noise of two views
-it is twice a chi-square with three degrees of freedom, which is below this in 97 of 100 cases."""
+"""Squared length of a rotation, in units of its noise, up to which it is ignored. With the noise of two views it is
+twice a chi-square with three degrees of freedom, which is below this in 97 of 100 cases."""
 
 SURE_TURN = 2000.0
-"""And from which on it is taken as it is."""
+"""Squared length from which on it counts in full."""
 
 NEAREST = 1e-3
 """The least depth, in the unit of the shape."""
 
 
 class Sight(NamedTuple):
-    """What was measured of n points in one frame, and through which lens.
+    """Measurements of n points in one frame, and the focal length.
 
     Attributes:
         focal_px: Focal length.
@@ -102,7 +102,7 @@ def frontal(sight: Sight, shape: Floats) -> Floats:
             sizes[0] += precisions[d, n] * offset * offset
             sizes[1] += precisions[d, n] * offset * (rows[d, n] - means[d, 1])
     camera[2, 2] = 1.0
-    # Seen mirrored or not at all, the scale is one that does no harm.
+    # If the shape is mirrored or not seen, a harmless scale is used.
     scale = sizes[1] / sizes[0] if sizes[1] > 0.0 and sizes[0] > 0.0 else 1.0
     camera[2, 3] = sight.focal_px / scale
     for d in range(2):
@@ -118,11 +118,11 @@ def fit_camera(
 
     Args:
         sight: The frame.
-        camera: (3, 4) to begin with.
+        camera: (3, 4) initial camera.
         shape: (n, 3).
-        before: (3, 4) of the frame before, from which it is not likely to have turned far: a body that is narrower than
-            its model may as well be turned, and nothing else tells.
-        turn_precision: Of the rotation since then, 1/rad^2.
+        before: (3, 4) camera of the frame before. A large turn from it is unlikely: a body that is narrower than its
+            model looks like a turned one, and only this prior separates the two.
+        turn_precision: Precision of the rotation since then, 1/rad^2.
         most_rounds: At most.
     """
     found = camera
@@ -169,10 +169,10 @@ def turn_between(camera: Floats, reference: Floats) -> Floats:
 
 @compiled
 def steady_camera(sight: Sight, camera: Floats, reference: Floats, shape: Floats) -> Floats:
-    """Return a camera (3, 4) without that part of its rotation from a reference which may be noise.
+    """Return a camera (3, 4) without the part of its rotation from a reference that may be noise.
 
-    A body at rest seems to turn a little, by the noise of its points, and whoever takes that for a rotation learns a
-    depth from nothing. So the rotation rho is shrunk towards none (James and Stein 1961) by 1 - 18 / q, at least 0,
+    A body at rest seems to turn a little because of the noise of its points; taken for a rotation, this noise would
+    give a false depth. So the rotation rho is shrunk towards none (James and Stein 1961) by 1 - 18 / q, at least 0,
     with q = rho^T V^-1 rho and V the covariance of the fitted rotation.
 
     Args:
@@ -226,7 +226,7 @@ def normal_of(
         slopes: (2, n, 6) of the predictions by the camera.
         precisions: (2, n).
         turn: (3,) rotation from the frame before, rad.
-        turn_precision: Of that, 1/rad^2.
+        turn_precision: Precision of that rotation, 1/rad^2.
     """
     normal, wanted, cost = np.zeros((SIZE, SIZE)), np.zeros(SIZE), 0.0
     for i in range(3):

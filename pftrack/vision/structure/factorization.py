@@ -3,9 +3,9 @@
 Seen by an affine camera, the positions of n points in T frames, one row a coordinate and less the mean of the row, are
 a matrix of rank three: W = M S, motion times shape. The three greatest singular values and their vectors give such
 factors, up to an invertible matrix A. That the rows of a camera are orthogonal and of equal length determines A up to a
-rotation and a mirror image (`metric_transform`); which of the two mirror images it is no affine camera can tell.
+rotation and a mirror image (`metric_transform`); an affine camera cannot tell which mirror image is right.
 
-All positions count alike, so a point that is hidden spoils all others: `variational` weighs them.
+All positions count alike, so a hidden point spoils all others; `variational` weighs them.
 """
 
 from dataclasses import dataclass
@@ -21,11 +21,11 @@ from pftrack.vision.face import fit_similarity
 # Tracks: where points of a rigid body were seen, how far that is to be trusted, and the error of a reconstruction.
 #
 # From tracks of an affine camera alone a shape is known up to an affine map, 12 numbers; with cameras that are known to
-# be orthographic, up to a similarity. That map is fitted before the rest is an error: the distance from the truth that
-# is left after alignment, relative to the size of the true shape about its centre (Bando 2007, eq. 4.19).
+# be orthographic, up to a similarity. That map is fitted first. The error is the remaining distance from the truth
+# after alignment, relative to the size of the true shape about its centre (Bando 2007, eq. 4.19).
 
 FEWEST_POINTS = 4
-"""Fewer always lie in one plane, and any camera fits them."""
+"""Fewer points always lie in one plane, and any camera fits them."""
 
 FEWEST_VIEWS = 2
 
@@ -47,7 +47,7 @@ class Tracks:
     variances: Floats
 
     def __post_init__(self) -> None:
-        """Keep own read-only copies, and refuse what are no tracks."""
+        """Store read-only copies, and refuse values that are not tracks."""
         positions, variances = np.array(self.positions, np.float64), np.array(self.variances, np.float64)
         if positions.ndim != 3 or positions.shape[-1] != 2 or positions.shape != variances.shape:
             raise ValueError(
@@ -121,7 +121,8 @@ def align(estimate: Floats, truth: Floats, kind: Alignment = "affine") -> Floats
     Args:
         estimate: (n, 3).
         truth: (n, 3).
-        kind: The maps that are allowed. A similarity may be a mirror image, since that of a shape is seen alike.
+        kind: The maps that are allowed. A similarity may include a mirror image, since a mirrored shape gives the same
+            views.
 
     Raises:
         ValueError: The shapes differ, a number is not finite, or the estimate does not determine the map.
@@ -167,7 +168,7 @@ class Factorization:
     """Motion and shape of a body.
 
     Attributes:
-        motion: (2 T, 3) rows of the cameras, x and y in turn, px per unit of the shape.
+        motion: (2 T, 3) rows of the cameras, x and y alternating, px per unit of the shape.
         shape: (n, 3).
         offsets: (2 T,) px, where the shape's origin is seen.
         strengths: The singular values (min(2 T, n),), px. If the third does not stand out from the fourth, noise hides
@@ -181,7 +182,7 @@ class Factorization:
 
 
 def factorize(tracks: Tracks) -> Factorization:
-    """Factor tracks into motion and shape, up to an affine map; variances are not looked at.
+    """Factor tracks into motion and shape, up to an affine map; variances are ignored.
 
     Raises:
         ValueError: A point is missing in a frame, or the depth leaves no trace at all: the body does not turn, or its
@@ -218,7 +219,7 @@ def metric_transform(motion: Floats) -> Floats:
 
 
 def _metric(motion: Floats) -> Floats:
-    """Return Q = A A^T (3, 3) by least squares from what must hold for each pair of rows."""
+    """Return Q = A A^T (3, 3) by least squares from the constraints on each pair of rows."""
     across, down = motion[0::2], motion[1::2]
     if len(across) < FEWEST_METRIC_VIEWS:
         raise ValueError(f"expected at least {FEWEST_METRIC_VIEWS} views for a metric shape, got {len(across)}")
@@ -246,18 +247,18 @@ def _root(metric: Floats) -> Floats:
     return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST_SQUARE * values[0])))
 
 
-# `matrices.factorise` says of a matrix whether it is singular. Precisions here are never meant to be: what rounding has
-# left of a pivot is raised to `SMALLEST_PIVOT` of what it was.
+# `matrices.factorise` reports a singular matrix. Precisions here should never be singular: a pivot that rounding has
+# reduced is raised to `SMALLEST_PIVOT` of its first value.
 
 SMALLEST_PIVOT = 1e-14
-"""What is left of a precision, relative to it, at least; beyond that it is rounding."""
+"""Least relative remainder of a precision; less is rounding."""
 
 SMALLEST = 1e-300
 
 
 @compiled
 def cholesky_log_det(matrix: Floats) -> tuple[Floats, float]:
-    """Return L (n, n) of L L^T = P, of which the lower half is read, and log det P."""
+    """Return L (n, n) of L L^T = P, and log det P; only the lower half of P is read."""
     size = matrix.shape[0]
     lower = np.zeros((size, size))
     log_determinant = 0.0
@@ -287,7 +288,7 @@ def cholesky_solve(lower: Floats, wanted: Floats) -> Floats:
 
 @compiled
 def invert(matrix: Floats, inverse: Floats) -> float:
-    """Write the inverse of a positive definite matrix (n, n), of which the lower half is read; return its log det."""
+    """Write the inverse of a positive definite matrix (n, n), reading its lower half; return its log det."""
     size = matrix.shape[0]
     lower, log_determinant = cholesky_log_det(matrix)
     # The inverse of the root, in place, and then its product with its transpose.

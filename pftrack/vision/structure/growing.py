@@ -1,19 +1,19 @@
-"""A model that grows while it is used: from the mean of others to the body's own, as far as the evidence goes.
+"""A model that adapts while it is used, from the mean of other bodies to the body's own, if the evidence supports it.
 
 A tracker needs points from the first frame on, and at first it has only those of other bodies. The body's own shape is
-learned meanwhile (`recursive`, from that mean as the prior). Whether it is the better one is not a matter of how sure
-it is of itself: both shapes predict each frame before they have seen it, the camera integrated out, and the log
-densities are compared (prequentially; Dawid 1984). The probability that the own shape predicts better follows from the
-sum of the differences; a share of it returns to what was thought at first in each frame (fixed share; Herbster and
-Warmuth 1998), so that it can change its mind. The weight of the own shape in what is published follows that probability
-at a bounded speed, so that a tracker meets no jump:
+learned meanwhile (`recursive`, from that mean as the prior). Its own confidence does not decide whether it is better:
+both shapes predict each frame before they have seen it, the camera integrated out, and the log densities are compared
+(prequentially; Dawid 1984). The probability that the own shape predicts better follows from the sum of the differences;
+a share of it returns to the first probability in each frame (fixed share; Herbster and Warmuth 1998), so the decision
+can be reversed. The weight of the own shape in the published one follows that probability at a bounded speed, so a
+tracker sees no jump:
 
     published = (1 - weight) mean + weight own,
 
-the own shape turned, moved and scaled onto the mean, since what the tracker calls "frontal" is the mean's.
+the own shape turned, moved and scaled onto the mean, since the mean defines what the tracker calls "frontal".
 
-Both predict as points, as the tracker uses them, without their uncertainty. A shape that only knows how uncertain it is
-would win against one that does not, and be no better to track with.
+Both predict as points, as the tracker uses them, without their uncertainty. A shape with an uncertainty would win
+against one without, and yet not track better.
 """
 
 import math
@@ -34,7 +34,7 @@ from pftrack.vision.structure.variational import Variational
 
 CAMERA_ROUNDS = 30
 LARGEST_DIFFERENCE = 20.0
-"""Of two log densities of one frame: an outlier must not decide alone."""
+"""Largest difference of two log densities in one frame: an outlier must not decide alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class Settings:
 
     Attributes:
         focal_px: Focal length of the pinhole.
-        memory: 0..1, what is kept of a well-seen point's precision with each frame; 1 forgets nothing.
-        first: Probability, before any evidence, that the own shape predicts better.
-        share: Of the probability that returns to that in each frame.
-        frames: At least so many it takes from the mean shape to the own one.
-        frozen: Whether nothing is learned; the frames still decide which shape is published.
+        memory: 0..1, share of a well-seen point's precision that is kept per frame; 1 forgets nothing.
+        first: Prior probability that the own shape predicts better.
+        share: Share of the probability that returns to that in each frame.
+        frames: Least number of frames from the mean shape to the own one.
+        frozen: Whether learning is off; the frames still decide which shape is published.
     """
 
     focal_px: float
@@ -58,7 +58,7 @@ class Settings:
     frozen: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what are no probabilities."""
+        """Refuse values that are not probabilities."""
         if not (0.0 < self.first < 1.0 and 0.0 <= self.share <= 1.0 and self.frames >= 1):
             raise ValueError(
                 "expected a first probability between 0 and 1, a share of 0 to 1 and at least one frame, "
@@ -68,17 +68,17 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Growing:
-    """What is known after a frame, immutable.
+    """The state after a frame, immutable.
 
     Attributes:
         settings: How to learn and to publish.
         mean_shape: (n, 3) of other bodies.
-        own: The belief in the body's own shape, in a frame of its own.
-        onto_mean: By which the own shape is turned, moved and scaled onto the mean.
-        mean_camera: (3, 4) by which the mean shape was fitted to the last frame; None before the first.
-        probability: That the own shape predicts better.
-        weight: 0..1, of the own shape in what is published.
-        advantage: By how much the log density that the own shape gave to the last frame exceeds the mean shape's.
+        own: The belief in the body's own shape, in its own frame.
+        onto_mean: Similarity that turns, moves and scales the own shape onto the mean.
+        mean_camera: (3, 4) camera of the mean shape fitted to the last frame; None before the first.
+        probability: Probability that the own shape predicts better.
+        weight: 0..1, weight of the own shape in the published one.
+        advantage: Log density of the last frame under the own shape, less that under the mean shape.
         shape: (n, 3) what is published.
     """
 
@@ -94,14 +94,14 @@ class Growing:
 
     @property
     def shape_covariances(self) -> Floats:
-        """(n, 3, 3) of the points of the own shape, the uncertainty of its place, size and rotation included."""
+        """(n, 3, 3) covariances of the own shape's points, including its uncertain place, size and rotation."""
         return self.own.shape_covariances
 
     @property
     def covariances(self) -> Floats:
-        """(n, 3, 3) of the points of what is published, about the true shape turned, moved and scaled onto the mean.
+        """(n, 3, 3) covariances of the published points about the true shape turned, moved and scaled onto the mean.
 
-        The mean shape is off as the prior says, the own one as its belief says, and both share the latter part: so
+        The mean shape has the prior's covariance, the own one that of its belief, and both share the latter part: so
         the weight w leaves (1 - w)^2 of the prior's covariance and the rest of the belief's.
         """
         count, left = len(self.mean_shape), (1.0 - self.weight) ** 2
@@ -136,7 +136,7 @@ def step(state: Growing, positions: Floats, variances: Floats) -> Growing:
     """Take a frame: let both shapes predict it, then learn from it.
 
     Args:
-        state: As it was; its settings may have been replaced.
+        state: The state before; its settings may have been replaced.
         positions: (n, 2) px from the principal point.
         variances: (n, 2) px^2, infinite where a point was not seen.
 
@@ -160,7 +160,7 @@ def step(state: Growing, positions: Floats, variances: Floats) -> Growing:
     probability = min(probability, 1.0 - ALMOST)
     weight = state.weight + min(max(probability - state.weight, -1.0 / settings.frames), 1.0 / settings.frames)
     if settings.frozen:
-        # What is not learned from must be followed all the same.
+        # Frames without learning must be followed, too.
         own, onto_mean = replace(state.own, camera=own_camera), state.onto_mean
     else:
         own = recursive.take(replace(state.own, settings=_of_own(settings)), sight)
@@ -196,39 +196,39 @@ def _predict(sight: Sight, camera: Floats, shape: Floats, turn_precision: float)
 
 
 # A point that has slipped to another place is measured as exactly as ever, there. One such measurement in fifty ruins a
-# factorization of all of them, and a shape that is kept frame by frame still more. So a measurement is right, with the
-# variance that it has and that of the point in the shape, or wrong, and then it may lie anywhere on the body. The
-# view's camera is fitted to what is likely right, and the probabilities are told by its residuals: expectation and
-# maximisation of a mixture (Dempster, Laird and Rubin 1977; where some measurements are wrong A. Aitkin and G.
-# Wilson 1980). A variance divided by the probability gives the expected log likelihood of the measurement, up to a
+# factorization of all of them, and even more a shape that is updated frame by frame. So a measurement is either right,
+# with its own variance plus that of the point in the shape, or wrong, and then it may lie anywhere on the body. The
+# view's camera is fitted to the measurements that are probably right, and its residuals give the probabilities:
+# expectation maximisation of a mixture (Dempster, Laird and Rubin 1977; where some measurements are wrong A. Aitkin and
+# G. Wilson 1980). A variance divided by the probability gives the expected log likelihood of the measurement, up to a
 # constant.
 #
 # Where no shape is known yet the same is done with the affine fit of a factorization (`fit_despite_outliers`).
 #
-# A shape is wrong itself at first, and then no point is where it should be. So the variances are those at which half of
-# the points are as far off as half of them should be, if that is more.
+# At first the shape itself is wrong, and no point is where it should be. So the variances are raised, if needed, until
+# the median residual equals its expectation.
 
 ROUNDS = 6
 NEWTON_STEPS = 5
 FITS = 4
 TURN_PRECISION = 100.0
-"""Of the rotation from frame to frame, 1/rad^2: 6 degrees."""
+"""Precision of the rotation from frame to frame, 1/rad^2: 6 degrees."""
 
 MEDIAN = 1.3863
-"""Of a chi-square with two degrees of freedom."""
+"""Median of a chi-square with two degrees of freedom."""
 
 FEWEST = 5
 """Points that are measured in a frame: with fewer, a camera fits whatever is seen."""
 
 MOST_SURPRISE = 200.0
-"""A log likelihood ratio that is larger counts as this."""
+"""Largest log likelihood ratio."""
 
 LEAST = 1e-6
-"""Probability of being right, at least, so that what is wrong keeps a variance."""
+"""Least probability of being right, so wrong measurements keep a finite variance."""
 
 
 def fit_despite_outliers(tracks: Tracks, wrong: float) -> tuple[Tracks, Variational]:
-    """Factor tracks of which some measurements are wrong.
+    """Factor tracks with some wrong measurements.
 
     Args:
         tracks: Positions and variances.
@@ -260,7 +260,7 @@ def find_right(sight: Sight, before: Floats, shape: Floats, covariances: Floats,
         sight: The frame.
         before: (3, 4) camera of the frame before.
         shape: (n, 3).
-        covariances: (n, 3, 3) of its points.
+        covariances: (n, 3, 3) covariances of its points.
         wrong: Share of the measurements that are wrong, 0..1.
     """
     count = len(shape)
@@ -287,7 +287,7 @@ def find_right(sight: Sight, before: Floats, shape: Floats, covariances: Floats,
 
 @compiled
 def _quadratic(along: Floats, covariance: Floats) -> float:
-    """Return the variance of a sum of coordinates, given how much of each there is of it."""
+    """Return the variance of a weighted sum of coordinates."""
     found = 0.0
     for i in range(along.shape[0]):
         for j in range(along.shape[0]):
@@ -297,7 +297,7 @@ def _quadratic(along: Floats, covariance: Floats) -> float:
 
 @compiled
 def _find_right(positions: Floats, distances: Floats, variances: Floats, wrong: float) -> Floats:
-    """Return how likely measurements of a few frames are right, (T, n); 1 where there is none.
+    """Return the probability that measurements of a few frames are right, (T, n); 1 where one is missing.
 
     Args:
         positions: (T, n, 2) px.
@@ -327,7 +327,7 @@ def _find_right(positions: Floats, distances: Floats, variances: Floats, wrong: 
 
 @compiled
 def _spread(positions: Floats, measured: Bools) -> Floats:
-    """Return the variance of a coordinate of what is measured in each frame, (T,) px^2."""
+    """Return the variance of a coordinate of the measurements in each frame, (T,) px^2."""
     found = np.zeros(positions.shape[0])
     for t in range(positions.shape[0]):
         count = max(int(measured[t].sum()), 1)

@@ -1,24 +1,24 @@
-"""A shape that grows with every frame: the covariance of all its points together, each frame's camera integrated out.
+"""A shape updated with every frame: the joint covariance of all its points, each frame's camera integrated out.
 
 Bando's online method (`variational`) keeps a window of frames and averages the shape over time. It takes shape and
-motion as independent, so it looks at the frames of its window again and again, and it assumes a camera that is far
-away. This is the project's own way. The belief in all points together is one Gaussian over 3 n numbers, kept as mean
-and precision. A frame adds the precision of its positions, less what they pay for the frame's own camera, a pinhole
-that is found anew and integrated out:
+motion as independent, so it processes the frames of its window repeatedly, and it assumes a distant camera. The method
+here is this project's own. The belief in all points together is one Gaussian over 3 n numbers, kept as mean and
+precision. A frame adds the precision of its positions, less the information spent on the frame's own camera, a pinhole
+that is fitted anew and integrated out:
 
     P <- P + sum w a a^T - C B^-1 C^T,
 
-a the slope of a position by the points, B the precision of the camera and C what couples the two: Gauss and Newton's
-method with the Schur complement of bundle adjustment. So nothing of an old view is lost and no frame is kept; and what
-no view tells, such as depth before anything has turned, stays as uncertain as the prior has it.
+where a is the derivative of a position by the points, B the precision of the camera and C their coupling: the
+Gauss-Newton method with the Schur complement of bundle adjustment. So the information of old views remains although no
+frame is stored. Whatever the views do not determine, such as depth before any turn, stays as uncertain as in the prior.
 
-The prior is the mean of other bodies of the kind and how they vary; then there is a shape from the first frame on.
-Without one (`from_window`) it is the variational factorization of the first frames, made metric, which are then taken
-again one by one; of the two mirror images, which no far camera tells apart, a near one prefers the true one.
+The prior is the mean and covariance of other bodies of the kind, so there is a shape from the first frame on. Without
+one (`from_window`) the prior is the metric variational factorization of the first frames, which are then processed
+again one by one. A distant camera cannot distinguish the two mirror images; a near one prefers the true one.
 
-**Forgetting.** With `memory` below 1 a point's precision decays, towards the prior's, in proportion to how much the
-frame tells of it compared with what it tells of the best-seen point: what is hidden is not forgotten (Bando 2007, ch. 4
-section 5.5 proposes that).
+**Forgetting.** With `memory` below 1 a point's precision decays, towards the prior's, in proportion to the frame's
+information on it relative to the best-seen point: hidden points are not forgotten (Bando 2007, ch. 4 section 5.5
+proposes that).
 """
 
 from collections.abc import Iterator
@@ -35,13 +35,13 @@ from pftrack.vision.structure import cameras, factorization, variational
 from pftrack.vision.structure.variational import Variational
 
 TURN_SD_RAD = 0.1
-"""By default: 6 degrees from frame to frame."""
+"""Default standard deviation of the rotation: 6 degrees from frame to frame."""
 
 FIRST_ROUNDS, LATER_ROUNDS = 30, 6
-"""Of the camera, at most, in the first frame and in the others."""
+"""Largest numbers of steps of the camera, in the first frame and in the others."""
 
 HALVINGS = 4
-"""Of a step that makes the fit worse."""
+"""Largest number of halvings of a step that makes the fit worse."""
 
 CLOSE = 1e-3
 """A change that promises to lower the squared distances, in units of their noise, by less than this is not made."""
@@ -49,13 +49,13 @@ CLOSE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How to go on.
+    """The settings.
 
     Attributes:
         focal_px: Focal length of the pinhole.
-        memory: 0..1, what is kept of a well-seen point's precision with each frame; 1 forgets nothing.
+        memory: 0..1, share of a well-seen point's precision that is kept per frame; 1 forgets nothing.
         turn_sd_rad: Standard deviation of the rotation about each axis from frame to frame.
-        rounds: Of Gauss and Newton's method on the shape, a frame.
+        rounds: Gauss-Newton steps on the shape per frame.
     """
 
     focal_px: float
@@ -64,7 +64,7 @@ class Settings:
     rounds: int = 2
 
     def __post_init__(self) -> None:
-        """Refuse what is no camera and no memory."""
+        """Refuse invalid cameras and memories."""
         if not (0.0 < self.focal_px < np.inf and self.turn_sd_rad > 0.0):
             raise ValueError(
                 "expected a focal length and a deviation of the rotation above 0, "
@@ -78,17 +78,17 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Recursive:
-    """What is known after a frame, immutable.
+    """The state after a frame, immutable.
 
     Attributes:
-        settings: How to go on.
+        settings: The settings.
         shape: (n, 3) means of the points, in the unit of the prior.
-        precision: (3 n, 3 n) of all coordinates together, point by point.
-        prior_shape: (n, 3) to which what is forgotten returns.
+        precision: (3 n, 3 n) joint precision of all coordinates, point by point.
+        prior_shape: (n, 3) shape to which forgotten points return.
         prior_precision: (3 n, 3 n).
         camera: (3, 4) of the last frame, (R, T); None before the first.
-        reference: (3, 4) of the first frame, from which rotations count; None before it.
-        frames: How many have been taken.
+        reference: (3, 4) camera of the first frame, from which rotations count; None before it.
+        frames: Number of frames used.
         log_evidence: The log density that the belief gave to the last frame before it was taken, up to a constant as
             of `cameras.evidence`; 0 before the first.
     """
@@ -129,7 +129,7 @@ def begin(
     Args:
         shape: (n, 3) mean of the prior.
         covariance: (3 n, 3 n) of all its coordinates together, or (n, 3, 3) of independent points; positive definite.
-        settings: How to go on.
+        settings: The settings.
         camera: (3, 4) near that of the first frame; if not given the shape is first seen from the front.
 
     Raises:
@@ -159,7 +159,7 @@ def step(state: Recursive, positions: Floats, variances: Floats) -> Recursive:
     """Take a frame.
 
     Args:
-        state: As it was.
+        state: The state before.
         positions: (n, 2) px from the principal point.
         variances: (n, 2) px^2, infinite where a point was not seen.
 
@@ -178,7 +178,7 @@ def take(state: Recursive, sight: cameras.Sight) -> Recursive:
     """Take a frame that was checked."""
     camera = cameras.frontal(sight, state.shape) if state.camera is None else state.camera
     start, held = state.shape, state.precision
-    # In the first frame it changes nothing; whoever begins has it compiled then, and not when somebody first forgets.
+    # In the first frame it changes nothing, but compiles the function at the start rather than in a later frame.
     if state.settings.memory < 1.0 or state.frames == 0:
         prior = state.prior_shape, state.prior_precision
         start, held = _forgotten(start, held, prior, sight.precisions, float(state.settings.memory))
@@ -243,7 +243,7 @@ def _improve(
 
 @compiled
 def _newton_step(precision: Floats, gradient: Floats) -> tuple[Floats, float]:
-    """Return the change that Newton's method proposes, and by how much it promises to lower the cost."""
+    """Return Newton's step, and the predicted decrease of the cost."""
     lower, _ = factorization.cholesky_log_det(precision)
     change = factorization.cholesky_solve(lower, gradient)
     return change, inner_product(change, gradient)
@@ -259,8 +259,8 @@ def _combine(
         sight: The frame.
         camera: (3, 4) fitted to it.
         shape: (n, 3) that is tried.
-        seen: What was known before the frame: its camera, that of the first frame, the shape and its precision, and
-            the precision of the turn between two frames.
+        seen: The state before the frame: its camera, that of the first frame, the shape and its precision, and the
+            precision of the turn between two frames.
     """
     before, reference, start, held, turn_precision = seen
     size, precisions = 3 * shape.shape[0], sight.precisions
@@ -291,7 +291,10 @@ def _combine(
 
 @compiled
 def _pay(precision: Floats, gradient: Floats, coupling: Floats, wanted: Floats, lower: Floats) -> None:
-    """Take C B^-1 C^T off the precision, and C B^-1 of its gradient off the gradient, in place; L L^T = B."""
+    """Subtract C B^-1 C^T from the precision, and C B^-1 times the camera's gradient from the gradient, in place.
+
+    The factor L of B = L L^T is given.
+    """
     size = coupling.shape[0]
     for k in range(cameras.SIZE):
         for m in range(k):
@@ -344,7 +347,7 @@ UNSEEN_DEPTH = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class Accumulated:
-    """What is kept of all frames.
+    """The summary of all frames.
 
     Attributes:
         gram: (n, n) px^2, W^T W.
@@ -379,14 +382,14 @@ def principal_shape(known: Accumulated) -> tuple[Floats, Floats] | None:
 
 
 SPREAD = 0.15
-"""Standard deviation of the first shape's coordinates, relative to that of the points about their centre: of more the
-first frames make leaps from which there is no way back."""
+"""Standard deviation of the first shape's coordinates, relative to that of the points about their centre. With a larger
+one the first frames cause jumps from which the shape does not recover."""
 
 LEAST_STRENGTH = 1.5
-"""Of the third direction of the shape, below which it may be noise."""
+"""Strength of the third direction of the shape below which it may be noise."""
 
 SMALLEST = 1e-12
-"""Scale of a camera that has seen nothing."""
+"""Scale of a camera without measurements."""
 
 
 def from_window(tracks: factorization.Tracks, settings: Settings, found: Variational | None = None) -> Recursive:
@@ -394,11 +397,12 @@ def from_window(tracks: factorization.Tracks, settings: Settings, found: Variati
 
     Args:
         tracks: The first frames; positions from the principal point.
-        settings: How to go on.
+        settings: The settings.
         found: Their factorization, if it is there already.
 
     Raises:
-        ValueError: The frames do not tell a shape: there are fewer than three, or there is no rotation or no depth.
+        ValueError: The frames do not determine a shape: there are fewer than three, or they show no rotation or no
+            depth.
     """
     found = found or variational.fit(tracks)
     if not found.strengths[2] > LEAST_STRENGTH:

@@ -1,13 +1,13 @@
 """Factorization by variational Bayes: each position counts by its own noise (Bando 2007, ch. 4 section 5.2).
 
-`factorize` of `factorization` lets every position count alike. Here each has a variance, and what is hidden has a large
-or an infinite one; no column need be deleted. Shape and motion have Gaussian priors, and their posterior is taken as a
-product of Gaussians, one a point and one a row of motion, which are improved in turn (`passes`). Each pass raises the
-free energy, a lower bound on the log evidence of the tracks.
+`factorize` of `factorization` weighs all positions alike. Here each position has a variance, which is large or infinite
+for a hidden point; no column need be deleted. Shape and motion have Gaussian priors, and their posterior is taken as a
+product of Gaussians, one per point and one per row of motion, which are improved alternately (`passes`). Each pass
+raises the free energy, a lower bound on the log evidence of the tracks.
 
 The result is affine: `metric` makes it a shape in px. The covariances are those of a product of independent beliefs.
-They do not know of a map of shape and motion together, which no track can tell, and are too small for what is common to
-all points; that a whole direction of the shape has not been seen is told by `strengths` instead.
+They ignore joint maps of shape and motion, which no track determines, and are too small for errors common to all
+points. `strengths` shows instead whether a whole direction of the shape was not seen.
 """
 
 from dataclasses import dataclass, field, replace
@@ -32,7 +32,7 @@ from pftrack.vision.structure.factorization import FEWEST_POINTS, Tracks, check_
 # - `posterior_rows`: Vd = gamma I + sum_n sigma^-2 G_n, G_n the second moment of (s_n; 1);
 # - `free_energy`: the bound on the log evidence that both raise, corrected (docs/methods/heads.md).
 #
-# A precision of 0 says that a point was not seen: it adds nothing to any of the three.
+# A precision of 0 means that a point was not seen; it adds nothing to any of the three.
 
 Seen: TypeAlias = tuple[Floats, Floats]
 """Rows (D, n) of positions, and their precisions, (D, n) inverse variances."""
@@ -178,7 +178,7 @@ GAMMA = 1e-4
 
 ITERATIONS = 10
 FIRST_VARIANCE = 1e-6
-"""Of the rows of a motion that is given at the beginning."""
+"""Variance of the rows of a given initial motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +191,9 @@ class Variational:
         motion: (2 T, 4) means of the rows (m, t), px.
         motion_covariances: (2 T, 4, 4) px^2.
         free_energies: (iterations,) after each, never falling.
-        strengths: (3,) how far the directions of the shape stand out from the noise, the greatest first: what is
-            explained by each, relative to what noise alone would explain. A third one near 1 or below says that the
-            depth was not seen: there was too little rotation, or the points lie in one plane.
+        strengths: (3,) strength of each direction of the shape, the greatest first: the explained part, relative to
+            what noise alone would explain. A third one near 1 or below means that the depth was not seen: there was too
+            little rotation, or the points lie in one plane.
     """
 
     shape: Floats
@@ -217,7 +217,7 @@ def fit(
     Args:
         tracks: Positions and variances.
         iterations: Passes over shape and motion, at least one.
-        initial: The motion to begin with: by singular values of the weighted tracks; none; or random.
+        initial: The initial motion: by singular values of the weighted tracks; none; or random.
         gamma: Precision of the prior of the motion, 1/px^2.
         rng: For a random one.
 
@@ -241,7 +241,7 @@ def iterate(seen: Seen, motion: Belief, iterations: int, gamma: float, first: in
 
 
 def initial_motion(seen: Seen, initial: Initial, gamma: float, rng: Generator | None = None) -> Belief:
-    """Return a belief in the motion to begin with."""
+    """Return the initial belief in the motion."""
     rows, precisions = seen
     height = len(rows)
     if initial == "zero":
@@ -303,10 +303,10 @@ def strengths_of(precisions: Floats, shape: Floats, motion: Floats) -> Floats:
 #     <<G>> <- (1 - eta) <<G>> + eta G,   eta <- 1 / (1 + lambda / eta).
 #
 # **Forgetting by how well a point is seen.** With one eta for all, a point that is hidden throughout the window loses
-# what was known of it, and through the cameras it spoils the others; Bando closes with the proposal to control the
-# forgetting (section 5.5). With `forgetting` = "by-information" each point has its own average, in which a frame counts
-# by how much it told of the point: with w the information in the window about it (the trace of the precision that the
-# positions add),
+# its shape, and through the cameras it spoils the others; Bando closes with the proposal to control the forgetting
+# (section 5.5). With `forgetting` = "by-information" each point has its own average, in which a frame counts by its
+# information on the point: with w the information on it in the window (the trace of the precision that the positions
+# add),
 #
 #     W <- lambda W + w,   eta_n = w / W,
 #
@@ -317,12 +317,12 @@ Forgetting: TypeAlias = Literal["common", "by-information"]
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How to go on.
+    """The settings.
 
     Attributes:
         window: Frames, at least two.
-        memory: lambda, 0..1: how much of what was known is kept with each frame. Small values forget fast.
-        forgetting: Whether all points forget alike, or each by how much was seen of it.
+        memory: lambda, 0..1: share of the past that is kept per frame. Small values forget fast.
+        forgetting: Whether all points forget alike, or each by its own information.
         iterations: Passes over the first full window.
         gamma: Precision of the prior of the motion, 1/px^2.
     """
@@ -334,7 +334,7 @@ class Settings:
     gamma: float = GAMMA
 
     def __post_init__(self) -> None:
-        """Refuse what is no window and no memory."""
+        """Refuse invalid windows and memories."""
         if self.window < 2 or not 0.0 <= self.memory <= 1.0 or self.iterations < 1 or not self.gamma > 0.0:
             raise ValueError(
                 "expected a window of at least 2, a memory of 0 to 1, at least one iteration and gamma above 0, "
@@ -344,13 +344,13 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Online:
-    """What is known after a frame, immutable.
+    """The state after a frame, immutable.
 
     Attributes:
-        settings: How to go on.
+        settings: The settings.
         rows: (2 W, n) positions in the window, W at most its length.
         precisions: (2 W, n).
-        frames: How many have been taken.
+        frames: Number of frames used.
         second: (n, 4, 4) averaged second moments of (s; 1); zero until the window is full.
         eta: (n,) weight of the last frame in the average; 0 until the window is full.
         totals: (n,) discounted information, W above.
@@ -396,7 +396,7 @@ class Online:
 
 
 def begin(count: int, settings: Settings | None = None) -> Online:
-    """Begin with `count` points, of which nothing is known.
+    """Begin with `count` unknown points.
 
     Raises:
         ValueError: There are fewer than four points.
@@ -411,7 +411,7 @@ def step(state: Online, positions: Floats, variances: Floats) -> Online:
     """Take a frame.
 
     Args:
-        state: As it was.
+        state: The state before.
         positions: (n, 2) px.
         variances: (n, 2) px^2, infinite where a point was not seen.
 
@@ -540,7 +540,7 @@ def _slide(
 
 @compiled
 def _information(covariances: Floats) -> Floats:
-    """Return how much the positions tell of each point (n,): the trace of the precision beyond the prior's identity."""
+    """Return the positions' information on each point (n,): the trace of the precision less the prior's identity."""
     count = covariances.shape[0]
     told = np.empty(count)
     precision = np.empty((3, 3))

@@ -1,7 +1,8 @@
-"""Cells of a link's angles, in the plane and in space: which of them fit, the runs they make, and how far these reach.
+"""Cells of a link's angles, in the plane and in space: the fitting ones, their runs, and the extents of the runs.
 
-What a link shows bends with its angles, so what fits an observation is covered by cells, each with the lengths that fit
-in it. Where the cells fall apart into runs, the link may lean either way, and each run makes a region of its own.
+A link's image is a nonlinear function of its angles, so the states that fit an observation are covered by cells, each
+with its fitting lengths. Where the cells separate into runs, the link may lean either way, and each run makes a region
+of its own.
 
 Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, and section 5.6, with cells in the place of points.
 """
@@ -16,7 +17,7 @@ from pftrack.experiments.linkage.sets.ellipsoids import SLACK
 from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, apply_strip, settle
 
 MARGIN = 1e-12
-"""What rounding may take from a sum of a few numbers, relative to them."""
+"""Largest relative rounding error of a sum of a few numbers."""
 
 
 class Grid(NamedTuple):
@@ -53,12 +54,12 @@ def below(shortest: float, longest: float, factor: float, limit: float) -> tuple
 
 @compiled
 def find_runs(grid: Grid, most: int, ways: Ways) -> tuple[Ints, int, bool]:
-    """Return the run (k^d,) of each cell, -1 where nothing fits, how many runs there are, and if they are kept apart.
+    """Return the run (k^d,) of each cell, -1 where nothing fits, the number of runs, and whether they are kept apart.
 
     Args:
         grid: The cells.
-        most: Into how many runs they may fall apart; what would be more stays one.
-        ways: How regions are treated.
+        most: Largest number of runs; more than these stay one.
+        ways: Treatment of regions.
     """
     labels, runs = label_components(grid.shortest <= grid.longest, np.full(grid.axes.shape[0], grid.low.shape[1]))
     apart = ways.splitting and 1 < runs <= most
@@ -103,13 +104,13 @@ def shrink_to_cells(region: Floats, grid: Grid, scale: float, first: Floats, las
     return True
 
 
-# Two cells are neighbours if they touch, at a corner at least: 2 in one dimension, 80 in four. What is apart in the
-# grid is apart in the world too, so each run of neighbours may become a region of its own.
+# Two cells are neighbours if they touch, at a corner at least: 2 in one dimension, 80 in four. Cells that are separate
+# in the grid are separate in the world, so each run of neighbours may become a separate region.
 
 
 @compiled
 def label_components(feasible: Bools, sizes: Ints) -> tuple[Ints, int]:
-    """Return the number (N,) of the run that each feasible cell is in, -1 for others, and how many runs there are.
+    """Return the number (N,) of each feasible cell's run, -1 for others, and the number of runs.
 
     Args:
         feasible: (N,) cells, the last axis together.
@@ -129,7 +130,7 @@ def label_components(feasible: Bools, sizes: Ints) -> tuple[Ints, int]:
         left -= 1
         stack[0] = begin
         waiting = 1
-        # Once every cell has its number, nobody needs to be asked for neighbours any more.
+        # Once every cell has its number, neighbours need no further checks.
         while waiting > 0 and left > 0:
             waiting -= 1
             rest = stack[waiting]
@@ -179,10 +180,10 @@ def _increment(step: Ints) -> bool:
 # Source: Shimada 1997, sections 5.2 and 5.5, and appendix D, eq. D.4, corrected; see docs/methods/linkages.md.
 
 DIRECTION_CELLS = 128
-"""Into how many cells the range of a direction is cut."""
+"""Number of cells in the range of a direction."""
 
 MOST_STEPS, CLOSE_PX = 20, 1e-4
-"""Of the search for the point to linearise at."""
+"""Steps of the search for the point of linearisation."""
 
 
 @compiled
@@ -254,7 +255,7 @@ def link_cells(
         angles: Interval of the direction, rad.
         lengths: Interval of the length, px, not negative.
         seen: Observed length in the picture, with its sign, px.
-        bound: Of the error of that, px.
+        bound: Bound of its error, px.
         place: Centre (theta, r) of the ellipse.
         ellipse: (a, b, c) of its shape matrix, rad^2, rad px and px^2; a < 0 for no ellipse.
         count: N.
@@ -304,10 +305,10 @@ def observe_in_plane(
         axes: Coordinates of the direction (S theta) and of the length (r).
         scale: S, px/rad.
         seen: r cos theta as observed, px.
-        bound: Of its error, px.
-        cells: Into how many the interval of directions is cut.
-        most: Into how many it may split; what would be more stays one.
-        ways: How.
+        bound: Bound of its error, px.
+        cells: Number of cells in the interval of directions.
+        most: Largest number of parts; more than these stay one.
+        ways: Treatment of regions.
     """
     angle, length = axes
     low, high, shape = region[LOW], region[HIGH], region[SHAPE:]

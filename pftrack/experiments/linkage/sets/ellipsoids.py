@@ -1,4 +1,4 @@
-"""Ellipsoids in place of sets: what contains a cut, what contains a motion, and whether one lies in another.
+"""Ellipsoids that enclose sets: outer bounds of a cut and of a motion, and the test of inclusion.
 
 An ellipsoid is a centre c (n,) and a shape P (n, n): all x with (x - c)' P^-1 (x - c) <= 1. Everything works in place.
 
@@ -30,7 +30,7 @@ THIN = 1e-7
 """Half extent, in the unit of the coordinates, below which an ellipsoid is not made thinner."""
 
 SLACK = 1e-9
-"""By how much sets may miss each other and still count as touching, so that rounding refutes nothing."""
+"""Gap up to which sets count as touching, so rounding does not refute anything."""
 
 MOST_STEPS = 200
 """Newton's method takes about ten from nearby and one for each factor 3/2 from afar."""
@@ -182,7 +182,7 @@ def predict(shape: Floats, moved: int, radius: float, way: int) -> None:
     Args:
         shape: P, (n, n).
         moved: The motion is in the first so many coordinates.
-        radius: Of the ball of all motions, in the unit of the coordinates.
+        radius: Radius of the ball of all motions, in the unit of the coordinates.
         way: `OUTER`, `LENGTHENED` or `PRINTED`; the last two change all coordinates, as the source has it.
     """
     size, trace = shape.shape[0], np.trace(shape)
@@ -222,7 +222,7 @@ def _lengthen(shape: Floats, radius: float) -> None:
 # upper bound, so whichever the search ends with, a yes is a proof.
 
 MOST_HALVINGS = 60
-"""Of the interval of mu."""
+"""Halvings of the interval of mu."""
 
 LIMIT = 1.0 + 1e-9
 """By so little the one may stick out, for the sake of rounding."""

@@ -1,9 +1,9 @@
-"""Regions: an ellipsoid and the box of its guides; what is possible is in both.
+"""Regions: an ellipsoid and the box of its guides; possible states lie in both.
 
 For compiled code a region is one array (n + 3, n): the ellipsoid's centre, the low and the high guides, and the
 ellipsoid's shape matrix. So it is copied, passed on and kept in one piece. A region moves, strips cut it, and its two
-parts bound each other; all of these work in place and return whether anything is left. A frame lets a family of regions
-move, observes, constrains, and drops each region that lies in another. What is observed is the caller's affair.
+parts bound each other; all of these work in place and return whether anything remains. A frame moves a family of
+regions, observes, constrains, and drops each region that lies in another. The caller defines the observation.
 
 Source: Shimada 1997, sections 5.1 and 5.6.
 """
@@ -32,14 +32,14 @@ CENTRE, LOW, HIGH, SHAPE = 0, 1, 2, 3
 
 
 class Ways(NamedTuple):
-    """How regions are treated. Every choice but `way` keeps all points that are possible.
+    """Treatment of regions. Every choice but `way` keeps all points that are possible.
 
     Attributes:
         ellipsoids: Whether there are ellipsoids at all, or boxes alone.
         guided: Whether guides shrink by interval arithmetic and to the cells that fit the observation, and are strips
             for the ellipsoid; if not, they shrink to the ellipsoid's extent alone.
-        splitting: Whether cells that fall apart make regions of their own.
-        way: Of prediction: `OUTER`, or one that may lose the truth.
+        splitting: Whether separate cells become separate regions.
+        way: Kind of prediction: `OUTER`, or one that may lose the truth.
     """
 
     ellipsoids: bool
@@ -52,8 +52,8 @@ def region_of(low: Floats, high: Floats, shape: Floats | None = None) -> Floats:
     """Return a region: a box (n,) to (n,) and an ellipsoid about its middle.
 
     Args:
-        low: Of the guides.
-        high: Of the guides.
+        low: Low guides.
+        high: High guides.
         shape: (n, n) of the ellipsoid; by default that of the least trace around the box.
     """
     half = 0.5 * (high - low) + SLACK
@@ -61,7 +61,7 @@ def region_of(low: Floats, high: Floats, shape: Floats | None = None) -> Floats:
 
 
 def contains(region: Floats, point: Floats, *, ellipsoids: bool = True) -> bool:
-    """Return whether a point (n,) is in a region; of the ellipsoid as well as within the guides, unless told otherwise.
+    """Return whether a point (n,) is in a region: in the ellipsoid and, by default, within the guides.
 
     A millionth of the unit, of the ellipsoid's size and of the quadratic is left to rounding; an ellipsoid that is
     flat, because something is known exactly, has an inverse by that as well.
@@ -77,10 +77,9 @@ def contains(region: Floats, point: Floats, *, ellipsoids: bool = True) -> bool:
 
 
 # Guides: an ellipsoid that contains a cut ellipsoid contains more than that, so a bound that was known gets lost in it
-# again. A box beside it does not forget: a bound of one coordinate, once proved, holds until that coordinate moves.
-# Every strip bounds each coordinate by where the others can be (interval contraction), and every side of the box is a
-# strip for the ellipsoid. Each of these steps keeps all points of the true intersection, in any order and however
-# often.
+# again. The box keeps its bounds: a proved bound of one coordinate holds until that coordinate moves. Every strip
+# bounds each coordinate by where the others can be (interval contraction), and every side of the box is a strip for the
+# ellipsoid. Each of these steps keeps all points of the true intersection, in any order and however often.
 #
 # Source: Shimada 1997, section 5.1; eqs. 5.17 and 5.18 are `shrink_to_extent`, the others are added.
 
@@ -189,7 +188,7 @@ def move(region: Floats, moved: int, radius: float, ways: Ways) -> None:
     if ways.ellipsoids:
         predict(region[SHAPE:], moved, radius, ways.way)
         if ways.guided and not settle(region, ways):
-            # What has moved is not empty: they are apart by rounding alone.
+            # A moved region is not empty: the parts are disjoint only by rounding.
             circumscribe(low, high, region[CENTRE], region[SHAPE:])
 
 
@@ -202,7 +201,7 @@ def constrain(region: Floats, rows: Floats, least: Floats, most: Floats, ways: W
         rows: A, (m, n).
         least: (m,), -inf for a row with one side only.
         most: (m,), inf for a row with one side only.
-        ways: How.
+        ways: Treatment of regions.
     """
     for row in range(rows.shape[0]):
         low, high = least[row], most[row]
@@ -240,24 +239,24 @@ def lies_in(one: Floats, other: Floats, ellipsoids: bool) -> bool:
 
 
 PASSES = 2
-"""How often a frame goes through observations and bounds."""
+"""Passes of a frame through observations and bounds."""
 
 MOST_REGIONS = 16
 """A region that would become more than there is room for is not split, which loses nothing."""
 
 Observe: TypeAlias = Callable[[Floats, int, int], Floats]
-"""(region (n + 3, n), number of the observation, into how many it may split) -> what is left of it, (K, n + 3, n)."""
+"""(region (n + 3, n), number of the observation, largest number of parts) -> the remaining parts, (K, n + 3, n)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """What is known beforehand, and how far a frame may move.
+    """Prior bounds, and the largest motion per frame.
 
     Attributes:
         rows: A, (m, n), of least <= A x <= most in the coordinates of the regions.
         least: (m,), -inf for a row with one side only.
         most: (m,), inf for a row with one side only.
-        moved: So many of the first coordinates move.
+        moved: Number of the first coordinates that move.
         radius: All together by at most that much in a frame, in their unit.
     """
 
@@ -280,9 +279,9 @@ def frame_step(
     Args:
         before: The regions of the frame before.
         observe: Take one observation into account.
-        links: What was observed, by number.
-        known: What is known beforehand.
-        ways: How regions are treated.
+        links: Observed links, by number.
+        known: Prior bounds.
+        ways: Treatment of regions.
 
     Returns:
         The regions that are left, (n + 3, n) each, the number (K,) of the region of the frame before that each comes

@@ -1,12 +1,12 @@
-"""Where a link can be in space that shows a given length: a rigorous cover by cells of its attitude and direction.
+"""Possible places in space of a link with a given image length: a rigorous cover by cells of attitude and direction.
 
 A link of length r in the direction theta of a plane that a rotation turns shows r a_k, k = 1, 2, where a is the image
 of its unit vector: a_k = R_k1 cos theta + R_k2 sin theta. The cells are those of a grid over the rotation vector and
-theta. Over a cell a_k stays within its slopes times the half widths, and 3/2 of their squares for what bends (no second
-derivative along a straight way is above 3); so no pose that fits is outside the cells. Points of a grid, which Shimada
-has in their place, can miss what lies between them.
+theta. Over a cell a_k stays within its slopes times the half widths, plus 3/2 of their squares for the curvature (no
+second derivative along a straight way is above 3); so no fitting pose is outside the cells. Shimada's points of a grid
+can miss poses between them.
 
-A strip for each image coordinate, across the gradient of what is shown at the middle of the cells, holds all of them.
+A strip for each image coordinate, across the gradient of the image at the middle of the cells, holds all of them.
 
 Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, and section 5.5, with cells in the place of points.
 """
@@ -24,17 +24,17 @@ from pftrack.experiments.linkage.sets.cells import MARGIN, Grid, below, find_ext
 from pftrack.experiments.linkage.sets.ellipsoids import SLACK
 from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, apply_strip, settle
 
-# Hard bounds of errors say where the image of each link lies in space, whatever was seen of it. A measured point lies
-# in a square, and a link that is seen as a line has both ends in the strip along it. So each point of the chain lies in
-# a polygon: a joint, where the strips of its two links cross. The difference of a link's ends lies within the
-# difference of the extents of their polygons, along the line and across it. Across it that is twice the bound of the
-# errors; along it, it is known where both ends are: where another line or a point tells of each of them.
+# Hard bounds of errors bound the image of each link in space for every kind of observation. A measured point lies in a
+# square, and a link that is seen as a line has both ends in the strip along it. So each point of the chain lies in a
+# polygon: a joint, where the strips of its two links cross. The difference of a link's ends lies within the difference
+# of the extents of their polygons, along the line and across it. Across the line the width is twice the bound of the
+# errors; along it the image is bounded if another line or a point bounds both ends.
 
 FAR_PX = 1e6
-"""Half the side of the square that stands for the plane."""
+"""Half the side of the square that represents the plane."""
 
 SLACK_PX = 1e-6
-"""By how much strips are widened, so that rounding loses nothing."""
+"""Widening of strips against rounding."""
 
 Strip: TypeAlias = tuple[Floats, float, float]
 """(n, low, high) of low <= n . p <= high, with n (2,) a unit vector."""
@@ -99,7 +99,7 @@ def link_images(seen: Floats, bound: float) -> list[LinkImage | None]:
 
     Args:
         seen: (8, 3) or (14, 3) observation, see `observation`.
-        bound: Of the error of a measured coordinate, and of an end from its line, px.
+        bound: Bound of the error of a measured coordinate, and of an end's distance from its line, px.
     """
     if len(seen) == POINT_ROWS:
         points = seen[:, 0].reshape(-1, 2)
@@ -137,7 +137,7 @@ def _link_image(beginning: Floats, end: Floats, seen: Floats, link: int) -> Link
 
 
 def bound_places(seen: Floats, bound: float) -> Extents:
-    """Return how far each point of the chain extends, given what was seen of it."""
+    """Return the bounds of each point of the chain, given its observation."""
     if len(seen) == POINT_ROWS:
         points = seen[:, 0].reshape(-1, 2)
         return points, np.where(np.isnan(points), np.inf, bound)
@@ -153,17 +153,17 @@ def bound_places(seen: Floats, bound: float) -> Extents:
 # Cells of the link's attitude and direction.
 
 BEND = 1.5
-"""Of the squared half widths of a cell: how far a_k may be from its slopes there."""
+"""Bound of a_k's deviation from its slopes, relative to the squared half widths of a cell."""
 
 ATTITUDE_CELLS = 7
-"""Into how many cells the range of each angle is cut."""
+"""Number of cells in the range of each angle."""
 
 TURNS = 3
 """Numbers of the rotation vector, the first coordinates of a region."""
 
 
 class Link(NamedTuple):
-    """Which link is observed.
+    """The observed link.
 
     Attributes:
         angle: Coordinate of its direction (S theta*), or -1 for the first link, whose direction is 0.
@@ -191,11 +191,11 @@ def space_cells(
 
     Args:
         region: (n + 3, n), coordinates (S omega, S theta*_2, S theta*_3, r_1, r_2, r_3).
-        link: Which is observed.
+        link: Observed link.
         seen: (2,) its end less its beginning, px.
         bound: (2,) of the error of each, px; infinite where it was not seen.
         cells: Along each axis.
-        ways: How regions are treated.
+        ways: Treatment of regions.
     """
     grid = _grid(region, link, cells, ways)
     _fill(grid, region, link, seen, bound, ways)
@@ -214,7 +214,7 @@ def _grid(region: Floats, link: Link, cells: int, ways: Ways) -> Grid:
         if ways.ellipsoids:
             extent = np.sqrt(region[SHAPE + j, j]) + SLACK
             low, high = max(low, region[CENTRE, j] - extent), min(high, region[CENTRE, j] + extent)
-        # What is nowhere has no width either; the ellipsoid finds it empty.
+        # An empty region has no width; the ellipsoid's cut finds it empty.
         axes[axis], half[axis] = j, 0.5 * max(high - low, 0.0) / (cells * link.scale)
         for m in range(cells):
             starts[axis, m] = low / link.scale + 2 * m * half[axis]
@@ -377,12 +377,12 @@ def observe_in_space(
 
     Args:
         region: (n + 3, n), coordinates (S omega, S theta*_2, S theta*_3, r_1, r_2, r_3).
-        link: Which is observed.
+        link: Observed link.
         seen: (2,) its end less its beginning, px.
         bound: (2,) of the error of each, px; infinite where it was not seen.
         cells: Along each axis.
-        most: Into how many it may split; what would be more stays one.
-        ways: How.
+        most: Largest number of parts; more than these stay one.
+        ways: Treatment of regions.
     """
     grid = space_cells(region, link, seen, bound, cells, ways)
     labels, runs, apart = find_runs(grid, most, ways)

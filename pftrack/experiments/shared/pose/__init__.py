@@ -1,10 +1,10 @@
-"""Trackers of the pose of a solid by its features, whatever these look like (Bando 2007, ch. 4).
+"""Trackers of the pose of a solid by its features, of any kind (Bando 2007, ch. 4).
 
-- `methods`: the ways of tracking, and what they report; `layered`: features in two layers with an adapting sampling
-  distribution, and two such filters beside each other;
-- `state`: the solid, what is believed of it in one frame, what poses are worth, and what each point contributes;
-- `calibrated`: all that can be set, and a band of the pose that holds the truth;
-- `drawing`: pieces of drawings, and what is measured and plotted of a pose.
+- `methods`: the methods of tracking, and their reports; `layered`: features in two layers with an adapting sampling
+  distribution, and two such filters in parallel;
+- `state`: the solid, the belief in it in one frame, likelihoods of poses, and the contribution of each point;
+- `calibrated`: parameters, and a calibrated band of the pose;
+- `drawing`: pieces of drawings, and measures and plots of a pose.
 """
 
 from pathlib import Path

@@ -1,11 +1,11 @@
-"""A band of the pose that holds the truth about as often as it says, beside Bando's, which does not.
+"""A calibrated band of the pose, in addition to Bando's, which is too narrow.
 
-Bando's filters take each point's mean to be off by the spread of its particles, independently of all other points and
-frames. Measured on simulated prisms and heads (`docs/explanation/calibration.md`), too much confidence comes from
+Bando's filters assume that each point's mean has an error as large as the spread of its particles, independent of all
+other points and frames. Measured on simulated prisms and heads (`docs/explanation/calibration.md`), too much confidence
+comes from
 
 - the affine camera: an error of several px that depends on the pose, nearly all of it on the near prism;
-- the shape of the face, and what templates have slipped to: errors that last as long as the pose does, most of it on
-  heads;
+- the shape of the face, and slipped templates: errors that last as long as the pose, most of it on heads;
 - fifty particles with the weight on two or three, whose spread is too small: all of it on the prism before a pinhole.
 
 The first two outlast the memory of the filters, which is two or three frames. A state for each of them (a
@@ -14,18 +14,18 @@ the pose is as uncertain as a fit of the solid to the points of one frame, with 
 of the fit:
 
 - the variance of a point is v / (1 - kappa), unbiased, with kappa the sum of its particles' squared weights;
-- beyond it all points have one variance in excess, from how badly they fit the solid
-  (`pftrack.filters.agreement`), its mean over the last frames, since it changes as slowly as the pose;
-- a point that may be hidden is as sure as those of its particles that see it, as often as it is seen
+- all points share an excess variance, estimated from their misfit to the solid (`pftrack.filters.agreement`); its mean
+  over the last frames is used, since it changes as slowly as the pose;
+- a point that may be hidden has the precision of its particles that see it, times the probability that it is visible
   (`pftrack.vision.likelihoods.points`);
-- a solid and a camera that are known exactly say by how much the affine camera is wrong: that is taken off the
+- a solid and a camera that are known exactly give the error of the affine camera, which is subtracted from the
   estimate;
-- of a solid that is not, the first picture tells how its points lie in that picture's plane, and they are compared as
-  seen there. What it does not tell is how deep the solid is. A wrong depth looks like a smaller or larger turn and
-  shows in no misfit, so it is told beforehand (`Solid.depth_doubt`), as is which share of the misfit moves the pose.
+- for an unknown solid, the first picture gives its points in that picture's plane, and they are compared as seen there.
+It does not give the solid's depth. A wrong depth looks like a smaller or larger turn and does not show in a misfit, so
+its uncertainty is given in advance (`Solid.depth_doubt`), as is the share of the misfit that moves the pose.
 
-An error that looks like another pose, and is not of these, is seen by nobody: a face is off as a whole now and then. So
-the errors of a head have heavier tails than a Gaussian, and its band is that of Student's t with four degrees of
+An error that looks like another pose, and is not among these, cannot be detected: a face is sometimes off as a whole.
+So the errors of a head have heavier tails than a Gaussian, and its band is that of Student's t with four degrees of
 freedom (`Solid.widths`). Its 95 % lie within 1.96 standard deviations, like a Gaussian's, but its 50 % within 0.52.
 """
 
@@ -48,13 +48,13 @@ from pftrack.filters.agreement import excess_variance, fit_covariance, fit_gain
 from pftrack.filters.learning.charts import Chart
 from pftrack.filters.learning.diffusion import Guidance
 
-# What can be turned on the trackers of a solid's points: two layers, and how far each is trusted.
+# Parameters of the trackers of a solid's points: two layers, and the trust in each.
 
 FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
 LAYERED = ("pf-asd", "alpha-1", "alpha-0")
 
 AS_PUBLISHED: dict[str, Value] = {"upper_layer": "affine", "pose_band": "document"}
-"""What Bando 2007 has and the defaults have not."""
+"""Settings of Bando 2007 that differ from the defaults."""
 
 
 def particles_per_feature(features: int) -> Any:  # noqa: ANN401 - as of `parameter`
@@ -157,7 +157,7 @@ class PoseTrackerParameters(_Scoring, _Upper, _Mixture, _Features):
     """Everything that trackers of a solid's points have in common.
 
     Attributes:
-        guidance: How the runs of the experiment are learned from.
+        guidance: Declaration for learning from the experiment's runs.
     """
 
     guidance: ClassVar[Guidance] = pose_guidance("")
@@ -212,7 +212,7 @@ def pose_and_band(
 
     Args:
         before: The excess of the last frame, px^2, if the band was asked for then.
-        solid: What is tracked.
+        solid: The tracked solid.
         belief: In this frame.
         parameters: In force.
     """
@@ -241,13 +241,13 @@ def pose_and_band(
     if not np.isfinite(gain).all() or (before is None and not np.isfinite(excess)):
         return belief.pose, before
     if before is not None:
-        news = excess - before if np.isfinite(excess) else 0.0  # too few points may be seen to tell it
+        news = excess - before if np.isfinite(excess) else 0.0  # too few visible points to estimate it
         excess = before + (1.0 - PERSISTENCE) * news
     deeper = product(gain, depth_slopes(points_mm, theta, reference).ravel())[:3]
     doubt = solid.depth_doubt**2 * deeper[:, None] * deeper
     band = solid.misfit_share * fit_covariance(gain, variances + excess)[:3, :3] + doubt
     mistake = product(gain, bend.ravel())[:3]
-    # This is how far off half of the frames are; heavier tails leave that as it is and add to the variance.
+    # This is the error of half of the frames; heavier tails do not change it but add to the variance.
     band *= (GAUSSIAN.half / solid.widths.half) ** 2
     return Gaussian(theta - mistake, band), float(excess)
 
@@ -262,7 +262,7 @@ def pin(
     """Return points (F, 3) moved, by as little as possible, to where they were seen in the first picture.
 
     Args:
-        points_mm: Of the model.
+        points_mm: Points of the model.
         seen_px: (F, 2) in the picture.
         expected_px: (F, 2) where the camera sees the model's.
         slopes: (F, 2, 3) derivatives of these by the points, px/mm.
@@ -285,13 +285,13 @@ def pin(
 
 @compiled
 def nearness(points_mm: Floats, theta: Floats, slopes: Floats, distance_mm: float) -> Floats:
-    """Return how much further from its principal point than an affine camera a pinhole sees points, (F,) factors.
+    """Return the factors (F,) by which a pinhole sees points further from its principal point than an affine camera.
 
     Args:
         points_mm: (F, 3) in the solid's frame.
         theta: (3,) its angles, rad.
         slopes: (2, 3) of the affine camera at theta = 0, px/mm, whose line of sight is across its rows.
-        distance_mm: Of the solid's origin.
+        distance_mm: Distance of the solid's origin.
     """
     along = multiply(_line_of_sight(slopes).reshape(1, 3), rotation(theta))
     factors = np.empty(points_mm.shape[0])
@@ -360,7 +360,7 @@ def _affine(
 
 
 def seen_moments(belief: Belief) -> tuple[Floats, Floats, Floats]:
-    """Return what points are believed to be if they are seen: means (F, 2) px, variances (F, 2) px^2, scarcity (F,).
+    """Return the belief in visible points: means (F, 2) px, variances (F, 2) px^2, scarcity (F,).
 
     The scarcity is 1 / (1 - kappa), at most N: see the module.
     """
@@ -377,7 +377,7 @@ def _seen_moments(positions: Floats, log_weights: Floats, hidden: Floats) -> tup
         weights = exponentials(log_weights[n])
         total = 0.0
         for i in range(count):
-            # What hidden points have is the same for all particles.
+            # Hidden points have the same likelihood for all particles.
             weights[i] = max(weights[i] - hidden[n] / count, 0.0)
             total += weights[i]
         squares = 0.0

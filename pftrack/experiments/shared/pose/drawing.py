@@ -1,9 +1,9 @@
-"""Pieces of drawings of a solid that is tracked by its points, and what is measured, plotted and said of its pose.
+"""Pieces of drawings of a solid tracked by its points, and measures, plots and readings of its pose.
 
-A drawing has the picture stand behind the solid, clear of it, and the camera a focal length before the picture: so a px
-in the plane of the picture is a fixed number of mm there, and everything else has its true proportions. The pose is
-given as yaw, pitch and roll of the face (`pftrack.vision.face.gaze`), in degrees, each with its standard
-deviation and, where it is known, the truth.
+A drawing places the picture behind the solid, clear of it, and the camera a focal length before the picture: so a px in
+the plane of the picture is a fixed number of mm, and everything else has its true proportions. The pose is given as
+yaw, pitch and roll of the face (`pftrack.vision.face.gaze`), in degrees, each with its standard deviation and, where it
+is known, the truth.
 """
 
 from collections.abc import Mapping
@@ -35,9 +35,9 @@ def place_points(state: PoseState, points_mm: Floats, theta: Floats | None = Non
     """Return where points (n, 3) of the solid are seen, and how high above the picture they stand, (n, 3) px.
 
     Args:
-        state: What is believed.
+        state: The belief.
         points_mm: In the solid's frame.
-        theta: Angles (3,) of the solid, rad, if not those that are believed.
+        theta: Angles (3,) of the solid, rad; by default the believed ones.
     """
     turn = rotation(state.pose.mean if theta is None else theta)
     depths = points_mm @ turn[2] + state.translation_mm[2]
@@ -81,8 +81,8 @@ def feature_names(
     """Draw the features' names at places (F, 2) px, and lines that lead to them.
 
     Args:
-        state: Where the features are.
-        names: Of the features.
+        state: Belief with the features' places.
+        names: Names of the features.
         places: (F, 2) of the names, px.
         titles: The names written out, where these are short. They run away from their features.
     """
@@ -103,12 +103,12 @@ def feature_names(
 
 
 def beside(points: Floats, plan: Floats, height: float) -> Floats:
-    """Return places (n, 2) for the names of points (n, 2), so that none covers another: in two columns beside them.
+    """Return places (n, 2) for the names of points (n, 2) without overlaps, in two columns beside them.
 
     Args:
         points: px.
-        plan: (n, 2) where the points are on the object: it decides on side and order, so that no name ever jumps.
-        height: Of the picture, px.
+        plan: (n, 2) places of the points on the object, which set side and order, so names do not jump.
+        height: Height of the picture, px.
     """
     places, gap = np.empty_like(points), height / NAMES_DOWN
     low, high = points.min(axis=0), points.max(axis=0)
@@ -137,7 +137,7 @@ def model_points(state: PoseState, size: float) -> dict[str, Primitive]:
 
 
 def draw_with_rim(name: str, lines: Links) -> dict[str, Primitive]:
-    """Draw dark lines with a light rim, so that they are seen on any picture."""
+    """Draw dark lines with a light rim, visible on any picture."""
     rim = replace(lines, colour=COLOURS["paper"], width=lines.width + 1.0)
     return {f"{name} rim": rim, name: lines}
 
@@ -156,7 +156,7 @@ def true_marks(landmarks: Landmarks, size: float) -> dict[str, Primitive]:
 
 
 def pose_axes(state: PoseState, origin_mm: Floats, length_mm: float) -> dict[str, Primitive]:
-    """Draw the solid's own axes at a point of it, z turned so that it comes out of the picture for a solid at rest.
+    """Draw the solid's own axes at a point of it, with z pointing out of the picture for a solid at rest.
 
     The axes that lie in the picture then are named; a third name would cover the others whenever the solid is turned.
     """
@@ -183,10 +183,10 @@ def dashes(segments: NDArray[np.float32], colour: Colour, width: float, layer: s
 
     Args:
         segments: Ends, px.
-        colour: Of the dashes.
-        width: Of the dashes, px.
-        layer: That they are on.
-        length: Of a dash and of the gap after it, px.
+        colour: Colour of the dashes.
+        width: Width of the dashes, px.
+        layer: Their layer.
+        length: Length of a dash and of the gap after it, px.
     """
     ways = segments[:, 1] - segments[:, 0]
     counts = np.maximum(1, np.rint(np.linalg.norm(ways, axis=1) / (2.0 * length)).astype(np.int64))
@@ -252,7 +252,7 @@ def mean_error_deg(estimates: Floats, truths: Floats) -> Floats:
 JUDGE = Judge(
     mean_error_deg, "deg", lambda errors, _sizes, parameters: errors > parameters.lost_deg, scale=float(np.rad2deg(1.0))
 )
-"""How poses are compared with the truth."""
+"""Comparison of poses with the truth."""
 
 
 def _gaze_sd(state: PoseState) -> Floats:

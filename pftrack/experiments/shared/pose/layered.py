@@ -32,16 +32,16 @@ DOUBT = 0.25
 """By so much the log variance of a feature grows as its best log likelihood falls below that of a perfect match."""
 
 FURTHER_LOOKS = 2
-"""At most, at a frame of which the prediction is unsure."""
+"""Largest number of passes, for a frame with an uncertain prediction."""
 
 UNSURE = 2.0
-"""A prediction of which the variance is this many times that of the slack, the slack included."""
+"""A prediction is uncertain from this ratio of its variance, including the slack, to that of the slack."""
 
 SURPRISE = 0.36
-"""How far features are from where they are expected while the solid moves as expected, as a share of the slack."""
+"""Distance of features from their predictions while the solid moves as expected, as a share of the slack."""
 
 LEAST_LOG_LIKELIHOOD = -40.0
-"""What is less likely is doubted no more than this."""
+"""Least likelihood that counts; smaller ones are doubted no more than this."""
 
 FeatureLikelihood: TypeAlias = Callable[[Floats], Floats]
 """From positions (F, N, 2) px to log likelihoods (F, N), up to a constant for each feature."""
@@ -49,14 +49,14 @@ FeatureLikelihood: TypeAlias = Callable[[Floats], Floats]
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How to track.
+    """The settings of tracking.
 
     Attributes:
         sample_count: N, particles per feature.
         noise_sd_px: b_f, process noise of the features' own dynamics, px per frame.
         sd_floor_px: Smallest standard deviation with which a feature's mean is given to the upper layer.
-        learning: How the ratios are adapted, or None to keep them as they are.
-        slack_px: How far a feature may be from where the solid has it; 0 for not at all.
+        learning: Settings of adapting the ratios, or None to keep them.
+        slack_px: Deviation of a feature from the solid's prediction; 0 for none.
         hidden_weight: Odds that a feature is hidden which fits as well as others; 0 if features are never hidden.
     """
 
@@ -69,7 +69,7 @@ class Settings:
 
     @property
     def tolerance_px(self) -> float:
-        """How far a feature may be from where it is expected: the slack, or what its own dynamics leave open."""
+        """Deviation of a feature from its prediction: the slack, or the noise of its own dynamics."""
         return self.slack_px or self.noise_sd_px
 
 
@@ -80,7 +80,7 @@ class Layered(Generic[S]):
     Attributes:
         features: The lower layer, particles of F features.
         upper: The upper layer's belief.
-        mixture: The ratios by which the next frame's particles will be drawn, and what they were learned from.
+        mixture: The ratios for the next frame's particles, and their learned statistics.
         pose: Belief in the angles (theta_x, theta_y, theta_z), rad.
         hidden: (F,) how likely each feature is hidden.
         log_likelihoods: (F, N) of the features' particles, as of visible features; None at the beginning.
@@ -103,7 +103,7 @@ class Proposed(Generic[S]):
     Attributes:
         drawn: The particles.
         upper: The upper layer's predicted belief.
-        projection: Where it expects the features.
+        projection: Its predictions of the features.
         expected: (F, 2) px, where a first look at the frame has found the solid's points; None before it.
     """
 
@@ -130,7 +130,7 @@ def begin(
         layer: The upper layer.
         belief: Its initial belief.
         positions: (F, 2) px of the features.
-        settings: How to track.
+        settings: The settings of tracking.
         rng: The frame's generator.
         ratio: alpha of all features; with `settings.learning` None it stays.
         spread_px: Standard deviation of the particles around the positions.
@@ -177,8 +177,8 @@ def _closer(
 ) -> Proposed[S]:
     """Draw all particles once more, where a first look at the same frame has found the solid to be.
 
-    Where the prediction is unsure, as in the first frame of a head that is already moving, fifty particles in so wide a
-    place find some of the features and mistake others. The prediction that is updated stays what it was.
+    Where the prediction is uncertain, as in the first frame of a moving head, fifty particles in such a wide region
+    find some features and mistake others. The prediction to update stays the same.
     """
     found = _slacken(layer.project(after.upper), settings)
     ratios = np.ones(len(found.means))
@@ -202,11 +202,11 @@ def conclude(
     """Weigh, adapt the ratios, and update the upper layer and the pose: the half after the observation.
 
     Args:
-        state: Of the last frame.
-        proposed: What `propose` made of it.
+        state: State of the last frame.
+        proposed: Result of `propose`.
         layer: The upper layer.
         log_likelihoods: (F, N) of the particles drawn, up to a constant for each feature.
-        settings: How to track.
+        settings: The settings of tracking.
         rng: The frame's generator, after `propose` has drawn from it.
     """
     hidden, visible = np.zeros(len(log_likelihoods)), log_likelihoods
@@ -227,7 +227,7 @@ def conclude(
             settings.noise_sd_px,
             settings.learning,
         )
-        # Particles that are all alike tell the predictions not apart: what is hidden is where the solid has it.
+        # Equally likely particles do not distinguish the predictions: a hidden feature is where the solid predicts it.
         followed = np.minimum(hidden, 1.0 - settings.learning.clip)
         mixture = replace(mixture, ratios=np.maximum(mixture.ratios, followed))
     if settings.slack_px > 0.0:
@@ -251,7 +251,7 @@ def _update_by_agreement(
     settings: Settings,
     rng: Generator,
 ) -> S:
-    """Update the upper layer by the features that agree with it; one whose particles are all alike likely says nothing.
+    """Update the upper layer by the features that agree with it; features with equally likely particles are ignored.
 
     At first only the middle of the features is taken from the picture, for the prediction is off by the same for all.
     """
@@ -271,22 +271,21 @@ def _update_by_agreement(
     return upper
 
 
-# A feature that looks like nothing is covered, or the solid has moved and its pose is behind. One frame does not tell
-# which: who believes the features follows every cover, and who doubts them stands still before a head that turns in an
-# unexpected way. So both accounts are kept, each as a filter with a pose of its own, and as they part the pictures
-# decide. It is a filter of multiple models (Blom & Bar-Shalom, IEEE Transactions on Automatic Control 33, 1988) without
-# mixing, since the mean of two poses is wrong where one of them is.
+# A feature that looks like nothing is covered, or the solid has moved and its pose is behind. One frame does not decide
+# between both: trusting the features follows every cover, and doubting them ignores a head that turns unexpectedly. So
+# both hypotheses are kept, each as a filter with its own pose, and once they differ the pictures decide. It is a filter
+# of multiple models (Blom & Bar-Shalom, IEEE Transactions on Automatic Control 33, 1988) without mixing, since the mean
+# of two poses is wrong where one of them is.
 #
-# The log odds of the two are those of how well all features look like themselves where either pose has them, discounted
-# from frame to frame. A feature that looks like nothing in either place counts for neither, so that a cover does not.
-# The filter that doubts is left only where the odds say so clearly; a filter that is far behind begins again from the
-# other.
+# The log odds of the two compare the fit of all features at the places given by each pose, discounted from frame to
+# frame. A feature that fits at neither place counts for neither, so a cover does not count. The doubting filter is
+# replaced only at clear odds; a filter that is far behind restarts from the other.
 
 DISCOUNT = 0.8
-"""Of what was known in the last frame this share counts."""
+"""Share of the last frame's log odds that is kept."""
 
 BETTER = 2.0
-"""Log odds by which all features are believed once some were doubted."""
+"""Log odds required to trust all features once some were doubted."""
 
 CLEAR = 5.0
 """Log odds at which nothing is taken to be hidden."""
@@ -297,11 +296,11 @@ HOPELESS = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Rival(Generic[S]):
-    """The filter that is not believed now.
+    """The filter that is not in use now.
 
     Attributes:
         layers: Its state.
-        doubting: Whether it is the one that doubts features; the one that is believed then takes all for visible.
+        doubting: Whether it doubts features; the filter in use then takes all for visible.
         log_odds: For the filter that doubts, against the one that does not; discounted.
     """
 
@@ -311,7 +310,7 @@ class Rival(Generic[S]):
 
     @property
     def all_visible(self) -> bool:
-        """Whether the odds say clearly that no feature is hidden."""
+        """Whether the odds clearly show that no feature is hidden."""
         return self.log_odds < -CLEAR
 
 
@@ -323,15 +322,15 @@ def step_rivals(
     settings: Settings,
     rng: Generator,
 ) -> tuple[Layered[S], Rival[S]]:
-    """Advance both filters by one observation, and return the one that is believed and the other.
+    """Advance both filters by one observation, and return the one in use and the other.
 
     Args:
-        believed: The filter that was believed.
-        rival: The other; None at first, when the one that doubts is believed and the other begins where it is.
+        believed: The filter in use.
+        rival: The other; None at first, when the doubting one is in use and the other begins from it.
         layer: The upper layer.
-        log_likelihoods: Of positions in the observation, for the one that was believed and for the other: a template
+        log_likelihoods: Functions of positions in the observation, for the filter in use and for the other: a template
             looks different in another pose.
-        settings: How to track, with the odds of hidden features.
+        settings: The settings of tracking, with the odds of hidden features.
         rng: The frame's generator.
     """
     rival = rival or Rival(believed, doubting=False, log_odds=0.0)
@@ -344,7 +343,7 @@ def step_rivals(
     doubted = log_odds > 0.0 if rival.doubting else log_odds >= -BETTER
     best, behind = (doubts, trusts) if doubted else (trusts, doubts)
     if doubted == rival.doubting:
-        # What was believed in the last frame were the particles of the other filter: none of these descends from them.
+        # The last frame used the particles of the other filter, so these have no parents among them.
         best = replace(best, features=adaptive.orphan(best.features))
     if abs(log_odds) > HOPELESS:
         behind, log_odds = best, 0.0
@@ -352,7 +351,7 @@ def step_rivals(
 
 
 def _fits(after: Layered[S], layer: UpperLayer[S], settings: Settings) -> Floats:
-    """Return how well each feature looks like itself where a filter's pose has it, (F,) log likelihoods."""
+    """Return the fit of each feature where a filter's pose places it, (F,) log likelihoods."""
     if after.log_likelihoods is None:
         raise ValueError("a filter is compared after a step, not at its beginning")
     expected = layer.project(after.upper).positions

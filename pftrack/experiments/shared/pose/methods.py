@@ -1,9 +1,9 @@
-"""The methods by which a solid's points are tracked, whatever they look like, and what they report.
+"""The methods of tracking a solid's points, of any kind, and their reports.
 
 `pf-asd` draws each feature's particles from two predictions and adapts their shares; `alpha-1` and `alpha-0` keep to
 one of them; `rb-pf` samples all features at once. A family of trackers (the prism, the head) brings the solid and the
-likelihood and leaves the rest to `begin` and `advance`. The methods understand each other's beliefs, so that one may
-take over from another in mid-run.
+likelihood and leaves the rest to `begin` and `advance`. The methods accept each other's beliefs, so a run can switch
+methods.
 """
 
 from collections.abc import Callable, Mapping
@@ -54,10 +54,10 @@ def begin(
     """Begin with features at known positions, at rest.
 
     Args:
-        solid: What is tracked.
+        solid: The tracked solid.
         positions: (F, 2) px of its features.
         parameters: In force.
-        method: How it will be tracked.
+        method: Method of tracking.
         rng: The frame's generator.
         theta: Belief in the angles (3,), rad; as certain as one frame's process noise around 0 if not given.
         spread_px: Standard deviation of the particles; that of the parameters if not given.
@@ -117,7 +117,7 @@ def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) 
 
 
 def hold(belief: Belief) -> Belief:
-    """Return a belief for a frame in which nothing is drawn: each point's own particles are what they were."""
+    """Return a belief for a frame without a draw: each point's own particles stay the same."""
     layers = belief.kept
     if not isinstance(layers, Layered):
         return belief
@@ -125,7 +125,7 @@ def hold(belief: Belief) -> Belief:
 
 
 def slopes(state: PoseState, parameters: PoseTrackerParameters) -> Floats:
-    """Return by how many px a mm of the solid's frame will move a point beside each of its points, (F, 2, 3)."""
+    """Return the motion, px per mm in the solid's frame, of a point near each of its points, (F, 2, 3)."""
     belief, solid = state.belief, state.solid
     if isinstance(belief.kept, Layered) and not _is_affine(belief):
         layer = _layer(solid, parameters)
@@ -290,7 +290,7 @@ def _camera(solid: Solid, positions: Floats, theta: Floats) -> Floats:
 
 REPORTED = read_as(Series, Path(__file__).with_name("reported.yaml"), "name")
 OF_LAYERS = ("alpha", "samples", "unique_ancestors")
-"""What joint particles do not have."""
+"""Values that joint particles lack."""
 
 
 def report(method: Method, features: tuple[str, ...]) -> tuple[Series, ...]:
@@ -307,7 +307,7 @@ def measurement(series: tuple[Series, ...]) -> Callable[[PoseState], Mapping[str
 
     ESS and number of particles are sums over the features, where each has particles of its own. Alpha is the share of
     the solid's prediction as learned up to this frame; the samples are those of this frame. While a lost object is
-    looked for, its belief may still be that of the method before, and have more or less than is declared.
+    searched, its belief may still be that of the previous method, with more or fewer values than declared.
     """
     names = {one.name for one in series}
 
@@ -327,7 +327,7 @@ def measurement(series: tuple[Series, ...]) -> Callable[[PoseState], Mapping[str
 
 
 def _own_series(kept: Layered[Any] | RaoBlackwell | ParticleSet) -> Mapping[str, SeriesValue]:
-    """Return what a method reports of its own: of layers alpha, particles by prediction, and how many survived."""
+    """Return a method's own reports: for layers alpha, particles by prediction, and the number of survivors."""
     if isinstance(kept, ParticleSet):
         return {"unique_ancestors": float(kept.unique_ancestors)}
     if isinstance(kept, RaoBlackwell):

@@ -1,9 +1,10 @@
-"""What is believed of a solid's points and of its pose in one frame, and what is known of the solid beforehand.
+"""The belief in a solid's points and pose in one frame, and prior knowledge of the solid.
 
-Below are the points, each with particles of its own or all of them together; above is the solid. The methods differ in
+The lower layer holds the points, with separate or joint particles; the upper layer is the solid. The methods differ in
 both: layers with an affine camera or a pinhole above, the joint particles of the Rao-Blackwellised filter, and
-particles of the whole pose. `Belief` says of each what drawings and other methods ask. `PoseState` is what a tracker
-carries from frame to frame, and `PoseModel` lays it open: what poses are worth by the points, and by which of them.
+particles of the whole pose. `Belief` is their common interface for drawings and other methods. `PoseState` is a
+tracker's state from frame to frame, and `PoseModel` exposes the likelihood of poses by points, in total and for each
+point.
 """
 
 import math
@@ -35,8 +36,8 @@ class Widths(NamedTuple):
     """Half widths of the central parts of a distribution, in its standard deviations.
 
     Attributes:
-        half: Of the central 50 %.
-        most: Of the central 95 %.
+        half: Half width of the central 50 %.
+        most: Half width of the central 95 %.
     """
 
     half: float
@@ -60,10 +61,10 @@ class Solid:
         principal_px: (2,) its principal point.
         translation_mm: (3,) where the origin of its frame was at the start, in the camera's frame.
         pinned_mm: (F, 3) the points moved to where they were seen at the start; None if shape and camera are known.
-        depth_doubt: By which share its depth, along the line of sight of the start, may be wrong (standard deviation).
-        misfit_share: Which share of the variance with which its points do not fit it concerns its pose.
-        reach_rad: How far it turns from the start (standard deviation), if it is held; a pinhole's layer uses it.
-        widths: How the errors of its pose are distributed, as far as the band is calibrated.
+        depth_doubt: Relative error of its depth, along the line of sight of the start (standard deviation).
+        misfit_share: Share of the points' misfit variance that affects its pose.
+        reach_rad: Turn from the start (standard deviation), if it is held; a pinhole's layer uses it.
+        widths: Distribution of the errors of its pose, as far as the band is calibrated.
     """
 
     points_mm: Floats
@@ -79,7 +80,7 @@ class Solid:
 
     @property
     def scale(self) -> float:
-        """How large a mm of it is at the start, px."""
+        """Size of a mm of it at the start, px."""
         (a, b), (c, d) = self.reference[:, :2]
         return float(np.sqrt(abs(a * d - b * c)))
 
@@ -129,14 +130,14 @@ class Belief:
     """The posterior of F points and of the pose of the solid that they belong to, immutable.
 
     Attributes:
-        kept: What the method carries on: layers, joint particles of all points, or particles of the pose.
+        kept: The method's own state: layers, joint particles of all points, or particles of the pose.
         pose: Belief in the angles (theta_x, theta_y, theta_z), rad.
         log_evidence: Log p(z_t | z_{1:t-1}) up to a constant, the points taken together.
         positions: (F, N, 2) px, of the particles, a view.
         log_weights: (F, N) of the points' own particles, normalised for each point, or (N,) of joint ones.
         means: (F, 2) px.
         covariances: (F, 2, 2) px^2.
-        affine: (2, 4) the affine camera that is believed to see the solid; None before a pinhole.
+        affine: (2, 4) the believed affine camera; None before a pinhole.
         place_mm: (3,) where the origin of the solid's frame is in the camera's frame; None for a camera without
             distance.
         rival: A second filter of layers, which judges otherwise whether points are hidden; None if none may be.
@@ -155,7 +156,7 @@ class Belief:
 
     @classmethod
     def of_layers(cls, layers: Layered[Any], rival: Rival[Any] | None = None) -> Self:
-        """Return the belief of points with particles of their own below a solid, which either camera sees."""
+        """Return the belief of points with separate particles below a solid, for either camera."""
         features, upper = layers.features, layers.upper
         affine = upper.camera if isinstance(upper, AffineBelief) else None
         return cls(
@@ -209,18 +210,18 @@ class Belief:
 
     @property
     def upper_counts(self) -> Ints:
-        """(F,) how many of each point's particles, the first ones, came from the solid's prediction."""
+        """(F,) number of each point's particles from the solid's prediction; they are the first ones."""
         layers = self.kept
         return layers.features.upper_counts if isinstance(layers, Layered) else np.full(*self.positions.shape[:2])
 
     @property
     def hidden(self) -> Floats:
-        """(F,) how likely each point is hidden, so that its particles say nothing of it."""
+        """(F,) probability that each point is hidden, so its particles carry no information."""
         return self.kept.hidden if isinstance(self.kept, Layered) else np.zeros(len(self.positions))
 
     @property
     def alpha(self) -> Floats | None:
-        """(F,) the share of the solid's prediction as learned up to this frame; None where there is no choice."""
+        """(F,) the share of the solid's prediction as learned up to this frame; None without a choice."""
         return self.kept.mixture.ratios if isinstance(self.kept, Layered) else None
 
 
@@ -229,15 +230,15 @@ class PoseState:
     """The posterior of one frame, immutable.
 
     Attributes:
-        solid: What is known of the object.
+        solid: The prior model of the object.
         belief: In its points and its pose.
         pose: Belief in the angles (theta_x, theta_y, theta_z), rad; wider than the belief's own if its band is
-            calibrated, and while the object is looked for.
+            calibrated, and while the object is searched.
         recognised: (F,) which features the observation confirmed in this frame.
         switched: Whether a feature went over from trusting one prediction more to trusting the other.
-        memory: What else a family of trackers carries along.
-        excess_px2: What a calibrated band remembers: the variance of the points' positions beyond their particles',
-            mean over the last frames; None where the band is the filter's own.
+        memory: Further state of a family of trackers.
+        excess_px2: Memory of a calibrated band: the variance of the points' positions beyond their particles', mean
+            over the last frames; None where the band is the filter's own.
         repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 
@@ -289,7 +290,7 @@ class PoseState:
     def translation_mm(self) -> Floats:
         """(3,) where the origin of the solid's frame is now, in the camera's frame.
 
-        An affine camera knows of no distance; it is then the one at which a mm is as large as at the start.
+        An affine camera has no distance; the result is then the distance at which a mm is as large as at the start.
         """
         place = self.belief.place_mm
         if place is not None:
@@ -315,7 +316,7 @@ class PoseState:
 
 
 SAMPLERS = ("the solid's pose", "the feature's own past")
-"""What draws the particles of a point: those of the first have no parents."""
+"""Sources of a point's particles; those of the first have no parents."""
 
 OWN = tuple(Component(name, "px") for name in ("x", "y", "x in the last frame", "y in the last frame"))
 
@@ -371,8 +372,8 @@ LONGER = 5.0
 class PoseModel(Model, ABC):
     """The likelihood of poses: the points of each, as a pinhole sees them, weighed together.
 
-    Trackers weigh the particles of each point by itself, so theirs have other weights than whole poses. A family says
-    in `weigh` how points are weighed.
+    Trackers weigh the particles of each point by itself, so theirs have other weights than whole poses. A family
+    defines in `weigh` how points are weighed.
     """
 
     weighs = False
@@ -430,7 +431,7 @@ class PoseModel(Model, ABC):
 
     @override
     def cloud(self, state: PoseState) -> Cloud | None:
-        """Return the particles of the filter that is believed.
+        """Return the particles of the filter in use.
 
         Joint particles (N, 2 F) px, each in the middle of its points; or those of each point's own filter (F N, 4) px,
         point by point.
@@ -444,7 +445,7 @@ class PoseModel(Model, ABC):
     def update_parts(self, before: PoseState, state: PoseState, frame: Frame, parameters: Values) -> tuple[Part, ...]:
         """Return which point pulls which way: its residual, alpha, and its share in the estimate.
 
-        The residual is where a point is believed to be, less where the estimated pose has it. Its share is that of its
+        The residual is a point's believed place, less its place by the estimated pose. Its share is that of its
         information, (1 - probability that it is hidden) / variance, in that of all points.
         """
         belief = state.belief

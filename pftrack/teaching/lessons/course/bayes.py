@@ -65,13 +65,13 @@ CAMERA = 5.0
 """Place of the camera in m, from which distances are measured."""
 STEP = 0.02
 GRID: Floats = np.linspace(-60.0, 70.0, 6_501)
-"""In m; far beyond what is drawn, so that sums over it are integrals. The camera stands on one of its points."""
+"""In m; far beyond the drawn range, so sums over it are integrals. The camera stands on one of its points."""
 DRAWN = slice(2750, 3751, 2)
-"""What is drawn of the grid, LOW to HIGH."""
+"""The drawn part of the grid, LOW to HIGH."""
 
 
 class BayesParameters(Parameters):
-    """What was believed, how it is measured, and what was measured."""
+    """The prior, the noise of the measurement, and the measurement."""
 
     mode: Literal["position", "distance"] = parameter("position", "Measured quantity")
     """The position itself, z = x + noise, or the distance to a camera at 5 m, z = |x - 5 m| + noise."""
@@ -187,7 +187,7 @@ AT_A_DISTANCE: dict[str, Value] = {
     "noise_sd": 0.5,
     "measured": 3.0,
 }
-"""Where the question is asked."""
+"""Parameters of the question."""
 
 
 def _distance() -> BayesParameters:

@@ -1,4 +1,4 @@
-"""Lesson 4: which one position to name when a whole density is known."""
+"""Lesson 4: choosing one position from a whole density."""
 
 import math
 
@@ -11,16 +11,16 @@ from pftrack.teaching.lessons.figure import Panel, Shown, look
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 LOW, HIGH = -3.0, 9.0
-"""Where guesses are made, m."""
+"""Positions of guesses, m."""
 
 GRID: Floats = np.linspace(-6.0, 14.0, 1001)
-"""Positions that are summed over, m: all of the density, whatever the sliders say."""
+"""Positions that are summed over, m: all of the density at every setting of the sliders."""
 
 HIT = 0.15
-"""A guess that is no further off than this is almost exactly right, m."""
+"""A guess within this distance is almost exactly right, m."""
 
 BEST = "mean", "median", "hits"
-"""What is best for each of the three losses, as the panels have it."""
+"""The best guess for each of the three losses, as in the panels."""
 LOOK = look(__file__)
 
 

@@ -1,8 +1,7 @@
-"""Lesson 8: draws of one density stand for another one, each with a weight.
+"""Lesson 8: weighted draws from one density represent another one.
 
-Wanted is p = N(1, 0.5^2), sampled is q = N(c, s^2). Both are Gaussian, so that the moments of the weight p/q under q,
-the integrals of p^k / q^(k - 1), are known in closed form, and with them how many draws count and how far off an
-average may be.
+Wanted is p = N(1, 0.5^2), sampled is q = N(c, s^2). Both are Gaussian, so the moments of the weight p/q under q, the
+integrals of p^k / q^(k - 1), have closed forms. They give the number of effective draws and the error of an average.
 """
 
 import math
@@ -19,19 +18,19 @@ from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
 MEAN, SD = 1.0, 0.5
-"""Of the density that is wanted."""
+"""Mean and standard deviation of the wanted density."""
 LOOK = look(__file__)
 LOW, HIGH = -4.0, 5.0
 AXIS: Floats = np.linspace(LOW, HIGH, 361)
 EDGES: Floats = np.linspace(LOW, HIGH, 46)
 MOST_DRAWS, MOST_STEMS = 5000, 400
-"""How many draws there may be, and how many are shown: a screen has room for no more."""
+"""Largest number of draws, and number of shown ones: a screen has no room for more."""
 FEW = 10
-"""Effective draws below which nothing is said of how far off their number may be."""
+"""Effective draws below which no tolerance of their number is given."""
 ROUNDING = 1e-9
-"""How far off a number may be that is no matter of chance."""
+"""Tolerance of a number without randomness."""
 REPEATS, MANY = 200, 2000
-"""Of the checks: how often they draw, and how many each time."""
+"""Repetitions of the checks, and draws of each."""
 CHOICES = 0.3, 0.5, 1.0, 2.0
 """Spreads that the question offers."""
 
@@ -56,7 +55,7 @@ class Proposal:
 
     def draw(self, rng: Stream, count: int) -> ParticleSet:
         """Return (count, 1) draws with weights in proportion to p/q."""
-        # The first of as many as there may be: the same ones, whatever the count.
+        # The first of the largest number of draws, so they are the same for every count.
         drawn = self.centre + self.spread * rng.standard_normal((MOST_DRAWS, 1))[:count]
         return ParticleSet(drawn, normalise(self.log_ratio(drawn[:, 0]))[0], np.arange(count))
 
@@ -77,7 +76,7 @@ class Proposal:
 
     @property
     def share(self) -> float:
-        """What share of many draws is effective, 1 / integral of p^2/q; 0 where that is infinite."""
+        """The effective share of many draws, 1 / integral of p^2/q; 0 where that is infinite."""
         return 1.0 / self.moment(2)
 
     def share_sd(self, count: int) -> float | None:

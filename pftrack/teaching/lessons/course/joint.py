@@ -1,4 +1,4 @@
-"""Lesson 2: two uncertain quantities at once, and what learning one says of the other."""
+"""Lesson 2: two uncertain quantities at once, and what one reveals about the other."""
 
 import math
 
@@ -17,13 +17,13 @@ CELLS: Floats = np.linspace(-EDGE, EDGE, 57)
 PLACES: Floats = np.linspace(-EDGE, EDGE, 281)
 STEP = 0.05
 GRID: Floats = np.linspace(-10.0, 10.0, 401)
-"""On which sums stand for integrals: nearly all of the density lies within it."""
+"""Range on which sums replace integrals: nearly all of the density lies within it."""
 READ_AT = 1.0
 """The x whose conditional density is read along z."""
 
 
 class JointParameters(Parameters):
-    """How closely position and measurement go together, and what was measured."""
+    """The correlation of position and measurement, and the measurement."""
 
     correlation: float = parameter(0.8, "Correlation r", within=(-0.95, 0.95, 0.05))
     """Correlation of x and z: 0 is none, 1 a straight line."""

@@ -16,7 +16,7 @@ from pftrack.filters.dynamics import LinearDynamics
 from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
-# What lesson 6 computes: tracks of something that moves with a slowly changing velocity, and their Kalman filter.
+# Computations of lesson 6: tracks of an object with a slowly changing velocity, and their Kalman filter.
 #
 # One track is filtered by the library's filter. Its covariances and gains do not depend on what is measured, so they
 # serve any number of further tracks, whose errors show whether the filter is right about its own.
@@ -26,7 +26,7 @@ LOOK = look(__file__)
 TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])
 OBSERVATION = np.array([[1.0, 0.0]])
 PRIOR = Gaussian(np.zeros(2), np.diag([4.0, 1.0]))
-"""What is known before the first frame: position, m, and velocity, m/s."""
+"""Prior before the first frame: position, m, and velocity, m/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,14 +44,14 @@ class Tracks:
 
 @dataclass(frozen=True, slots=True)
 class Filtered:
-    """What the filter says of one track.
+    """The filter's results on one track.
 
     Attributes:
         means: (frames, 2) positions, m, and velocities, m/s.
         covariances: (frames, 2, 2).
         predicted: (frames, 2, 2) covariances before the frame's measurement.
         innovations: (frames,) measurements less their predictions, m; NaN where there is none.
-        gains: (frames, 2): what share of the innovation is added; nothing where there is no measurement.
+        gains: (frames, 2): share of the innovation that is added; nothing without a measurement.
     """
 
     means: Floats
@@ -68,14 +68,14 @@ def motion(process: float) -> LinearDynamics:
 
 
 def simulate(process: float, noise: float, seed: int, frames: int, count: int) -> Tracks:
-    """Return tracks that move and are measured as the model says, with the same draws whatever the noise.
+    """Return tracks of the model, with the same draws for every noise.
 
     Args:
         process: Intensity of the noise on the velocity, m^2/s^3.
         noise: Variance of a measurement, m^2.
-        seed: Of all draws.
-        frames: How many.
-        count: Of tracks.
+        seed: Seed of all draws.
+        frames: Number of frames.
+        count: Number of tracks.
     """
     dynamics = motion(process)
     draws = Stream(seed, 0, Purpose.SCENE).standard_normal((frames, 3, count))
@@ -92,7 +92,7 @@ def apply_filter(process: float, noise: float, measured: Sequence[float] | Float
     Args:
         process: Intensity of the noise on the velocity, m^2/s^3.
         noise: Variance of a measurement, m^2.
-        measured: (frames,) positions, m; NaN where there is no measurement.
+        measured: (frames,) positions, m; NaN without a measurement.
     """
     dynamics, covariance, frames = motion(process), np.array([[noise]]), len(measured)
     known, innovations = PRIOR, np.asarray(measured, dtype=np.float64).copy()
@@ -128,13 +128,13 @@ WITHIN = 1.0 - math.exp(-2.0)
 """Probability that lies within two standard deviations of a Gaussian in the plane."""
 
 FOUR_SDS = 4.0
-"""How far a sampled number may be off: once in sixteen thousand draws it is further off."""
+"""Tolerance of a sampled number, which one in sixteen thousand draws exceeds."""
 
 CIRCLE: Floats = np.stack([f(np.linspace(0.0, 2.0 * np.pi, 121)) for f in (np.cos, np.sin)])
 
 
 class KalmanParameters(Parameters):
-    """How noisy motion and measurements are, which of these are missing, and where one looks."""
+    """Noises of motion and measurements, missing measurements, and the examined frame."""
 
     process: float = parameter(0.05, "Process noise", unit="m²/s³", within=(0.005, 0.5, 0.005))
     """Variance of the velocity change in a second."""
@@ -164,7 +164,7 @@ def show(parameters: KalmanParameters, seed: int) -> Shown:
 
 
 def _apply_filter(parameters: KalmanParameters, seed: int) -> tuple[Tracks, Filtered]:
-    """Return all tracks, of which the first is the one that is shown, and what the filter says of that."""
+    """Return all tracks, the shown one first, and the filter's results on that one."""
     tracks = simulate(parameters.process, parameters.noise, seed, FRAMES, TRACKS)
     measured = tracks.measured[:, 0].copy()
     measured[GAP : GAP + parameters.dropped] = np.nan

@@ -1,4 +1,4 @@
-"""Lesson 7: a crowd of samples stands for a density, and how wrong it is."""
+"""Lesson 7: samples represent a density, and their error."""
 
 import math
 from functools import partial
@@ -20,14 +20,14 @@ SIZES = 10, 30, 100, 300, 1000, 3000, 10_000
 """Numbers of samples at which the error is measured; what is drawn for one of them is part of the next."""
 
 REPEATS = 50
-"""How often a cloud is drawn for the error on the screen."""
+"""Number of clouds for the error on the screen."""
 
 CELL = 0.5
 """Width of a grid's cell, m."""
 
 
 class MonteCarloParameters(Parameters):
-    """How many samples there are, and of how many dimensions."""
+    """Numbers of samples and of dimensions."""
 
     count: int = parameter(1000, "Samples N", within=(10, SIZES[-1], 10))
     """Number of samples in the cloud."""
@@ -36,10 +36,10 @@ class MonteCarloParameters(Parameters):
 
 
 def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[Floats, Floats]:
-    """Draw clouds of which a smaller one is the beginning of a larger one.
+    """Draw clouds such that a smaller one is the beginning of a larger one.
 
     Args:
-        seed: Of all draws.
+        seed: Seed of all draws.
         count: Samples of a cloud, at most 10,000.
         dimension: Coordinates of a sample.
         repeats: Number of clouds.

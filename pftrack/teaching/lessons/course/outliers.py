@@ -1,4 +1,4 @@
-"""Lesson 11: what a filter makes of a wild measurement depends on which noise it believes in.
+"""Lesson 11: a filter's response to a wild measurement depends on its noise model.
 
 The prior is N(0, 1). Under Gaussian noise of scale s the posterior's mean is z / (1 + s^2). Under Cauchy noise it is
 z - s Im w / Re w of Faddeeva's function w at (z + i s) / sqrt(2), since the density of z is Voigt's profile and the
@@ -37,11 +37,11 @@ TRUTH_PX: Floats = true_path(FRAMES)
 OUTLIERS = 15, 45, 75, 90
 """Frames in which the track's measurement is far off."""
 EXACTLY, NEARLY = 1e-6, 1e-3
-"""How far integrals may be off: in a check, and on a screen."""
+"""Tolerances of integrals: in a check, and on a screen."""
 
 
 class OutliersParameters(Parameters):
-    """A measurement, and the noise that it is believed to have."""
+    """A measurement, and its assumed noise."""
 
     z: float = parameter(5, "Measurement z", within=(LEAST_Z, MOST_Z, 0.1))
     """The measurement; the prior expects it near 0."""

@@ -68,7 +68,7 @@ LOOK = look(__file__)
 LOW, HIGH = -5.0, 5.0
 PLACES: Floats = np.linspace(LOW, HIGH, 401)
 MOST = 20_000
-"""Draws: all are made whatever N is, so that the first ones stay when N grows."""
+"""Draws: all are made for every N, so the first ones stay when N grows."""
 
 
 class ProbabilityParameters(Parameters):
@@ -111,7 +111,7 @@ def probability(density: Mixture, low: float, high: float) -> float:
 
 
 def counting_tolerance(exact: float, count: int) -> float:
-    """Return how far a counted share may be off: 3.3 standard deviations, which one draw in a thousand exceeds.
+    """Return the tolerance of a counted share: 3.3 standard deviations, which one draw in a thousand exceeds.
 
     One more draw in the interval always may be.
     """

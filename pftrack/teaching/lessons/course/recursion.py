@@ -1,7 +1,7 @@
 """Lesson 5: predict, correct, repeat; on a grid of positions and exactly.
 
-The grid knows nothing of Gaussians: a prediction blurs its density, a measurement multiplies it by the likelihood. The
-Kalman filter beside it does the same in two numbers.
+The grid does not assume Gaussians: a prediction blurs its density, a measurement multiplies it by the likelihood. The
+Kalman filter does the same with two numbers.
 """
 
 import math
@@ -24,14 +24,14 @@ from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Out
 LOOK = look(__file__)
 PRIOR_VARIANCE = 9.0
 MEASURED = (0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6)
-"""Positions in m; whoever measures more often meets them again backwards, as if the target turned round."""
+"""Positions in m; more measurements meet them again backwards, as if the target turned round."""
 
 GRID: Floats = np.arange(-80.0, 80.0, 0.1)
 """Positions, m: wide enough for sixty predictions, and fine enough for sixty measurements."""
 
 
 class RecursionParameters(Parameters):
-    """What is done, and how uncertain motion and measurements are."""
+    """The steps, and the noises of motion and measurements."""
 
     rounds: int = parameter(4, "Rounds", within=(0, 30, 1))
     """Number of rounds, each a prediction and a measurement."""
@@ -44,21 +44,21 @@ class RecursionParameters(Parameters):
     noise: float = parameter(2, "Measurement noise r", unit="m²", within=(0.5, 9, 0.1))
     """Variance of the measurement error."""
     hidden: bool = parameter(False, "No measurement")
-    """Whether the target is hidden, so that there is no measurement."""
+    """Whether the target is hidden, so a measurement is missing."""
 
     @property
     def steps(self) -> str:
-        """What is done, one step after the other: `p` is a prediction, `m` a measurement."""
+        """The steps in order: `p` is a prediction, `m` a measurement."""
         return "pm" * self.rounds + "p" * self.predictions + "m" * self.measurements
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What is known of the position after a step.
+    """The belief in the position after a step.
 
     Attributes:
         step: Its letter; empty before the first.
-        measurement: What was measured in it, m.
+        measurement: Its measurement, m.
         density: (n,) on the grid, 1/m.
         exact: The same by the Kalman filter.
     """
@@ -79,7 +79,7 @@ def moments(grid: Floats, parameters: RecursionParameters) -> Iterator[Moment]:
 
     Args:
         grid: (n,) positions in equal steps, m.
-        parameters: What is done.
+        parameters: The steps.
     """
     walk, noise = random_walk(1, math.sqrt(parameters.motion)), np.array([[parameters.noise]])
     exact = Gaussian(np.zeros(1), np.array([[PRIOR_VARIANCE]]))
@@ -107,7 +107,7 @@ def _blur(grid: Floats, density: Floats, variance: float) -> Floats:
     """Return the density of the sum of a position and a normal step: their convolution, by Fourier transform."""
     frequencies = 2.0 * np.pi * np.fft.rfftfreq(len(grid), grid[1] - grid[0])
     transform = np.fft.rfft(density) * np.exp(-0.5 * variance * frequencies**2)
-    # Where next to nothing is, rounding may leave a little less than nothing.
+    # Where the density is almost 0, rounding may leave it slightly negative.
     return np.maximum(np.fft.irfft(transform, len(grid)), 0.0)
 
 

@@ -1,4 +1,4 @@
-"""Lesson 10: why particles are redrawn, how to do it with little noise, and what it costs."""
+"""Lesson 10: why particles are redrawn, how to do it with little noise, and its cost."""
 
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
@@ -14,7 +14,7 @@ from pftrack.teaching.lessons.course.sir import STEPS, Corridor, cached_walk
 from pftrack.teaching.lessons.figure import Panel, Shown, ceiling, look
 from pftrack.teaching.lessons.lesson import Answer, Computed, Demonstration, Outcome
 
-# Offspring: how many copies each of six particles gets, by a comb or by darts, and how much that scatters.
+# Offspring: numbers of copies of six particles, by a comb or by darts, and their scatter.
 
 
 Scheme: TypeAlias = Literal["systematic", "stratified", "multinomial"]
@@ -30,9 +30,9 @@ def marks(scheme: Scheme, count: int, offset: float, seed: int) -> Floats:
 
     Args:
         scheme: By one comb, by a dart in each of `count` equal pieces, or by darts anywhere.
-        count: How many are drawn.
-        offset: Of the comb, in [0, 1) of what lies between its teeth.
-        seed: Of the darts.
+        count: Number of draws.
+        offset: Offset of the comb, in [0, 1) of the distance of its teeth.
+        seed: Seed of the darts.
     """
     numbers = Stream(seed, 0, Purpose.TRACK).random(count)
     match scheme:
@@ -45,7 +45,7 @@ def marks(scheme: Scheme, count: int, offset: float, seed: int) -> Floats:
 
 
 def copies(scheme: Scheme, count: int, offset: float, seed: int) -> Ints:
-    """Return how many copies of each particle those teeth or darts make; arguments as for `marks`."""
+    """Return the number of copies of each particle by those teeth or darts; arguments as for `marks`."""
     if scheme == "systematic":
         return _count(systematic_parents(WEIGHTS, offset, count))
     return _count(RESAMPLERS[scheme](Stream(seed, 0, Purpose.TRACK), LOG_WEIGHTS, count))
@@ -60,9 +60,9 @@ def sample_copies(scheme: Scheme, count: int, repeats: int, seed: int) -> Floats
 def exact_variance(scheme: Scheme, count: int) -> float:
     """Return the sum, over the particles, of the variances of their numbers of copies.
 
-    A dart that falls anywhere in a stretch hits a particle with the share that it has of the stretch, so that each dart
-    adds share (1 - share). A comb gives each the whole part of what it expects, and one more with the probability of
-    the rest.
+    A dart anywhere in a stretch hits a particle with probability equal to the particle's share of the stretch, so each
+    dart adds share (1 - share). A comb gives each the whole part of what it expects, and one more with the probability
+    of the rest.
     """
     expected = count * WEIGHTS
     if scheme == "multinomial":
@@ -90,14 +90,14 @@ CROWD = 500
 """Particles of the filter whose effective size is shown."""
 RUNS = 20
 MARK_HEIGHT = 1.4
-"""Of a tooth, where the bar of weights is 1 high."""
+"""Height of a tooth, where the bar of weights has height 1."""
 FAINT = 0.25
 """Opacity of particles without descendants."""
 ROUNDING = 1e-9
 
 
 class ResamplingParameters(Parameters):
-    """How particles are resampled."""
+    """Settings of resampling."""
 
     particles: int = parameter(20, "Particles N", within=(2, 60, 1))
     """Number of resampled particles: teeth of the comb, or darts; also the particles of the tree."""

@@ -1,8 +1,8 @@
 """Lesson 9: predict, weigh and redraw, which is the particle filter, on a robot in a corridor with doors.
 
-The robot walks 3 m in a step, give or take some noise, and senses only whether there is a door beside it. It knows the
-doors' places and not its own. Its position is one number, so that the exact density fits on a grid of narrow cells, and
-a cloud of particles can be held against it. Lesson 10 sends its particles through the same corridor.
+The robot walks 3 m in a step, give or take some noise, and senses only whether it is next to a door. It knows the
+doors' places but not its own. Its position is one number, so the exact density fits on a grid of narrow cells, and a
+cloud of particles can be compared with it. Lesson 10 sends its particles through the same corridor.
 """
 
 import math
@@ -27,9 +27,9 @@ LENGTH_M = 100.0
 ACROSS_M = 0.0, LENGTH_M
 DOORS_M = (12.0, 30.0, 41.0, 73.0, 88.0)
 DOORS: dict[str, Any] = {f"door {number}": (place,) for number, place in enumerate(DOORS_M)}
-"""As the panels have them."""
+"""As in the panels."""
 DOOR_SPREAD_M = 1.5
-"""How far from a door's middle the sensor notices it, as a standard deviation."""
+"""Standard deviation of the distance from a door's middle at which the sensor notices it."""
 PACE_M = 3.0
 START_M = 9.0
 STEPS = 12
@@ -49,7 +49,7 @@ class Pace:
     """Dynamics of one number, which grows by N(mean, sd^2) in a step.
 
     Attributes:
-        mean: Of what is added.
+        mean: Mean of the added density.
         sd: Its standard deviation.
     """
 
@@ -68,7 +68,7 @@ class Pace:
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """What happened to the robot.
+    """The robot's true path and measurements.
 
     Attributes:
         positions_m: (STEPS + 1,) where it truly is, at the start and after each step.
@@ -81,7 +81,7 @@ class Walk:
 
 @dataclass(frozen=True, slots=True)
 class Exact:
-    """What can be known at best: densities on the cells, 1/m.
+    """The exact densities on the cells, 1/m.
 
     Attributes:
         predicted: (STEPS, cells) after each step, before its measurement.
@@ -98,7 +98,7 @@ class Corridor:
 
     Attributes:
         noise_m: Standard deviation of a step's length.
-        quality: How well the sensor tells a door from a wall, 0 for not at all to 1.
+        quality: How well the sensor distinguishes a door from a wall, from 0, not at all, to 1.
     """
 
     noise_m: float = 0.6
@@ -126,7 +126,7 @@ class Corridor:
         predicted, given = np.empty((STEPS, len(CELLS_M))), np.empty((STEPS + 1, len(CELLS_M)))
         given[0] = 1.0 / LENGTH_M
         for step, door in enumerate(doors):
-            # What leaves the corridor is impossible, and the rest is rescaled.
+            # Positions outside the corridor are impossible, and the rest is rescaled.
             moved = np.convolve(given[step], kernel)[reach:-reach]
             weighed = moved * self.likelihood(CELLS_M, bool(door))
             predicted[step] = moved / (moved.sum() * CELL_M)
@@ -146,9 +146,9 @@ class Corridor:
 
         Args:
             doors: (n,) whether a door was sensed after each step.
-            count: How many particles.
-            seed: Of the filter's random numbers.
-            resample: How parents are drawn.
+            count: Number of particles.
+            seed: Seed of the filter's random numbers.
+            resample: The resampler.
             threshold: They are drawn only if the effective sample size is below this share of the particles.
         """
         places = LENGTH_M * Stream(seed, 0, Purpose.START).random((count, 1))
@@ -181,12 +181,12 @@ def cached_walk(corridor: Corridor, seed: int = TYPICAL) -> tuple[Walk, Exact]:
 
 
 def assign_bins(positions_m: Floats, weights: Floats) -> Floats:
-    """Return how much of the weights (n,), which sum to 1, is in each bin; it is a share of what is in the corridor."""
+    """Return the share of the weights (n,) in each bin, relative to all weights in the corridor."""
     return np.histogram(positions_m, BINS_M, weights=weights)[0]
 
 
 def total_variation(cloud: ParticleSet, density: Floats) -> float:
-    """Return half the sum, over the bins, of how far a cloud's share is from that of a density (cells,), 1/m."""
+    """Return half the sum of the differences between the bins' shares of a cloud and of a density (cells,), 1/m."""
     ours, exact = assign_bins(cloud.states[:, 0], cloud.weights), assign_bins(CELLS_M, density * CELL_M)
     return float(0.5 * np.abs(ours - exact).sum())
 
@@ -285,13 +285,13 @@ def resampled_panel(places: Floats, walk: Walk, exact: Exact, step: int) -> Pane
 
 REPEATS = 40
 ANSWER_REPEATS = 200
-"""Of the two averages whose ratio is told: over 40 it is 2.28, by chance alone."""
+"""Repetitions of the two averages whose ratio is shown: over 40 it is 2.28, by chance alone."""
 CHANCE = 3.0
-"""How much further off than independent draws a cloud may be, see `tolerate`."""
+"""Tolerance of a cloud relative to independent draws, see `tolerate`."""
 
 
 def show(parameters: SirParameters, seed: int) -> Shown:
-    """Run the filter up to a step, beside the exact density."""
+    """Run the filter and the exact density up to a step."""
     corridor = Corridor(parameters.noise_m, parameters.quality)
     walk, exact = cached_walk(corridor)
     step, count = parameters.step, parameters.particles
@@ -311,11 +311,11 @@ def show(parameters: SirParameters, seed: int) -> Shown:
 
 
 def tolerate(density: Floats, count: int) -> float:
-    """Return how far the cloud of a filter that works may be from a density, as a total variation.
+    """Return the tolerance of a working filter's cloud about a density, as a total variation.
 
     The share of N independent draws in a bin of probability p is nearly normal around p, and on average off by about
     sqrt(2 p (1 - p) / (pi N)); half the sum of that over the bins is their total variation. A filter's cloud is further
-    off, since the chance of each redrawing is added to that of all before. How much further was found by repeats: with
+    off, since the chance of each redrawing is added to that of all before. The factor was found by repetition: with
     this lesson's noise and sensor and at least 100 particles, 98 of 100 clouds are within `CHANCE` times that, and
     after no step fewer than 94. One that has settled at a wrong door is beyond it, and so are those whose particles are
     nearly all copies of few, as with little motion noise.
