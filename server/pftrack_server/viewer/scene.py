@@ -306,11 +306,9 @@ class Scene:
 
     def _show(self, name: str, item: model.Primitive | EncodedPicture, stance: Stance) -> None:
         show = _way_to_show(item)
-        node = self._nodes.get(name)
-        if node is not None and node.show is not show:
+        node = self._nodes.get(name) or Node(show, None)
+        if node.show is not show:
             self._nodes.pop(name).handle.remove()
-            node = None
-        if node is None:
             node = Node(show, None)
         if node.source is not item or node.stance != stance:
             show(self._server, name, node, item, stance)
