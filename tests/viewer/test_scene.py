@@ -245,8 +245,8 @@ def test_what_is_unchanged_is_not_sent_again(session: Session, peer: Peer) -> No
     assert peer.nodes["/picture"]["_data"] is data
     assert peer.nodes["/axis"]["points"] is line
     session.show(with_item(shown, "axis", Polyline(2 * corners, COLOURS["lost"], 1.0, "truth")), 1)
-    wait_for(lambda: peer.nodes["/axis"]["points"] is not line)
-    assert peer.nodes["/axis"]["colors"] == bytes(COLOURS["lost"])
+    wait_for(lambda: peer.nodes["/axis"]["colors"] == bytes(COLOURS["lost"]))
+    assert peer.nodes["/axis"]["points"] is not line
 
 
 def test_a_picture_that_was_hidden_comes_back_as_it_is_by_now(session: Session, peer: Peer) -> None:
