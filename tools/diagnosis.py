@@ -233,7 +233,7 @@ class Spoiled:
             kind: What is wrong, of `PICTURES`.
             degree: How wrong, 0..1.
             at: Frame from which on.
-            seed: Of the noise.
+            seed: Seed of the noise.
         """
         self.size, self.frame_rate_hz, self.start = source.size, source.frame_rate_hz, source.start
         self.frame_count, self.noisy = source.frame_count, True

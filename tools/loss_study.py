@@ -123,8 +123,8 @@ class Witnessed:
 # - Reliability: of the frames in which p was said, how many were lost; the expected calibration error is the mean of
 #   the difference over ten bins of equal width, weighed by their frames (Naeini, Cooper, Hauskrecht, Obtaining well
 #   calibrated probabilities using Bayesian binning, 2015).
-# - Receiver operating characteristic: share of the lost frames that are told over the share of the others that are, for
-#   every threshold; its area is the chance that a lost frame has the greater probability of the two.
+# - Receiver operating characteristic: share of the reported lost frames over the share of the other reported frames,
+# for every threshold; its area is the chance that a lost frame has the greater probability of the two.
 # - Delay: frames from the beginning of a loss to the first in which the probability is at least a half.
 
 BINS = 10
@@ -164,7 +164,7 @@ class Delays:
     Attributes:
         losses: How many there were that lasted.
         told: How many of them were told before they ended.
-        frames: Of each that was told, the frames until it was.
+        frames: Frames until the report of each reported loss.
     """
 
     losses: int

@@ -67,7 +67,7 @@ class Ensemble:
         errors: (N, L) of the runs in frames 0..L-1, in the experiment's unit; NaN where the truth is unknown.
         lost: (N, L) 1 where a run has lost the target, else 0; NaN where unknown.
         computed: (L,) number of runs that have reached the frame; they are the first ones, and all others are NaN.
-        unit: Of the errors.
+        unit: Unit of the errors.
     """
 
     seeds: tuple[int, ...]

@@ -40,7 +40,7 @@ def reproduce(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.json", help="Keep each result in a file as it comes; a second call goes on."),
+        typer.Option(metavar="FILE.json", help="Store each result in a file when computed; a second call continues."),
     ] = None,
     revision: Annotated[str, typer.Option(help="Version of pftrack to record in the file.")] = __version__,
     cluster: output.Cluster = None,

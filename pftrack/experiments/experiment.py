@@ -317,7 +317,7 @@ class Experiment:
         shown += [name for reading in self.display.readings for name in reading.names]
         for name in shown:
             if name not in known:
-                raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
+                raise ValueError(f"{self.id} shows an undeclared series {name!r}")
         kept = [one.name for one in self.run_measures]
         kept += [reduction.name for series in self.all_series() for reduction in series.reductions]
         for name in kept:

@@ -83,7 +83,7 @@ def confine(
     When all memory of the machine or the container is used up, Linux ends this process before its parent.
 
     Args:
-        memory_bytes: Address space in addition to the present one, most of which is shared with its siblings.
+        memory_bytes: Address space in addition to the present one, which is mostly shared with its siblings.
         cpu_seconds: CPU time from now on; then SIGXCPU ends it.
         file_bytes: Length of any file that it writes.
         open_files: Largest number of descriptors.

@@ -1,10 +1,10 @@
-"""Reproducing: published results, computed again and compared within stated tolerances.
+"""Reproduction: published results, recomputed and compared within stated tolerances.
 
 Each study here reproduces a publication: it runs the product and computes its statistic. The reference figures and the
-sentences of its findings stand in the YAML file beside it. Where the publication has none, and for what it leaves open,
-figures were measured on the same protocol by an independent implementation, the *reference implementation*, of the
-readings in docs/methods. A *finding* holds ours and theirs side by side. A published claim that could not be confirmed
-is computed all the same and reported as different, never hidden.
+sentences of its findings are in the YAML file next to it. Where the publication has no figures, or leaves details open,
+an independent implementation of the readings in docs/methods, the *reference implementation*, measured figures on the
+same protocol. A *finding* compares our figure with theirs. A published claim that could not be confirmed is still
+computed and reported as different, never hidden.
 
 - `signals`: the Kalman and particle filters of Bando 2007, ch. 2, and one step whose exact answer is known;
 - `ball`: occlusion, the number of particles, what the result hangs on, and learned dynamics, ch. 3;
@@ -18,7 +18,7 @@ is computed all the same and reported as different, never hidden.
 - `linkage`: a chain of links by filters, mirrored hypotheses and regions, Shimada 1997;
 - `calibration`: how often the bands of a pose hold the truth.
 
-Beside them `finding` compares, `record` keeps what was found and knows on which files it depends, and `pool` computes.
+In addition, `finding` compares figures and records findings with the files that they depend on, and `pool` computes.
 """
 
 from collections.abc import Callable, Sequence
@@ -68,7 +68,7 @@ class Result:
         return f"pftrack.reproduce.{self.study}"
 
     def compute(self, pool: Pool, full: bool) -> list[Finding]:
-        """Compute it; without a quick form, say why."""
+        """Compute it; without a quick form, report why."""
         if self.only_full and not full:
             return [not_run(self.name, self.only_full)]
         return list(getattr(import_module(self.module), self.function)(pool, full))
@@ -91,14 +91,13 @@ def reproduce(
     """Compute results again, the cheap ones first; those that were not asked for come last, as not run.
 
     Args:
-        names: Which; all if none.
+        names: Names of the results; all if empty.
         full: All trials of the protocol, or fewer, with tolerances that allow for it.
         jobs: Processes that compute.
         cluster: Address of a Dask scheduler whose workers compute in their place.
         progress: Called with the processor time of what is done and of all, s, as `Result` has it.
-        folder: Where sweeps and figures are kept; what is there already is not computed again.
-        record: Where results are kept as they come; what is there in this form, of these sources, is not computed
-            again.
+        folder: Folder of sweeps and figures; existing ones are not computed again.
+        record: File of finished results; those in this form, from the same sources, are not computed again.
 
     Raises:
         ParameterError: A result is unknown; the sentence lists all of them.
@@ -140,6 +139,6 @@ def is_older(name: str, entry: Entry) -> bool:
 def _tell(
     progress: Callable[[float, float], object] | None, spent: float, cost: float, total: float, done: int, known: int
 ) -> None:
-    """Tell how much is done of all, given how many pieces of one result are."""
+    """Report the overall progress, given the finished pieces of one result."""
     if progress is not None:
         progress(spent + cost * done / max(known, 1), total)

@@ -1,7 +1,7 @@
 """Success over occluder width and distracter size: the study of Bando 2007, ch. 3 sections 3.1 to 3.3.
 
 The coarse map of the reference implementation: 25 cells, 60 frames, 800 particles, all 20 layouts of three look-alikes.
-Condensation and the auxiliary filter stand beside the switching filters, although Bando leaves them out of the
+Condensation and the auxiliary filter are compared with the switching filters, although Bando leaves them out of the
 simulation, because the sharpened auxiliary filter beats both of them. Beside it are the whole maps, and the same in the
 other reading of the scene.
 """
@@ -44,11 +44,11 @@ class Scene:
     """The simulated ball over a grid of occluder widths and look-alike radii, in all or some of the layouts.
 
     Attributes:
-        widths: Of the occluder, px.
-        radii: Of the look-alikes, px.
-        layouts: How many of the twenty layouts; those taken are spread evenly.
-        values: What else differs from Bando's scene.
-        axes: What else is varied.
+        widths: Widths of the occluder, px.
+        radii: Radii of the look-alikes, px.
+        layouts: Number of the twenty layouts, spread evenly.
+        values: Other differences from Bando's scene.
+        axes: Other varied parameters.
     """
 
     widths: tuple[int, ...]
@@ -87,11 +87,11 @@ class Tally:
     """Runs counted together.
 
     Attributes:
-        runs: How many.
-        successes: How many of them succeeded.
+        runs: Number of runs.
+        successes: Number of successes.
         error: Mean error of those, px; NaN if there are none.
         observation_share: Mean share of the particles from the observation sampler; NaN where there is none.
-        errors: Of each successful run, px.
+        errors: Error of each successful run, px.
     """
 
     runs: int
@@ -151,7 +151,7 @@ def _compare_cells(name: str, found: Mapping[tuple[int, int], Tally], tracker: s
 
 
 QUICK_WIDER = 2.2
-"""Of four layouts of twenty."""
+"""Tolerance with four layouts of twenty."""
 
 
 def coarse_map(pool: Pool, full: bool) -> Findings:
@@ -264,7 +264,7 @@ def plans(full: bool) -> dict[str, Plan]:
 
 
 def whole_protocol(pool: Pool, full: bool) -> Findings:
-    """Carry the sweeps out, draw the figures if there is a folder for them, and judge what is said of the maps."""
+    """Run the sweeps, draw the figures if a folder is given, and judge the statements on the maps."""
     with TemporaryDirectory() as scratch:
         folder = pool.folder or Path(scratch)
         maps = Maps(**{name: pool.sweep(plan, folder / f"{name}.parquet") for name, plan in plans(full).items()})
@@ -381,7 +381,7 @@ def wide_swing(pool: Pool, full: bool) -> Findings:
 # Success confirms it in both readings of the scene; whether the error falls as well depends on which of them is taken.
 
 QUICK_COUNT_WIDER = 2.0
-"""Of five layouts of twenty."""
+"""Tolerance with five layouts of twenty."""
 
 
 def sample_count(pool: Pool, full: bool) -> Findings:

@@ -1,8 +1,8 @@
-"""Findings: a figure of ours beside what a reference states, and what the comparison says.
+"""Findings: our figure, the reference's statement, and the verdict of the comparison.
 
-What is stated stands in YAML beside the studies, a statement a name: its sentence, its source, and either figures
-with the tolerance and its ground, or the bounds within which ours must be. A table of figures is a mapping by row and
-column, and the sentence has a place for each of their names:
+Statements are in YAML next to the studies, one per name: a sentence, a source, and either figures with the tolerance
+and its ground, or the bounds for our figure. A table of figures is a mapping by row and column, and the sentence has a
+place for each of their names:
 
     pooled:
       result: "occlusion: {0}, pooled success"
@@ -43,10 +43,10 @@ Ground: TypeAlias = Literal[
 ]
 
 GROUNDS = read_whole(RootModel[dict[Ground, str]], Path(__file__).with_name("grounds.yaml")).root
-"""Why a tolerance is what it is."""
+"""The reason of a tolerance."""
 
 Key: TypeAlias = str | int | float
-"""Of a row, a column or another part of a table."""
+"""Key of a row, a column or another part of a table."""
 
 Stated: TypeAlias = Any
 """A number, several whose mean counts, or a mapping of these by key; of `between` the leaves are two bounds."""
@@ -60,16 +60,16 @@ class Finding:
 
     Attributes:
         result: Name of the study and the quantity.
-        ours: What we measured; NaN if it was not run.
-        reference: What it should be, or None for an ordering.
-        tolerance: How far ours may be from the reference; None for an ordering.
-        verdict: What comes of it. "reproduced" is within the tolerance, or holds; "better" is outside of it on the good
+        ours: Our figure; NaN if it was not run.
+        reference: The reference's figure, or None for an ordering.
+        tolerance: Largest accepted distance from the reference; None for an ordering.
+        verdict: The verdict. "reproduced" is within the tolerance, or holds; "better" is outside of it on the good
             side, for a stated reason, since a criterion may have become easier; "differs" is neither; "our own figure"
             has no reference and is as it was.
-        source: Where the reference comes from.
+        source: Source of the reference.
         known: Whether a difference was expected. One that was not is a mistake somewhere.
         reason: Why it is better, why it was expected to differ, or why it was not run.
-        ground: Why the tolerance is what it is.
+        ground: Reason of the tolerance.
         timed: Whether it is a time, which no second run repeats.
         explained: Whether it differs and the cause is known.
     """
@@ -88,7 +88,7 @@ class Finding:
 
     @property
     def fails(self) -> bool:
-        """Whether it differs and nobody expected that."""
+        """Whether it differs unexpectedly."""
         return self.verdict == "differs" and not self.known
 
     @property
@@ -103,7 +103,7 @@ class Finding:
 
 
 Findings: TypeAlias = Iterator[Finding]
-"""What a study yields, one after the other."""
+"""Results that a study yields one after the other."""
 
 
 class Exemption(BaseModel):
@@ -111,8 +111,8 @@ class Exemption(BaseModel):
 
     Attributes:
         reason: In words.
-        of: Keys of the cells, as many of each as tell it from the others; all cells if empty.
-        explained: Whether the reason tells the cause.
+        of: Keys of the cells, enough to identify each; all cells if empty.
+        explained: Whether the reason explains the cause.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -123,21 +123,21 @@ class Exemption(BaseModel):
 
 
 class Statement(BaseModel):
-    """What is stated of a figure, or of a table of figures, and where.
+    """A statement on a figure, or on a table of figures, and its source.
 
     Attributes:
         result: The sentence, with places for keys and words.
-        source: Where it is stated; with places, too.
-        own: Whether that is this project, so that the figure has no reference and guards against mistakes.
+        source: Its source; may have places, too.
+        own: Whether the source is this project, so the figure has no reference and only guards against mistakes.
         reference: Figures.
         between: Lowest and highest figure, in place of a reference.
-        tolerance: How far ours may be from these.
+        tolerance: Largest accepted distance from these.
         relative: The same, as a share of the reference.
-        runs: Of the reference, whose figures are shares of them; the tolerance follows from both numbers of runs.
-        ground: Why the tolerance is what it is.
-        above, below, least, most: Bounds, in place of a reference.
+        runs: Number of runs of the reference, whose figures are shares of them; the tolerance follows from both numbers
+            of runs.
+        ground: Reason of the tolerance. above, below, least, most: Bounds, in place of a reference.
         known: Why figures may differ.
-        better: Which side of the tolerance is the good one.
+        better: The good side of the tolerance.
         reason: Why ours may be there; or why the figure is not computed.
         timed: Whether it is a time.
         name: In the file.
@@ -201,19 +201,19 @@ class Statement(BaseModel):
         """Judge a figure by its distance from the reference, or by the bounds; NaN differs.
 
         Args:
-            ours: What we measured.
-            *keys: Of the cell.
-            holds: Whether the statement holds, where neither figures nor bounds are stated.
-            runs: Ours, of which it is a share.
-            wider: By how much the tolerance is wider for fewer trials, as a factor.
+            ours: Our figure.
+            *keys: Keys of the cell.
+            holds: Whether the statement holds, if figures and bounds are not stated.
+            runs: Number of our runs, if the figure is a share of them.
+            wider: Factor that widens the tolerance for fewer trials.
             more: The same, as a summand.
-            reference: In place of the one that is stated.
-            tolerance: In place of the one that is stated.
-            ground: Of the tolerance, if another.
-            **words: For places of the sentence that are not keys.
+            reference: Replaces the stated one.
+            tolerance: Replaces the stated one.
+            ground: Reason of the tolerance, if different.
+            **words: Values for places of the sentence that are not keys.
 
         Raises:
-            LookupError: There is no such cell; it names file and line.
+            LookupError: The cell is missing; the error names file and line.
         """
         found, why = float(ours), ground
         stated, allowed = self._figures(keys)
@@ -327,7 +327,7 @@ class References:
         return stated.between if stated.reference is None else stated.reference
 
     def not_run(self, name: str, *keys: Key, **words: object) -> Finding:
-        """Return what is said of a result that is not computed in this form, with the reason that is stated."""
+        """Return the finding on a result that is not computed in this form, with the stated reason."""
         stated = self.statements[name]
         return not_run(stated.result.format(*keys, **words), stated.reason.format(*keys, **words))
 
@@ -338,8 +338,8 @@ def three_errors(values: Iterable[float] | Floats, reference_trials: int) -> flo
     The trials of the reference are taken to scatter as ours do.
 
     Args:
-        values: Of our trials.
-        reference_trials: How many the reference has.
+        values: Values of our trials.
+        reference_trials: Number of trials of the reference.
     """
     known = np.asarray(values)
     return 3.0 * float(np.std(known, ddof=1)) * math.sqrt(1 / len(known) + 1 / reference_trials)
@@ -351,12 +351,12 @@ def mean_of(values: Iterable[SupportsFloat]) -> float:
 
 
 def not_run(result: str, reason: str = "") -> Finding:
-    """Return what is said of a result that was not asked for, or not computed in this form for a reason."""
+    """Return the remark on a result that was not requested, or not computed in this form for a reason."""
     return Finding(result, math.nan, None, None, "not run", "", reason=reason)
 
 
 def describe_verdicts(findings: Iterable[Finding]) -> str:
-    """Return how many findings there are of each verdict, in words, and of how many differences the cause is known."""
+    """Return the numbers of findings by verdict, in words, and the number of explained differences."""
     found = list(findings)
     counts = Counter(one.verdict for one in found)
     words = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
@@ -377,7 +377,7 @@ def _check_numbers(name: str, stated: Stated) -> None:
 
 
 def _leaf(stated: Stated, keys: tuple[Key, ...], of: Statement) -> Any:  # noqa: ANN401 - a number or some
-    """Return what a mapping has for keys, in which those are passed over that it does not tell apart."""
+    """Return a mapping's value for keys, ignoring keys that it does not distinguish."""
     rest = list(keys)
     while isinstance(stated, Mapping):
         key = next((one for one in rest if one in stated), None)
@@ -388,11 +388,11 @@ def _leaf(stated: Stated, keys: tuple[Key, ...], of: Statement) -> Any:  # noqa:
     return stated
 
 
-# Records: findings kept as they come, with the sources that each result depends on.
+# Records: findings stored as they are computed, with the sources that each result depends on.
 #
-# A second call goes on with what is left, and computes a result again whose sources have changed. The file is JSON, by
-# the name of a result; docs/explanation/reproduction.md is written from it. The sources of a result are the module of
-# its study and all modules of pftrack that it imports, directly or not, with the data beside them. Experiments are
+# A second call continues with the missing results, and recomputes those whose sources have changed. The file is JSON,
+# by the name of a result; docs/explanation/reproduction.md is written from it. The sources of a result are the module
+# of its study and all modules of pftrack that it imports, directly or not, with the data beside them. Experiments are
 # imported by name: a study that names one depends on it, and one that goes through all depends on all.
 
 Form: TypeAlias = Literal["full", "quick"]
@@ -408,11 +408,11 @@ class Entry:
 
     Attributes:
         form: All trials of the protocol, or few.
-        revision: Of pftrack.
+        revision: Revision of pftrack.
         sources: SHA-256 of the sources that it depends on (`hash_sources`); empty if that was not kept.
-        pieces: How many pieces of work it was; of most studies they are trials, of those of the ball 120 runs each.
+        pieces: Number of pieces of work; of most studies they are trials, of those of the ball 120 runs each.
         seconds: Processor time of these.
-        findings: What came of it.
+        findings: Its findings.
     """
 
     form: Form
@@ -439,7 +439,7 @@ class Record:
 
         Args:
             path: The file; it need not be there.
-            revision: What the results are of that are kept from now on.
+            revision: Revision of the results stored from now on.
 
         Raises:
             ValueError: The file holds something else.

@@ -1,13 +1,13 @@
 """Mitsugami et al. 2009 on a simulated tank: how many particles it takes to follow a fish, guided and not.
 
-The protocol is that of docs/methods/diffusion.md: ten clips are learned from, twelve others tested on, two fish each; a
+The protocol is that of docs/methods/diffusion.md: ten clips for learning, twelve others for testing, two fish each; a
 success is an estimate that is inside the fish in every frame. The reference's clips cannot be drawn again, so ours are
 other clips of the same tank. Both of its sets of seeds, the main and the fresh one, are 24 draws of fish and differ
 between themselves by up to 2.8 fish; what is compared is the mean of both.
 
-The claim of the paper holds: 500 guided particles do as well as 3,000 others. What it does not ask is why. With all
-learned correlations set to zero the same filter does better, and so nearly does constant velocity: what helps is that a
-particle has a velocity at all, of a learned spread. These rows are a finding of the reference implementation.
+The claim of the paper holds: 500 guided particles do as well as 3,000 others. It does not examine the cause. With all
+learned correlations set to zero the same filter does better, and constant velocity almost as well: the benefit comes
+from a velocity with a learned spread. These rows are a finding of the reference implementation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -76,7 +76,7 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True)
 class TrainingClip:
-    """What comes of a clip that is learned from: tracks and truths (fish, FRAMES, 4), and which fish were tracked."""
+    """Results of a clip for learning: tracks and truths (fish, FRAMES, 4), and which fish were tracked."""
 
     tracks: Floats
     truths: Floats
@@ -117,7 +117,7 @@ def _note(truths: Floats, run: Run) -> None:
 
 
 def track_training_clips(pool: Pool, first: int, tank: TankName = "goldfish") -> list[TrainingClip]:
-    """Return what comes of the ten clips that are learned from, the first of which has this number."""
+    """Return the results of the ten clips for learning, numbered from this number on."""
     return pool.map(track_training_clip, [Clip(first + i, i < LIVELY_LESSONS, tank) for i in range(LESSONS)])
 
 
@@ -136,7 +136,7 @@ def learn_from_tracks(found: Sequence[TrainingClip]) -> Learned:
 def follow(work: tuple[Clip, tuple[Condition, ...], int]) -> list[Outcome]:
     """Follow both fish of a clip under several conditions, a number of runs each.
 
-    All runs take each picture together, so that its edges are found once.
+    All runs process each picture together, so its edges are found once.
     """
     shown, conditions, runs = work
     fish = find("fish")
@@ -184,7 +184,7 @@ def edge_ms(shown: Clip, frames: int = 30) -> float:
 
 
 class Successes(NamedTuple):
-    """Of 24 fish, the mean over the runs: all of them, the nine that turn sharply, and ms of a frame's filter."""
+    """Mean successes over the runs: of all 24 fish, of the nine that turn sharply, and ms of a frame's filter."""
 
     fish: float
     sharp: float
@@ -194,15 +194,15 @@ class Successes(NamedTuple):
 def successes(
     pool: Pool, first: int, conditions: list[Condition], runs: int, tank: TankName = "goldfish", every: int = 1
 ) -> dict[Condition, Successes]:
-    """Return the successes of each condition on the twelve clips, the first of which has this number.
+    """Return the successes of each condition on the twelve clips, numbered from this number on.
 
     Args:
-        pool: That computes.
+        pool: Pool that computes.
         first: Number of the first clip.
         conditions: Trackers with their values.
-        runs: Of each condition on each fish.
+        runs: Number of runs of each condition on each fish.
         tank: The tank.
-        every: Of the clips; from fewer, successes are told as of all.
+        every: Step through the clips; successes on fewer clips are scaled to all.
     """
     clips = [Clip(first + i, i < LIVELY_TESTS, tank) for i in range(0, TESTS, every)]
     lively = sum(shown.lively for shown in clips)

@@ -1,4 +1,4 @@
-"""Shimada 1997, chapter 2: how often the pose of a hand from its silhouette is right, with one hypothesis and four.
+"""Shimada 1997, chapter 2: the share of right poses of a hand from its silhouette, with one hypothesis and four.
 
 Beside the table (docs/methods/hands.md) are its figures, and how much of a silhouette a step of a finger's angle
 changes.
@@ -35,7 +35,7 @@ Condition: TypeAlias = tuple[str, Mapping[str, Value]]
 
 
 class Outcome(NamedTuple):
-    """What came of a run, as means over its frames but the first.
+    """Results of a run, as means over its frames except the first.
 
     Attributes:
         tips: Mean distance of the tips of the best hand, palm axes.
@@ -82,7 +82,7 @@ def mean(outcomes: list[Outcome]) -> Outcome:
 
 BAR = 0.38
 SEED, FRAME, SCALE = 151, 24, 2.0
-"""Of the presets in which one hand is lost and four are not, and a frame in which that is so."""
+"""Presets in which one hand is lost and four are not, with a frame that shows it."""
 
 
 def right_figure(found: Mapping[tuple[str, int, str], Outcome]) -> "Figure":
@@ -135,7 +135,7 @@ SCALE_PX, TURN_RAD = 312.0, 0.03
 SIDE_PX = 1000
 MIDDLE = 2
 BENT = 0.3
-"""Of every joint of the finger: a straight one that faces the camera hardly moves in the picture as it bends."""
+"""Flexion of every joint: a straight finger that faces the camera hardly moves in the picture as it bends."""
 
 
 def steps(pool: Pool, full: bool) -> Findings:
@@ -159,7 +159,7 @@ def _predict(pose: Floats, angle: int) -> float:
 
 
 def _measure(pose: Floats, angle: int) -> float:
-    """Return how many of the finger's pixels come or go with a turn, px^2/rad."""
+    """Return the number of the finger's pixels that change with a turn, px^2/rad."""
     masks = []
     for sign in (-0.5, 0.5):
         moved = pose.copy()
@@ -178,7 +178,7 @@ SEEDS = range(100, 106)
 """Held out: no setting was chosen by them."""
 FEW = 2
 EQUAL_TIME = 100
-"""Particles of which a frame takes about as long as one of the beam."""
+"""Number of particles whose frame takes about as long as one of the beam."""
 WIDTHS = 1, 4
 RANKINGS = "reference", "refined"
 SCORINGS = "reference", "points", "cells"
@@ -243,7 +243,7 @@ def scorings(pool: Pool, full: bool) -> Findings:
 
 
 def compare_with_particles(pool: Pool, full: bool) -> Findings:
-    """The beam beside a particle filter with the same likelihood, at equal time a frame."""
+    """The beam and a particle filter with the same likelihood, at equal time per frame."""
     beam, others = _beam(4, "refined"), ("particles", {"sample_count": EQUAL_TIME})
     conditions = {(kind[0], motion): (motion, kind) for kind in (beam, others) for motion in MOTIONS}
     found = _means(pool, conditions, full=full)

@@ -1,16 +1,17 @@
 """The driver's head: Bando 2007, ch. 4 section 4, on a simulated head (docs/methods/heads.md).
 
 Eleven templates in two layers, three drivers, with the mean of other people as the face model or the driver's own face.
-What Bando says: the adaptive mixture is clearly best; the features' own prediction alone loses features whose
-look changes; the head's prediction alone fails when its assumptions break; the driver's own face gives more successes
-at small thresholds.
+Bando's claims: the adaptive mixture is clearly best; the features' own prediction alone loses features whose look
+changes; the head's prediction alone fails when its assumptions break; the driver's own face gives more successes at
+small thresholds.
 
-How hard a driver is hangs on the face: on how far it is from the mean, and on what it hides when it turns. Of
-the reference's drivers the seeds are known and not the order of the draws, so ours are other people. Driver 99 comes
-out alike. Our 101 has a nose 8 mm shorter than the mean, so steep that it hides the inner corners of the eyes when the
-head turns. Our 102 has one 6 mm longer and 4 mm flatter, and the nose is most of what tells a nod from a change of
-scale: with the own nose alone in the mean model the error of the pitch falls from 6.7 to 2.3 degrees. So
-`head_people` compares medians over people too, which do not hang on a single face.
+The difficulty of a driver depends on the face: on its distance from the mean, and on the features that it hides when it
+turns. The seeds of the reference's drivers are known, but not the order of the draws, so ours are other people. Driver
+99 comes out alike. Our 101 has a nose 8 mm shorter than the mean, so steep that it hides the inner corners of the eyes
+when the head turns. Our 102 has one 6 mm longer and 4 mm flatter, and the nose is most of what tells a nod from a
+change of
+scale: with the own nose alone in the mean model the error of the pitch falls from 6.7 to 2.3 degrees. So `head_people`
+also compares medians over people, which do not depend on a single face.
 
 The head's prediction alone is lost at once or not at all, by how fast the head is and how well the model fits. With
 driver 99 that happens between 1.25 and 1.5 times Bando's speed here, and at Bando's speed there.
@@ -67,12 +68,12 @@ FASTER_FRAMES, FASTER_TRIALS = 600, 5
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What is run on a video.
+    """A trial on a video.
 
     Attributes:
-        method: How to track.
+        method: Method of tracking.
         model: The face that is assumed.
-        seed: Of the tracker.
+        seed: Seed of the tracker.
     """
 
     method: Method
@@ -86,8 +87,8 @@ class VideoTrials:
 
     Attributes:
         driver: The person's seed.
-        trials: What is run.
-        frames: How many the script of motions is given; with fewer the head is faster.
+        trials: Trials to run.
+        frames: Number of frames for the script of motions; with fewer the head is faster.
     """
 
     driver: int
@@ -97,10 +98,10 @@ class VideoTrials:
 
 @dataclass(frozen=True, slots=True)
 class TrialResult:
-    """What was measured in a trial.
+    """Measurements of a trial.
 
     Attributes:
-        trial: What was run.
+        trial: The trial.
         errors_deg: (3,) mean absolute error of nod, turn and roll.
         feature_px: Mean distance of the features from the truth.
         ratios: (frames - 1, 11) alpha by which each feature's particles were drawn.
@@ -158,16 +159,16 @@ def _measure(trial: Trial, run: Run) -> TrialResult:
 
 
 def distance_mm(driver: int) -> float:
-    """Return how far a driver's points are from the mean model's after alignment, root mean square, mm."""
+    """Return the root mean square distance of a driver's points from the mean model's after alignment, mm."""
     own, mean = person(driver).points_mm, mean_model().points_mm
     apart = fit_similarity(own, mean)(own) - mean
     return float(np.sqrt(np.square(apart).sum(axis=1).mean()))
 
 
-# Of a success curve, the share of trials whose error on an axis is below a threshold (fig. 4.16), it is the *place*
-# that is compared: by how much the curve has to be moved along the thresholds to agree with the reference at all
-# thresholds that are known. A curve is steep: all trials of a method see the same video, and their errors lie within a
-# few tenths of a degree. A rate at one threshold therefore says little about another renderer.
+# For a success curve, the share of trials whose error on an axis is below a threshold (fig. 4.16), the *place* is
+# compared: by how much the curve has to be moved along the thresholds to agree with the reference at all thresholds
+# that are known. A curve is steep: all trials of a method see the same video, and their errors lie within a few tenths
+# of a degree. A rate at one threshold therefore says little about another renderer.
 
 SLACK = 0.1
 """Two trials of twenty may be on the other side of a threshold."""

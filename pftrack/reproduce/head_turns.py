@@ -1,9 +1,9 @@
 """Fast turns: a head that yaws, nods, rolls and moves all at once, tracked as a head is by default.
 
-Bando has nothing like it. The bar is the project's own: within two seconds the head turns through 35 degrees to
-either side, 22 up and down and 14 of roll, while it moves by 90 px and 18 % of its distance, at 25 pictures a second of
-640 x 480; the picture is all that is known, as of a recording. The yaw shall be right to 5 degrees on average and the
-head tracked in 95 % of the frames, with the worst of all seeds and people. Nothing was chosen on these people.
+Bando has nothing like it. The bar is the project's own: within two seconds the head turns through 35 degrees to either
+side, 22 up and down and 14 of roll, while it moves by 90 px and 18 % of its distance, at 25 pictures a second of 640 x
+480; the picture is all that is known, as of a recording. The yaw shall be right to 5 degrees on average and the head
+tracked in 95 % of the frames, with the worst of all seeds and people. No setting was chosen on these people.
 """
 
 import hashlib
@@ -40,10 +40,10 @@ FRAME_RATE_HZ = 25.0
 WIDTH_PX = 640
 DISTANCE_MM = 700.0
 MIDDLE_MM = np.array([0.0, 25.0, 20.0])
-"""What of the face moves along its path in the picture."""
+"""Point of the face that moves along its path in the picture."""
 
 PEAKS_DEG = np.array([35.0, 22.0, 14.0])
-"""Of yaw, pitch and roll."""
+"""Amplitudes of yaw, pitch and roll."""
 
 PATH_PX, PATH_SHARE = np.array([90.0, 36.0]), 0.18
 TURN_RAD_S = np.pi
@@ -79,11 +79,11 @@ class Clip(FrameSequence):
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What one seed came to.
+    """Result of one seed.
 
     Attributes:
         errors_deg: (3,) mean absolute error of yaw, pitch and roll.
-        tracked_share: Of the frames, those in which the face is not given up, and the pose right to 15 degrees.
+        tracked_share: Share of the frames in which the face is not given up and the pose is right to 15 degrees.
     """
 
     errors_deg: Floats
@@ -122,12 +122,12 @@ def film(person: int, frames: int = FRAMES) -> Clip:
 
 
 def watch(clip: Clip, values: Mapping[str, Value], seed: int) -> Outcome:
-    """Find the face and track it, as in a recording of which nothing is known.
+    """Find the face and track it, as in an unknown recording.
 
     Args:
         clip: The recording.
-        values: What of the trackers is otherwise than by default.
-        seed: Of the tracker.
+        values: Values that differ from the trackers' defaults.
+        seed: Seed of the tracker.
     """
     head = find("head")
     setup = head.video.on_video(clip, None)

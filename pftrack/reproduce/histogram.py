@@ -41,7 +41,7 @@ class Case:
     Attributes:
         scene: Number of the scene.
         tracker: Name of the tracker.
-        values: Of parameters that differ from `lecture` and the protocol.
+        values: Values of parameters that differ from `lecture` and the protocol.
         count: Runs, with the seeds from 0 on.
     """
 
@@ -53,7 +53,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of the runs of a case.
+    """Results of the runs of a case.
 
     Attributes:
         success: Share of the runs that end on the target.
@@ -192,10 +192,10 @@ LAWN_ROWS, LAWN_COLUMNS = (40.0, 205.0), (20.0, 60.0, 100.0, 140.0, 180.0, 270.0
 
 @dataclass(frozen=True, slots=True)
 class Likenesses:
-    """What a scene looks like to the model.
+    """A scene as seen by the model.
 
     Attributes:
-        model_sum: Of the model's shares.
+        model_sum: Sum of the model's shares.
         itself: rho of the model's own window, in frame 0.
         target: rho of the window around the target, in frame 30.
         look_alike: rho of the window around the look-alike, in frame 30.

@@ -43,18 +43,18 @@ BOUND_SDS = 3.0
 
 
 class RunResult(NamedTuple):
-    """What a run comes to.
+    """Result of a run.
 
     Attributes:
         errors: (T,) greatest error of a direction, rad.
         lengths: (T, 3) estimates, px.
         deviations: (T, 3) of the same.
-        low: (T, 3) of what lengths are believed possible, px.
+        low: (T, 3) lower bounds of the believed lengths, px.
         high: (T, 3) of the same.
         true_lengths: (3,) px.
-        hypotheses: (T,) how many there are.
-        refuted: (T,) how many were refuted.
-        splits: (T,) how many were added by a split.
+        hypotheses: (T,) number of hypotheses.
+        refuted: (T,) number of refuted ones.
+        splits: (T,) number added by a split.
         contained: (T,) whether regions hold the truth, 1 or 0; NaN of another belief.
     """
 
@@ -99,7 +99,7 @@ def measure(run: Run) -> RunResult:
 
 
 def courses(pool: Pool, tracker: str, values: Mapping[str, Value], seeds: int) -> list[RunResult]:
-    """Return what runs of a tracker with these values come to, one a seed."""
+    """Return the results of a tracker's runs with these values, one per seed."""
     return pool.runs(measure, [recipe("linkage", tracker, values, seed=seed) for seed in range(seeds)])
 
 
@@ -109,13 +109,13 @@ def worst_length_px(found: Sequence[RunResult]) -> float:
 
 
 class Swing:
-    """A chain in the plane on a motion of its own; only its points are measured, and there is no picture.
+    """A chain in the plane with its own motion; only its points are measured, and there is no picture.
 
     Attributes:
         size: Width and height of the picture, px.
         frame_rate_hz: Frames a second at which it is meant to be seen.
         frame_count: Frames of the motion.
-        start: Where the estimate begins.
+        start: The first estimate.
         noisy: The measurements depend on the seed.
     """
 
@@ -325,7 +325,7 @@ def _vibration(pose: Floats, end: Floats) -> Floats:
 
 SEEDS, QUICK_SEEDS = 5, 1
 QUICK_WIDER = 4.0
-"""Of a single run, which is no mean."""
+"""Tolerance of a single run, which is not a mean."""
 
 FILTERS: tuple[tuple[str, Mapping[str, Value], float], ...] = (
     ("ekf-truncated", {}, 1.5),

@@ -1,7 +1,7 @@
-"""Where the work of reproducing is done: in this process, spread over several, or over a cluster.
+"""Execution of the studies: in this process, over several, or over a cluster.
 
-A study runs the product: it hands over recipes and what is to be measured of each run. Several processes and a cluster
-are the workers of the sweeps: both are handed pieces of work by number.
+A study runs the product: it passes recipes and the measurements of each run. Several processes and a cluster are the
+workers of the sweeps: both are handed pieces of work by number.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -40,7 +40,7 @@ OpenSource: TypeAlias = Callable[[int, Any], Source[Any]]
 """From seed and parameters to a source of the study's own, in place of the experiment's scene."""
 
 RUNS_A_PIECE = 120
-"""How many runs of a sweep count as one piece of work."""
+"""Number of runs of a sweep per piece of work."""
 
 
 class Pool:
@@ -48,7 +48,7 @@ class Pool:
 
     Attributes:
         folder: Where sweeps and figures are kept, if anywhere.
-        pieces: How many pieces of work are done, most of them trials.
+        pieces: Number of finished pieces of work, most of them trials.
         seconds: Processor time of all pieces of work so far, s; of sweeps the time that they took, for every process.
     """
 
@@ -62,7 +62,7 @@ class Pool:
         """Prepare to compute.
 
         Args:
-            jobs: How many processes.
+            jobs: Number of processes.
             progress: Called with the number of pieces done and of those known so far.
             folder: Where sweeps and figures are kept; nowhere if None.
             cluster: Address of a Dask scheduler whose workers compute in the place of these processes.
@@ -112,8 +112,8 @@ class Pool:
 
         Args:
             measure: Called with a run at its frame 0, which it carries out; picklable, as are the sources.
-            recipes: Of simulated scenes.
-            source: Of the frames, in place of the experiment's own.
+            recipes: Recipes of simulated scenes.
+            source: Source of the frames, instead of the experiment's own.
 
         Raises:
             SweepError: A run failed in another process, or ended it.

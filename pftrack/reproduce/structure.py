@@ -1,12 +1,12 @@
 """The shape of a body from its tracks: Bando 2007, ch. 4 section 5, on the prism and on the driver's face.
 
-What Bando says: hidden points spoil the factorization by singular values; weighed by their noise they do no
-harm; online the error is a little larger, mainly at the centres of faces, which are hidden longest, for a time a frame
-that does not grow. The reference could confirm this but for two things: the shape that is published at the greatest
-free energy is no better than that of an average step, and on the face the online method is worse than singular values.
+What Bando says: hidden points spoil the factorization by singular values; weighed by their noise they do no harm;
+online the error is a little larger, mainly at the centres of faces, which are hidden longest, for a time a frame that
+does not grow. The reference could confirm this except for two things: the shape that is published at the greatest free
+energy does not improve on that of an average step, and on the face the online method is worse than singular values.
 
-Both hang on the forgetting, as Bando suspects. With the forgetting of each point controlled by what was seen of
-it, and with the project's own recursion, the online error falls below that of the batch; these rows are marked as ours.
+Both depend on the forgetting, as Bando suspects. If the forgetting of each point follows its observations, and with the
+project's own recursion, the online error falls below that of the batch; these rows are marked as ours.
 """
 
 from collections.abc import Mapping, Sequence
@@ -74,11 +74,11 @@ class SimulatedTracks:
 FRAMES = 360
 EVERY = 2
 VIDEO_SEED = 0
-"""Of the pictures: all trials see one video."""
+"""Seed of the pictures: all trials see one video."""
 
 LN_10 = 2.302585092994046
 SPAN = 0.7
-"""How far below 1 a correlation must be for the greatest noise, ten times the least."""
+"""Distance of a correlation below 1 at which the noise is greatest, ten times the least."""
 
 
 def head_tracks(driver: int, seed: int, *, frames: int = FRAMES) -> SimulatedTracks:
@@ -86,8 +86,8 @@ def head_tracks(driver: int, seed: int, *, frames: int = FRAMES) -> SimulatedTra
 
     Args:
         driver: The person's seed.
-        seed: Of the noise.
-        frames: How many, of every second of the script's.
+        seed: Seed of the noise.
+        frames: Number of frames, every second one of the script's.
     """
     video = _video(driver, frames)
     true, sd = video.true_px, np.sqrt(video.tracks.variances)
@@ -155,8 +155,8 @@ def prism_tracks(
     """Return the tracks; the same arguments give the same, to the bit.
 
     Args:
-        seed: Of the noise.
-        frames: How many.
+        seed: Seed of the noise.
+        frames: Number of frames.
         distance_mm: From the camera to the prism's centre.
         hidden_sd_px: Standard deviation of the noise of a hidden point; that of a visible one is 1 px.
     """
@@ -186,19 +186,19 @@ Body: TypeAlias = Literal["prism", 99, 101, 102]
 
 WINDOW = 90
 PRIOR_SD_MM = 3.0
-"""Of each coordinate of a face about the mean of others, the size of what people differ by."""
+"""Standard deviation of each coordinate of a face about the mean of others, the variation of people."""
 
 POSE_ROUNDS = 30
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What is reconstructed.
+    """The body and measurements to reconstruct.
 
     Attributes:
-        body: What was tracked.
-        seed: Of the noise.
-        hidden_sd_px: Of a hidden point of the prism.
+        body: The tracked body.
+        seed: Seed of the noise.
+        hidden_sd_px: Noise of a hidden point of the prism.
     """
 
     body: Body
@@ -211,9 +211,9 @@ class TrialResult:
     """Errors by Bando 2007, eq. 4.19, after affine alignment.
 
     Attributes:
-        svd: Of the factorization by singular values.
-        batch: Of the variational factorization after ten passes, from singular values.
-        shapes: What each of these, and Bando's online method as published, reconstructed; aligned, mm.
+        svd: Error of the factorization by singular values.
+        batch: Error of the variational factorization after ten passes, from singular values.
+        shapes: Shapes by each of these, and by Bando's online method as published; aligned, mm.
         energies: (10,) free energy after each pass.
         recursive: (steps,) of the project's own method without a prior, from the first full window on.
     """
@@ -231,7 +231,7 @@ class OnlineResult:
 
     Attributes:
         steps: (steps,) of the shape after each step with a full window.
-        published: Of the shape that was published in the end: that of the greatest free energy.
+        published: Error of the finally published shape: that of the greatest free energy.
         residuals_mm: (n,) of its points.
         shape_mm: (n, 3) that shape, aligned.
     """
@@ -244,7 +244,7 @@ class OnlineResult:
 
 @dataclass(frozen=True, slots=True)
 class GrowthResult:
-    """What a model that grows from the mean face does.
+    """Results of a model that grows from the mean face.
 
     Attributes:
         mean_mm: Distance of the mean face from the driver's, root mean square after a similarity.
@@ -401,7 +401,7 @@ def _errors(errors: Mapping[str, Sequence[float]]) -> "Figure":
 
 
 MOST_RELATIVE = 0.15
-"""Of the reference: renderers differ by so much even where trials hardly scatter."""
+"""Tolerance to the reference: renderers differ by this much even where trials hardly scatter."""
 
 BATCHES: Mapping[str, tuple[variational.Initial, float]] = {
     "begun at zero": ("zero", variational.GAMMA),
@@ -442,7 +442,7 @@ def prism(pool: Pool, full: bool) -> Findings:
 
 
 def _residuals(common: Sequence[OnlineResult]) -> Findings:
-    """Return how far off the corners and the centres of faces are."""
+    """Return the errors of the corners and the centres of faces."""
     for name, which in (("corners", slice(0, CENTRES.start)), ("centres of faces", CENTRES)):
         off = [float(one.residuals_mm[which].mean()) for one in common]
         allowed = three_errors(off, REFERENCE_TRIALS)
@@ -478,7 +478,7 @@ def _errors_of(courses: Sequence[TrialResult], common: Sequence[OnlineResult]) -
 
 
 def _compare(name: str, courses: Sequence[TrialResult], common: Sequence[OnlineResult], *keys: Body) -> Findings:
-    """Return the errors of Bando's three methods beside the reference's."""
+    """Return the errors of Bando's three methods and the reference's."""
     for method, errors in _errors_of(courses, common).items():
         found = REFERENCES.judge(name, mean_of(errors), method, *keys)
         grounds: dict[Ground, float] = {

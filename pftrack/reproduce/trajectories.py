@@ -30,7 +30,7 @@ DEEPEST = 100.0
 
 
 def track_figure(found: Mapping[str, Smoothed]) -> "Figure":
-    """Draw how far measurements and positions are aside of the truth, of the run whose error is the median."""
+    """Draw the deviations of measurements and positions from the truth, for the run with the median error."""
     figure, panels = new_figure(5.6, rows=len(found), share="xy")
     frames = np.arange(len(scene.TRUE_PATH))
     for panel, (name, one) in zip(panels, found.items(), strict=True):
@@ -81,7 +81,7 @@ def likelihood_figure(surfaces: Mapping[str, Floats]) -> "Figure":
 
 FEW, MANY = 4, 16
 QUICK_WIDER = 2.0
-"""Of four scenes of sixteen."""
+"""Tolerance with four scenes of sixteen."""
 
 JUMP = 27
 """A frame in which the light of the preset jumps."""
@@ -91,11 +91,11 @@ METHODS: tuple[Method, ...] = ("lg", "lng", "nlng")
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What came of one scene.
+    """Results of one scene.
 
     Attributes:
         points: Corners that were followed.
-        mixed: How many of them are mismatched now and then.
+        mixed: Number of them that are sometimes mismatched.
         mismatched: Share of all measurements that are mismatched.
         errors: By method, "raw" for the measurements: error of mixed tracks, and of their mismatched and clean frames,
             px; all methods are smoothed.
@@ -290,7 +290,7 @@ class Trial:
     """One set of data.
 
     Attributes:
-        seed: Of its noise.
+        seed: Seed of its noise.
         scale_px2: Square of the scale of its outliers.
     """
 
@@ -311,7 +311,7 @@ def _best_pair(trial: Trial) -> tuple[int, int]:
 
 
 def _readings(pool: Pool) -> Findings:
-    """By which reading of "scale 50" the likelihood has its maximum where it was reported."""
+    """Reading of "scale 50" with the maximum of the likelihood at the reported place."""
     literal, root = (
         np.array(pool.map(_best_pair, [Trial(seed, scale) for seed in range(1000)])) for scale in (2500.0, 50.0)
     )

@@ -18,19 +18,19 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
 Counts: TypeAlias = Mapping[str, Mapping[float, tuple[int, int]]]
-"""Of one run: how many numbers a band has held, and how many there were, by what it is about and by its share."""
+"""Counts of one run: numbers held by a band, and all numbers, by the band's subject and share."""
 
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """How often one band has held the truth.
+    """Share of the reports in which one band held the truth.
 
     Attributes:
-        of: What the band is about.
-        promised: The share of the reports in which it says that it holds it.
-        share: In which it held it.
+        of: The band's subject.
+        promised: Its nominal share of the reports.
+        share: Its measured share.
         error: Standard error of that, with each run as one observation.
-        runs: How many runs there were.
+        runs: Number of runs.
     """
 
     of: str
@@ -55,13 +55,13 @@ def _chosen(experiment: Experiment, preset: str, seed: int, defaults: Parameters
 
 
 def measured_run(experiment: Experiment, tracker: str, preset: str, seed: int, frames: int) -> Run:
-    """Return the run of which the bands are looked at, at its frame 0.
+    """Return the run for measuring bands, at its frame 0.
 
     Args:
         experiment: The wiring.
         tracker: Name of the tracker.
         preset: Name of the preset whose parameters are in force; empty for the default scene.
-        seed: Of the run; it chooses the scene too, where scenes have a number.
+        seed: Seed of the run; it also chooses the scene, where scenes have a number.
         frames: Length at most.
     """
     setup = experiment.simulate()
@@ -93,7 +93,7 @@ def count_held(run: Run, first: int = 1, end: int | None = None) -> Counts:
 
 
 def pool_counts(runs: Iterable[Counts]) -> tuple[Coverage, ...]:
-    """Return the coverage of each band over runs; a band of which nothing is known is left out."""
+    """Return the coverage of each band over runs; bands without data are left out."""
     found: dict[tuple[str, float], list[tuple[int, int]]] = {}
     for counts in runs:
         for of, shares in counts.items():
@@ -112,15 +112,15 @@ def _pool(of: str, promised: float, pairs: Sequence[tuple[int, int]]) -> Coverag
     return Coverage(of, promised, share, error, runs)
 
 
-# Whether a filter is as sure as it may be is told by the squares of its errors in the deviations that it told.
+# The squares of a filter's errors in its own standard deviations show whether it is consistent.
 #
 # - NEES, the normalised estimation error squared, compares the estimate with the truth, where that is known;
-# - NIS, the normalised innovation squared, compares each measurement with what was expected of it, and needs no truth.
+# - NIS, the normalised innovation squared, compares each measurement with its prediction, and does not need the truth.
 #
-# Both are told for one number, so that each is 1 on average if the filter is right: above it is too sure of itself,
-# below it could be surer. Innovations of a right filter are independent, so the mean NIS has limits, from the
-# chi-square distribution of the sum. Errors of the estimate in frames in a row are alike, so a mean NEES of one run has
-# none (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+# Both are given per number, so each is 1 on average for a consistent filter: above 1 it is overconfident, below 1
+# underconfident. Innovations of a right filter are independent, so the mean NIS has limits, from the chi-square
+# distribution of the sum. Errors of the estimate in frames in a row are alike, so a mean NEES of one run has none
+# (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
 
 LIMIT_DIGITS = 6
 """The last digits of a quantile hang on the library that computes it."""
@@ -128,11 +128,11 @@ LIMIT_DIGITS = 6
 
 @dataclass(frozen=True, slots=True)
 class Consistency:
-    """How large errors are in the deviations that were told, squared.
+    """Squared errors in the filter's own standard deviations.
 
     Attributes:
         nees: Mean over frames and coordinates; None where no truth is known, or the estimate has no deviation.
-        nis: Mean over all numbers that were measured; None of a tracker that tells no innovation.
+        nis: Mean over all numbers that were measured; None for a tracker without innovations.
         nis_limits: Between which the mean NIS of a right filter is with a probability of 95 %; None without.
     """
 
@@ -145,14 +145,14 @@ def measure_consistency(runs: Sequence[Run], first: int = 1, end: int | None = N
     """Return how consistent some frames of several runs are.
 
     Args:
-        runs: Of the same recording and settings with other random numbers.
+        runs: Runs of the same recording and settings with other random numbers.
         first: The first frame that counts.
         end: The frame after the last; after all that were computed if not given.
     """
     squares = [square for run in runs for square in _squared_errors(run, first, end)]
     nees = float(np.mean(squares)) if squares else None
     innovations = [_sum_innovations(run, first, end) for run in runs]
-    # Runs of the same recording share what was measured: together they tell no more of it than one.
+    # Runs of the same recording share the measurements, so together they are no more informative than one.
     freedom = round(float(np.mean([count for _, count in innovations]))) if innovations else 0
     if freedom < 1:
         return Consistency(nees)

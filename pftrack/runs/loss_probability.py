@@ -1,7 +1,7 @@
-"""How probable it is that the target of a run is lost, frame by frame; and the numbers of a run's frames as columns.
+"""The probability that the target of a run is lost, frame by frame; and the numbers of a run's frames as columns.
 
-The probability is told from the rows when it is asked for: a run costs nothing for it, and runs of earlier versions
-have it, too. Columns are arrays by name, as files hold them, notebooks show and lessons read them.
+The probability is computed from the rows on demand: it does not slow a run, and runs of earlier versions have it, too.
+Columns are arrays by name, as files hold them, notebooks show and lessons read them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ def loss_probabilities(run: "Run") -> Floats:
     """Return the probability in each frame that a run has computed, (L,).
 
     NaN in frame 0, in which a tracker only begins, wherever the tracker has no such probability, and on recordings. A
-    tracker that takes over begins anew: its first frame has none, either.
+    tracker after a switch begins anew: its first frame has none, either.
     """
     return np.array(LossAccount().follow(run))
 
@@ -38,7 +38,7 @@ def measure_loss_probability(run: "Run") -> Mapping[str, float | int]:
 
 
 class LossAccount:
-    """The same of a run that goes on: what was told is not computed again."""
+    """The same for a growing run: known values are not computed again."""
 
     def __init__(self) -> None:
         """Begin with no frame."""
@@ -47,7 +47,7 @@ class LossAccount:
         self._tracker, self._past = "", Past()
 
     def follow(self, run: "Run") -> Sequence[float]:
-        """Return the probability in each frame that the run has computed; what was told of it before is kept."""
+        """Return the probability in each frame that the run has computed; values computed before are kept."""
         if self._rows is not run.diagnostics:
             # Another run, such as a branch.
             self._rows, self._told, self._tracker = run.diagnostics, [], ""
@@ -70,7 +70,7 @@ class LossAccount:
 # known is NaN; true and false are 1 and 0.
 
 PREFIX = "series_"
-"""Of the columns of what was measured beside what every frame has."""
+"""Prefix of the columns of measurements beyond those of every frame."""
 
 
 def columns_of(run: "Run") -> dict[str, np.ndarray[Any, Any]]:

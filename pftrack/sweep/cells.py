@@ -1,15 +1,15 @@
-"""Cells: what a map shows; counts, from which they are made; the quantities, and how trackers compare by them.
+"""Cells of a map; the counts behind them; the quantities, and comparisons of trackers by them.
 
 A map spans two axes; all other axes and the trials are pooled in its cells. Counts add up, so that a map can be filled
 chunk by chunk: `count` one table, add, and `cells` makes rates, intervals and means of the sums.
 
-A quantity is success, the error, or any measure that the experiment declares. What is shown of one, tested and written
-down is the same wherever a sweep is looked at: on its page, in its report, and by code that asks the library.
+A quantity is success, the error, or any measure that the experiment declares. Its display, tests and tables are the
+same on a sweep's page, in its report, and for code that uses the library.
 
-Two trackers are compared by one quantity, cell by cell. The difference of the means is what a map shows. Both trackers
-met the same scenes, so that the difference within pairs of runs, scene by scene, is known better than either mean; its
-interval says how well. The tests are those of Bando 2007, ch. 3 sections 3.1 and 3.2: of success by counts, of
-everything else by ranks.
+Two trackers are compared by one quantity, cell by cell. A map shows the difference of the means. Both trackers saw the
+same scenes, so the difference within pairs of runs, scene by scene, is more precise than either mean; its interval
+shows the precision. The tests are those of Bando 2007, ch. 3 sections 3.1 and 3.2: of success by counts, of everything
+else by ranks.
 """
 
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ class Counts:
     """Sums over runs by tracker and cell.
 
     Attributes:
-        plan: Of the sweep.
+        plan: Plan of the sweep.
         x: Axis across, or None for a single column.
         y: Axis down, or None for a single row.
         sums: (trackers, values of y, values of x) each, by name: `runs` counts all; `NAME_count` and `NAME_sum` are
@@ -54,7 +54,7 @@ def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = 
     """Add up the runs of a table by tracker and cell.
 
     Args:
-        plan: Of the sweep.
+        plan: Plan of the sweep.
         table: Some of its rows; none gives sums of zero to begin with.
         x: Name of the axis across; all values are pooled if None.
         y: Name of the axis down; all values are pooled if None.
@@ -150,15 +150,15 @@ class CellMap:
     Attributes:
         x: Axis across, or None for a single column.
         y: Axis down, or None for a single row.
-        runs: How many runs there are.
-        judged: How many of them have a verdict, success or not.
-        successes: How many succeeded.
-        rate: Of success, NaN where there is no verdict.
+        runs: Number of runs.
+        judged: Number of runs with a verdict, success or not.
+        successes: Number of successes.
+        rate: Rate of success, NaN without a verdict.
         low: Lower end of its 95 % Wilson interval.
         high: Upper end.
-        mean_error: Of the successful runs, or of all where there are no verdicts; NaN where there are none.
-        mean_lost_frames: Of all runs.
-        problems: How many runs could not be computed.
+        mean_error: Mean over the successful runs, or over all without verdicts; NaN without runs.
+        mean_lost_frames: Mean over all runs.
+        problems: Number of runs that could not be computed.
         measures: Mean over all runs that have it, of each measure by its name; NaN where there are none.
     """
 
@@ -178,10 +178,10 @@ class CellMap:
 
 @dataclass(frozen=True)
 class Significance:
-    """Which of two trackers is better in which cell; arrays (values of y, values of x).
+    """The better of two trackers in each cell; arrays (values of y, values of x).
 
     Attributes:
-        codes: Of `Code`.
+        codes: Values of `Code`.
         p_values: As tested, adjusted if a correction was asked for; NaN where not applicable.
         effect: Difference of the success rates, or rank-biserial correlation; positive where the first is better.
     """
@@ -224,12 +224,12 @@ def summary(result: Result) -> dict[str, Any]:
 def significance(
     first: CellMap, second: CellMap, *, level: float = 0.01, correction: Correction = "none", test: Test = "chi-square"
 ) -> Significance:
-    """Say in which cells one tracker succeeds more often than another.
+    """Mark the cells in which one tracker succeeds more often than another.
 
     Args:
         first: Cells of one.
         second: Cells of the other, on the same axes.
-        level: Of significance.
+        level: Level of significance.
         correction: "holm" for the whole map at the level, "none" for every cell by itself, as Bando has it.
         test: "chi-square" as in Bando 2007, "fisher" for small counts too.
     """
@@ -241,12 +241,12 @@ def significance(
 def code_significance(
     p_values: Floats, effect: Floats, *, level: float = 0.01, correction: Correction = "none"
 ) -> Significance:
-    """Say in which cells one tracker is better, of what a test came to.
+    """Mark the cells in which one tracker is better, from the results of a test.
 
     Args:
-        p_values: Of each cell; NaN where the test is not applicable.
+        p_values: P value of each cell; NaN where the test is not applicable.
         effect: Positive where the first is better.
-        level: Of significance.
+        level: Level of significance.
         correction: See `significance`.
     """
     if correction == "holm":
@@ -282,12 +282,12 @@ class Quantity:
 
     Attributes:
         name: "success", "error", or that of a measure.
-        title: What it is, a few words.
+        title: Its title, a few words.
         description: Its definition, one sentence.
-        unit: Of the number; empty for a share, 0..1, or a pure number.
+        unit: Unit of the number; empty for a share, 0..1, or a pure number.
         better: Whether a "higher" or a "lower" number is better.
         share: Whether it is between 0 and 1.
-        column: Of the sweep's table.
+        column: Column of the sweep's table.
         successful: Whether the runs that failed are left out.
     """
 
@@ -302,7 +302,7 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """Title and unit, as an axis or a column says them."""
+        """Title and unit, as on an axis or a column."""
         return f"{self.title}, {self.unit}" if self.unit else self.title
 
     def means(self, cells: CellMap) -> Floats:
@@ -316,7 +316,7 @@ class Quantity:
                 return cells.measures[self.name]
 
     def gain(self, first: Floats, second: Floats) -> Floats:
-        """Return by how much the first numbers are better than the second."""
+        """Return the advantage of the first numbers over the second."""
         return first - second if self.better == "higher" else second - first
 
 
@@ -377,8 +377,8 @@ def samples(result: Result, quantity: Quantity, x: str | None, y: str | None = N
     """Return the values of a quantity by tracker and cell.
 
     Args:
-        result: Of the sweep; one of an earlier version may lack a measure.
-        quantity: Of the sweep.
+        result: Result of the sweep; one of an earlier version may lack a measure.
+        quantity: Quantity of the sweep.
         x: Name of the axis across; all values are pooled if None.
         y: Name of the axis down; all values are pooled if None.
 
@@ -414,7 +414,7 @@ def samples(result: Result, quantity: Quantity, x: str | None, y: str | None = N
 UsedTest: TypeAlias = Literal["chi-square", "fisher", "rank-sum"]
 
 TEST_TITLES: dict[UsedTest, str] = {"chi-square": "Chi-square", "fisher": "Fisher's exact", "rank-sum": "Rank-sum"}
-"""What people call the tests; "test" follows."""
+"""Names of the tests; "test" follows."""
 
 
 @dataclass(frozen=True)
@@ -422,10 +422,10 @@ class Paired:
     """Differences between runs on the same scenes; every array is (values of y, values of x).
 
     Attributes:
-        mean: Positive where the first tracker is better; NaN where there is no pair.
+        mean: Positive where the first tracker is better; NaN without pairs.
         low: Lower end of its 95 % interval, NaN where that is not applicable.
         high: Upper end.
-        pairs: How many scenes there are of which both runs have the quantity.
+        pairs: Number of scenes with the quantity in both runs.
     """
 
     mean: Floats
@@ -442,8 +442,8 @@ class Comparison:
         quantity: By what.
         first: Name of one tracker.
         second: Name of the other.
-        difference: Of the means over the runs that have the quantity, positive where the first is better.
-        paired: Of the runs on the same scenes.
+        difference: Difference of the means over the runs that have the quantity, positive where the first is better.
+        paired: Difference within pairs on the same scenes.
         test: The one that was used.
         p_values: As tested; NaN where not applicable.
         effect: Difference of the success rates, or rank-biserial correlation; positive where the first is better.
@@ -459,10 +459,10 @@ class Comparison:
     effect: Floats
 
     def significance(self, level: float = 0.01, correction: Correction = "none") -> Significance:
-        """Say in which cells one is better.
+        """Mark the cells in which one tracker is better.
 
         Args:
-            level: Of significance.
+            level: Level of significance.
             correction: "holm" for the whole map at the level, "none" for every cell by itself.
         """
         return code_significance(self.p_values, self.effect, level=level, correction=correction)
@@ -483,12 +483,12 @@ def compare(
     alone, a measure over all runs that have it.
 
     Args:
-        quantity: Of the sweep.
+        quantity: Quantity of the sweep.
         maps: Cells of its trackers.
         samples: The quantity's, on the same axes.
         first: Name of one tracker.
         second: Name of the other.
-        test: Of success: "chi-square" as in Bando 2007, "fisher" for small counts too.
+        test: Test of success: "chi-square" as in Bando 2007, "fisher" for small counts too.
 
     Raises:
         SweepError: The sweep has no such tracker.

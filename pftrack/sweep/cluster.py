@@ -28,13 +28,13 @@ except ImportError:
 
 
 CONNECT_S = 5
-"""How long the scheduler may take to answer."""
+"""Time limit for an answer of the scheduler."""
 
 WORKERLESS_S = 15.0
-"""How long the cluster may be without any worker before it is given up."""
+"""Time limit for a cluster without workers."""
 
 TASKS_A_THREAD = 2
-"""One that is computed, and the next, so that nobody waits for the way there and back."""
+"""One task in progress, and the next one, which hides the time of transfer."""
 
 CHECK_S = 1.0
 
@@ -51,7 +51,7 @@ class ClusterWorkers:
             address: Its `host:port` or `tcp://host:port`.
 
         Raises:
-            SweepError: Nobody answers there, it has no workers, or they have another pftrack or none.
+            SweepError: No scheduler answers there, it has no workers, or they have another pftrack or none.
         """
         for name in LOGGERS:  # failures are reported once, by us
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -1,7 +1,7 @@
 """The driver: hands out chunks, keeps what comes back, and can be lost at any time.
 
-It holds no rows: a chunk comes back as the bytes of its file and goes to disk. What is on disk is all that it knows of
-the past, so going on with a sweep is the same as beginning it, with fewer chunks to do.
+It holds no rows: a chunk comes back as the bytes of its file and goes to disk. The disk is its only memory, so resuming
+a sweep is the same as beginning it with fewer chunks.
 """
 
 from collections import Counter, deque
@@ -23,18 +23,18 @@ from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import LocalWorkers, Workers, as_text, compute_chunk, measure
 
 CHUNK_S = 1.0
-"""How long a chunk is meant to take: what is lost with a worker, and long beside what handing it out costs."""
+"""Intended duration of a chunk: the loss with a worker, and long relative to the cost of handing it out."""
 
 SMALLEST_CHUNK_S = 0.1
 CHUNKS_A_WORKER = 8
 """A short sweep is cut finer, so that all workers end together."""
 
 MOST_ATTEMPTS = 3
-"""How often a task may lose its worker."""
+"""Largest number of workers that a task may lose."""
 
 POLL_S = 0.2
 PATIENCE_S = 2.0
-"""How long running tasks are waited for when somebody asks to stop."""
+"""Longest wait for running tasks after a request to stop."""
 
 RATE_S = 20.0
 """Over how long the rate is taken."""
@@ -42,14 +42,14 @@ RATE_S = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a sweep is.
+    """The progress of a sweep.
 
     Attributes:
         done: Runs that are kept, from earlier times too.
         runs: All runs.
         rate: Runs a second of late; 0 while nothing is known.
         seconds_left: At that rate; None while nothing is known.
-        lost_workers: How many workers were lost so far.
+        lost_workers: Number of workers lost so far.
     """
 
     done: int
@@ -61,13 +61,13 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What a plan would cost.
+    """The cost of a plan.
 
     Attributes:
-        runs: How many.
-        conditions: How many cells, all axes taken together.
-        seconds: How long it would take.
-        run_s: What one run takes on one core, s.
+        runs: Number of runs.
+        conditions: Number of cells over all axes.
+        seconds: Expected duration.
+        run_s: Duration of one run on one core, s.
     """
 
     runs: int
@@ -89,7 +89,7 @@ def carry_out(
     """Compute a sweep, or what is left of one.
 
     Args:
-        plan: What to compute; None goes on with what was begun at `out`.
+        plan: The plan; None continues the sweep begun at `out`.
         out: The result file, to be written.
         jobs: Processes of this machine.
         cluster: Address of a Dask scheduler that computes in their place.
@@ -133,7 +133,7 @@ def open_workers(jobs: int, cluster: str | None) -> Workers:
     """Return processes of this machine, or the workers of a Dask scheduler at an address.
 
     Raises:
-        SweepError: Nobody answers there, it has no workers, or they have another pftrack or none.
+        SweepError: No scheduler answers there, it has no workers, or they have another pftrack or none.
     """
     if cluster is None:
         return LocalWorkers(jobs)
@@ -153,7 +153,7 @@ def hand_out(
 
     Args:
         workers: Who take them.
-        numbers: Of the tasks, in order; one whose worker is lost is given out again, first of all.
+        numbers: Numbers of the tasks, in order; a task whose worker is lost is handed out again first.
         task: From a number to a function and its arguments.
         lose: Called with number, how its worker was lost, and whether too often; it then raises a SweepError.
         stop: Asked whether to stop; what is running is waited for a little.

@@ -1,4 +1,4 @@
-"""What the fork server of a pool imports, and so makes ready for all of its processes."""
+"""Imports of a pool's fork server, ready for all of its processes."""
 
 import pyarrow.parquet
 

@@ -202,7 +202,7 @@ def _other_seeds_are_branches(experiment: Experiment, tracker: str) -> None:
     errors = np.array([np.nan if row.error is None else row.error for row in branch.diagnostics[BEGIN + 1 :]])
     demand(
         np.array_equal(one.errors, errors, equal_nan=True),
-        f"runs that go on from frame {BEGIN} with the seed {OTHER_SEED} come to other errors than a branch: "
+        f"runs that continue from frame {BEGIN} with the seed {OTHER_SEED} give other errors than a branch: "
         f"{one.errors.tolist()} for {errors.tolist()}",
     )
 
@@ -228,7 +228,7 @@ def _is_probability(experiment: Experiment, tracker: str) -> None:
     declared = experiment.quality.loss_probability
     for name in {**declared.models, **declared.refused}:
         demand(
-            name in experiment.trackers, f"{experiment.id} has no tracker {name!r}, of which its loss probability is"
+            name in experiment.trackers, f"{experiment.id} has no tracker {name!r}, which its loss probability names"
         )
     model = declared.models.get(tracker)
     if model is None:

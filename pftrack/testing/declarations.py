@@ -216,7 +216,7 @@ def _declares_layers(experiment: Experiment) -> None:
     _demand_unique((layer.name for layer in layers), "layers")
     _demand_unique((layer.title for layer in layers), "titles of layers")
     explained = {key.colour for key in legend(layers)}
-    demand("estimate" in explained, "whoever looks must be told which one is the estimate: a layer's legend has no key")
+    demand("estimate" in explained, "users must see which one is the estimate: a layer's legend has no key")
     shown = [layer.name for layer in layers if layer.role == "through time" and layer.shown]
     demand(not shown, f"who looks from the front sees nothing of {', '.join(shown)}: it must be off at first")
     roles = {layer.role for layer in layers}
@@ -257,7 +257,7 @@ def _demand_name(name: str, what: str) -> None:
 
 def _demand_unique(names: Iterable[str], what: str) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
-    demand(not twice, f"{what} must have names of their own, got twice {', '.join(twice)}")
+    demand(not twice, f"{what} must have unique names, got twice {', '.join(twice)}")
 
 
 SIZE = (320, 240)
@@ -272,7 +272,7 @@ def _kinds_describe_themselves(experiment: Experiment) -> None:
     for kind in (finder.kind, *finder.hints) if finder else ():
         demand(kind in kinds, f"the finder's {kind.name()} must be among the kinds that the experiment takes")
     names = [kind.name() for kind in kinds]
-    demand(len(names) == len(set(names)), f"kinds of mark must have names of their own, got {', '.join(names)}")
+    demand(len(names) == len(set(names)), f"kinds of mark must have unique names, got {', '.join(names)}")
     for kind in kinds:
         editor = kind.editor()
         name = kind.name()
@@ -304,7 +304,7 @@ def _bad_marks_are_refused(experiment: Experiment) -> None:
     if not experiment.video.marks:
         return
     for raw in ({"kind": "no such kind"}, {}, "no mark", None, 7):
-        _demand_mark_refusal(experiment, raw, "what is no mark")
+        _demand_mark_refusal(experiment, raw, "an invalid mark")
     for kind in experiment.video.marks:
         good = at_first(kind)
         _demand_mark_refusal(experiment, {**good, "no_such_field": 1}, f"a {kind.name()} with an unknown field")

@@ -325,7 +325,7 @@ def _look_alike(one: Frame, other: Frame) -> bool:
     return all((a is None and b is None) or np.array_equal(a, b) for a, b in pairs)  # type: ignore[arg-type]  # not None
 
 
-@each_tracker("seeking comes to the same numbers")
+@each_tracker("seeking gives the same numbers")
 def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
     known, wandering = straight(experiment, tracker), begin_run(experiment, tracker)
     for frame in SEEKING:
@@ -333,11 +333,11 @@ def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
         for name, array in first.items():
             same = np.array_equal(again[name], array, equal_nan=array.dtype.kind == "f")
             what = "estimates" if name == "estimate" else f"states: {name}"
-            demand(same, f"a run that seeks to and fro must come to the same {what} in frame {frame}, and does not")
+            demand(same, f"a run that seeks to and fro must reach the same {what} in frame {frame}, and does not")
     demand_equal(known.run, wandering, "a run that seeks to and fro", max(SEEKING) + 1)
 
 
-@each_tracker("a branch shares the past and comes to the same numbers")
+@each_tracker("a branch shares the past and gives the same numbers")
 def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
     trunk = straight(experiment, tracker).run
     before = trunk.estimates_sha256
@@ -381,7 +381,7 @@ def _other_values(experiment: Experiment, tracker: str) -> Iterator[tuple[str, V
                     break
 
 
-@each_tracker("a saved run comes to the same numbers")
+@each_tracker("a saved run gives the same numbers")
 def _a_saved_run_agrees(experiment: Experiment, tracker: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         run = straight(experiment, tracker).run.branch(FEW)
@@ -398,7 +398,7 @@ def _load(path: Path) -> Run:
         raise CheckError(f"a saved run must open again: {error}") from None
 
 
-@whole("another process comes to the same numbers")
+@whole("another process gives the same numbers")
 def _another_process_agrees(experiment: Experiment) -> None:
     with tempfile.TemporaryDirectory() as folder:
         runs, files = [], []
@@ -408,10 +408,10 @@ def _another_process_agrees(experiment: Experiment) -> None:
             save(runs[-1], Path(files[-1]))
         hashes = hashes_elsewhere(files)
     for tracker, run, found in zip(experiment.trackers, runs, hashes, strict=True):
-        demand(found == run.estimates_sha256, f"another process comes to other estimates with the tracker {tracker}")
+        demand(found == run.estimates_sha256, f"another process gives other estimates with the tracker {tracker}")
 
 
-@whole("a batch comes to the numbers of live runs")
+@whole("a batch gives the numbers of live runs")
 def _a_batch_agrees(experiment: Experiment) -> None:
     folding = [name for name, tracker in experiment.trackers.items() if tracker.fold]
     alone = [name for name in experiment.trackers if name not in folding]
@@ -428,7 +428,7 @@ def _demand_batch(experiment: Experiment, trackers: list[str], seeds: list[int])
             live.finish()
             where = f"than a live run with the tracker {tracker}, seed {seed}"
             same = outcome.estimates_sha256 == live.estimates_sha256
-            demand(same, f"a batch comes to other estimates {where}")
+            demand(same, f"a batch gives other estimates {where}")
             summary = live.summary()
             names = ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames")
             of_batch = {**{name: getattr(outcome, name) for name in names}, **outcome.measures, **outcome.reductions}
@@ -436,7 +436,7 @@ def _demand_batch(experiment: Experiment, trackers: list[str], seeds: list[int])
             of_live = {**{name: getattr(summary.verdict, name) for name in names}, **summary.measures, **kept}
             for name in of_batch | of_live:
                 pair = of_batch.get(name), of_live.get(name)
-                demand(pair[0] == pair[1], f"a batch comes to another {name} {where}: {pair[0]} for {pair[1]}")
+                demand(pair[0] == pair[1], f"a batch gives another {name} {where}: {pair[0]} for {pair[1]}")
 
 
 @whole("any tracker takes over from any other")
@@ -469,7 +469,7 @@ def demand_equal(run: Run, other: Run, what: str, frames: int | None = None) -> 
     if estimates_hash(one) != estimates_hash(two):
         pairs = zip(run.diagnostics, other.diagnostics, strict=True)
         frame = next((one.frame for one, two in pairs if one.estimate != two.estimate), 0)
-        raise CheckError(f"{what} must come to the same estimates, and differs from frame {frame} on")
+        raise CheckError(f"{what} must give the same estimates, and differs from frame {frame} on")
 
 
 def hashes_elsewhere(paths: Sequence[str]) -> list[str]:

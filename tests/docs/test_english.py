@@ -6,13 +6,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-HELD = (
-    *("server", "frontend_static", "tools", "benchmarks", "examples", "docs"),
-    *(f"pftrack/{folder}" for folder in ("cli", "core/numerics", "doctor", "experiments")),
-    *(f"pftrack/{folder}" for folder in ("filters", "output", "sources", "vision")),
-)
-NOT_YET_HELD = ("the rest of pftrack", "tests")
-"""Folders to move into `HELD` once their sentences are edited."""
+HELD = ("server", "frontend_static", "tools", "benchmarks", "examples", "docs", "pftrack")
+NOT_YET_HELD = ("pftrack/analysis/diagnosis", "tests")
+"""Folders that are left out until their sentences are edited."""
 
 SUFFIXES = frozenset({".css", ".html", ".js", ".md", ".py", ".ts", ".yaml"})
 REFUSED = {
@@ -52,7 +48,11 @@ def found(text: str) -> list[str]:
 def test_no_refused_turn_stands_in(folder: str) -> None:
     """Every file that a person reads or edits is searched; vendored ones are others' work."""
     paths = sorted(
-        path for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES and "vendor" not in path.parts
+        path
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in SUFFIXES
+        and "vendor" not in path.parts
+        and not any(path.is_relative_to(ROOT / other) for other in NOT_YET_HELD)
     )
     assert paths
     assert [f"{path.relative_to(ROOT)}: {hit}" for path in paths for hit in found(path.read_text("utf-8"))] == []

@@ -5,7 +5,7 @@ import pytest
 from pftrack.experiments import EXPERIMENTS
 from pftrack.testing import Check, experiment_checks
 
-ELSEWHERE = "another process comes to the same numbers"
+ELSEWHERE = "another process gives the same numbers"
 """`tests/test_same_bits.py` shows as much of every tracker; one experiment remains here."""
 
 

@@ -313,7 +313,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "its layers are named once, and one explains the estimate": (
         lambda: displaying(SOUND, layers=SOUND.display.layers * 2),
-        "layers must have names of their own, got twice",
+        "layers must have unique names, got twice",
     ),
     "its measures are declared whole": (
         lambda: measuring(description="inside"),
@@ -338,25 +338,25 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "frames are the same when asked for again": (lambda: showing(Restless), "depends on which frames were asked for"),
     "only a noisy source depends on the seed": (lambda: showing(Quiet), "frame 0 depends on the seed"),
-    "another process comes to the same numbers": (
+    "another process gives the same numbers": (
         lambda: replace(SOUND, id="unlisted"),
         "another process cannot compute the run: .*got 'unlisted'",
     ),
-    "a batch comes to the numbers of live runs": (
+    "a batch gives the numbers of live runs": (
         lambda: folding(lambda done: {"estimates": done.estimates + 1e-9}),
-        "a batch comes to other estimates than a live run",
+        "a batch gives other estimates than a live run",
     ),
     "any tracker takes over from any other": (
         jealous_trackers,
         r"the estimate of frame \d is \(nan,\) after the tracker changed",
     ),
-    "seeking comes to the same numbers": (hidden_state, "a run that seeks to and fro must come to the same estimates"),
-    "a branch shares the past and comes to the same numbers": (hidden_state, "a branch that changes nothing must come"),
+    "seeking gives the same numbers": (hidden_state, "a run that seeks to and fro must reach the same estimates"),
+    "a branch shares the past and gives the same numbers": (hidden_state, "a branch that changes nothing must give"),
     "what only smooths changes no estimate": (
         lambda: declaring(Smoothed),
-        "a branch in which Process noise, which only smooths, is 1e-06 must come to the same estimates",
+        "a branch in which Process noise, which only smooths, is 1e-06 must give the same estimates",
     ),
-    "a saved run comes to the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
+    "a saved run gives the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
     "its kinds of mark describe themselves": (
         lambda: replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,))),
         "the experiment takes no recordings, and has 1 kinds of mark",
@@ -415,7 +415,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "other seeds from a frame on are a branch with these seeds": (
         hidden_state,
-        "runs that go on from frame .* come to other errors than a branch",
+        "runs that continue from frame .* give other errors than a branch",
     ),
     "every change that is tried of a run can be computed": (
         lambda: tracking_with(choosy),

@@ -78,7 +78,7 @@ def named(name: str) -> Experiment:
         (
             "its measures are declared whole",
             lambda: measuring(name="sample_count"),
-            "columns of a sweep .* must have names of their own, got twice sample_count",
+            "columns of a sweep .* must have unique names, got twice sample_count",
         ),
         ("its measures are declared whole", lambda: measuring(name="seed"), "got twice seed"),
         (
@@ -147,7 +147,7 @@ def test_a_parameter_without_help_is_found() -> None:
 def test_a_batch_that_keeps_less_than_a_live_run_is_found() -> None:
     """What a sweep keeps of a tracker's series is compared too: a fold may leave one out."""
     with pytest.raises(CheckError, match=r"another observation_share than a live run .*: None for 0"):
-        checks_of(folding(lambda _: {"series": {}}))["a batch comes to the numbers of live runs"]()
+        checks_of(folding(lambda _: {"series": {}}))["a batch gives the numbers of live runs"]()
 
 
 def bodies(covariance: Any) -> Ellipsoids:
@@ -232,8 +232,8 @@ def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkey
     from of_the_process import EXPERIMENT  # type: ignore[import-not-found] # installed just now
 
     monkeypatch.setitem(EXPERIMENTS._known, "pids", EXPERIMENT)
-    with pytest.raises(CheckError, match="another process comes to other estimates with the tracker kalman"):
-        checks_of(EXPERIMENT)["another process comes to the same numbers"]()
+    with pytest.raises(CheckError, match="another process gives other estimates with the tracker kalman"):
+        checks_of(EXPERIMENT)["another process gives the same numbers"]()
 
 
 def test_all_checks_are_run_at_once() -> None:
@@ -245,5 +245,5 @@ def test_all_checks_are_run_at_once() -> None:
 def test_what_is_broken_here_is_sound_otherwise() -> None:
     """The experiments here differ from one that passes in one thing only."""
     for name, check in checks_of(SOUND).items():
-        if name != "another process comes to the same numbers":
+        if name != "another process gives the same numbers":
             check()

@@ -79,7 +79,7 @@ def test_a_kind_of_one_s_own_is_sound() -> None:
 @pytest.mark.parametrize(
     ("kinds", "message"),
     [
-        ((Disc, Elsewhere), "must have names of their own"),
+        ((Disc, Elsewhere), "must have unique names"),
         ((Elsewhere,), "on the layer 'mark'"),
         ((Anywhere,), "must be refused in a picture of 320 x 240 px, and was accepted"),
     ],

@@ -1,12 +1,12 @@
-"""Bands: what a tracker says of its own error, and whether the truth lies in it.
+"""Bands: a tracker's own error estimates, and whether the truth lies in them.
 
 A band of 95 % should hold the truth in 95 % of the reports, one of 50 % in half of them, and a region that is promised
-to hold it in all. Each kind below knows from the numbers of a frame which of its bands held the truth:
+to hold it in all. Each kind below derives from the numbers of a frame which of its bands held the truth:
 
 - `EstimateBand`: the estimate with its standard deviations, which every tracker has;
-- `DeviationBand`: series with standard deviations of their own, beside series of the truth;
-- `IntervalBand`: series of the shape "interval", beside series of the truth;
-- `FlagBand`: series that say it themselves, for bands that are no Gaussians, and for regions.
+- `DeviationBand`: series with their own standard deviations, compared with series of the truth;
+- `IntervalBand`: series of the shape "interval", compared with series of the truth;
+- `FlagBand`: series of flags, for bands that are not Gaussian, and for regions.
 
 An experiment lists its bands; those of one that lists none are of its estimate.
 """
@@ -24,7 +24,7 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.model.tracker import Diagnostics
 
 HALF, MOST, ALL = 0.5, 0.95, 1.0
-"""Shares of the reports in which bands say that they hold the truth."""
+"""Nominal shares of bands."""
 
 WITHIN: Mapping[float, float] = {HALF: 0.6745, MOST: 1.96}
 """Standard deviations to either side of a Gaussian's middle, by share."""
@@ -38,8 +38,8 @@ class EstimateBand:
     """The estimate with its standard deviations.
 
     Attributes:
-        of: What it is about.
-        trackers: That have it.
+        of: Its subject.
+        trackers: Trackers that have it.
     """
 
     of: str = "estimate"
@@ -64,7 +64,7 @@ class DeviationBand:
         values: Names of the series.
         deviations: Names of those of their standard deviations.
         truths: Names of those of what is true.
-        turn: What a whole turn is, if they are angles; 0 if they are not.
+        turn: A whole turn in their unit for angles, else 0.
         trackers: That have it.
     """
 
@@ -94,7 +94,7 @@ class IntervalBand:
         of: What it is about.
         intervals: Names of the series.
         truths: Names of those of what is true.
-        share: How often each says that it holds it.
+        share: Nominal share of each.
         trackers: That have it.
     """
 
@@ -164,8 +164,8 @@ def _within(values: ArrayLike, deviations: ArrayLike, truths: ArrayLike, *, turn
     return {share: (off <= width * spread)[known] for share, width in WITHIN.items()}
 
 
-# Where bands do not hold the truth as often as they say, an experiment declares the setting and the direction. The
-# reasons stand in `docs/explanation/calibration.md`.
+# If bands are not calibrated, an experiment declares the setting and the direction. The reasons stand in
+# `docs/explanation/calibration.md`.
 
 Direction: TypeAlias = Literal["overconfident", "underconfident"]
 
@@ -178,14 +178,14 @@ DIRECTIONS: Mapping[Direction, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Miscalibration:
-    """A setting in which bands hold the truth less often than they say, or more often.
+    """A setting in which bands hold the truth less or more often than their nominal share.
 
     Attributes:
         trackers: Names of those that it is about.
-        values: Values of parameters in which it holds, by name; of a parameter that is not named, any. None stands for
-            a run whose parameters have none of that name, such as one of a scene on a recording.
+        values: Values of parameters in which it holds, by name; of a parameter that is not named, any. None is for a
+            run without a parameter of that name, such as one of a scene on a recording.
         ranges: Least and greatest value of parameters in which it holds, by name.
-        bands: What the bands are about that it holds of; empty if it holds of all.
+        bands: Subjects of the affected bands; empty for all.
         direction: Whether they are surer than they may be, or less sure.
     """
 
@@ -206,16 +206,15 @@ class Miscalibration:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What is said of the bands of an experiment's trackers.
+    """Declarations on the bands of an experiment's trackers.
 
     Attributes:
-        bands: What its trackers say of their own error, and how it is compared with the truth; empty if nothing is
-            promised of them.
+        bands: Its trackers' error estimates, and their comparison with the truth; empty without promises.
         faults: Settings in which that is not so.
-        presets: Names of those in which bands are measured, beside the default scene.
+        presets: Names of those in which bands are measured, in addition to the default scene.
         scene: Name of the parameter that numbers scenes of one kind, such as people; measured are as many of them as
             seeds. Empty where the seed alone makes another scene.
-        frames: How many frames of a run are measured at most.
+        frames: Largest number of measured frames of a run.
     """
 
     bands: tuple[Band, ...] = (EstimateBand(),)
@@ -226,4 +225,4 @@ class Calibration:
 
 
 STANDARD_CALIBRATION = Calibration()
-"""Of an experiment that says nothing of it: the band of the estimate, which is to be believed."""
+"""For an experiment without a declaration: the band of the estimate, which counts as calibrated."""

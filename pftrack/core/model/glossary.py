@@ -1,9 +1,9 @@
-"""The glossary and the references: one meaning for each word, and where methods and studies come from, as data.
+"""The glossary and the references: one meaning for each word, and the sources of methods and studies, as data.
 
-Words that all experiments share stand in `glossary.yaml` beside this file, and an experiment declares those of its own
-(`Experiment.terms`). The page of the glossary, what pages say of a word that is pointed at, and the documentation are
-made of these declarations. An experiment names what it comes from as citations, each a reference and a place in it. The
-references of the project's own experiments stand in `references.yaml`; an experiment of another package brings its own.
+Words that all experiments share are in `glossary.yaml` next to this file, and an experiment declares its own
+(`Experiment.terms`). The page of the glossary, the hints of pages on words, and the documentation use these
+declarations. An experiment names its sources as citations, each a reference and a place in it. The references of the
+project's own experiments are in `references.yaml`; an experiment of another package has its own.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ class Term:
 
     Attributes:
         name: The word as it stands in a sentence.
-        meaning: What it means, a sentence without its full stop, for somebody who hears it for the first time.
+        meaning: Its meaning, a sentence without its full stop, for a beginner.
         also: Other forms in which pages have it, such as its plural or a symbol.
     """
 
@@ -45,7 +45,7 @@ class Section:
     """Terms that belong together.
 
     Attributes:
-        title: What they are about.
+        title: Their subject.
         terms: In the order in which they are best read.
         experiment: Whose own words they are; None of those that all experiments share.
     """
@@ -79,7 +79,7 @@ def _term(name: str, said: str | Mapping[str, Any]) -> Term:
 
 
 GLOSSARY = read_glossary(Path(__file__).with_name("glossary.yaml"))
-"""What all experiments share, by what it is about."""
+"""The words that all experiments share, by subject."""
 
 
 @with_config(CLOSED)
@@ -92,7 +92,7 @@ class Reference:
         kind: Its type in BibTeX.
         authors: Full names, family name last.
         title: As printed.
-        year: In which it appeared.
+        year: Year of publication.
         where: Further fields of BibTeX: journal, volume, number and pages of an article; booktitle and pages of a
             paper; type, school and number of a dissertation; type and institution of a report; howpublished of what is
             else ("misc").
@@ -122,7 +122,7 @@ class Reference:
         """Return the entry of BibTeX.
 
         Args:
-            note: What is cited of it, if that is not all.
+            note: The cited part, if not all.
         """
         fields = {
             "author": " and ".join(self.authors),
@@ -178,18 +178,18 @@ class Citation:
 
 
 REFERENCES = {each.key: each for each in read_as(Reference, Path(__file__).with_name("references.yaml"), "key")}
-"""What the project's own experiments come from, by key."""
+"""The sources of the project's own experiments, by key."""
 
 
 def cite(key: str, place: str = "") -> Citation:
     """Return a citation of one of `REFERENCES`.
 
     Args:
-        key: Of the reference.
+        key: Key of the reference.
         place: Chapter or section with its title; all of it if empty.
 
     Raises:
-        ValueError: There is no such reference.
+        ValueError: The reference is unknown.
     """
     if key not in REFERENCES:
         raise ValueError(f"unknown reference {key!r}; references.yaml has {', '.join(REFERENCES)}")

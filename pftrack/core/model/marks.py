@@ -1,10 +1,10 @@
-"""Marks: what a person or a finder says of a target in one picture of a recording.
+"""Marks: a user's or a detector's statement on a target in one picture of a recording.
 
-A mark is a small frozen value with a `kind`. A kind knows how to read itself from text and JSON, whether it fits a
-picture, how it is drawn, and how it describes itself to an editor: which handles can be dragged, which lines join them,
-which numbers go with them. Command line, REST interface, saved runs and the page's editors ask the kind and know none
-by name; which kinds an experiment takes is declared by the experiment, so that one from outside can bring its own. The
-kinds here are a long body with a front and a back, a box of whole pixels, and named points.
+A mark is a small frozen value with a `kind`. A kind reads itself from text and JSON, checks whether it fits a picture,
+draws itself, and describes itself to an editor: its handles, the lines between them, and its numbers. Command line,
+REST interface, saved runs and the page's editors use this interface without depending on any kind; an experiment
+declares its kinds, so other packages can add their own. The kinds here are a long body with a front and a back, a box
+of whole pixels, and named points.
 """
 
 import csv
@@ -34,9 +34,9 @@ class Handle(BaseModel):
     """A point of a mark that a person can drag.
 
     Attributes:
-        name: Where its [x, y] stands in the mark's JSON; the parts of a path are joined by dots.
+        name: Path of its [x, y] in the mark's JSON, joined by dots.
         title: What people call it.
-        at: Where it is at first, as shares of the picture's width and height.
+        at: Its first place, as shares of the picture's width and height.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -50,13 +50,13 @@ class MarkNumber(BaseModel):
     """A number of a mark that a person can change.
 
     Attributes:
-        name: Where it stands in the mark's JSON; the parts of a path are joined by dots.
+        name: Its path in the mark's JSON, joined by dots.
         title: What people call it.
         unit: As printed beside the value; empty for a pure number.
         minimum: Smallest value allowed.
         maximum: Largest value allowed.
-        step: Of a slider.
-        default: What it is at first.
+        step: Step of a slider.
+        default: First value.
         about: Name of the handle about which it is a radius, if it is one; it is drawn as a circle.
     """
 
@@ -73,17 +73,17 @@ class MarkNumber(BaseModel):
 
 
 class Editor(BaseModel):
-    """All that an editor of one kind of mark has to know.
+    """Description of one kind of mark for editors.
 
     Attributes:
         kind: The kind's name.
-        title: What people call it, in sentence case.
+        title: Its title, in sentence case.
         instruction: How to make such a mark, a sentence or two.
-        text: How it is written on the command line.
-        handles: What can be dragged.
+        text: Its form on the command line.
+        handles: Handles that can be dragged.
         links: Pairs of handles that a line joins.
-        closed: Whether a further line joins the last handle to the first, so that the handles outline an area.
-        numbers: What can be typed, or set by a slider.
+        closed: Whether a further line joins the last handle to the first, so the handles outline an area.
+        numbers: Values that can be typed, or set by a slider.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -105,9 +105,9 @@ class Mark(BaseModel, ABC):
     the picture, as in drawings.
 
     Attributes:
-        title: What people call the kind, in sentence case.
+        title: Title of the kind, in sentence case.
         instruction: How to make such a mark, a sentence or two.
-        text: How it is written on the command line after the kind's name and a colon.
+        text: Its form on the command line after the kind's name and a colon.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -128,7 +128,7 @@ class Mark(BaseModel, ABC):
         """Read a mark from text, as the command line gives it: JSON, or the name of a file that holds JSON.
 
         Raises:
-            ValueError: It is no mark of this kind.
+            ValueError: It is not a mark of this kind.
         """
         try:
             raw = json.loads(text if text.lstrip().startswith("{") else read_text(Path(text), LARGEST_FILE_BYTES))
@@ -141,7 +141,7 @@ class Mark(BaseModel, ABC):
         """Read a mark from JSON values; its kind may be left out.
 
         Raises:
-            ParameterError: They are no mark of this kind; it names the field.
+            ParameterError: They are not a mark of this kind; it names the field.
         """
         try:
             return cls.model_validate(raw)
@@ -153,7 +153,7 @@ class Mark(BaseModel, ABC):
 
     @classmethod
     def of_target(cls, target: Target) -> Self | None:
-        """Return the mark of a target that is known, as a person would make it; None where the kind cannot tell.
+        """Return the mark of a target that is known, as a person would make it; None if the kind cannot derive it.
 
         The check of experiments marks the simulated scene's own target by it, in a recording of that scene.
         """
@@ -175,7 +175,7 @@ class Mark(BaseModel, ABC):
     @classmethod
     @abstractmethod
     def editor(cls) -> Editor:
-        """Return all that an editor of this kind has to know; `describe` has the part common to all kinds."""
+        """Return the description of this kind for editors; `describe` has the part common to all kinds."""
 
     @classmethod
     def describe(cls, **more: Any) -> Editor:  # noqa: ANN401 - the fields of an editor
@@ -187,7 +187,7 @@ def read_mark(kinds: Sequence[type[Mark]], raw: object) -> Mark:
     """Read a mark of any of several kinds from JSON values that name the kind.
 
     Raises:
-        ParameterError: They name no such kind, or are no mark of it.
+        ParameterError: The kind is unknown, or they are not a mark of it.
     """
     known = {kind.name(): kind for kind in kinds}
     name = raw.get("kind") if isinstance(raw, Mapping) else None
@@ -400,15 +400,15 @@ class Box(Mark):
 
 
 class FeaturePoints(Mark):
-    """Named points; an experiment's own subclass says which there are.
+    """Named points; an experiment's own subclass declares them.
 
     A file of them is JSON, `{"nose": [203.5, 148], ...}` or a list of `{"name": "nose", "x": 203.5, "y": 148}`, or
     comma-separated text with the columns `name, x, y`; positions are in px of the picture.
 
     Attributes:
-        features: What people call the points, by name.
+        features: Titles of the points, by name.
         joined: Pairs of points between which a line helps the eye.
-        offered: Where points stand that a person is to drag, by name, as shares of the picture's width and height.
+        offered: First places of points to drag, by name, as shares of the picture's width and height.
         points: Position (x, y) in px by name; those left out are to be placed by a model.
     """
 

@@ -1,7 +1,7 @@
-"""Where to begin with an experiment, so that there is something to be seen at once: presets, sweeps, tours, failures.
+"""First examples of an experiment: presets, sweeps, tours, failures.
 
-The presets of an experiment stand in `presets.yaml` in its folder, each under its name, so that a sentence can be
-mended without Python. `read_presets` reads them, and `Experiment` checks that what they name is there.
+The presets of an experiment are in `presets.yaml` in its folder, each under its name, so texts can be edited without
+Python. `read_presets` reads them, and `Experiment` checks their names.
 """
 
 from collections.abc import Mapping
@@ -18,10 +18,10 @@ from pftrack.core.texts import CLOSED, Origin, read_as
 
 @dataclass(frozen=True, slots=True)
 class Tour:
-    """A preset that loses its target, told to a first visitor.
+    """A preset that loses its target, explained to a first visitor.
 
     Attributes:
-        begin: What is to be seen before it runs, a sentence or two.
+        begin: What the page shows before it runs, a sentence or two.
         reason: Why the target is lost, a few sentences that need no knowledge of filters.
         plot: Id of the experiment's plot that shows it.
         frame: Number of the frame in which it is to be seen.
@@ -40,14 +40,14 @@ class Preset:
 
     Attributes:
         name: Name in addresses.
-        title: What it shows, a few words.
+        title: Its title, a few words.
         tracker: Name of the tracker.
         parameters: Values that differ from the defaults.
-        seed: Of the run.
+        seed: Seed of the run.
         about: Names of further parameters that it is about, worth turning while it is watched.
         scene: Names of those that it sets and is not about: what a scene is made of, and what is known beforehand.
-        watch: What to look at when it is opened, a sentence or two; frames in it are those of its own seed.
-        tour: What a guided tour says of it, where it is known to lose its target.
+        watch: What to watch when it is opened, a sentence or two; frames in it are those of its own seed.
+        tour: Text of a guided tour, if it is known to lose its target.
         origin: The file and line where it is declared.
     """
 
@@ -121,11 +121,11 @@ CAUSES: dict[CauseId, str] = {cause: cause.replace("-", " ") for cause in get_ar
     "detector-seized-by-background": "seized by the background",
     "changed-look": "changed look of the target",
 }
-"""What they are called in a sentence."""
+"""Their name in a sentence."""
 
-# A failure is the recipe of a run, the frame before it happens, and its *cause*. A loss alone shows nothing, since a
-# target can be lost for many reasons: the diagnosis (`pftrack.analysis.diagnosis`), which knows nothing of failures,
-# must find that cause by the run's own numbers. Its *cure* is a change to the beginning of the same run, of the same
+# A failure is the recipe of a run, the frame before it happens, and its *cause*. A loss alone proves nothing, since a
+# target can be lost for many reasons: the diagnosis (`pftrack.analysis.diagnosis`), which does not use the failures,
+# must find that cause from the run's own numbers. Its *cure* is a change to the beginning of the same run, of the same
 # seed, after which the target is held at the end.
 
 Kind: TypeAlias = Literal["weights", "dynamics", "collapse", "appearance"]
@@ -136,19 +136,19 @@ KINDS: Mapping[Kind, str] = {
     "collapse": "A belief that collapses",
     "appearance": "Looks and detectors",
 }
-"""What failures have in common, with the words for it, in the order in which they are shown."""
+"""Kinds of failures, with their titles, in display order."""
 
-ORDER: tuple[CauseId, ...] = tuple(CAUSES)[:10]  # of the others no run is an example
-"""Ids of the failures that have a number of their own, whichever experiment shows them; all others come after."""
+ORDER: tuple[CauseId, ...] = tuple(CAUSES)[:10]  # the others have no example run
+"""Ids of the failures with fixed numbers, in any experiment; all others come after."""
 
 
 @dataclass(frozen=True)
 class Cure:
-    """What keeps a run from failing.
+    """The cure of a failing run.
 
     Attributes:
-        text: What is done and why it helps, a sentence.
-        values: What differs at frame 0: parameters by name, and `tracker` for another one.
+        text: The change and why it helps, a sentence.
+        values: Changes at frame 0: parameters by name, and `tracker` for another one.
     """
 
     text: str
@@ -163,14 +163,14 @@ class Failure:
     Attributes:
         id: Name in commands and addresses; that of its cause where no other failure has it.
         title: The field's name for it.
-        kind: What it has in common with others.
+        kind: Its kind.
         diagnosis: What goes wrong and why, a sentence or two; frames in it are those of its own seed.
         tracker: Name of the tracker.
         frame: The one before it happens: the target is held there, and lost in the next one.
-        cause: What the diagnosis of the run comes to first.
-        cure: What helps.
+        cause: First cause in the diagnosis of the run.
+        cure: The cure.
         parameters: Values that differ from the defaults.
-        seed: Of the run.
+        seed: Seed of the run.
         frames: Length of the run; None for the experiment's own.
         timeline: Changes after frame 0; they happen to the cured run as well.
         origin: The file and line where it is declared.

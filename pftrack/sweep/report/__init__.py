@@ -1,4 +1,4 @@
-"""Reports: the result of a sweep for people. Tables, figures as PNG or SVG, and one page that needs nothing else.
+"""Reports: the result of a sweep for people. Tables, figures as PNG or SVG, and one self-contained page.
 
-`study` says what is looked at and has its numbers; `files` draws it, and writes both, with the page.
+`study` selects the content and computes its numbers; `files` draws them, and writes both, with the page.
 """

@@ -45,9 +45,9 @@ from pftrack.sweep.report.study import Study, Table, format_value, label, tables
 
 # Figures of a report: curves and boxes over one axis at a time, and maps over two.
 #
-# A map shows means, differences or what is significant. What is better is bright, whichever direction that is;
-# differences are blue where the first is better and orange where the second is. Figures are made without pyplot, so
-# that nothing is kept in global state.
+# A map shows means, differences or what is significant. Better values are bright, in either direction; differences are
+# blue where the first is better and orange where the second is. Figures are made without pyplot, so there is no global
+# state.
 
 Key: TypeAlias = list[Line2D]
 MOST_BOXES = 16
@@ -88,11 +88,11 @@ WIDE_IN, HIGH_IN = 3.3, 2.5
 """Size of a panel."""
 
 EDGE_IN, BELOW_IN = 0.9, 0.55
-"""What the values and the title of an axis take beside and below a panel."""
+"""Space for the values and the title of an axis beside and below a panel."""
 
 BOX_IN, NARROWEST_IN, WIDEST_IN = 0.35, 5.0, 16.0
 PERCENTILES = 5, 25, 50, 75, 95
-"""Of a box: ends of the whiskers, edges of the box, and median."""
+"""Percentiles of a box: ends of the whiskers, edges of the box, and median."""
 
 
 def curves(study: Study, axes: Sequence[Axis]) -> Figure:
@@ -111,7 +111,7 @@ def curves(study: Study, axes: Sequence[Axis]) -> Figure:
 
 
 def boxes(study: Study, axis: Axis, quantity: Quantity) -> Figure:
-    """Draw the runs' values of a quantity over one axis, a box a tracker and value; success is no such quantity."""
+    """Draw the runs' values of a quantity except success over one axis, one box per tracker and value."""
     figure, (panel,) = _over(study, axis, [(f"{quantity.title}\n{_of_boxes()}", _key(study, of_boxes=True))])
     _boxes(panel, study, axis, quantity)
     return figure
@@ -225,7 +225,7 @@ def _colours_of_pairs(study: Study) -> list[str]:
 
 
 # Colours can be distinguished without red and green, and mean the same in every figure. Amounts are shown in viridis.
-# What is better is blue for the first tracker and orange for the second, in the difference maps as in the tests, with a
+# Better cells are blue for the first tracker and orange for the second, in the difference maps as in the tests, with a
 # neutral middle. All are the palette's, in the form that matplotlib and CSS read.
 
 CODES = {
@@ -234,7 +234,7 @@ CODES = {
     Code.FIRST_BETTER: ("first", "1 better"),
     Code.SECOND_BETTER: ("second", "2 better"),
 }
-"""Names of colours in the palette, and what they say, in the order of the codes."""
+"""Names of colours in the palette, and their meanings, in the order of the codes."""
 
 
 def amounts(quantity: Quantity) -> Colormap:
@@ -243,11 +243,11 @@ def amounts(quantity: Quantity) -> Colormap:
 
 
 def scale_of(quantity: Quantity, means: Iterable[Floats]) -> tuple[float, float]:
-    """Return what the two ends of a colour scale stand for: a scale has 0 on it, and all of 0..1 for a share.
+    """Return the values at the two ends of a colour scale, which includes 0, and all of 0..1 for a share.
 
     Args:
-        quantity: That is shown.
-        means: Of the cells of each map, any shape, NaN where there is none.
+        quantity: The shown quantity.
+        means: Means of the cells of each map, any shape, NaN where missing.
     """
     if quantity.share:
         return 0.0, 1.0
@@ -257,7 +257,7 @@ def scale_of(quantity: Quantity, means: Iterable[Floats]) -> tuple[float, float]
 
 
 def largest_difference(pairs: Iterable[Comparison]) -> float:
-    """Return what the ends of a scale of differences stand for, 1 where no cell has a difference."""
+    """Return the value at the ends of a scale of differences, 1 if no cell has a difference."""
     return max(float(np.nanmax(np.abs(pair.difference), initial=0.0)) for pair in pairs) or 1.0
 
 
@@ -286,11 +286,11 @@ class Block:
     """Maps on one scale, under a heading.
 
     Attributes:
-        heading: What they show.
+        heading: Their heading.
         maps: Cells (rows, columns) by what stands above each.
-        colours: Of the values.
+        colours: Colours of the values.
         scale: From values to colours.
-        key: What the colours of codes mean; a scale is drawn where there is none.
+        key: Meanings of the colours of codes; without it a scale is drawn.
     """
 
     heading: str
@@ -366,7 +366,7 @@ class Report:
         tables: Its tables.
         files: Its files.
         page: The page among them.
-        figures: What came of the sweep, in numbers.
+        figures: The sweep's main numbers.
     """
 
     tables: tuple[Table, ...]
@@ -408,11 +408,11 @@ def write_report(
 
     Args:
         result: Finished, or as far as it came.
-        folder: Where to; it is made if need be.
+        folder: Output folder; it is made if needed.
         x: Name of the axis across the maps; the first with several numbers if not given.
         y: Name of the axis down the maps; the next one if not given.
-        level: Of significance.
-        form: Kind of the pictures, beside the page and on it; None draws none, which takes longest.
+        level: Level of significance.
+        form: Kind of the pictures, next to the page and on it; None draws none, which takes longest.
 
     Raises:
         SweepError: The result is empty or damaged, or has no such axis.
@@ -440,12 +440,12 @@ def write_report(
 
 
 def page(study: Study, tables: Sequence[Table], pictures: Mapping[str, str]) -> str:
-    """Return the page of a study as HTML that needs nothing else.
+    """Return the page of a study as self-contained HTML.
 
-    Success and error are open, every other measure is a section of its own that a reader unfolds.
+    Success and error are open, every other measure is a separate section that a reader unfolds.
 
     Args:
-        study: What is looked at.
+        study: The study.
         tables: All of its tables.
         pictures: Addresses of its figures by name, as data.
     """
@@ -473,7 +473,7 @@ def page(study: Study, tables: Sequence[Table], pictures: Mapping[str, str]) -> 
 
 
 def _count_better(study: Study, quantity: Quantity) -> list[str]:
-    """Return in how many cells which tracker is better, for a reader who decides whether to unfold the section."""
+    """Return the numbers of cells in which each tracker is better, as a summary of the folded section."""
     said = []
     for pair in study.comparisons[quantity.name] if study.pairs and study.x else ():
         codes = pair.significance(study.level).codes
@@ -510,7 +510,7 @@ def export_result(result: Result, path: Path, *, plot: str | None = None) -> tup
 
     Args:
         result: Finished, or as far as it came.
-        path: Where to; an existing file is replaced. Beside a table lies its manifest.
+        path: Output file; an existing file is replaced. Beside a table lies its manifest.
         plot: Name of the map or of the curves that a picture shows.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a report is about: a result, the two axes its maps span, what its trackers are compared by; and its tables.
+"""The content of a report: a result, the two axes of its maps, the quantities of comparison; and its tables.
 
 There are tables of success by tracker and along every axis, and of one tracker against another by every quantity.
 """
@@ -38,13 +38,13 @@ FLATTEST, TALLEST = 0.6, 1.4
 
 @dataclass(frozen=True)
 class Study:
-    """A result and how it is looked at.
+    """A result and its view.
 
     Attributes:
-        result: Of the sweep.
+        result: Result of the sweep.
         x: Axis across the maps; None if nothing was varied.
         y: Axis down the maps; None if a single axis was varied.
-        level: Of significance.
+        level: Level of significance.
     """
 
     result: Result
@@ -56,7 +56,7 @@ class Study:
     def of(cls, result: Result, *, x: str | None = None, y: str | None = None, level: float = 0.01) -> "Study":
         """Choose the axes: those named, or the first two with several numbers, in the order of the plan.
 
-        Of a single one the values stand across, also if it was named to go down.
+        A single axis runs across, even if it was named to go down.
 
         Raises:
             SweepError: The sweep has no such axis, or both are the same.
@@ -99,13 +99,13 @@ class Study:
 
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What any run has a number of: success, the error, then the measures in the order of their declaration."""
+        """The quantities of every run: success, the error, then the measures in the order of their declaration."""
         known = quantities(self.result.plan)
         return tuple(it for it in known if any(np.isfinite(it.means(one)).any() for one in self.totals.values()))
 
     @cached_property
     def judged(self) -> bool:
-        """Whether the experiment tells success from failure."""
+        """Whether the experiment defines success."""
         return any(total.judged.any() for total in self.totals.values())
 
     @cached_property
@@ -266,7 +266,7 @@ def _along(study: Study, axis: Axis) -> Table:
 
 
 def _compare(study: Study, quantity: Quantity) -> Table:
-    """Every pair of trackers by one quantity: over all runs, and in how many cells one is better."""
+    """Every pair of trackers by one quantity: over all runs, and the numbers of cells in which one is better."""
     rows = [
         (*_pair(pair), *_over_all(pooled), *_test_columns(study, pair, pooled))
         for pair, pooled in zip(study.comparisons[quantity.name], study.pooled[quantity.name], strict=True)
@@ -300,14 +300,14 @@ def _pair(pair: Comparison) -> tuple[str]:
 
 
 def _over_all(pooled: Comparison) -> tuple[str, str, str]:
-    """Return the difference of the means, that on the same scenes with its interval, and how many pairs these are."""
+    """Return the difference of the means, that on the same scenes with its interval, and the number of pairs."""
     mean, low, high = (float(it[0, 0]) for it in (pooled.paired.mean, pooled.paired.low, pooled.paired.high))
     interval = "" if np.isnan(low) else f" ({number(low, '+')} to {number(high, '+')})"
     return number(pooled.difference[0, 0], "+"), number(mean, "+") + interval, f"{pooled.paired.pairs[0, 0]:,}"
 
 
 def _test_columns(study: Study, pair: Comparison, pooled: Comparison) -> tuple[str, ...]:
-    """Return the test, its p-value over all runs, and the cells by what it says, in brackets after Holm."""
+    """Return the test, its p-value over all runs, and the numbers of cells by verdict, in brackets after Holm."""
     order = Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_SIGNIFICANT, Code.NOT_APPLICABLE
     alone, corrected = pair.significance(study.level).codes, pair.significance(study.level, "holm").codes
     *counts, untested = (int((alone == code).sum()) for code in order)

@@ -33,7 +33,7 @@ def frame_of_loss(run: Run) -> Answer:
 
 @cache
 def _likenesses() -> "Likenesses":
-    from pftrack.reproduce.histogram import likenesses  # noqa: PLC0415 - whoever only reads needs no studies
+    from pftrack.reproduce.histogram import likenesses  # noqa: PLC0415 - reading alone needs no studies
 
     return likenesses(SCENE)
 
