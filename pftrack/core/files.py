@@ -88,7 +88,7 @@ def read_text(path: Path, most_bytes: int) -> str:
 # spreadsheet hides it, other programs show it. Numbers stay as they are, whatever their sign.
 
 BEGINNING: Final = re.compile(r"(^\s*|[;\t\r\n])(?=[=+\-@＝＋－＠])")  # noqa: RUF001 - wide forms stand for the others
-"""Where a formula begins: with the cell, or where a spreadsheet of another language cuts it."""
+"""Start of a formula: at the start of a cell, or where a spreadsheet of another language splits it."""
 FIGURE: Final = r"[-+]?[\d.,]+(?:e[-+]?\d+)?"
 NUMBERS: Final = re.compile(rf"(?:{FIGURE}|[-+]?(?:inf|nan))(?: \({FIGURE} to {FIGURE}\))?")
 """A number, and one with its interval."""

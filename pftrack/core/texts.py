@@ -44,7 +44,7 @@ CLOSED = ConfigDict(extra="forbid")
 """For a dataclass that a file declares: pydantic refuses unknown fields."""
 
 Origin: TypeAlias = Annotated[str, Field(exclude=True)]
-"""File and line where something is declared, which no answer and no file tells."""
+"""File and line of a declaration, hidden from answers and files."""
 
 T = TypeVar("T")
 

@@ -12,7 +12,7 @@ demand. `shared` holds code of several experiments, `own` the filters in a user'
 - `linkage`: a chain of three links, whose lengths and depth are estimated from one camera (Shimada 1997);
 - `prism`: a solid's pose by adaptive sampling of its corners (Bando 2007, ch. 4);
 - `recorded`: results of other loops and trackers, shown like any run;
-- `sine`: the Kalman filter beside the particle filter on a signal in noise (Bando 2007, ch. 2);
+- `sine`: the Kalman filter and the particle filter on a signal in noise (Bando 2007, ch. 2);
 - `structure`: the shape of a body from tracks of its points (Bando 2007, ch. 4 section 5);
 - `trajectories`: points followed through outliers, each independently (Ichimura and Ikoma).
 """

@@ -46,7 +46,7 @@ def agreeing(
         weights: (F, N), normalised by feature.
         expected: (F, 2) px, where the solid has the features.
         doubts: (F,) factor by which the variances are too small; infinite for features without evidence.
-        slack_px: How far a feature is from there.
+        slack_px: Scale of a feature's distance from there.
         sd_floor_px: Smallest standard deviation of a feature's measurement.
 
     Raises:

@@ -92,7 +92,7 @@ def correction(log_g_parent: Floats, log_mean_g: float, prediction_count: int, b
     Args:
         log_g_parent: (N,) log g of each particle's parent; those of the prediction sampler come first.
         log_mean_g: Logarithm of the mean of g over the last posterior.
-        prediction_count: How many came from the prediction sampler.
+        prediction_count: Number of particles from the prediction sampler.
         balanced: By the balance heuristic, or each group by its own sampler.
 
     Raises:
@@ -118,15 +118,15 @@ def correction(log_g_parent: Floats, log_mean_g: float, prediction_count: int, b
     return relative
 
 
-# How many particles each sampler should provide is judged by the last posterior. While the target is in view it is
-# narrow and the prediction can be trusted. When it widens, whether because the target is hidden or because the dynamics
-# are wrong, the observation should count more. The switching particle filters of Bando 2007 compare the posterior
-# standard deviation with thresholds; they differ in how hard the switch is.
+# The last posterior decides how many particles each sampler provides. While the target is in view it is narrow and the
+# prediction can be trusted. When it widens, whether because the target is hidden or because the dynamics are wrong, the
+# observation should count more. The switching particle filters of Bando 2007 compare the posterior standard deviation
+# with thresholds; they differ in how hard the switch is.
 
 
 @compiled
 def exceeds(sigma: Floats, gamma: float) -> bool:
-    """Tell whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
+    """Return whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
     for deviation in sigma:  # noqa: SIM110 - `any` of a generator cannot be compiled
         if deviation > gamma:
             return True

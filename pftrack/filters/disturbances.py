@@ -30,8 +30,8 @@ class Disturbances:
         log_evidence: (T,) log p(z_t | z_{1:t-1}), 0 where nothing was measured.
         process: Mean of E[u^2 | Z] over all frames and components: 1 if the noise was as large as assumed.
         observation: Mean of E[v^T R^-1 v | Z] / m over the frames with a measurement, likewise.
-        process_count: Over how many numbers the first mean is.
-        observation_count: Over how many the second is.
+        process_count: Count of numbers in the first mean.
+        observation_count: Count of numbers in the second mean.
     """
 
     log_evidence: Floats

@@ -23,8 +23,8 @@ class NormalisedInnovation(NamedTuple):
 
     Attributes:
         squared: Its squared length in standard deviations.
-        freedom: How many numbers were measured. If the model holds, the square is a chi-square variable of as many
-            degrees of freedom (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+        freedom: Number of measured values. If the model holds, the square is a chi-square variable of as many degrees
+            of freedom (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
     """
 
     squared: float

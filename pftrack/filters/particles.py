@@ -119,7 +119,7 @@ class ParticleSet:
 
     @cached_property
     def unique_ancestors(self) -> int:
-        """How many different parents the particles have."""
+        """Number of different parents of the particles."""
         return int(count_unique(self.ancestors))
 
 
@@ -134,7 +134,7 @@ class Posterior:
         particles: The posterior. Those from the prediction sampler come first, those from the observation sampler last.
         log_evidence: log p(z_t | z_{1:t-1}), up to the constant that the likelihood leaves out; -inf if every weight
             was zero and the particles were made uniform.
-        observation_count: How many particles came from the observation sampler.
+        observation_count: Number of particles from the observation sampler.
         resampled: Whether the particles were resampled.
     """
 
@@ -227,7 +227,7 @@ def moments(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
 
 @compiled
 def count_unique(ancestors: Ints) -> int:
-    """Return how many different numbers, 0 or more, there are among (n,)."""
+    """Return the number of different values, 0 or more, among (n,)."""
     most = 0
     for ancestor in ancestors:
         most = max(most, ancestor)

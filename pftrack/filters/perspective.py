@@ -33,9 +33,8 @@ class PerspectiveLayer:
         start: (6,) q at the beginning, rad and mm.
         principal_px: (2,) principal point.
         noise_sd: (6,) process noise, rad and mm per frame.
-        reach_rad: How far the object turns from where it was at the start (standard deviation), if it is held. It
-            hardly affects a pose that is well observed; a poorly observed pose returns instead of turning further and
-            further.
+        reach_rad: Turn of the object from the start (standard deviation), if it is held. It hardly affects a pose that
+            is well observed; a poorly observed pose returns instead of turning further and further.
     """
 
     points_mm: Floats

@@ -36,7 +36,7 @@ def systematic(rng: Generator, log_weights: Floats, count: int) -> Ints:
     Args:
         rng: Source of uniform numbers.
         log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
-        count: How many to draw.
+        count: Number to draw.
 
     Raises:
         TypeError: The weights are not an array of real numbers, or the count is not a whole number.
@@ -75,7 +75,7 @@ def parents(kind: int, log_weights: Floats, count: int, seed: int, frame: int, p
     Args:
         kind: Place of the resampler in `RESAMPLERS`.
         log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
-        count: How many to draw.
+        count: Number to draw.
         seed: Seed of the run.
         frame: Index of the frame.
         purpose: Purpose of the numbers.
@@ -100,7 +100,7 @@ def decide(resample: Resampler, threshold: float, rng: Generator, particles: Par
         threshold: Share of N, 0..1; at 1 it resamples always, at 0 only when the number of particles changes.
         rng: Source of uniform numbers.
         particles: The particles.
-        count: How many are wanted.
+        count: Number of parents to draw.
     """
     if threshold < 1 and count == len(particles) and particles.effective_sample_size >= threshold * count:
         return None

@@ -158,7 +158,7 @@ def log_share(mean: Floats, covariance: Floats, bounds: Bounds) -> float:
 
 @compiled
 def truncate(mean: Floats, covariance: Floats, bounds: Bounds) -> int:
-    """Cut a Gaussian by lo <= A x <= hi, in place, and return how many of the bounds took something off.
+    """Cut a Gaussian by lo <= A x <= hi, in place, and return the number of bounds that cut it.
 
     Args:
         mean: (n,).

@@ -48,7 +48,7 @@ class Asked(BaseModel):
 
     Attributes:
         asks: Question to the user.
-        named: How programs name it.
+        named: Names that programs use.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -73,7 +73,7 @@ class ColumnNames(BaseModel):
 
 COLUMN_NAMES = read_whole(ColumnNames, Path(__file__).with_name("columns.yaml"))
 BOX_NAMES = {what: column.named for what, column in COLUMN_NAMES.boxes.items()}
-"""How programs name the columns of boxes; the first name of several counts."""
+"""Names that programs use for the columns of boxes; the first of several counts."""
 
 
 def places_of(header: Sequence[str]) -> dict[str, int]:
@@ -102,8 +102,8 @@ class Table(NamedTuple):
     Attributes:
         header: Names of the columns; empty if it has none.
         rows: Number of the line, from 1, and cells of each line after the header; may raise RefusedError.
-        delimiter: What separates the cells.
-        start: Where in the text the lines after the header begin.
+        delimiter: Separator of the cells.
+        start: Start of the lines after the header in the text.
     """
 
     header: list[str]

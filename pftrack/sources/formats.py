@@ -33,7 +33,7 @@ class Format:
     """A format that can be read.
 
     Attributes:
-        kind: Which decoder it takes.
+        kind: Its decoder.
         title: Name for users.
         decoder: The name that selects FFmpeg's demuxer, or Pillow's plug-in for a picture; "results" for beliefs from
             another tracker's file.

@@ -46,7 +46,7 @@ class ImageSequence(FrameSequence):
 
         Args:
             folder: Their folder; folders in it, hidden files and files that are not pictures are skipped.
-            limits: How large it may be.
+            limits: Its limits.
             index: From an earlier survey of the same content.
 
         Raises:

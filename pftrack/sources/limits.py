@@ -11,7 +11,7 @@ HEAD_BYTES = 1024
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How large a sequence may be.
+    """Limits of a sequence.
 
     Attributes:
         frames: Most frames.

@@ -28,7 +28,7 @@ class Recording:
     Attributes:
         path: The file, or the folder of pictures.
         index: The index of its frames, as JSON; None to survey it.
-        limits: How large it may be.
+        limits: Its limits.
     """
 
     path: str
@@ -58,7 +58,7 @@ def open_sequence(
 
     Args:
         path: The file or folder.
-        limits: How large it may be.
+        limits: Its limits.
         index: From an earlier survey of the same content; without it the sequence is decoded once from end to end.
         square: Whether to make pixels square that are not; None follows the index; without an index the default is yes.
             A run of an earlier version used pixels as stored.
@@ -66,7 +66,7 @@ def open_sequence(
     Raises:
         RefusedError: It is not a sequence of pictures, is broken, or exceeds the limits.
     """
-    # Decoders are imported where they are needed, so that a run on a simulated scene does not pay for them.
+    # Decoders are imported on demand, so a run on a simulated scene does not load them.
     try:
         if path.is_dir():
             from pftrack.sources.images import ImageSequence  # noqa: PLC0415

@@ -80,7 +80,7 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
 
     Args:
         data: Content of the file.
-        most_frames: How many frames it may have.
+        most_frames: Largest number of frames.
 
     Raises:
         RefusedError: It is not such a table, has a wrong line, or has too many or too few frames or points.
@@ -300,7 +300,7 @@ class TrackSequence(FrameSequence):
 
     @override
     def _picture(self, index: int) -> NDArray[np.uint8]:
-        """Return a frame as dots on white paper; what is not seen has none."""
+        """Return a frame as dots on white paper; unseen points have none."""
         image = np.full((self.size[1], self.size[0], 3), PAPER, dtype=np.uint8)
         for x, y in self.positions[index][np.isfinite(self.positions[index]).all(axis=1)]:
             paint_disc(image, float(x), float(y), DOT_PX, DOT_RGB)

@@ -84,7 +84,7 @@ class Form(NamedTuple):
         columns: Their names, that of the frame's number first.
         one: Name of a frame's values.
         several: The same for several frames.
-        largest: That a value may be, in either direction.
+        largest: Largest value, in either direction.
         unit: Unit of the values.
         positive: Columns whose values must be above 0.
     """
@@ -186,7 +186,7 @@ def within(
     Args:
         kind: Kind of the truth.
         known: All that is given.
-        frames: How many the recording has.
+        frames: Number of the recording's frames.
         size: Width and height of its pictures, px.
 
     Raises:

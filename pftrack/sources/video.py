@@ -187,7 +187,7 @@ class Decoder:
 
         Args:
             frame: The picture as stored.
-            orientation: How it is turned upright, see `orientation_of`.
+            orientation: Its orientation, see `orientation_of`.
             size: Width and height before that, px; `square_size` makes its pixels square.
         """
         has_alpha = any(component.is_alpha for component in frame.format.components)
@@ -428,7 +428,7 @@ class VideoSequence(FrameSequence):
             found: Format of its content.
             name: Name for users.
             sha256: Digest of its content.
-            limits: How large it may be.
+            limits: Its limits.
             index: Index from an earlier survey of the same content; not used if its pixels were read differently.
             square: Whether to make pixels square that are not; None follows the index; without an index the default is
                 yes.
@@ -449,7 +449,7 @@ class VideoSequence(FrameSequence):
         except BaseException:
             self._decoder.close()
             raise
-        self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
+        self._close_file = weakref.finalize(self, file.close)  # even without a call
         self._numbers: dict[int | None, int] = {stamp: number for number, stamp in enumerate(self.index.stamps)}
         self._untrue: set[int] = set()
         self._pass: Iterator[tuple[int, VideoFrame]] | None = None

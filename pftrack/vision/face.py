@@ -52,7 +52,7 @@ class Feature(BaseModel):
 
 
 class Features(BaseModel):
-    """What `features.yaml` declares.
+    """The declarations of `features.yaml`.
 
     Attributes:
         features: By name, in order.
@@ -155,7 +155,7 @@ def mean_model(people: int = PEOPLE, seed: int = PEOPLE_SEED) -> FaceModel:
     """Return the mean of people drawn one after another from one generator.
 
     Args:
-        people: How many.
+        people: Number of people.
         seed: Seed of the generator.
     """
     rng = np.random.default_rng(seed)

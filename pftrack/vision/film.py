@@ -33,7 +33,7 @@ class FilmWriter:
         """Prepare to write.
 
         Args:
-            path: Where the film is to appear.
+            path: Path of the finished film.
             frame_rate_hz: Pictures a second.
             words: Metadata of the file, by MP4's names, such as "title" and "comment".
 
@@ -117,9 +117,9 @@ def write_gif(path: Path, pictures: Sequence[Image.Image], period_s: float, *, c
     """Write pictures of one size, as `Colours.of` gives them, as a GIF that plays for ever.
 
     Args:
-        path: Where to.
+        path: Output file.
         pictures: At least one.
-        period_s: How long each is shown; GIF counts hundredths of a second, and browsers show no frame for less than
+        period_s: Duration of each picture; GIF counts hundredths of a second, and browsers show no frame for less than
             two.
         comment: Description stored in the file, ASCII.
 

@@ -81,7 +81,7 @@ def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
             mark_of(function),
             precompiled_folder(Path(function.__code__.co_filename)) if PRECOMPILED.exists() else None,
         )
-    with suppress(AttributeError):  # the interpreter asks for this where arguments are of types that were not seen yet
+    with suppress(AttributeError):  # the interpreter calls this for arguments of new types
         dispatcher._compile_for_args = partial(  # type: ignore[attr-defined] # noqa: SLF001
             _compile_checked,
             dispatcher._compile_for_args,  # type: ignore[attr-defined] # noqa: SLF001

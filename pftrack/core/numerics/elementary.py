@@ -66,8 +66,8 @@ def exponentials(values: Floats) -> Floats:
     halves = np.empty(count, np.int64)
     others = np.empty(count, np.int64)
     for i in range(count):
-        # Two factors are used, since the power itself may be too small for a normal number. Shifts with a sign are in
-        # 32 bits, since AVX2 has none in 64.
+        # Two factors are used, since the power itself may be too small for a normal number. Signed shifts use 32 bits,
+        # since AVX2 has none for 64.
         exponent = np.int32(bits[i])
         half = np.int32(exponent >> 1)
         halves[i] = (np.int64(half) + 1023) << 52

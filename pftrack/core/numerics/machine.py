@@ -30,7 +30,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
 PRECOMPILED = PACKAGE / "precompiled"
-"""Compiled code that a release brings along; a checkout has none."""
+"""Compiled code in a release; a checkout has none."""
 
 SETTINGS = {
     "NUMBA_CPU_NAME": "haswell",
@@ -45,7 +45,7 @@ LIBRARIES = {"numba": "numba", "llvmlite": "llvmlite", "numpy": "numpy", "opencv
 
 
 def settle() -> None:
-    """Set the environment so that libraries loaded from now on compute alike on all processors with AVX2."""
+    """Set the environment so that libraries loaded from now on give the same numbers on all processors with AVX2."""
     if is_capable():
         os.environ.update(SETTINGS)
 
@@ -54,7 +54,7 @@ def settle() -> None:
 def is_capable() -> bool:
     """Return whether this processor is one of those on which all numbers are the same."""
     features = _processor()[1]
-    # Where the system does not tell, as on macOS, every x86-64 that still gets updates has them.
+    # Where the system does not report them, as on macOS, every x86-64 that still gets updates has them.
     return platform.machine() in {"x86_64", "AMD64"} and (not features or features >= NEEDED)
 
 

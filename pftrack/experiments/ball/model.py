@@ -287,7 +287,7 @@ class Coloured(LoopModel):
 
     @override
     def parts(self, one: Floats, frame: Frame, parameters: ColourParameters, known: State) -> tuple[Part, ...]:
-        """Return the colour of the pixel beside the target's, in the shares that are compared."""
+        """Return the colour of the pixel and of the target, in the compared shares."""
         image, model = frame.picture, colour_model(parameters)
         around = crop(image, one[:2], (SHOWN_PX, SHOWN_PX))
         shares = np.full(2, np.nan)

@@ -42,7 +42,8 @@ BODY_POINTS, TAIL_POINTS = 24, 8
 """Points of the model that are compared with edges."""
 
 ROOT_INSIDE, ROOT_HALF_WIDTH, TIP_HALF_WIDTH = 6.0 / 40.0, 4.5 / 15.0, 2.0 / 15.0
-"""How far inside the body the painted tail begins, in half lengths, and its half widths, in half widths of the body."""
+"""Depth of the painted tail's root inside the body, in half lengths, and its half widths, in half widths of the
+body."""
 
 
 class FishShape(NamedTuple):
@@ -54,7 +55,7 @@ class FishShape(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """How far the tip of a straight tail is from the body's centre, px."""
+        """Distance of a straight tail's tip from the body's centre, px."""
         return self.half_length + self.tail_length
 
 
@@ -199,7 +200,7 @@ def largest_distances(distances: NDArray[np.uint8], states: Floats, shape: FishS
     """Return the largest distance (N,) of each hypothesis's points from an edge, quarters of px.
 
     Args:
-        distances: As of `Edges`.
+        distances: As in `Edges`.
         states: (N, d) whose first two columns are a, b and whose last two are theta, phi.
         shape: Shape of the body.
 
@@ -400,7 +401,7 @@ class Outline(Model):
 
     @override
     def parts(self, one: Floats, frame: Frame, parameters: FishTrackerParameters, known: State) -> tuple[Part, ...]:
-        """Return how far the worst point of the outline is from an edge."""
+        """Return the largest distance of the outline's points from an edge."""
         laid = np.asfortranarray(one[None])
         (largest,) = largest_distances(find_edges(frame, parameters).distances, laid, weighing(parameters).shape)
         return (Amount("farthest point from an edge", float(largest) / 4.0, "px"),)

@@ -55,8 +55,8 @@ class FishSceneParameters(OverlayParameters, group=TANK):
     """The scene: which clip, how many fish, how they turn, and what is laid over the picture."""
 
     tank_number: int = parameter(200, "Clip", within=(0, 9999, 1), useful=(0, 500), live=False)
-    """Number of the clip: the seed of the swimming, of the gravel and of the noise. The paper's test is done on 200 to
-    211, and what the trackers know was learned on 100 to 109."""
+    """Number of the clip: the seed of the swimming, of the gravel and of the noise. The paper's test uses 200 to 211,
+    and the trackers' motion was learned on 100 to 109."""
     fish_count: int = parameter(2, "Fish", within=(1, 2, 1), live=False)
     """How many fish swim."""
     lively: bool = parameter(True, "Lively first fish", live=False)
@@ -431,7 +431,7 @@ def _regions(size: tuple[int, ...], target: FishTarget) -> tuple[Bools, Bools]:
 def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedFishParameters) -> Suitability:
     """Return how well a marked fish stands out: the share of it classified as fish, and that of its surroundings.
 
-    A fit of the marked outline to the edges is asked for as well; what counts is the worse of the two.
+    The marked outline must also fit the edges; the worse of the two counts.
     """
     mark = FishBody.read(footage.mark)
     image = sequence.picture(footage.start)
@@ -451,7 +451,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedFishPar
 
 
 def _fit(seen: Edges, mark: FishBody, parameters: FishTrackerParameters) -> float:
-    """Return how far the worst point of the marked outline is from an edge, px."""
+    """Return the largest distance of the marked outline's points from an edge, px."""
     pose = np.asfortranarray(mark.target.pose[None])
     return float(largest_distances(seen.distances, pose, shape(parameters))[0]) / 4.0
 

@@ -23,7 +23,7 @@ FRAME_RATE_HZ, FRAMES, STEPS_A_FRAME = 15.0, 150, 2
 STEPS, STEP_RATE_HZ = FRAMES * STEPS_A_FRAME, FRAME_RATE_HZ * STEPS_A_FRAME
 
 MARGIN_PX, APART_PX = 50.0, 110.0
-"""How far every fish stays from the border, and from the other."""
+"""Least distance of every fish from the border, and from the other."""
 
 MOST_DRAWS = 200_000
 """Largest number of draws of a clip; the slowest tank takes some thousand."""
@@ -49,7 +49,7 @@ Clip: TypeAlias = Floats
 
 
 class Tank(NamedTuple):
-    """How the water answers a fish: the constants of docs/methods/diffusion.md.
+    """Reaction of the water to a fish: the constants of docs/methods/diffusion.md.
 
     Attributes:
         recoil: K1, rad of yaw against each rad of bend.
@@ -87,9 +87,9 @@ def clip(number: int, count: int, lively: bool, tank: TankName) -> Clip:
 
     Args:
         number: Number of the clip, the seed of everything drawn.
-        count: How many fish.
+        count: Number of fish.
         lively: Whether the first fish turns sharply; others never do.
-        tank: How the water answers.
+        tank: Reaction of the water.
 
     Raises:
         ValueError: No fit clip was drawn; it has never been seen to happen.

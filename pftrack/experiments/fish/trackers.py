@@ -39,7 +39,8 @@ from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import parents
 
 ORDINARY, VELOCITY = 100, 101
-"""Motions beside those of `pftrack.filters.learning.charts`: a random walk (eq. 8), and constant velocity (eq. 9)."""
+"""Motions in addition to those of `pftrack.filters.learning.charts`: a random walk (eq. 8), and constant velocity (eq.
+9)."""
 
 TRACK = 1
 """Purpose.TRACK, as compiled code needs it."""
@@ -98,7 +99,7 @@ def frame_step(
     """Return the particles of a frame and their estimate.
 
     Args:
-        distances: As of `Edges`.
+        distances: As in `Edges`.
         states: (N, 6) of the frame before, each coordinate together in memory.
         log_weights: (N,) of the frame before.
         drawn: How they are moved.

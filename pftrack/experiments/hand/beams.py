@@ -59,7 +59,7 @@ def improve(
         predictions: With the wrists that were seen.
         assignment: (5,) number of the protrusion that shows each finger, or HIDDEN.
         seen: The picture.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
     """
     best = pose.copy()
     score = log_score(best, origin, predictions, assignment, seen, task)
@@ -132,7 +132,7 @@ def _cover(differing: int, seen: likelihood.PictureTables, task: model.Task) -> 
 
 @compiled
 def differing(mask: Bools, silhouette: Bools) -> int:
-    """Return in how many pixels two masks (height, width) differ."""
+    """Return the number of pixels in which two masks (height, width) differ."""
     count = 0
     for row in range(mask.shape[0]):
         for column in range(mask.shape[1]):
@@ -173,7 +173,7 @@ def _added_pixels(
     seen: likelihood.PictureTables,
     task: model.Task,
 ) -> int:
-    """Return by how many pixels more a hand differs from the silhouette with one finger than without it.
+    """Return the increase in differing pixels between a hand and the silhouette by one of its fingers.
 
     Args:
         pose: (25,).
@@ -233,7 +233,7 @@ def search(
         predictions: I predictions, with the measured wrists.
         ideals: (I, 6, n) x_p* of palms and hidden fingers around each; empty if hands do not represent cells.
         seen: The picture.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
     """
     palms, scores, origins = _palms(predictions, ideals, seen, task)
     count = palms.shape[0]
@@ -281,7 +281,7 @@ def _give_fingers(
         halves: (5, 5) half steps of each finger's cell, rad.
         ideals: (5, n) x_p* of each finger if it is hidden.
         seen: The picture.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
     """
     protrusions, most = seen.lengths.shape[0], counts.max()
     places = np.empty((5, most, 4, 3))
@@ -375,7 +375,7 @@ def _best_that_differ(
         scores: (N,) or longer; -inf for unwanted entries.
         count: N.
         seen: The picture.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
         reach: Whether only palms are wanted whose fingers reach all protrusions.
     """
     most = task.settings.palm_count
@@ -427,7 +427,7 @@ class Found(NamedTuple):
         beam: The hands that are kept, the best first.
         fit: (K,) difference of each from the silhouette, as a share of the silhouette's area.
         log_evidence: Log of the sum of the posteriors of all compared hands.
-        growth: How many times as large as before the hand is seen, where that may change.
+        growth: Size of the hand relative to the frame before, if it may change.
     """
 
     beam: Beam[Floats]
@@ -466,8 +466,8 @@ def follow(
         before: The beam of the frame before, K hands.
         expected: (2 K, 25) its predictions, with the wrists that were seen; in the second half hands stay still.
         seen: The picture.
-        task: The hand, and how it is looked for.
-        width: How many hands are kept.
+        task: The hand, and the settings of the search.
+        width: Number of kept hands.
     """
     members = np.array(before.members)
     log_priors = np.concatenate([before.log_weights, before.log_weights - model.STILL_COST])
@@ -509,7 +509,7 @@ def _regrow(
     seen: likelihood.PictureTables,
     task: model.Task,
 ) -> tuple[Floats, float]:
-    """Return a pose (25,) and how many times as large as before its hand is: as large, or a step larger or smaller.
+    """Return a pose (25,) and the relative size of its hand: unchanged, or a step larger or smaller.
 
     Args:
         pose: (25,) of the hand that is as large as before.
@@ -518,7 +518,7 @@ def _regrow(
         assignment: (5,) number of the protrusion that shows each finger, or HIDDEN.
         score: Score of the pose.
         seen: The picture.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
     """
     best, growth, limit = pose, 1.0, score + LEAST_GAIN
     middle = joints(pose, task.scale, task.shape)[:, :, :2].reshape(-1, 2).mean(axis=0)

@@ -121,7 +121,7 @@ def flexion_rates(pose: Floats, scale: float, shape: HandShape) -> Floats:
 
 @compiled
 def palm_rates(pose: Floats, scale: float, shape: HandShape) -> Floats:
-    """Return D (3,) of the palm's angles a, b and c, px^2/rad: what turns is the palm with all fingers.
+    """Return D (3,) of the palm's angles a, b and c, px^2/rad; the palm turns with all fingers.
 
     Args:
         pose: (25,).
@@ -188,7 +188,7 @@ def half_steps(predicted: Floats, task: Task) -> Floats:
 
     Args:
         predicted: (25,) pose.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
     """
     palm, rates = _palm_steps(predicted, task), flexion_rates(predicted, task.scale, task.shape)
     halves = np.empty((5, 5))
@@ -226,7 +226,7 @@ def flexion_limits(finger: int) -> tuple[float, float]:
 
 @compiled
 def _flexions(predicted: Floats, finger: int, rate: float, task: Task) -> tuple[Floats, Floats]:
-    """Return flexions (C, 3) of a finger that are tried, and how far each is from the prediction (C,), rad."""
+    """Return the tried flexions (C, 3) of a finger, and their distances from the prediction (C,), rad."""
     at = 6 + 4 * finger
     middle = (predicted[at] + predicted[at + 1] + predicted[at + 2]) / 3.0
     lowest, highest = flexion_limits(finger)
@@ -282,7 +282,7 @@ HIDDEN = -1
 """Used instead of a protrusion's number."""
 
 MOST_PROTRUSIONS = 8
-"""That are assigned; a hand has five."""
+"""Number of assigned fingers; a hand has five."""
 
 
 @compiled

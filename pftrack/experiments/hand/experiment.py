@@ -65,7 +65,7 @@ SIDES = 10
 _QUARTER = np.deg2rad([90.0, 45.0, 0.0])
 PROFILE = [(0.0, -np.sin(angle), np.cos(angle)) for angle in _QUARTER]
 PROFILE += [(1.0, np.sin(angle), np.cos(angle)) for angle in _QUARTER[::-1]]
-"""Rings from end to end: which end they belong to, how far beyond it along the axis and away from it, in radii."""
+"""Rings from end to end: their end, their distance beyond it along the axis and from the axis, in radii."""
 
 
 def capsules(starts: Floats, ends: Floats, radii: Floats) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
@@ -250,7 +250,7 @@ def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
 
     Args:
         state: The belief.
-        shown: Which hand is drawn whole.
+        shown: The hand that is drawn whole.
         target: The known truth.
     """
     pose = state.beam.members[shown]
@@ -348,7 +348,7 @@ def simulate() -> Setup:
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
-    """Draw a frame: what is seen, the hand that is chosen, the others as ghosts; the hand in space beside it."""
+    """Draw a frame: the measurements, the chosen hand, the others as ghosts; and the hand in space."""
     del past
     image, state = step.frame.picture, step.state
     height, width, _ = image.shape

@@ -98,7 +98,7 @@ class Fit(NamedTuple):
     """The result of a fit.
 
     Attributes:
-        hand: That was fitted.
+        hand: The fitted hand.
         misfit: Share of the silhouette's pixels that differ.
         cost: The same with how unlike the model the hand is: by this, fits are compared.
     """
@@ -229,7 +229,7 @@ def measure_finger(protrusion: Protrusion) -> SeenFinger:
 
 
 class Similarity(NamedTuple):
-    """Where the model's palm is in a picture, and how well that fits.
+    """The place of the model's palm in a picture, and its fit.
 
     Attributes:
         off: Sum of squared distances between places and the model's, in palm axes.
@@ -247,7 +247,7 @@ class Similarity(NamedTuple):
 
 
 def similar(seen: dict[int, SeenFinger], wrist: Floats | None, side: float, palm: Floats | None = None) -> Similarity:
-    """Return how far the model with straight fingers is from roots, tips and wrist, and turn, scale, wrist and side."""
+    """Return the misfit of the model with straight fingers to roots, tips and wrist; and turn, scale, wrist, side."""
     model = joints(open_pose((0.0, 0.0)), 1.0, MODEL.with_changes(side=side))[:, :, :2]
     here, there = [], []
     for finger, found in seen.items():
@@ -349,7 +349,7 @@ axes."""
 FROM_ABOVE = -0.5
 """Cosine of the turn on the screen."""
 NEAR_MARK = 0.12
-"""How far a mark may be from a finger's tip, as a share of the marks' extent."""
+"""Largest distance of a mark from a finger's tip, as a share of the marks' extent."""
 LONGER_THAN_THE_REST = 0.45
 """If there are more than five, a protrusion shorter than this share of the fourth longest is not a finger."""
 

@@ -121,7 +121,7 @@ def _turn(pose: Floats, angle: int, half: float, scale: float, side: float) -> F
 
 @compiled
 def farthest(moves: Floats, end: int) -> float:
-    """Return how far at most a joint or tip may be from its place in the cell, px; `moves` (m, 4, 2) of a finger."""
+    """Return the largest distance of a joint or tip from its place in the cell, px; `moves` (m, 4, 2) of a finger."""
     most = 0.0
     for i in range(moves.shape[0]):
         most += np.sqrt(moves[i, end, 0] * moves[i, end, 0] + moves[i, end, 1] * moves[i, end, 1])
@@ -197,7 +197,7 @@ class PictureTables(NamedTuple):
         outside: (height, width + 1) sums along rows of the pixels that are not in the silhouette.
         contour: (height, width + 1) the same for its pixels that touch one outside.
         axes: (P, K, 2) points of the protrusions' axes, from the tip on, 1 px apart.
-        lengths: (P,) how many points each has.
+        lengths: (P,) number of points of each.
     """
 
     silhouette: Bools
@@ -395,14 +395,14 @@ THICKEST = 0.25
 """Largest radius of a finger, palm axes: twice that of a thumb."""
 
 UNSEEN = 3.0
-"""How many times as far from where it is expected a wrist may be that is not seen."""
+"""Factor on the deviation of a hidden wrist from its prediction."""
 
 
 class View:
-    """A frame and the hand that is looked for in it.
+    """A frame and the hand to find in it.
 
     Attributes:
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
         seen: Look-up tables of the picture.
     """
 
@@ -519,7 +519,7 @@ def ideal_x_p(predicted: Floats, drawn: PictureTables, task: model.Task) -> Floa
     Args:
         predicted: (25,) pose.
         drawn: The silhouette of its hand.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
     """
     halves = half_steps(predicted, task)
     ways = np.zeros((6, CELL_ANGLES, 2))

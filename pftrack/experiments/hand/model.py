@@ -145,7 +145,7 @@ class Settings(NamedTuple):
         flexion_sd: Flexion of fingers.
         straight_sd: Deviation of c from 0; infinite if it does not count.
         wrist_sd: Deviation of the wrist from its measured place.
-        palm_count: For how many palms fingers are looked for.
+        palm_count: Number of palms whose fingers are searched.
         tip_sd: Distance of a tip.
         axis_sd: Mean distance of axes.
         unit: Length of the palm axis relative to that for which costs of lengths are given.
@@ -173,7 +173,7 @@ class Settings(NamedTuple):
 
 
 class Task(NamedTuple):
-    """A hand that is looked for, and how.
+    """A hand to find, and the settings of the search.
 
     Attributes:
         scale: Length of its palm axis, px.
@@ -212,12 +212,12 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
 #
 #     P_b(q) = sum_i P_f(q_i) N(q; q_i, Lambda).
 #
-# So two predictions that agree count more than a single one. The other way is to give each hand the share of the
-# prediction near which it was looked for, and no more.
+# So two predictions that agree count more than a single one. Alternatively, each hand gets only the share of the
+# prediction near which it was searched.
 
 
 class Predictions(NamedTuple):
-    """Where hands are expected.
+    """Predictions of hands.
 
     Attributes:
         poses: (I, 25).
@@ -290,12 +290,12 @@ class HandState:
         scale: Length of its palm axis, px.
         wrist_offset: (2,) offset of the measured wrist from that of the model, along x and y of the forearm, px.
         fit: (K,) difference of each pose's silhouette, as a share of the silhouette's area; NaN if not compared.
-        protrusions: How many were seen.
+        protrusions: Number of visible protrusions.
         finding: The problem with the silhouette, a sentence; empty without a problem.
-        waited: For how many frames that has been so.
-        misfits: In how many frames in a row no hand has fitted.
+        waited: Number of frames since then.
+        misfits: Number of consecutive frames without a fitting hand.
         lost: Whether the tracker waits for an open hand.
-        searching: Whether the hand is lost, and looked for as an open one.
+        searching: Whether the hand is lost, and searched as an open one.
         particles: (N, 25) of the particle filter; None if there is only a beam.
         log_evidence: Up to the constant that the likelihood leaves out.
     """
@@ -334,7 +334,7 @@ class HandState:
 
     @property
     def sigma(self) -> Floats:
-        """(15,) how far the tips of the kept poses are from these, root of the weighted mean square, px."""
+        """(15,) distances of the kept poses' tips from these, root of the weighted mean square, px."""
         squares = np.square(self.tips - self.estimate)
         found: Floats = np.sqrt((self.beam.weights[:, None] * squares).sum(axis=0))
         return found
@@ -358,7 +358,7 @@ SERIES = tuple(read_reported(Path(__file__).parent).values())
 
 
 def measure(state: HandState) -> Mapping[str, SeriesValue]:
-    """Report the kept hands, the best one's angles, how it fits, and the particles where there are any."""
+    """Report the kept hands, the best one's angles and fit, and the particles if there are any."""
     beam = state.beam
     poses, weights = np.array(beam.members), beam.weights
     palms = np.rad2deg(poses[:, 2:5])

@@ -86,10 +86,10 @@ to_search = partial(recording.frames_to_search, closely=60, most=400)
 """Each picture takes some ms."""
 
 FAR_MARK, LOST_MARK = 0.25, 0.6
-"""How far a tip may be from its mark, in palm axes, in a hand that fits well, and in one that fits at all."""
+"""Largest distance of a tip from its mark, in palm axes, in a hand that fits well, and in one that fits at all."""
 
 GROWTH_SD = 0.015
-"""By which share a hand may grow from picture to picture, as it does when it comes nearer to a real camera."""
+"""Relative growth of a hand from picture to picture, as when it approaches a real camera."""
 
 
 class RecordedHandParameters(recording.RecordingParameters, HandTrackerParameters):
@@ -170,7 +170,7 @@ UNUSUAL = 0.05
 
 
 class ProposedTips(NamedTuple):
-    """Where the tips of a hand may be.
+    """Proposed places of a hand's tips.
 
     Attributes:
         tips: (5, 2) thumb first, px of the picture.

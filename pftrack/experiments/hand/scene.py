@@ -34,7 +34,7 @@ FRAMES = MappingProxyType({"wrist": 30, "bend": 30, "occlusion": 24})
 """Frames of each motion."""
 
 FOUR = np.array([9, 13, 17, 21])
-"""Where a pose holds the angles of the four fingers, each beginning with its spread."""
+"""Indices of the four fingers' angles in a pose, each beginning with its spread."""
 FOLDED = FOUR[1:3]
 """Fingers that fold in *occlusion*: the middle and the ring finger."""
 
@@ -43,7 +43,7 @@ def pose_at(motion: MotionName, time: float) -> Floats:
     """Return the pose (25,) of a hand whose wrist is at the origin and whose fingers point upwards.
 
     Args:
-        motion: Which of the three.
+        motion: One of the three.
         time: Time in frames, from 0; after its last frame the motion stops.
     """
     pose, last = open_pose((0.0, 0.0)), FRAMES[motion] - 1.0
@@ -194,7 +194,7 @@ def _weights() -> tuple[float, ...]:
 
 @dataclass(frozen=True, slots=True)
 class HandTarget(Target):
-    """Where a hand truly is: `position` (15,) is where the five tips are, thumb first, px.
+    """The true pose of a hand: `position` (15,) holds the places of the five tips, thumb first, px.
 
     Each has column, row, and height above the wrist towards the camera.
 

@@ -83,7 +83,7 @@ def differs(image_rgb: NDArray[np.uint8], model: BackdropModel, least: int) -> B
     Args:
         image_rgb: (h, w, 3), as small as the model.
         model: Model of the background.
-        least: By how many grey levels a pixel differs in one channel at least; more where the background varies.
+        least: Least difference of a pixel in one channel, grey levels; more where the background varies.
     """
     return _beyond(np.abs(image_rgb.astype(np.float32) - model.median_rgb), model, least)
 
@@ -216,7 +216,7 @@ def silhouette_of(
 
     Args:
         image_rgb: (height, width, 3).
-        settings: How it is made.
+        settings: Settings of the separation.
         backdrop: Backdrop of the recording; without one, the colour along the border is used.
     """
     reduction = max(round(max(image_rgb.shape[:2]) / WORKING_SIDE_PX), 1)
@@ -373,7 +373,7 @@ def _removable() -> NDArray[np.uint8]:
 
 REMOVABLE = _removable()
 CHANGES = np.array([((code & ~(code << 1 | code >> 7)) & 255).bit_count() for code in range(256)])
-"""(256,) how many separate groups the neighbours form: 1 at the end of a line, 2 on it, 3 and more where lines meet."""
+"""(256,) number of separate groups of neighbours: 1 at the end of a line, 2 on it, 3 and more where lines meet."""
 NEIGHBOURS = np.array([code.bit_count() for code in range(256)])
 
 
@@ -489,7 +489,7 @@ def _code(thin: NDArray[np.uint8], row: int, column: int) -> int:
 
 @compiled
 def _follow(thin: NDArray[np.uint8], row: int, column: int, found: Ints) -> int:
-    """Write the pixels of a line from its end to where it meets others, or to its other end; return how many."""
+    """Write the pixels of a line from its end to a junction, or to its other end; return their number."""
     length, before_row, before_column = 0, -1, -1
     while length < found.shape[0]:
         found[length, 0], found[length, 1] = column, row

@@ -143,10 +143,10 @@ def sample(
         states: (N, 50) of the frame before.
         log_weights: (N,) of these.
         wrists: (N, 2) where each one's wrist is expected.
-        count: How many particles are wanted.
+        count: Number of particles.
         still_share: Probability that a hand stands still rather than continues its motion.
         seen: The picture.
-        task: The hand, and how it is looked for.
+        task: The hand, and the settings of the search.
         seed: Seed of the run.
         frame: Index of the frame.
     """
@@ -221,7 +221,7 @@ def _with_fingers(
     frame: int,
     n: int,
 ) -> tuple[Floats, float]:
-    """Return a pose (25,) whose fingers are drawn by how well they fit, and the log of their mean fits."""
+    """Return a pose (25,) with fingers drawn by their fit, and the log of their mean fits."""
     settings, protrusions = task.settings, costs.shape[0]
     normals = standard_normals(seed, frame, TRACK, 4 + 2 * n, 10 * CANDIDATES).reshape(2, 5, CANDIDATES)
     numbers = uniforms(seed, frame, TRACK, 5 + 2 * n, 10 * CANDIDATES + 5)

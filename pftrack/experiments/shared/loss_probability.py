@@ -27,7 +27,7 @@ from pftrack.core.numerics.random import Purpose, Stream
 # weights are fitted by `tools.loss_probability`.
 
 CLIP = 4.0
-"""A feature counts as no more standard deviations from its mean: nothing is known of what lies beyond."""
+"""Largest distance of a feature from its mean, in standard deviations; nothing is known beyond."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,8 @@ def scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
 # Everything is read from the rows of a run by the declared roles of columns and series, so signals exist for every
 # tracker, including those of other packages, and for old saved runs:
 #
-# | signal | meaning | |---|---|
+# | signal | meaning |
+# |---|---|
 # | evidence | log evidence of the frame |
 # | spread | logarithm of the standard deviation, the root mean square of all components |
 # | step | ln(1 + distance of the estimate from the one before, in these deviations) |
@@ -74,8 +75,8 @@ def scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
 #
 # and, under its name, each series of the role "share" (share of the first component), "flag" (mean of the flags),
 # "event" (1 where it happened), "extent" (logarithm of the area), "resampled", "likeness" and "model_likeness" (the
-# number), and what else of its series an experiment names: the number, the mean of a vector's components, of hypotheses
-# one less the sum of the squared weights (Gini's index).
+# number), and further series that an experiment names: the number, the mean of a vector's components, of hypotheses one
+# less the sum of the squared weights (Gini's index).
 
 LEAST = 1e-9
 """Smallest value before its logarithm is taken."""
@@ -92,7 +93,7 @@ def signal_names(series: Sequence[Series], *, searches: bool, more: Sequence[str
 
     Args:
         series: Its declared series.
-        searches: Whether it may look for its target by its own account.
+        searches: Whether it reports searching its target.
         more: Names of further series of these that are signals.
     """
     roles = {one.role for one in series}

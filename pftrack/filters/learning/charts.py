@@ -88,7 +88,7 @@ class Chart(BaseModel):
 
     @property
     def turning(self) -> int:
-        """How many of the numbers are angles, the heading included."""
+        """Number of angles, including the heading."""
         return bool(self.heading) + len(self.angles)
 
     @property

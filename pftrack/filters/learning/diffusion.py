@@ -113,8 +113,8 @@ class Learned(BaseModel):
         version: Version of the format.
         experiment: Name of the experiment whose runs were used.
         chart: Meaning of the numbers of a recorded state.
-        tracks: How many tracks it was learned from.
-        frames: How many frames they have together.
+        tracks: Number of its tracks.
+        frames: Total number of their frames.
         step_mean: (d,) mean of the first differences of the recorded states, in the picture's frame.
         step_sd: (d,) standard deviations of these.
         spreads: The changes, by reading.
@@ -375,7 +375,7 @@ class Guidance:
             raise ParameterError(self.parameter, text, f"a learned motion ({error})") from None
 
     def states(self, rows: Sequence["Diagnostics"]) -> Floats:
-        """Return the recorded states of a run (L, d), NaN where the target was lost or looked for.
+        """Return the recorded states of a run (L, d), NaN where the target was lost or searched.
 
         Users inspect tracks before learning from them; where the truth is known, it replaces the inspection.
 
@@ -444,7 +444,7 @@ class GuidedDynamics:
     Attributes:
         diffusion: The changes.
         chart: Meaning of a state's numbers; a state is the place, its velocity, then heading, angles and numbers.
-        reading: In which frame a place changes.
+        reading: Frame in which a place changes.
     """
 
     diffusion: Diffusion

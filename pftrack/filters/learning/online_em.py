@@ -68,7 +68,7 @@ class Learner:
         regressors: (5, 5) discounted mean of phi phi^T, phi = (x_{t-1}, x_{t-2}, 1).
         products: (2, 5) discounted mean of x_t phi^T.
         weight: eta of the last triple; 0 before the first.
-        triples: How many have been counted.
+        triples: Number of counted triples.
         frames: Number of measurements used.
         centre_px: (2,) origin of the coordinates.
     """
@@ -89,7 +89,7 @@ def begin(model: LinearDynamics, position_px: Floats, sigma_px: float, size: tup
     Args:
         model: Initial second-order dynamics of (x_t, x_{t-1}) in px, as from `autoregression`.
         position_px: (2,) where the target is, and is taken to have been.
-        sigma_px: How certain that is.
+        sigma_px: Its standard deviation.
         size: Width and height of the picture, px.
     """
     centre = np.array(size) / 2.0
@@ -116,7 +116,7 @@ def learn(
     """Take one frame's estimate in.
 
     Args:
-        learner: As of the last frame.
+        learner: The learner after the last frame.
         initial: The model that the ridge pulls towards; its noise B is the model's, which is not learned.
         estimate_px: (2,) posterior mean of the tracker; a value that is not finite changes nothing.
         sigma_px: (2,) posterior standard deviations.
@@ -158,7 +158,7 @@ def period_frames(model: LinearDynamics, axis: int = 0) -> float:
 
 
 def stays_within(theta: Floats, radius: float) -> bool:
-    """Tell whether all roots of a model [A1 A0 d] (2, 5) lie within a circle around 0.
+    """Return whether all roots of a model [A1 A0 d] (2, 5) lie within a circle around 0.
 
     They are those of det(z^2 - A1 z - A0), a polynomial of the fourth degree, and lie within the unit circle exactly if
     the last coefficient is smaller than the first, and so on after each step of Schur and Cohn's reduction. Dividing
@@ -237,7 +237,7 @@ class NoiseFit:
     Attributes:
         factors: Factors for the covariance of each fitted noise.
         log_evidence: Log evidence at the beginning and after each accepted step, nats; it never falls.
-        steps: How many times the frames were smoothed.
+        steps: Number of passes over the frames.
         converged: Whether EM has converged.
     """
 
@@ -260,7 +260,7 @@ def fit_noise(
         chains: The model, and what was measured.
         bounds: Least and largest factor of each noise that is to be fitted, positive.
         begin: Factors to begin at; 1 if not given.
-        most_steps: How many times the frames may be smoothed at most.
+        most_steps: Largest number of passes over the frames.
 
     Raises:
         numpy.linalg.LinAlgError: An innovation covariance is singular.

@@ -58,7 +58,7 @@ class Cloud:
         offsets: (K, A + 1) at which node each age of a track begins and the last one ends.
         nodes: (n, 2) px.
         parents: (n,) which node of the next age of the track each came from.
-        counts: (n,) how many of today's particles descend from each.
+        counts: (n,) number of current particles that descend from each.
         logs: (m, 2) log sigma^2 and log tau^2 of the nodes of age 0, px^2, by track; (0, 2) where both are given.
         known: (K,) number of ages that are positions in frames; a track that has begun has one more, for the frame
             before.
@@ -99,7 +99,7 @@ class Cloud:
         return self.nodes[first:last].astype(np.float64), counts / max(counts.sum(), 1.0)
 
     def laws(self, track: int) -> tuple[Floats, Floats] | None:
-        """Return log sigma^2 and log tau^2 (n, 2) of a track and what share (n,) each has; None where it has none."""
+        """Return log sigma^2 and log tau^2 (n, 2) of a track and what share (n,) each has; None without any."""
         sizes = self.offsets[:, 1] - self.offsets[:, 0]
         if not len(self.logs) or not sizes[track]:
             return None
@@ -163,7 +163,7 @@ class Moments(NamedTuple):
 
 
 def nothing(count: int) -> Cloud:
-    """Return what is believed of `count` tracks before their first frame."""
+    """Return the belief in `count` tracks before their first frame."""
     return Cloud(
         np.zeros((count, 3), np.int64),
         np.zeros((0, 2), np.float32),
@@ -224,7 +224,7 @@ def step(
             `gaussian` has them, NaN for those that do not begin; and (K,) 1 if the track was followed in that frame, 0
             if it begins now.
         count: Particles of a track, up to `MOST_PARTICLES`.
-        lag: How many frames before this one are kept.
+        lag: Number of earlier frames to keep.
         by_mode: Whether estimates are modes of histograms; otherwise they are means.
         numbers: (K,) by which the tracks draw their random numbers.
         stream: Seed, frame and purpose of the random numbers; one seed for all, or (K,) one for each track.

@@ -47,7 +47,7 @@ class Gaussians:
 
 
 def nothing(count: int) -> Gaussians:
-    """Return what is believed of `count` tracks before their first frame."""
+    """Return the belief in `count` tracks before their first frame."""
     return Gaussians(np.full((1, count, 2, 2), np.nan), np.full((1, count, 3), np.nan), np.zeros((1, count)))
 
 
@@ -91,7 +91,7 @@ def step(
         observed: (K, 2) px, NaN where a track has no measurement.
         noise: (K,) sigma^2, px^2.
         drive: (K,) tau^2, px^2.
-        lag: How many frames before this one are kept.
+        lag: Number of earlier frames to keep.
         start_sd: Standard deviation of a track's first positions, px.
 
     Returns:
@@ -246,8 +246,8 @@ def _smooth(means: Floats, covariances: Floats, drives: Floats) -> tuple[Floats,
 
 
 # The estimate of a cloud of particles is the mode of a histogram, refined by the mean about it, or the mean. The
-# histogram has bins of 1 px that begin at whole numbers; the mean is of the particles in the 3 x 3 bins around the
-# fullest. A jump of the measurement makes the distribution bimodal, whose mean is at neither place.
+# histogram has bins of 1 px that begin at whole numbers; the mean is taken over the particles in the 3 x 3 bins around
+# the fullest. A jump of the measurement makes the distribution bimodal, whose mean is at neither place.
 
 LOG_BIN = 0.25
 """Width of a bin of a logarithm."""

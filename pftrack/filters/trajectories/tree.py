@@ -90,7 +90,7 @@ def sprout(chosen: Ints, here: Floats, own: Ints, tree: Tree, cursor: int) -> in
         here: (2, n) positions of all particles, px.
         own: (n,) nodes that they come from.
         tree: Tree under construction.
-        cursor: Where it ends.
+        cursor: Its end.
     """
     nodes, parents, counts = tree
     last = np.int64(-1)
@@ -126,7 +126,7 @@ def _prune(nodes: NDArray[np.float32], parents: NDArray[np.uint16], tree: Tree, 
         parents: (n,) of these.
         tree: Tree under construction, up to the age after that.
         begin: Index at which that age begins; the indices of its parents become those of the added nodes.
-        cursor: Where the tree ends.
+        cursor: End of the tree.
     """
     new_nodes, new_parents, counts = tree
     count, end = nodes.shape[0], cursor
@@ -154,7 +154,7 @@ def grow(
     tree: Tree,
     new_row: Ints,
 ) -> int:
-    """Add all older ages of a track, as many as there is room for; return where the tree ends now.
+    """Add all older ages of a track, as far as they fit; return the new end of the tree.
 
     Args:
         nodes: Nodes of the frame before.

@@ -59,7 +59,7 @@ DTYPES = {np.dtype(name) for name in ("<f4", "<f8", "<i4", "<i8")}
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Where the content of an entry is in the file, bytes."""
+    """Location of an entry's content in the file, bytes."""
 
     start: int
     size: int
@@ -121,7 +121,7 @@ def header_of(dtype: "np.dtype[np.generic]", shape: tuple[int, ...]) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """Where the numbers of an array are in the file, and what they are."""
+    """Location and type of an array's numbers in the file."""
 
     start: int
     shape: tuple[int, ...]
@@ -318,7 +318,7 @@ class Content:
         return tuple(sorted(self._truths.get(frame, ())))
 
     def belief(self, frame: int, target: int) -> Belief:
-        """Return what is believed of a target in a frame."""
+        """Return the belief in a target in a frame."""
         return self._read(target, self._beliefs[frame][target])
 
     def truth(self, frame: int, target: int) -> Belief:
@@ -344,7 +344,7 @@ class Content:
 
     @property
     def has_states(self) -> bool:
-        """Whether anything but boxes is believed."""
+        """Whether there are beliefs other than boxes."""
         return self.dimension > 0
 
     def _read(self, target: int, row: _Row) -> Belief:
@@ -411,6 +411,6 @@ class SelectionParameters(Parameters, group=GROUP):
     selected_target: int = parameter(-1, "Selected target", within=(-1, 1_000_000, 1), useful=(-1, 60), live=False)
     """Number of the target to show, as in the file; -1 for the one that is followed longest."""
     component_across: int = parameter(0, "Component across", within=(0, 399, 1), useful=(0, 20), live=False)
-    """Which component of the state is drawn across, from 0; the first of the estimate."""
+    """Component of the state drawn across, from 0; the first one of the estimate."""
     component_down: int = parameter(1, "Component down", within=(0, 399, 1), useful=(0, 20), live=False)
     """Component of the state drawn downwards, or upwards without a picture; the second one of the estimate."""

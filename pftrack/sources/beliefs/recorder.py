@@ -92,7 +92,7 @@ class Chunk:
         number: Number of the chunk in its file.
         rows: Frame, target, whether it is a truth, and how many rows of each array.
         columns: The arrays by name.
-        used: How many numbers it holds.
+        used: Number of stored values.
     """
 
     def __init__(self, precision: "np.dtype[Any]") -> None:
@@ -234,7 +234,7 @@ class Recorder:
         truth: ArrayLike | None = None,
         true_box: ArrayLike | None = None,
     ) -> None:
-        """Record what is believed of a target in a frame, by particles, by mean and covariance, or by a box.
+        """Record the belief in a target in a frame, as particles, as mean and covariance, or as a box.
 
         Args:
             t: Number of the frame, from 0, counted as in the clip, the pictures or the times.

@@ -62,10 +62,10 @@ class BeliefSequence(FrameSequence):
             file: Open for reading.
             name: Name for users.
             sha256: Digest of its content.
-            limits: How large it may be.
+            limits: Its limits.
             index: From an earlier survey of the same content.
             clip: The clip, where it is a separate file.
-            beside: Where a clip is looked for that the recording names only.
+            beside: Folder in which a clip is searched that the recording only names.
 
         Raises:
             RefusedError: It is not a recording of beliefs, its clip cannot be read, or it exceeds the limits.
@@ -82,7 +82,7 @@ class BeliefSequence(FrameSequence):
         self._pictures = sorted(int(each[1]) for each in pictures if each)
         self.has_pictures = self._clip is not None or bool(self._pictures)
         self.index = self._survey(sha256, limits)
-        self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
+        self._close_file = weakref.finalize(self, file.close)  # even without a call
 
     @property
     def first(self) -> int:
@@ -202,7 +202,7 @@ class BeliefSequence(FrameSequence):
             states = known.particles if known.particles is not None else known.mean
             if states is not None:
                 rows = np.where(np.isfinite(states), states, np.nan).reshape(-1, states.shape[-1])
-                said = slice(states.shape[-1])  # of a truth perhaps only the first components
+                said = slice(states.shape[-1])  # a truth may have only the first components
                 low[said] = np.fmin(low[said], np.fmin.reduce(rows))
                 high[said] = np.fmax(high[said], np.fmax.reduce(rows))
         return np.nan_to_num(low), np.nan_to_num(high)
@@ -232,9 +232,8 @@ def _decode(data: bytes) -> NDArray[np.uint8] | None:
     return None if image is None else np.asarray(image, np.uint8)
 
 
-# A path to a clip in a file is never followed, so opening a stranger's recording opens no other file. Where a recording
-# names its clip only, it is looked for under that name beside the recording, and taken if it has the content that is
-# named.
+# A path to a clip in a file is never followed, so opening a stranger's recording opens no other file. If a recording
+# only names its clip, a file of that name next to the recording is used if its content matches.
 
 
 def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: FrameIndex | None = None) -> FrameSequence:
@@ -244,7 +243,7 @@ def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: Fra
         file: Open for reading; closed with the sequence.
         name: Name for users.
         sha256: Its digest.
-        limits: How large it may be.
+        limits: Its limits.
         index: From an earlier survey of the same content.
 
     Raises:
@@ -269,8 +268,8 @@ def find_clip(
         file: The recording's.
         content: Its content.
         given: The clip, if the user names it.
-        beside: The folder of the recording, where a clip that is named only may be.
-        limits: How large it may be.
+        beside: The folder of the recording, which may hold a clip that is only named.
+        limits: Its limits.
 
     Raises:
         RefusedError: It has a clip already, or the one that is given is another.

@@ -84,7 +84,7 @@ def open_parts(parts: Mapping[Part, Path], limits: Limits, *, index: FrameIndex 
 
     Args:
         parts: Files by kind; at least the results, which may be a recording of beliefs.
-        limits: How large they may be, together.
+        limits: Their limits, together.
         index: From an earlier survey of the same content.
 
     Raises:
@@ -155,7 +155,7 @@ def record_results(
 
     Args:
         table: Its results.
-        to: Where to.
+        to: Output file.
         clip: Their video.
         truth: True boxes of the same frames.
 

@@ -64,8 +64,8 @@ class ResultTable:
     Attributes:
         form: Form of the file.
         boxes: By ascending frame and target, one of a target in a frame.
-        frames: How many frames it speaks of, those without a box included.
-        remarks: How it was read and what was passed over, a sentence each.
+        frames: Number of its frames, including those without a box.
+        remarks: Remarks on reading and on skipped parts, a sentence each.
     """
 
     form: Form
@@ -94,8 +94,8 @@ def table_of(
     Args:
         form: Form of the file.
         boxes: Location of each in the file, such as "line 3", and the box.
-        remarks: How it was read, a sentence each.
-        frames: How many frames the file speaks of at least.
+        remarks: Remarks on reading, a sentence each.
+        frames: Least number of frames in the file.
 
     Raises:
         RefusedError: There are none or too many, one lies outside every picture, a target has two in a frame, or all
@@ -318,7 +318,7 @@ def numbers_of(line: str) -> list[float] | None:
 
 
 def form_of_lines(lines: Sequence[str]) -> Form | None:
-    """Return what lines are; None if they are not numbers in one of these forms."""
+    """Return the form of lines; None if they are not numbers in one of these forms."""
     rows = [numbers_of(line) for line in lines if line.strip() and not line.startswith(cells.COMMENT)]
     known = [row for row in rows if row is not None and len(row) > 1]
     # The reader names a broken line; most lines are complete, including the first one.

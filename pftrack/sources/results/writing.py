@@ -34,7 +34,7 @@ def write_results(
     """Return the content of a file.
 
     Args:
-        form: What it shall be; OTB and VOT have room for the first target alone.
+        form: Its form; OTB and VOT have room for the first target alone.
         boxes: By ascending frame.
         frames: Number of frames.
         size: Width and height of the picture, px.

@@ -69,7 +69,7 @@ RINGS = (0.0, -0.1, 0.1, -0.25, 0.25, -0.5, 0.5, -1.0, 1.0)
 OFFSETS = np.array(
     [(x, y, 0) for y in RINGS for x in RINGS] + [(0, 0, size) for size in (-0.3, -0.2, -0.1, 0.1, 0.2, 0.3)]
 )
-"""Where windows are that are learned from, (K, 3): across and down in sides, and logarithms of sizes."""
+"""Places of windows for learning, (K, 3): across and down in sides, and logarithms of sizes."""
 HERE = OFFSETS[:1]
 AROUND = np.array([(x, y, 0.0) for x in (0.0, -0.75, 0.75) for y in (0.0, -0.75, 0.75)])
 """The target's place, and eight places around it that are not used for learning: likelihoods should separate them."""
@@ -109,7 +109,7 @@ def learn(
         place: (2,) middle of the window, px.
         half_sides: (2,) half its width and height, px.
         rate: r, 0..1.
-        rounds: How often to learn from each window.
+        rounds: Number of passes over the windows.
     """
     seen = _describe(read_only(image_rgb), windows_around(place, half_sides, OFFSETS), cells.step)
     # Desired s of these windows. This is not a constant, because importing a module must not compile anything.
@@ -153,7 +153,7 @@ def _edges(middles: Floats, halves: Floats, step: int, size: int) -> Ints:
 
 @compiled
 def _describe(image_rgb: NDArray[np.uint8], windows: Windows, step: int) -> Floats:
-    """Return y (N, NUMBERS) of windows; 0 for those beside the picture or at places that are not finite."""
+    """Return y (N, NUMBERS) of windows; 0 for those outside the picture or at places that are not finite."""
     height, width = image_rgb.shape[0] // step, image_rgb.shape[1] // step
     across, down = _edges(windows[0], windows[2], step, width), _edges(windows[1], windows[3], step, height)
     seen = np.zeros((across.shape[0], NUMBERS))
@@ -218,7 +218,7 @@ def _sums(part_rgb: NDArray[np.uint8], step: int) -> Ints:
         for column in range(width):
             right = bright[row, min(column + 1, width - 1)] - bright[row, max(column - 1, 0)]
             down = bright[min(row + 1, height - 1), column] - bright[max(row - 1, 0), column]
-            # A gradient is what it has along the nearest axis and along the diagonal beside that.
+            # A gradient is split along the nearest axis and the adjacent diagonal.
             less, more = min(abs(right), abs(down)), max(abs(right), abs(down))
             axis = (0 if right > 0 else 4) if abs(right) >= abs(down) else (2 if down > 0 else 6)
             along[axis] += more - less

@@ -111,7 +111,7 @@ SPACES: dict[Space, Callable[[NDArray[np.uint8]], NDArray[np.uint8]]] = {
     "lab": _lab,
     "chromaticity": _chromaticity,
 }
-"""How colours (h, w, 3) are put into bins (h, w), by name."""
+"""Functions from colours (h, w, 3) to bins (h, w), by name."""
 
 
 def _check_space(space: Space) -> None:

@@ -60,7 +60,7 @@ class Window:
         reach_across_px: Columns to either side of the middle one.
         reach_down_px: Rows to either side of the middle one.
         kernel: Whether pixels count by Epanechnikov's kernel, or all alike.
-        parts: Into how many parts it is divided, across and down.
+        parts: Numbers of its parts, across and down.
     """
 
     reach_across_px: int
@@ -238,7 +238,7 @@ def background_of(
     weigh: bool,
     contrast: float,
 ) -> Background:
-    """Return what the surroundings of a target tell.
+    """Return a target's surroundings, for the likelihood.
 
     Args:
         image_rgb: (height, width, 3).

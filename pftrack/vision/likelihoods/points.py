@@ -47,7 +47,7 @@ def log_likelihood(positions: Floats, measured: Floats, noise_sd: Floats) -> Flo
 
 
 LEFT = 3
-"""How many features a cover leaves."""
+"""Number of features that a cover leaves visible."""
 
 SAME = 1.0
 """Features whose log likelihood is at most this much below that of the third best fit as well."""
@@ -116,7 +116,7 @@ def log_fits(
         log_likelihoods: (F, N) of visible features, up to a constant that all features share.
         positions: (F, N, 2) px of the particles.
         expected: (F, 2) px, where the pose has the features.
-        slack_px: How far a feature may be from there.
+        slack_px: Scale of a feature's distance from there.
 
     Raises:
         TypeError: An argument is not an array of real numbers.
@@ -130,7 +130,7 @@ def log_fits(
 
 
 def compare(first: Floats, second: Floats) -> float:
-    """Return the log odds of a pose against another, by how well the features fit either (F,).
+    """Return the log odds of a pose against another, by the fits of the features to both (F,).
 
     Each feature is visible or hidden, and hidden it is as likely under both.
     """

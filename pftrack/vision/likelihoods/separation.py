@@ -36,7 +36,7 @@ ALIKE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """How likely the target is and what is around it, relative to the likelihood's peak.
+    """Likelihoods of the target and its surroundings, relative to the likelihood's peak.
 
     Attributes:
         on: Mean on the target in the first picture.
