@@ -398,8 +398,8 @@ class Fit:
         if self.lost <= MOST_LOST * frames:
             return ""
         return (
-            f"The run had lost its target in {self.lost} of {frames} frames, which say little about it: fit a run, "
-            "or the beginning of one, that holds it."
+            f"The run had lost its target in {self.lost} of {frames} frames, which carry little information on it: "
+            "fit a run, or the beginning of one, that holds it."
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -514,7 +514,7 @@ def _choose(run: Run, names: Sequence[str]) -> tuple[Declaration, ...]:
     title = run.experiment.trackers[tracker].title
     offered = {it.name: it for it in fittable(run.experiment, tracker, type(run.setup.parameters))}
     if not offered:
-        raise RefusedError(f"The evidence of {title} does not tell settings apart, so nothing can be fitted by it.")
+        raise RefusedError(f"The evidence of {title} does not distinguish settings, so it cannot fit anything.")
     for name in names:
         if name not in offered:
             raise RefusedError(f"{title} has no number {name!r} that can be fitted; there are {', '.join(offered)}.")

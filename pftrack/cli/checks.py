@@ -89,7 +89,7 @@ def bench(
     ] = False,
     json: output.Json = False,
 ) -> None:
-    """Measure speed, beside other libraries where they are installed."""
+    """Measure speed, and that of other libraries if they are installed."""
     folder = Path(__file__).parents[2] / "benchmarks"
     scripts = {path.stem: path for path in sorted(folder.glob("[a-z]*.py"))}
     if not scripts:
@@ -145,9 +145,9 @@ def otb(
     assignments: output.Assignments = None,
     json: output.Json = False,
 ) -> None:
-    """Follow the first box of each sequence (OPE): success (area under the curve) and precision, beside published ones.
+    """Follow the first box of each sequence (OPE): success (area under the curve) and precision, with published ones.
 
-    The pictures are yours to bring: https://github.com/jwlim/tracker_benchmark says where they are.
+    You provide the pictures; https://github.com/jwlim/tracker_benchmark lists their sources.
     """
     from pftrack.analysis.evaluation import (
         PUBLISHED_SOURCE,

@@ -67,7 +67,7 @@ def run(
     ] = None,
     seed: Annotated[str | None, typer.Option(metavar="SEED", help="Random seed (default 0).")] = None,
     frames: Annotated[
-        str | None, typer.Option(metavar="N", help="How many frames to compute; at most as many as a recording has.")
+        str | None, typer.Option(metavar="N", help="Number of frames to compute, at most those of a recording.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Save the run, FILE.pft.")] = None,
     video_out: VideoOut = None,
@@ -289,7 +289,7 @@ def open_results(
             "COCO's video JSON, or a table of boxes (CSV)."
         ),
     ],
-    video: Annotated[Path | None, typer.Option(help="The video that the results or the recording are of.")] = None,
+    video: Annotated[Path | None, typer.Option(help="The video of the results or the recording.")] = None,
     truth: Annotated[Path | None, typer.Option(help="True boxes of the same frames, in any of these forms.")] = None,
     form: Annotated[
         str | None, typer.Option(help="Form of the results: mot, otb, vot, cvat, coco or csv (default: detected).")
@@ -304,7 +304,7 @@ def open_results(
     show: Annotated[bool, typer.Option(help="Open the scene in a browser.")] = True,
     json: output.Json = False,
 ) -> None:
-    """Look at what a loop of your own or any other tracker has computed: errors, overlap, identity switches."""
+    """Show results of your own loop or of any other tracker: errors, overlap, identity switches."""
     from pftrack.core.model.recipe import Change
     from pftrack.experiments import find_for
     from pftrack.output.exports.formats import show as show_run
@@ -343,7 +343,7 @@ def open_results(
             output.note(f"pftrack: {said}; --set selected_target=NUMBER chooses another")
         summary = compute_run(run, None, frames=run.frames)
         if sequence.content.has_truth and not summary["labelled_frames"]:
-            output.note("pftrack: the target never overlaps a true box by half, so that nothing is measured")
+            output.note("pftrack: the target never overlaps a true box by half, so nothing is measured")
         print_summary({**summary, **targets}, run, json=json)
         write_exports(exports, run)
         if show and not json:

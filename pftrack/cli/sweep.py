@@ -84,13 +84,13 @@ def run(
     ] = None,
     asked: PlanOptions,
     loss_probability: Annotated[
-        bool, typer.Option("--loss-probability", help="Measure how probable it is that the target is lost, too.")
+        bool, typer.Option("--loss-probability", help="Also measure the probability that the target is lost.")
     ] = False,
     jobs: output.Jobs = None,
     cluster: output.Cluster = None,
     out: Annotated[Path | None, typer.Option(help="The result, FILE.parquet; never overwritten.")] = None,
     resume: Annotated[Path | None, typer.Option(help="Go on with a sweep that was stopped; its --out.")] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs it is and how long it takes.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Report the number of runs and the duration.")] = False,
     json: output.Json = False,
 ) -> None:
     """Compute an experiment over a grid of conditions, one row a run; `pftrack sweep report FILE` shows the result.

@@ -181,7 +181,7 @@ def _is_told_by_marks(shown: Entry, failure: FailureRun) -> None:
     course = course_of(rows, series, unit=unit)
     for frame in range(0, len(rows), 10):
         for sign in diagnose_course(course, frame).signs:
-            demand("nan" not in sign.words, f"{shown.failure.id} must be told by what is known, got: {sign.words}")
+            demand("nan" not in sign.words, f"{shown.failure.id} must be explained by known values, got: {sign.words}")
 
 
 def _lost_at_end(done: FailureRun) -> int:

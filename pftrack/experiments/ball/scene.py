@@ -43,7 +43,7 @@ CLEARANCE_PX = 2
 """Gap between the ball and the distracters above and below its swing."""
 
 UPRIGHT_SHARE = 0.618
-"""How often a bouncing ball goes up and down in the time to the other side and back: its path does not soon repeat."""
+"""Number of vertical bounces of a ball during one horizontal round trip, so its path does not soon repeat."""
 
 
 class BallSceneParameters(recording.OverlayParameters, group=GROUP):
@@ -56,7 +56,7 @@ class BallSceneParameters(recording.OverlayParameters, group=GROUP):
     ball_path: Literal["swings", "bounces"] = parameter("swings", "Path")
     """Whether the ball swings from side to side, or flies straight on at an even speed and bounces off four walls."""
     amplitude_px: float = parameter(100, "Amplitude", unit="px", within=(0, 960, 1), useful=(0, 160))
-    """How far the ball goes to either side of the middle; up and down no further than the picture."""
+    """Reach of the ball to either side of the middle; vertically at most the picture."""
     period_s: float = parameter(1, "Period", unit="s", within=(0.1, 60, 0.1), useful=(0.2, 5), role="world")
     """Time to the other side and back."""
     frame_rate_hz: float = parameter(30, "Frame rate", unit="Hz", within=(1, 240, 1), useful=(5, 120))
@@ -66,7 +66,7 @@ class BallSceneParameters(recording.OverlayParameters, group=GROUP):
     )
     """Standard deviation of the noise on every pixel and channel."""
     clutter_count: int = parameter(0, "Clutter", within=(0, MOST_CLUTTER, 1), role="world")
-    """How many more things in the ball's colour lie about, above and below its swing; each seed has others."""
+    """Number of further objects in the ball's colour above and below its swing; each seed has others."""
     ball_colour: str = parameter("#c83232", "Ball colour", colour=True)
     """Colour of the ball and of its look-alikes."""
     background_colour: str = parameter("#646464", "Background colour", colour=True)

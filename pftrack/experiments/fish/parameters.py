@@ -94,7 +94,7 @@ class _Foreground(Parameters, group=FOREGROUND):
     value_low: int = parameter(110, "Least brightness", within=(0, 255, 1))
     """Least brightness of the fish."""
     least_contrast: int = parameter(25, "Least contrast", unit="grey levels", within=(1, 255, 1), useful=(1, 100))
-    """By how much a dark or light fish differs from the mean around it."""
+    """Difference of a dark or light fish from the mean around it."""
     contrast_radius_px: int = parameter(40, "Surroundings", unit="px", within=(1, 200, 1), useful=(5, 100))
     """Half the side of the square whose mean a dark or light fish is compared with."""
 

@@ -58,7 +58,7 @@ class FishSceneParameters(OverlayParameters, group=TANK):
     """Number of the clip: the seed of the swimming, of the gravel and of the noise. The paper's test uses 200 to 211,
     and the trackers' motion was learned on 100 to 109."""
     fish_count: int = parameter(2, "Fish", within=(1, 2, 1), live=False)
-    """How many fish swim."""
+    """Number of fish."""
     lively: bool = parameter(True, "Lively first fish", live=False)
     """Whether the first fish turns sharply at least once: by 60 degrees within four frames."""
     followed_fish: int = parameter(1, "Followed fish", within=(1, 2, 1), live=False)

@@ -40,7 +40,7 @@ class _Search(Parameters, constants={"step_area_px2": 90, "palm_count": 20}, gro
     """Candidates, and the number of kept ones."""
 
     beam_width: int = parameter(4, "Hands kept", within=(1, MOST_KEPT, 1), group=KEPT)
-    """How many different hands are kept from frame to frame."""
+    """Number of different hands kept from frame to frame."""
     sample_count: int = particle_count(100, trackers=("particles",))
 
 
@@ -61,8 +61,8 @@ class _Motion(Parameters, constants=FORMER_MOTION, group=MOTION):
     )
     """Standard deviation of a finger's flexion from the prediction."""
     growth_sd: float = parameter(0, "Change of size", within=(0, 0.1, 0.005), trackers=BEAM)
-    """By which share a hand that comes nearer or goes away may grow or shrink from frame to frame; 0 if it stays as
-    far. It trades off with tilts, and needs the refined ranking."""
+    """Relative change of a hand's size per frame as its distance changes; 0 at a fixed distance. It trades off with
+    tilts, and needs the refined ranking."""
     wrist_prior: bool = parameter(True, "Straight wrist")
     """Whether a bent wrist is less probable. It trades off with bent fingers, and a silhouette shows little of it."""
 
@@ -77,7 +77,7 @@ class _Loss(Parameters, group=LOSS):
     )
     """After so many such frames in a row the tracker waits for an open hand."""
     patience_frames: int = parameter(5, "Patience", unit="frames", within=(0, 100, 1), useful=(0, 30), role="memory")
-    """For how many frames without a hand in the picture the last pose is kept to go on from."""
+    """Number of frames without a hand for which the last pose is kept to continue from."""
 
 
 FIT = {
@@ -110,7 +110,7 @@ class HandTrackerParameters(_Search, _Motion, _Loss, SilhouetteParameters, group
 
 
 SWEEPS = 3
-"""How often each number of a pose is moved uphill."""
+"""Number of hill-climbing passes over the numbers of a pose."""
 MIDDLE_JOINT, LAST_JOINT = 1, 2
 """Places along a finger, from the root 0 to the tip 3."""
 WRIST_SD_PX = 2.0

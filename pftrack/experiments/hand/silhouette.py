@@ -168,12 +168,12 @@ class SilhouetteParameters(Parameters, group=GROUP, constants={"working_side_px"
     brightness_level: int = parameter(100, "Brightness level", unit="grey levels", within=(0, 254, 1))
     """Level that a light hand exceeds, and a dark one does not."""
     background_difference: int = parameter(40, "Least difference", unit="grey levels", within=(1, 254, 1))
-    """By how much a hand differs from the background in one channel at least."""
+    """Least difference of a hand from the background in one channel."""
     backdrop_frames: int = parameter(
         0, "Pictures of the backdrop", unit="frames", within=(0, MOST_FIRST, 1), useful=(0, 100)
     )
-    """So many of the recording's first pictures show no hand, and so the backdrop; at 0 it is the median over the whole
-    recording, in which a hand that moves leaves no trace."""
+    """Number of the recording's first pictures without a hand, which show the backdrop; at 0 it is the median over the
+    whole recording, in which a moving hand leaves no trace."""
     cr_low: int = parameter(135, "Least red", within=(0, 255, 1))
     """Lowest Cr of skin: 128 is grey, more is redder."""
     cr_high: int = parameter(180, "Most red", within=(0, 255, 1))

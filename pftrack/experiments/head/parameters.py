@@ -79,7 +79,7 @@ class _Look(Parameters, group=LOOK, constants={"templates_by_pose": False}):
     correlation_spread: float = parameter(
         0.15, "Correlation spread", within=(0.02, 2, 0.01), useful=(0.02, 0.5), role="sharpness"
     )
-    """How far a patch's correlation with its template may be from 1; at 0.15 a correlation of 0.5 weighs 0.004."""
+    """Scale of the distance of a patch's correlation from 1; at 0.15 a correlation of 0.5 weighs 0.004."""
     hidden_weight: float = parameter(0.5, "Odds of a hidden feature", within=(0, 2, 0.01), trackers=calibrated.LAYERED)
     """Odds that a feature is hidden which fits as well as the others; they grow as it fits worse. What is hidden is
     then where the pose has it, in place of clinging to what looks most like it. A second filter takes all features for
@@ -90,7 +90,7 @@ class _Look(Parameters, group=LOOK, constants={"templates_by_pose": False}):
     """Whether features are laid onto the surface of a head and bent with it as it turns, which keeps them through fast
     and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are not renewed."""
     template_renewal: float = parameter(0, "Template renewal", within=(0, 0.2, 0.005))
-    """How fast templates follow what is seen; they then also follow every error, so it is 0 in Bando 2007."""
+    """Rate at which templates follow the picture; they then also follow every error, so it is 0 in Bando 2007."""
 
 
 class _Relief(Parameters, group=RELIEF, trackers=calibrated.LAYERED):
@@ -150,7 +150,7 @@ class HeadTrackerParameters(
 
     @property
     def slack(self) -> float:
-        """How far a feature may be from where the head has it, px."""
+        """Deviation of a feature from the head's prediction, px."""
         return 0.0 if self.templates == "flat" else self.slack_px
 
     @property
@@ -160,7 +160,7 @@ class HeadTrackerParameters(
 
     @property
     def speed_at_start(self) -> float:
-        """How fast features may already be moving where tracking begins, px a frame."""
+        """Speed of features at the start of tracking, px a frame."""
         return 0.0 if self.templates == "flat" else self.initial_speed_px
 
     @field_validator("starting_face")

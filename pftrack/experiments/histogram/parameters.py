@@ -55,7 +55,7 @@ class MotionParameters(Parameters, group=MODEL, trackers=PARTICLE):
     search_reach_px: int = parameter(
         8, "Search reach", unit="px", within=(1, 64, 1), useful=(1, 32), trackers=("greedy",)
     )
-    """How far from the last place the greedy search looks, across and down."""
+    """Reach of the greedy search from the last place, across and down."""
 
 
 COLOUR = "Colour model"
@@ -90,15 +90,15 @@ class _Colour(Parameters, group=COLOUR):
     spatial_kernel: bool = parameter(False, "Weigh the middle")
     """Count pixels in the middle of the window more than those near its edge, by Epanechnikov's kernel."""
     parts_across: int = parameter(1, "Parts across", within=(1, 4, 1))
-    """Into how many columns of parts the window is divided, each with a histogram of its own."""
+    """Number of columns of parts of the window, each with its own histogram."""
     parts_down: int = parameter(1, "Parts down", within=(1, 6, 1))
-    """Into how many rows of parts the window is divided."""
+    """Number of rows of parts of the window."""
     weigh_background: bool = parameter(False, "Weigh against the background")
     """Count colours less that were also around the target in the first picture."""
     surround_contrast: float = parameter(0, "Contrast", within=(0, 2, 0.05))
-    """How much likeness it costs if a window stands out from its surroundings less than the first one did."""
+    """Similarity lost by a window that stands out from its surroundings less than the first one."""
     cells_share: float = parameter(0, "Cells", within=(0, 1, 0.05), trackers=PARTICLE)
-    """How much edges and colours in 8 x 8 cells count beside the histogram; they are learned from frame to frame."""
+    """Weight of edges and colours in 8 x 8 cells relative to the histogram; they are learned from frame to frame."""
     window_width_px: float = parameter(25, "Window width", unit="px", within=(1, 1025, 2), useful=(5, 101), live=False)
     """Width of the window around a particle, rounded to an odd number."""
     window_height_px: float = parameter(
@@ -118,7 +118,7 @@ class _Loss(Parameters, group=LOSS):
     lost_after_frames: int = parameter(
         8, "Lost after", unit="frames", within=(1, 1000, 1), useful=(1, 60), role="memory"
     )
-    """How many frames in a row have to miss before the target counts as lost."""
+    """Number of consecutive missed frames after which the target counts as lost."""
     found_likeness: float = parameter(0.85, "Found above", within=(0, 1, 0.01))
     """Likeness rho from which on a place in the picture is taken for the lost target."""
     renewal_rate: float = parameter(0, "Renewal", within=(0, 1, 0.01), useful=(0, 0.2))

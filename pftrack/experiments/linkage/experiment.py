@@ -86,7 +86,7 @@ class FollowingParameters(OccluderParameters, group=MATCHING):
     template_px: int = parameter(15, "Template", unit="px", within=(5, LARGEST_TEMPLATE_PX, 2), live=False)
     """Side of the square about a point that is searched in later pictures."""
     search_reach_px: int = parameter(16, "Search to", unit="px", within=(2, 40, 1), live=False)
-    """How far from its last match a point is looked for, to all four sides."""
+    """Distance from its last match within which a point is searched, to all four sides."""
     largest_cost: float = parameter(0.5, "Largest cost", within=(0, 2, 0.05), live=False)
     """One minus the correlation beyond which a match is none; 2 takes all."""
 
@@ -239,7 +239,7 @@ class LinkagePoints(FeaturePoints):
         apart = np.sqrt(np.square(np.diff(self.places, axis=0)).sum(axis=1))
         for name, length in zip(scene.NAMES[1:], apart.tolist(), strict=True):
             if length < SHORTEST_PX:
-                bound = f"at least {SHORTEST_PX:g} px from the point before it, so that the link is seen"
+                bound = f"at least {SHORTEST_PX:g} px from the point before it, so that the link is visible"
                 raise ParameterError(f"mark.points.{name}", self.points[name], bound)
 
     @property

@@ -89,7 +89,7 @@ class _Chain(OccluderParameters, group=CHAIN):
     chain_path: PathName = parameter("mirror3", "Path", live=False)
     """How the joints move; the links of 3d move in space, those of all others in a plane."""
     path_slowing: int = parameter(1, "Slower by", within=(1, 20, 1), live=False)
-    """How many times as long the chain takes for its path; its run has as many frames more."""
+    """Factor on the duration of the chain's path, and on the frames of its run."""
     true_length_1_px: float = parameter(70, "First link", unit="px", within=(10, 120, 1), live=False)
     """True length of the link at the root."""
     true_length_2_px: float = parameter(60, "Second link", unit="px", within=(10, 120, 1), live=False)
@@ -121,20 +121,20 @@ class _Measured(_Chain, group=MEASUREMENTS, constants={"bounded_noise": True, **
     outlier_share: float = parameter(0, "Outliers", within=(0, 0.5, 0.01), role="world")
     """Share of the measured points that are far off."""
     outlier_px: float = parameter(40, "Size of outliers", unit="px", within=(0, 200, 5))
-    """How far off such a point is at most; it is uniform."""
+    """Largest error of such a point; the error is uniform."""
 
 
 class LinkageSceneParameters(_Measured, group=START):
     """The scene: the chain, how it moves, how its points are measured, and where the estimate begins."""
 
     start_angle_rad: float = parameter(0, "Angles off by", unit="rad", within=(0, 0.5, 0.01), live=False)
-    """How far each angle is off at first, at most; it is uniform."""
+    """Largest initial error of each angle; the error is uniform."""
     start_length_1_px: float = parameter(0, "First length off by", unit="px", within=(-30, 30, 1), live=False)
-    """By how much the first link is taken too long at first."""
+    """Excess of the first link's initial length."""
     start_length_2_px: float = parameter(0, "Second length off by", unit="px", within=(-30, 30, 1), live=False)
-    """By how much the second link is taken too long at first."""
+    """Excess of the second link's initial length."""
     start_length_3_px: float = parameter(0, "Third length off by", unit="px", within=(-30, 30, 1), live=False)
-    """By how much the third link is taken too long at first."""
+    """Excess of the third link's initial length."""
 
 
 NAMES = ("root", "second joint", "third joint", "tip")

@@ -266,9 +266,9 @@ class _Joints(Parameters, group=JOINTS):
     joint_high_deg: float = parameter(90, "Other joints to", unit="°", within=(-360, 360, 5))
     """Greatest angle by which the second and the third joint bend."""
     joint_difference_12_deg: float = parameter(360, "Joints 1 and 2", unit="°", within=(0, 360, 5))
-    """By how much the angles of the first two joints may differ; 360 leaves them free."""
+    """Largest difference between the angles of the first two joints; 360 leaves them free."""
     joint_difference_23_deg: float = parameter(30, "Joints 2 and 3", unit="°", within=(0, 360, 5))
-    """By how much the angles of the last two joints may differ; 360 leaves them free."""
+    """Largest difference between the angles of the last two joints; 360 leaves them free."""
 
 
 class _Lengths(Parameters, group=LENGTHS):
@@ -287,9 +287,9 @@ class _Lengths(Parameters, group=LENGTHS):
     length_3_high_px: float = parameter(60, "Link 3 to", unit="px", within=(1, 2000, 1), useful=(10, 150))
     """Greatest length of the third link."""
     length_difference_12_px: float = parameter(15, "Links 1 and 2", unit="px", within=(0, 2000, 1), useful=(0, 100))
-    """By how much the lengths of the first two links may differ."""
+    """Largest difference between the lengths of the first two links."""
     length_difference_23_px: float = parameter(15, "Links 2 and 3", unit="px", within=(0, 2000, 1), useful=(0, 100))
-    """By how much the lengths of the last two links may differ."""
+    """Largest difference between the lengths of the last two links."""
 
 
 class _Noise(Parameters, group=NOISE, trackers=SAMPLED):
@@ -312,13 +312,12 @@ class _Noise(Parameters, group=NOISE, trackers=SAMPLED):
     linearisations: int = parameter(
         1, "Linearisations", within=(1, 10, 1), trackers=("ekf", "ekf-truncated", "ekf-mirrors")
     )
-    """How often an observation is linearised: once at the prediction, and then at the result of the last round. In
-    space, and if noise is small, more than one keep the filter from being sure too soon; in the plane they lose mirror
-    images."""
+    """Number of linearisations of an observation: first at the prediction, then at the last result. In space, and if
+    noise is small, more than one avoid premature confidence of the filter; in the plane they lose mirror images."""
 
 
 class _Start(Parameters, group=START, trackers=SAMPLED):
-    """What is known in the first frame."""
+    """Prior knowledge in the first frame."""
 
     start_angle_variance_rad2: float = parameter(
         0.2, "Variance of angles", unit="rad²", within=(1e-6, 10, 0.01), useful=(0.01, 1), live=False
@@ -342,7 +341,7 @@ class _Mirrors(Parameters, group=MIRRORS, trackers=("ekf-mirrors",), constants={
     """Hypotheses on both sides of the picture plane."""
 
     beam_width: int = parameter(4, "Beam", within=(1, 16, 1))
-    """How many hypotheses are kept from frame to frame."""
+    """Number of hypotheses kept from frame to frame."""
     mirror_tau: float = parameter(0.35, "Almost parallel", within=(0, 1, 0.05))
     """A link whose direction has a sine below this is taken on both sides, as it is and mirrored in depth."""
     rejection_sd: float = parameter(3, "Far outside", unit="sd", within=(0.1, 100, 0.5), useful=(0.5, 10))
@@ -385,21 +384,21 @@ class _Sets(
     start_angle_bound_rad: float = parameter(
         0.1, "Angles within", unit="rad", within=(0, 3, 0.01), useful=(0, 1), live=False
     )
-    """How far each angle may be off in the first frame, to either side."""
+    """Largest error of each angle in the first frame, to either side."""
     start_length_bound_px: float = parameter(
         20, "Lengths within", unit="px", within=(0, 2000, 1), useful=(0, 60), live=False
     )
-    """How far each length may be off in the first frame, to either side."""
+    """Largest error of each length in the first frame, to either side."""
     start_root_bound_px: float = parameter(
         3, "Root within", unit="px", within=(0, 2000, 0.5), useful=(0, 30), live=False
     )
-    """How far the root may be off in the first frame, along each axis of the picture, in space."""
+    """Largest error of the root in the first frame, along each axis of the picture, in space."""
     split_regions: bool = parameter(True, "Splitting")
     """Whether a region is split where a link may lean towards the camera or away from it."""
     angle_scale_px: float = parameter(
         55, "Scale of angles", unit="px/rad", within=(1, 1000, 5), useful=(5, 200), trackers=ELLIPSOIDS
     )
-    """By how many px a rad counts in the trace, which adds squares of angles and lengths."""
+    """Weight of a rad, in px, in the trace, which adds squares of angles and lengths."""
     predicted_ellipsoid: Literal["outer", "lengthened", "printed"] = parameter(
         "outer", "Prediction", trackers=("ellipsoids-literal",)
     )

@@ -328,7 +328,7 @@ LONGEST_STEP_S = 10.0
 
 
 UNTRUSTED = (
-    "this run brings a filter of its own, which nobody has said to trust; read it, and if you know where it comes "
+    "this run contains its own filter, which is not trusted here; read it, and if you know where it comes "
     "from, open the run with --trust, or with trust=True in Python"
 )
 UNKNOWN = "this run was made with a version of the file that is not here"

@@ -52,7 +52,7 @@ class SignalParameters(Parameters, group=SIGNAL):
     waveform: Literal["sine", "cosine"] = parameter("cosine", "Waveform", live=False)
     """The true signal."""
     dimension: int = parameter(1, "Dimension", within=(1, 10, 1), live=False)
-    """How many independent copies of the signal are tracked together."""
+    """Number of independent copies of the signal that are tracked together."""
     observation_noise_sd: float = parameter(
         0.1, "Observation noise", within=(0.001, 10, 0.01), useful=(0.01, 1), role="world"
     )

@@ -98,18 +98,17 @@ class StructureTrackerParameters(Parameters, group=METHOD, constants={"kept_prec
     """Everything that trackers of a shape read."""
 
     window_frames: int = parameter(90, "Window", unit="frames", within=(5, 180, 5), trackers=WINDOWED, role="memory")
-    """How many frames the online methods look at together; until there are as many, all of them."""
+    """Number of frames that the online methods use together; before that, all of them."""
     kept_share: float = parameter(0.5, "Memory", within=(0, 1, 0.05), trackers=WINDOWED)
     """Share that the average of the online methods keeps of itself with each frame; 1 forgets nothing."""
     first_frames: int = parameter(20, "First frames", unit="frames", within=(3, 90, 1), trackers=("growing",))
-    """From how many frames at least the first shape is made where nothing is known of the body."""
+    """Least number of frames for the first shape of an unknown body."""
     frozen: bool = parameter(False, "Freeze", trackers=("growing",))
     """Learn nothing more: the shape stays, and only the pose is followed."""
     trust_px: float = parameter(0, "Least noise", unit="px", within=(0, 50, 0.5), useful=(0, 10))
     """No measurement is taken as more exact than this, in case the variances are too small."""
     wrong_odds: float = parameter(0.02, "Silently wrong", within=(0, 0.5, 0.01), trackers=("growing", *WINDOWED))
-    """Share of the measurements that is taken to be wrong without their variance saying so; at 0 all are believed, as
-    Bando does."""
+    """Assumed share of wrong measurements with a small variance; at 0 all are trusted, as in Bando 2007."""
     lens_factor: float = parameter(1, "Focal length", within=(0.1, 10, 0.05), useful=(0.5, 2), group=CAMERA)
     """Assumed focal length, as a multiple of the camera's."""
     wrong_share: float = parameter(0.6, "Frames that may be off", within=(0, 1, 0.01), group=SCORING, role="loss_share")

@@ -242,7 +242,7 @@ class _Body(Parameters, group=BODY):
     body_seed: int = parameter(99, "Which one", within=(0, 999, 1), useful=(0, 199), live=False)
     """Number of the face, the egg or the plate: each has another shape."""
     body_points: int = parameter(20, "Points", within=(4, 60, 1), live=False)
-    """How many points an egg or a plate has."""
+    """Number of points of an egg or a plate."""
 
 
 class _Motion(Parameters, group=MOTION):
@@ -253,7 +253,7 @@ class _Motion(Parameters, group=MOTION):
     upwards_deg: float = parameter(2, "Turning upwards", unit="°", within=(0, 10, 0.1))
     """How fast it turns about the horizontal axis, each frame."""
     swing_deg: float = parameter(180, "Swing", unit="°", within=(1, 180, 1), live=False)
-    """How far it turns to either side before it turns back; at 180 it goes all the way round."""
+    """Angle to either side at which it turns back; at 180 it goes all the way round."""
 
 
 class _Camera(Parameters, group=CAMERA):
@@ -275,7 +275,7 @@ class _Seen(Parameters, group=SEEN):
     missing_share: float = parameter(0, "Missing at random", within=(0, 0.9, 0.05), role="world")
     """Share of the points that are not measured in a frame."""
     burst_frames: int = parameter(0, "Burst", unit="frames", within=(0, 120, 5))
-    """For how many frames of every 120 the left half of the body is covered."""
+    """Number of frames out of every 120 in which the left half of the body is covered."""
     slip_share: float = parameter(0, "Silently wrong", within=(0, 0.5, 0.01), role="world")
     """Share of the measurements that are some 40 px off without their variance saying so."""
 

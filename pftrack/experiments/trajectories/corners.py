@@ -49,17 +49,17 @@ class DetectorParameters(Parameters, group="Corners"):
     corner_detector: Detector = parameter("eigenvalue", "Detector", live=False)
     """By the smaller eigenvalue of the gradients (Shi and Tomasi), or by their lack of a direction (Chabat)."""
     corner_count: int = parameter(60, "Most corners", within=(1, 400, 1), useful=(1, 200), live=False)
-    """How many corners are followed at most, the strongest first."""
+    """Largest number of followed corners, the strongest first."""
     corner_quality: float = parameter(0.05, "Least strength", within=(0.001, 1, 0.001), useful=(0.001, 0.3), live=False)
-    """How strong a corner must be, as a share of the strongest one of the picture."""
+    """Least strength of a corner, as a share of the strongest one of the picture."""
     corner_distance_px: float = parameter(
         9, "Least distance", unit="px", within=(1, 100, 1), useful=(1, 40), live=False
     )
-    """How far corners are from each other at least."""
+    """Least distance between corners."""
     corner_window_px: int = parameter(5, "Window", unit="px", within=(3, 31, 2), live=False)
     """Side of the square over which gradients are summed."""
     corner_margin_px: int = parameter(12, "Margin", unit="px", within=(0, 200, 1), useful=(0, 60), live=False)
-    """How far corners are from the edge of the picture at least."""
+    """Least distance of corners from the edge of the picture."""
 
 
 def find_corners(grey: NDArray[np.uint8], parameters: DetectorParameters, among: Bools | None = None) -> Floats:
@@ -136,9 +136,9 @@ class CornerParameters(DetectorParameters, group=MATCHING, constants={"between_p
     """Everything that following corners through pictures reads."""
 
     template_px: int = parameter(11, "Template", unit="px", within=(3, LARGEST_TEMPLATE_PX, 2), live=False)
-    """Side of the square about a corner that is looked for in later pictures."""
+    """Side of the square about a corner that is searched in later pictures."""
     search_reach_px: int = parameter(13, "Search to", unit="px", within=(1, 40, 1))
-    """How far from its last match a corner is looked for, to all four sides."""
+    """Distance from its last match within which a corner is searched, to all four sides."""
     match_cost: Cost = parameter("difference", "Compare by")
     """The mean difference of grey levels, which light misleads, or normalised correlation, which it does not."""
     template_renewal: bool = parameter(False, "Renew templates")

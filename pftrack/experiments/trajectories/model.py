@@ -53,7 +53,7 @@ class _Model(Parameters, group=MOTION):
     )
     """Variance of the change of velocity in a frame; small is smooth. NLNG begins there."""
     lag_frames: int = parameter(25, "Smoothing lag", unit="frames", within=(0, LONGEST_LAG, 1), role="smoothing")
-    """How many later frames a smoothed position takes into account."""
+    """Number of later frames that a smoothed position uses."""
     start_spread_px: float = parameter(
         1, "Initial spread", unit="px", within=(0.1, 50, 0.5), useful=(0.5, 10), live=False
     )
@@ -68,7 +68,7 @@ class _Particles(Parameters, group=PARTICLES, trackers=CLOUDS):
     point_estimate: Literal["mode", "mean"] = parameter("mode", "Estimate")
     """The fullest place of a histogram in bins of 1 px, or the mean of the particles."""
     law_drift: float = parameter(0, "Drift of σ² and τ²", within=(0, 0.5, 0.01), trackers=("nlng",))
-    """What their logarithms may change by in a frame; without, they settle once for all."""
+    """Change of their logarithms per frame; at 0 they settle once for all."""
 
 
 class _Scoring(Parameters, group=SCORING):
@@ -89,7 +89,7 @@ class TrajectoriesTrackerParameters(_Scoring, _Particles, _Model, SelectionParam
 Belief: TypeAlias = Gaussians | Cloud
 
 KEPT_FRAMES = 64
-"""How much of each trajectory is at hand at least, for smoothing and to be drawn."""
+"""Least stored length of each trajectory, for smoothing and drawing."""
 
 BLOCK = 32
 """Number of frames stored at once in an array that all later states share."""

@@ -39,7 +39,7 @@ class SelectionParameters(Parameters, group="Selection"):
     """Track of the run's estimate and error."""
 
     selected_track: int = parameter(0, "Selected track", within=(0, 399, 1), useful=(0, 60))
-    """Number of the track that is looked at closely; its position is the run's estimate."""
+    """Number of the selected track; its position is the run's estimate."""
 
 
 class Motion(Protocol):
@@ -107,7 +107,7 @@ class TracksSceneParameters(SelectionParameters, group=MEASUREMENTS):
     """The simulated tracks and their noise."""
 
     track_count: int = parameter(6, "Tracks", within=(1, 200, 1), useful=(1, 60), live=False)
-    """How many tracks there are; all move alike and have noise of their own."""
+    """Number of tracks; all move alike with independent noise."""
     reference_track: bool = parameter(True, "Reference track", live=False)
     """Whether the first track is the one whose numbers are the same in every run."""
     horizontal_variance_px2: float = parameter(
@@ -121,7 +121,7 @@ class TracksSceneParameters(SelectionParameters, group=MEASUREMENTS):
     outlier_every: int = parameter(15, "Outlier every", unit="frames", within=(1, 100, 1))
     """Every so many frames the horizontal noise is Cauchy; beyond 99 it never is."""
     outlier_frames: int = parameter(1, "Outliers last", unit="frames", within=(1, 50, 1), useful=(1, 20))
-    """For how many frames a track stays where an outlier has taken it."""
+    """Number of frames for which a track stays at an outlier."""
     outlier_scale_px2: float = parameter(
         50, "Size of outliers", unit="px²", within=(0, 2500, 10), useful=(0, 500), role="world"
     )
@@ -420,14 +420,14 @@ WALL_GROUP, LIGHT, MOTION = "Wall and book", "Light and noise", "Motion"
 
 
 class _Wall(Parameters, group=WALL_GROUP):
-    """How much alike the corners are."""
+    """Similarity of the corners."""
 
     wall_pitch_px: int = parameter(11, "Lattice pitch", unit="px", within=(5, 40, 1), live=False)
     """From one line of the wall's lattice to the next: so far away is the nearest look-alike."""
     wall_contrast: float = parameter(75, "Lattice contrast", within=(0, 150, 1))
-    """How much darker than the wall its lines are, in grey levels."""
+    """Darkness of its lines relative to the wall, in grey levels."""
     false_corners: int = parameter(6, "False corners", within=(0, 12, 1), live=False)
-    """How many points of the book's slanted line are followed, where one place is like another."""
+    """Number of followed points on the book's slanted line, whose places look alike."""
 
 
 class _Light(Parameters, group=LIGHT):
@@ -436,9 +436,9 @@ class _Light(Parameters, group=LIGHT):
     image_noise_sd: float = parameter(5, "Picture noise", within=(0, 40, 0.5), role="world")
     """Standard deviation of the noise of each pixel, in grey levels."""
     gain_jump: float = parameter(0.11, "Jump of the light", within=(0, 0.5, 0.01), role="world")
-    """By how much of itself the light is now and then stronger or weaker for a frame."""
+    """Relative size of the light's jumps, up or down, for single frames."""
     gain_jump_share: float = parameter(0.12, "Share of frames with a jump", within=(0, 1, 0.01))
-    """How often the light jumps."""
+    """Rate of the light's jumps."""
 
 
 class _Speed(Parameters, group=MOTION):

@@ -98,7 +98,7 @@ class _Features(Parameters, group=FEATURES, trackers=LAYERED):
     )
     """Process noise of the features' own dynamics, each frame."""
     sd_floor_px: float = parameter(0.5, "Smallest deviation", unit="px", within=(0.05, 20, 0.05), useful=(0.05, 3))
-    """Standard deviation with which a feature's position is believed at the best."""
+    """Least standard deviation of a feature's position."""
     initial_sd_px: float = parameter(1, "Initial spread", unit="px", within=(0, 50, 0.1), useful=(0, 10), live=False)
     """Standard deviation of the particles around the features at the start."""
     joint_sample_count: int = joint_particles(25_000)
@@ -112,7 +112,7 @@ class _Mixture(Parameters, group=MIXTURE, trackers=("pf-asd",)):
     alpha_clip: float = parameter(0.1, "Clip of alpha", within=(0.01, 0.5, 0.01))
     """Least share of a feature's particles that either prediction keeps."""
     lower_density: Literal["gaussian", "kernel"] = parameter("gaussian", "Density of the own prediction")
-    """How the own prediction is written down in adapting alpha: one Gaussian, or a kernel around each particle."""
+    """Form of the own prediction in adapting alpha: one Gaussian, or a kernel around each particle."""
 
 
 class _Upper(Parameters, group=UPPER):
@@ -141,8 +141,8 @@ class _Upper(Parameters, group=UPPER):
     camera_noise: float = parameter(1, "Camera noise", within=(0.05, 20, 0.05), useful=(0.05, 5), role="noise")
     """How fast the upper layer may change, as a multiple of Bando's noise."""
     pose_band: Literal["calibrated", "document"] = parameter("calibrated", "Band of the pose")
-    """Whether the angles are as sure as the points' misfit shows, or as Bando's filters say, which is far too sure; the
-    calibrated one takes the affine camera's error off the estimate where solid and camera are known."""
+    """Whether the angles' uncertainty follows the points' misfit, or Bando's filters, which are far too confident; the
+    calibrated band also subtracts the affine camera's error from the estimate where solid and camera are known."""
 
 
 class _Scoring(Parameters, group=SCORING):
@@ -181,7 +181,7 @@ class PoseTrackerParameters(_Scoring, _Upper, _Mixture, _Features):
 
     @property
     def slack(self) -> float:
-        """How far a point may be from where the solid has it, px; in Bando 2007 it is there."""
+        """Deviation of a point from the solid's prediction, px; 0 in Bando 2007."""
         return 0.0
 
     @property
@@ -191,7 +191,7 @@ class PoseTrackerParameters(_Scoring, _Upper, _Mixture, _Features):
 
     @property
     def speed_at_start(self) -> float:
-        """How fast points may already be moving where tracking begins, px a frame; in Bando 2007 they are at rest."""
+        """Speed of points at the start of tracking, px a frame; in Bando 2007 they are at rest."""
         return 0.0
 
 
@@ -202,7 +202,7 @@ LEAST_SHOWN = 1e-3
 """A point that is hidden more surely counts as if it were as sure as this."""
 
 NEAREST = 0.1
-"""How near a point is taken to come to the camera, as a share of the solid's distance."""
+"""Assumed least distance of a point from the camera, as a share of the solid's distance."""
 
 
 def pose_and_band(
