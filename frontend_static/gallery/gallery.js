@@ -125,7 +125,7 @@ function OwnFilterOffer() {
   const open = (/** @type {FilterPublic} */ { name, file, experiment }) =>
     html`<a class="button primary" href=${linkTo({ recipe: { experiment, tracker: name } })}>Open ${file}</a>`;
   const begin = html`<div class="own-commands">
-    <pre tabindex="0" aria-label="Commands">${COMMANDS}</pre>
+    <pre>${COMMANDS}</pre>
     ${h(CopyButton, { label: "Copy", text: COMMANDS, what: "the commands" })}
   </div>`;
   const hasFiles = files.value.length > 0;

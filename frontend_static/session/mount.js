@@ -309,12 +309,13 @@ export class Mounted {
     if (!this.scene) return;
     this.scene.follow(this);
     const over = build("div", { class: "made" });
-    this.scene.root.append(over);
+    // The card of a loss is read before the switch of views, above which it lies.
+    this.scene.root.lastElementChild?.before(over);
     renderIn(over, h(() => html`
+      ${loss && h(LostCard, { loss })}
       <div class="scene-notes">${h(OnTheWay, { view: this })}</div>
       ${h(WatchNote, { view: this })}
       ${h(SpokenFrame, { view: this })}
-      ${loss && h(LostCard, { loss })}
       ${this.laid.value}
     `, {}), this.signal);
   }

@@ -198,7 +198,7 @@ export class Scene {
     const onSeen = () => (this.#shows.value = true);
     const { isBare } = this.#options;
     this.#view = kind === "flat" ? this.#flatView(onSeen, signal) : new SpatialScene(this.#id, { isFresh, isBare, onSeen }, signal);
-    this.#over.before(this.#view.element);
+    this.root.prepend(this.#view.element);
     this.#kind.value = kind;
     const mounted = this.#mounted.peek();
     if (mounted) this.follow(mounted);

@@ -68,7 +68,7 @@ export async function guide(view, name) {
     rememberTour(how);
     leaveAddress();
     end.abort();
-    /** @type {HTMLElement|null} */ (document.querySelector(".session-view"))?.focus({ preventScroll: true });
+    /** @type {HTMLElement|null} */ (document.querySelector(".session-view .play"))?.focus({ preventScroll: true });
   };
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !dialogIsOpen() && !event.defaultPrevented) leave("left");
@@ -89,7 +89,6 @@ export async function guide(view, name) {
  */
 async function lead({ store, steering }, tour, signal, leave) {
   const show = callout(signal);
-  const come = (/** @type {() => unknown} */ holds) => until(holds, signal);
   const step = (/** @type {number} */ number) => html`<span class="step">Step ${number} of 3</span>`;
   const way = html`<button type="button" class="quiet leave" title="Leave the tour (escape)" onClick=${() => leave("left")}>Leave the tour</button>`;
   const finish = html`<button type="button" class="primary" onClick=${() => leave("done")}>${h(Icon, { name: "check" })}Finish</button>`;
@@ -100,7 +99,7 @@ async function lead({ store, steering }, tour, signal, leave) {
     await steering.slowDown();
     const words = html`<p>${tour.begin}</p><p>Press <strong>Play</strong>, and watch the points.</p>`;
     await show(".play", "A tracker at work", words, [step(1), way]);
-    await come(() => store.known.playing || store.known.position > 0);
+    await until(() => store.known.playing || store.known.position > 0, signal);
   }
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
@@ -108,7 +107,7 @@ async function lead({ store, steering }, tour, signal, leave) {
     const words = `Watch the ${target}, and the points. This line rates the tracker; the run stops at the next event.`;
     await show(".verdict", "It runs", html`<p>${words}</p>`, [step(2), way], false);
   }
-  await come(() => isLost() || steering.isAtEnd);
+  await until(() => isLost() || steering.isAtEnd, signal);
   await steering.pause();
   const since = lostSince();
   if (since === null) {
@@ -121,7 +120,7 @@ async function lead({ store, steering }, tour, signal, leave) {
     <p>Press <strong>Go to frame</strong> in it, to go back to where the tracker still holds the ${target}.</p>
   `;
   await show(".lost-card", "Lost", words, [step(2), way]);
-  await come(() => store.known.position < since);
+  await until(() => store.known.position < since, signal);
 
   const plot = `.plots [data-panel="${CSS.escape(tour.plot)}"]`;
   // The plot may be folded.

@@ -29,7 +29,7 @@ export function Status({ view: { store }, ask = null }) {
   const error = reading && row && row.error !== null ? readingWords(reading, row, session) : "";
   return html`
     <div class="verdict-row">
-      <p class="verdict" data-kind=${kind}>${text}</p>
+      <p class="verdict" data-kind=${kind}>${text || (error && reading?.title)}</p>
       <span class="verdict-error">${error}</span>
       ${ask}
     </div>

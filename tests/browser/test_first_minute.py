@@ -64,6 +64,7 @@ def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Se
     tour.stands_at(16)
     tour.press_by_keyboard(why.get_by_role("button", name="Finish"))
     page.locator(".callout").wait_for(state="detached")
+    assert page.evaluate("document.activeElement.matches('.play')")
     assert page.evaluate(REMEMBERED) == "done"
     assert "tour" not in page.url
     page.keyboard.press("?")

@@ -231,6 +231,8 @@ export class Loss {
     const { store } = this.view;
     const [found, report] = [this.exploration.found.peek(), this.report.peek()];
     if (found === null || report === null) return;
+    // The card closes.
+    /** @type {HTMLElement|null|undefined} */ (this.view.scene?.root.closest(".session-view")?.querySelector(".play"))?.focus({ preventScroll: true });
     if (this.isAway.peek() === false) this.isAway.value = null;
     if (found.branch !== store.known.branch) await steer(store, { kind: "activate", branch: found.branch });
     const made = await steer(store, { kind: "branch", frame: report.begin, values, seed, title });

@@ -184,11 +184,12 @@ const TABS = /** @type {const} */ ([{ value: "why", words: "Why?" }, { value: "w
 export function Beside({ loss }) {
   const { tab: shown, view: { card } } = loss;
   const root = useRef(/** @type {HTMLElement|null} */ (null));
-  useEffect(() => root.current?.scrollIntoView({ block: "nearest" }), [shown]);
+  // It is read next, while keys continue to steer the session; the card with the pressed button has closed.
+  useEffect(() => root.current?.focus(), [shown === null]);
   if (shown === null) return null;
   const close = () => {
-    // Keys continue to steer the session.
-    /** @type {HTMLElement|null|undefined} */ (root.current?.closest(".session-view"))?.focus({ preventScroll: true });
+    // Keys steer the session from there, too.
+    /** @type {HTMLElement|null|undefined} */ (root.current?.closest(".session-view")?.querySelector(".play"))?.focus({ preventScroll: true });
     card.value = null;
   };
   const press = (/** @type {KeyboardEvent} */ event) => {
@@ -198,7 +199,7 @@ export function Beside({ loss }) {
   };
   const options = TABS.filter(({ value }) => value === "why" || loss.offersChanges);
   const choose = (/** @type {string} */ wanted) => (card.value = wanted === "why" ? "why" : "what-if");
-  return html`<div ref=${root} class="beside" onKeyDown=${press}>
+  return html`<div ref=${root} class="beside" tabindex="-1" onKeyDown=${press}>
     <header>
       ${h(Segments, { label: "About the loss", options, value: shown, choose })}
       ${h(IconButton, { name: "close", title: "Back to the plots", run: close })}
