@@ -463,7 +463,7 @@ def what_if(
     loss, since = find_loss(run, frame)
     check_not_replayed(run, since)
     if since == 0:
-        raise RefusedError("the run begins with its target lost, so there is no earlier frame to change anything in")
+        raise RefusedError("the run begins with its target lost, so no earlier frame can be changed")
     trials = _Trials(run, _begin(run, since), since)
     tried = alternatives(run, trials.begin + 1, allow=allow)
     seeds = other_seeds(run.seed, rounds[-1])

@@ -184,7 +184,7 @@ def otb(
         )
     for score in scores:
         if score.grey:
-            output.note(f"pftrack: {score.name} is grey: only brightness and edges tell where its target is")
+            output.note(f"pftrack: {score.name} is grey: only brightness and edges show where its target is")
     rows = [{**score.as_dict(), "published": dict(published(score.name))} for score in scores]
     mean = fmean(fmean(score.success) for score in scores)
     if json:

@@ -21,7 +21,7 @@ ExportOut: TypeAlias = Annotated[
     typer.Option(
         "--export",
         metavar="FILE",
-        help="Write the run as a file of another kind; `show` lists them, told apart by suffix. May be repeated.",
+        help="Write the run as a file of another format, chosen by its suffix; `show` lists them. May be repeated.",
     ),
 ]
 
@@ -37,7 +37,7 @@ def export(
     ],
     to: Annotated[
         list[Path],
-        typer.Option("--to", metavar="FILE", help="File to write; its suffix says the kind. May be repeated."),
+        typer.Option("--to", metavar="FILE", help="File to write; its suffix selects the format. May be repeated."),
     ],
     plot: Annotated[
         str | None, typer.Option(metavar="ID", help="The one plot that pictures show (default: all).")

@@ -242,7 +242,7 @@ def _refuse_options(said: FootageOptions) -> None:
     options = {**{option: text for option, _, text in said.marks}, "--start": said.start, "--truth": said.truth}
     for name, given in options.items():
         if given is not None:
-            raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
+            raise wrong_use(f"{name} needs --video: a simulated scene has its own start and truth")
 
 
 def _demand_mark(experiment: "Experiment", said: FootageOptions, footage: "Footage", kinds: Sequence[str]) -> None:

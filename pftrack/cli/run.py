@@ -190,7 +190,7 @@ def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
     foreign = [name for name in preset.parameters if name not in known]
     if foreign:
         raise output.wrong_use(
-            f"the preset {preset.name} is of the simulated scene: a recording has no {', '.join(foreign)}"
+            f"the preset {preset.name} belongs to the simulated scene: a recording has no {', '.join(foreign)}"
         )
     return preset.parameters
 

@@ -260,9 +260,7 @@ def check(
     with output.reading(file):
         named = exercise or exercise_named_in(read_source(file))
     if named is None:
-        raise output.wrong_use(
-            f"{file} has no line EXERCISE = ..., by which it says what it answers; name it with --exercise"
-        )
+        raise output.wrong_use(f"{file} has no line EXERCISE = ..., which names its exercise; name it with --exercise")
     wanted = _exercise(named, exercises)
     with output.compiling(), output.progress("checks") as tick:
         report = check_file(wanted, file, seed=first, told=tick)

@@ -273,7 +273,7 @@ def _refuse(*_: object) -> NoReturn:
 def _out_of_memory_or(error: av.FFmpegError, sentence: str) -> Exception:
     if isinstance(error, MemoryError):
         return MemoryError()
-    return RefusedError(f"{sentence}, so that it cannot be read; expected {ALLOWED}")
+    return RefusedError(f"{sentence}, so it cannot be read; expected {ALLOWED}")
 
 
 # Frames are counted; a tracker steps from one to the next. Their times give speeds on a screen, and identify frames

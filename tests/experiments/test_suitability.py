@@ -226,7 +226,7 @@ def test_a_window_is_compared_with_those_around_it() -> None:
     found = by_window(painted((200, 50, 50), (110, 110, 110)), DISC)
     assert found.grade == "no verdict"
     assert found.value > 0.9
-    assert "says nothing about this tracker" in found.remark
+    assert "is not informative for this tracker" in found.remark
     assert found.advice == ()
     step = 120 / len(found.likelihood)
     assert np.unravel_index(int(found.likelihood.argmax()), found.likelihood.shape) == pytest.approx(

@@ -282,7 +282,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
             # The other remarks concern a hand that is the wrong way round.
             advice = ["the marks fit better the other way round, with the thumb at the other end"]
     if seen < len(TIPS):
-        advice.append("begin with a picture in which all five fingers are spread, which tells how long they are")
+        advice.append("begin with a picture in which all five fingers are spread, which shows their lengths")
     return Suitability(value, remark, tuple(advice), better)
 
 

@@ -465,7 +465,7 @@ def _locate(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort)
     warnings: tuple[str, ...] = ()
     if seen < 2:
         what = "one eye was found" if seen else "no eyes were found"
-        warnings = (f"{what}, so that the points are placed by proportion; drag them to where they belong",)
+        warnings = (f"{what}, so the points are placed by proportion; drag them to where they belong",)
     points = place(model, {"reye": eyes[0], "leye": eyes[1]})
     if seen == 2:
         points = refine_points(grey, points, model)

@@ -387,7 +387,7 @@ def _angle(grey: NDArray[np.uint8], points: Floats) -> _Reason:
     except RefusedError:
         face = None
     if face is None or not face.eyes_seen:
-        missing = "the finder does not recognise it, so that it is not found again once it is lost"
+        missing = "the finder does not recognise it, so it cannot be found again once lost"
         return _Reason(UNKNOWN, missing, "a picture in which the face looks into the camera, well lit, would help")
     if face.eyes_seen == 1:
         return _Reason(ONE_EYE, "one eye is seen", "a picture in which both eyes are seen would help")

@@ -273,7 +273,7 @@ TRACKERS: dict[str, Tracker] = {
 
 SHARPNESS = 50.0
 """Lambda for which the grades were set, of a window without parts; trackers may have another."""
-UNTOLD = "which says nothing about this tracker: of 94 starts on real clips with 15 % or less, 18 were lost"
+UNTOLD = "which is not informative for this tracker: 18 of 94 starts on real clips with 15 % or less were lost"
 """Reason for "no verdict", as `benchmarks/suitability.py` counts."""
 STEPS_A_WINDOW = 6
 """Number of places examined along the shorter side of a window."""

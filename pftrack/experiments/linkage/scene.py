@@ -415,7 +415,7 @@ class LinkageSource:
         parameters = history.at(index)
         target = self.target(index)
         if target.landmarks is None:
-            raise RuntimeError("a simulated chain knows its points")
+            raise RuntimeError("the points of a simulated chain are known")
         true_px = target.landmarks.points_px
         left, right = strip(parameters, self.size[0])
         visible = ~((left <= true_px[:, 0]) & (true_px[:, 0] < right))

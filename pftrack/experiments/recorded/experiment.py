@@ -124,7 +124,7 @@ def _caption(step: Step) -> str:
     if beliefs.others:
         parts += [f"target {beliefs.selected.target}", f"{row.number('targets'):g} targets"]
     if not beliefs.present:
-        parts.append("nothing said in this frame")
+        parts.append("no record in this frame")
     overlap = row.number("overlap")
     if np.isfinite(overlap):
         parts.append(f"overlap {overlap:.2f}")

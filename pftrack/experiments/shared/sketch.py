@@ -438,7 +438,7 @@ def remark(grade: Grade, found: Separation, why: str) -> str:
     share = f"{100 * found.around / found.on:.0f} % as likely as" if found.contrast > 0.0 else "at least as likely as"
     verdict = grade if grade == "no verdict" else f"separates {grade}"
     said = f"{verdict}: what is around the target is {share} the target itself"
-    said += {"no verdict": f", {why}", "not at all": ", so that nothing holds the tracker to it"}.get(grade, "")
+    said += {"no verdict": f", {why}", "not at all": ", so nothing keeps the tracker on it"}.get(grade, "")
     if found.alike >= MUCH:
         said += f"; {100 * found.alike:.0f} % of the rest of the picture looks like it"
     return said

@@ -311,7 +311,7 @@ class TracksSource:
         parameters = history.at(index)
         target = self._target(_theta(index, history), parameters)
         if target.landmarks is None:
-            raise RuntimeError("a simulated body knows its points")
+            raise RuntimeError("the points of a simulated body are known")
         stream = Stream(self._seed, index, Purpose.SCENE)
         count = len(self.body.points)
         noise, gone, slips = stream.standard_normal((count, 2)), stream.random(count), stream.random(count)

@@ -117,7 +117,7 @@ def believed_file(run: Run, form: Form) -> bytes:
         ConflictError: It believes in none.
     """
     boxes = _of_states(run) if run.experiment.boxes is not None else _of_rows(run)
-    return _file(run, form, boxes, "no frame has a box that is believed")
+    return _file(run, form, boxes, "no frame has a believed box")
 
 
 def true_file(run: Run, form: Form) -> bytes:

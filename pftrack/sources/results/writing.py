@@ -244,7 +244,7 @@ def _tracks(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iterat
         told.append("Annotations have no track_id: all are of one target, as no image has two.")
         return iter([1] * len(images))
     if None in tracks:
-        told.append("Annotations without a track_id have a target of their own each.")
+        told.append("Each annotation without a track_id has its own target.")
     free = itertools.count(max((track for track in tracks if track is not None), default=0) + 1)
     return iter([next(free) if track is None else track for track in tracks])
 

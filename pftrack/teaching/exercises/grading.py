@@ -276,7 +276,7 @@ def _read(path: Path, exercises: Mapping[str, Exercise], exercise: str | None) -
     named = exercise or exercise_named_in(text)
     if named is None or named not in exercises:
         said = f"it names the exercise {named}, which there is not" if named else "it has no line EXERCISE = ..."
-        raise ValueError(f"Which exercise it answers is not known: {said}.")
+        raise ValueError(f"Its exercise is unknown: {said}.")
     return exercises[named], tracker, text
 
 

@@ -112,5 +112,5 @@ def _check_skeleton(skeleton: str, head: ExerciseHead, document: Document, found
         message = "the text ends with the file to begin with, between ```python and ```"
         found.problems.append(DocumentError(document.text_line, message))
     elif exercise_named_in(skeleton) != head.id:
-        message = f'the file to begin with has a line EXERCISE = "{head.id}", by which a file tells what it answers'
+        message = f'the file to begin with has a line EXERCISE = "{head.id}", which names its exercise'
         found.problems.append(DocumentError(document.text_line, message))

@@ -184,7 +184,7 @@ def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, t
     lesson: Lesson | None = found.attempt(("figure",), lambda: find_lesson(str(head.figure)))
     for name in OF_A_RUN:
         if name in head.model_fields_set:
-            found.add((name,), f"`{name}` is of an experiment; a figure has `parameters` and `seed`, all unlocked")
+            found.add((name,), f"`{name}` belongs to an experiment; a figure has `parameters` and `seed`, all unlocked")
     if lesson is None:
         return None, ()
     if not isinstance(lesson.body, Demonstration):
@@ -265,7 +265,7 @@ def check_question(head: Head, body: Scenario | Demonstration | None, found: Fin
     if not asked.bounds[0] < asked.bounds[1]:
         found.add(("question", "bounds"), "`question.bounds` must be [lowest, highest]")
     if asked.kind != "choice" and not asked.tolerance:
-        found.add(("question",), "`question.tolerance` is missing: say by how much an answer may be off and be right")
+        found.add(("question",), "`question.tolerance` is missing: state the largest error of a right answer")
     _check_choices(head, found)
     if (asked.kind == "point") != bool(asked.panel) or (asked.kind == "point" and isinstance(body, Scenario)):
         found.add(("question", "kind"), "a point is placed in a `panel` of a `figure`; a run is asked for a number")
