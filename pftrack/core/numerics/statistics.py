@@ -270,6 +270,8 @@ def rank_sum(first: ArrayLike, second: ArrayLike) -> RankSum:
     x, y = (values[~np.isnan(values)] for values in (np.asarray(it, dtype=np.float64) for it in (first, second)))
     if not (len(x) and len(y)):
         return RankSum(np.nan, np.nan, np.nan)
+    if np.ptp(np.concatenate([x, y])) == 0.0:  # nothing differs, but SciPy 1.18 divides by the variance of the ranks
+        return RankSum(1.0, 0.5, 0.0)
     found = scipy.stats.mannwhitneyu(x, y, alternative="two-sided")
     superiority = 1.0 - float(found.statistic) / (len(x) * len(y))
     return RankSum(float(found.pvalue), superiority, 2 * superiority - 1)
