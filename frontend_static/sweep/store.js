@@ -216,7 +216,6 @@ function roundUp(value) {
  * @property {string} second
  * @property {string} level
  * @property {string} correction "none" or "holm"
- * @property {string} test "chi-square" or "fisher"
  */
 
 /** @typedef {{i: number, j: number, tracker: string|null, nth: number}} Chosen A cell, the tracker of its map, and how many were chosen with it. */
@@ -241,7 +240,7 @@ const COMPARE_EVERY_MS = 1000;
 const REFUSED = 4422;
 export const NO_AXIS = "none";
 /** Defaults of an address; an empty one is the sweep's first. */
-const USUAL = { show: "values", of: "", x: "", y: "", first: "", second: "", level: "0.01", correction: "none", test: "chi-square" };
+const USUAL = { show: "values", of: "", x: "", y: "", first: "", second: "", level: "0.01", correction: "none" };
 
 /** The present sweep. */
 export const newest = signal(/** @type {SweepPublic|null} */ (null));

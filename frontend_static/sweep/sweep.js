@@ -40,11 +40,7 @@ const SINGLE = [
 ];
 const COMPARED = [
   { value: "difference", words: "Difference", hint: "One tracker's rate, error or measure minus another's" },
-  { value: "significance", words: "Significance", hint: "Cells in which a test finds a difference between two trackers" },
-];
-const TESTS = [
-  { value: "chi-square", words: "chi-square" },
-  { value: "fisher", words: "Fisher exact" },
+  { value: "significance", words: "Significance", hint: "Cells in which two trackers differ on the same scenes (McNemar's test of success, signed-rank test of errors and measures)" },
 ];
 const LEVELS = ["0.05", "0.01", "0.001"].map((value) => ({ value, words: `${100 * Number(value)} %` }));
 
@@ -184,7 +180,6 @@ function eitherOf(view, one, other) {
 function Significance({ view }) {
   const isHolm = view.correction === "holm";
   return html`
-    ${view.of === "success" && h(Select, { label: "Test", options: TESTS, value: view.test, choose: (test) => look({ test }) })}
     ${h(Select, { label: "Level", options: LEVELS, value: view.level, choose: (level) => look({ level }) })}
     <label class="check" title="Holm's correction: the level holds for the whole map, not for each single cell">
       <input type="checkbox" checked=${isHolm} onChange=${() => look({ correction: isHolm ? "none" : "holm" })} />Holm

@@ -310,7 +310,7 @@ def _count_tested(maps: Maps) -> Findings:
     for other, (kind, name) in product(("s-spf", "pc-pf"), by_test.items()):
         quantity = quantity_named(maps.methods.plan, name)
         values = samples(maps.methods, quantity, RADIUS, WIDTH)
-        codes = compare_methods(quantity, found, values, "h-spf", other).significance().codes
+        codes = compare_methods(quantity, found, values, "h-spf", other, test="chi-square").significance().codes
         better, worse = (int((codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))
         yield REFERENCES.judge("map-cells", better, other, kind, holds=better > 20 * max(worse, 1))
 

@@ -8,13 +8,14 @@ same on a sweep's page, in its report, and for code that uses the library.
 
 Two trackers are compared by one quantity, cell by cell. A map shows the difference of the means. Both trackers saw the
 same scenes, so the difference within pairs of runs, scene by scene, is more precise than either mean; its interval
-shows the precision. The tests are those of Bando 2007, ch. 3 sections 3.1 and 3.2: of success by counts, of everything
-else by ranks.
+shows the precision. The tests are of these pairs: McNemar's of success, the signed-rank test of all else. Those of
+Bando 2007, ch. 3 sections 3.1 and 3.2, chi-square and rank-sum, take runs for independent; his figures need them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import partial
 from itertools import pairwise
 from typing import Any, Literal, TypeAlias
 
@@ -131,7 +132,6 @@ def floats(column: arrow.Array) -> Floats:
 CONFIDENCE = 0.95
 
 Correction: TypeAlias = Literal["none", "holm"]
-Test: TypeAlias = Literal["chi-square", "fisher"]
 
 
 class Code(IntEnum):
@@ -183,12 +183,10 @@ class Significance:
     Attributes:
         codes: Values of `Code`.
         p_values: As tested, adjusted if a correction was asked for; NaN where not applicable.
-        effect: Difference of the success rates, or rank-biserial correlation; positive where the first is better.
     """
 
     codes: NDArray[np.uint8]
     p_values: Floats
-    effect: Floats
 
 
 def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -> dict[str, CellMap]:
@@ -219,44 +217,6 @@ def summary(result: Result) -> dict[str, Any]:
         "success_rate": sum(successes.values()) / total if total else None,
         "success_rate_by_tracker": {name: successes[name] / count if count else None for name, count in judged.items()},
     }
-
-
-def significance(
-    first: CellMap, second: CellMap, *, level: float = 0.01, correction: Correction = "none", test: Test = "chi-square"
-) -> Significance:
-    """Mark the cells in which one tracker succeeds more often than another.
-
-    Args:
-        first: Cells of one.
-        second: Cells of the other, on the same axes.
-        level: Level of significance.
-        correction: "holm" for the whole map at the level, "none" for every cell by itself, as Bando has it.
-        test: "chi-square" as in Bando 2007, "fisher" for small counts too.
-    """
-    tested = statistics.chi_square if test == "chi-square" else statistics.fisher_exact
-    p_values = tested(first.successes, first.judged, second.successes, second.judged)
-    return code_significance(p_values, first.rate - second.rate, level=level, correction=correction)
-
-
-def code_significance(
-    p_values: Floats, effect: Floats, *, level: float = 0.01, correction: Correction = "none"
-) -> Significance:
-    """Mark the cells in which one tracker is better, from the results of a test.
-
-    Args:
-        p_values: P value of each cell; NaN where the test is not applicable.
-        effect: Positive where the first is better.
-        level: Level of significance.
-        correction: See `significance`.
-    """
-    if correction == "holm":
-        p_values = statistics.holm(p_values)
-    codes = np.full(p_values.shape, Code.NOT_SIGNIFICANT, dtype=np.uint8)
-    codes[np.isnan(p_values)] = Code.NOT_APPLICABLE
-    significant = p_values < level
-    codes[significant & (effect > 0)] = Code.FIRST_BETTER
-    codes[significant & (effect < 0)] = Code.SECOND_BETTER
-    return Significance(codes, p_values, effect)
 
 
 def _map(counts: Counts, tracker: int) -> CellMap:
@@ -411,9 +371,15 @@ def samples(result: Result, quantity: Quantity, x: str | None, y: str | None = N
     )
 
 
-UsedTest: TypeAlias = Literal["chi-square", "fisher", "rank-sum"]
+UsedTest: TypeAlias = Literal["chi-square", "fisher", "rank-sum", "mcnemar", "signed-rank"]
+"""Tests; Fisher's is a name of earlier versions, to which McNemar's, exact as well, answers."""
 
-TEST_TITLES: dict[UsedTest, str] = {"chi-square": "Chi-square", "fisher": "Fisher's exact", "rank-sum": "Rank-sum"}
+TEST_TITLES: dict[UsedTest, str] = {
+    "mcnemar": "Exact McNemar",
+    "signed-rank": "Signed-rank",
+    "chi-square": "Chi-square",
+    "rank-sum": "Rank-sum",
+}
 """Names of the tests; "test" follows."""
 
 
@@ -463,9 +429,15 @@ class Comparison:
 
         Args:
             level: Level of significance.
-            correction: "holm" for the whole map at the level, "none" for every cell by itself.
+            correction: "holm" for the whole map at the level, "none" for every cell by itself, as Bando has it.
         """
-        return code_significance(self.p_values, self.effect, level=level, correction=correction)
+        p_values = statistics.holm(self.p_values) if correction == "holm" else self.p_values
+        codes = np.full(p_values.shape, Code.NOT_SIGNIFICANT, dtype=np.uint8)
+        codes[np.isnan(p_values)] = Code.NOT_APPLICABLE
+        significant = p_values < level
+        codes[significant & (self.effect > 0)] = Code.FIRST_BETTER
+        codes[significant & (self.effect < 0)] = Code.SECOND_BETTER
+        return Significance(codes, p_values)
 
 
 def compare(
@@ -475,12 +447,12 @@ def compare(
     first: str,
     second: str,
     *,
-    test: Test = "chi-square",
+    test: UsedTest = "mcnemar",
 ) -> Comparison:
     """Compare two trackers by a quantity.
 
-    Success is tested by its counts. Everything else is tested by the rank-sum test, the error over successful runs
-    alone, a measure over all runs that have it.
+    Runs on the same scenes are tested in pairs: success by McNemar's test, all else by the signed-rank test, the error
+    where both succeeded, a measure where both have it. Bando's tests, on request, have all runs of both.
 
     Args:
         quantity: Quantity of the sweep.
@@ -488,7 +460,7 @@ def compare(
         samples: The quantity's, on the same axes.
         first: Name of one tracker.
         second: Name of the other.
-        test: Test of success: "chi-square" as in Bando 2007, "fisher" for small counts too.
+        test: Test: "chi-square" or "rank-sum" for those of Bando 2007, any other for the paired ones.
 
     Raises:
         SweepError: The sweep has no such tracker.
@@ -496,41 +468,45 @@ def compare(
     for name in (first, second):
         if name not in maps:
             raise SweepError(f"the sweep has no tracker {name!r}; it has {', '.join(maps)}")
-    difference = quantity.gain(quantity.means(maps[first]), quantity.means(maps[second]))
-    paired = _pair(quantity, samples, first, second)
+    one, other = maps[first], maps[second]
+    difference = quantity.gain(quantity.means(one), quantity.means(other))
+    pairs = [*map(_on_the_same, *(it[name] for name in (first, second) for it in (samples.values, samples.scenes)))]
+    gains = [quantity.gain(*pair) for pair in pairs]
+    won, lost = (np.array([int((sign * each > 0).sum()) for each in gains]).reshape(samples.shape) for sign in (1, -1))
+    paired = _paired(quantity, gains, won, lost)
+    made = partial(Comparison, quantity, first, second, difference, paired)
+    is_published = test in {"chi-square", "rank-sum"}
+    if quantity.name == "success" and is_published:
+        counts = (one.successes, one.judged, other.successes, other.judged)
+        return made("chi-square", statistics.chi_square(*counts), difference)
     if quantity.name == "success":
-        counted = significance(maps[first], maps[second], test=test)
-        return Comparison(quantity, first, second, difference, paired, test, counted.p_values, counted.effect)
+        return made("mcnemar", np.where(paired.pairs > 0, statistics.mcnemar(won, lost), np.nan), paired.mean)
+    ranked = statistics.signed_rank
+    if is_published:
+        pairs, ranked = [*zip(samples.values[first], samples.values[second], strict=True)], statistics.rank_sum
+    found = [ranked(*pair) for pair in pairs]
     # The effect is positive where the first values are smaller.
-    found = [statistics.rank_sum(*pair) for pair in zip(samples.values[first], samples.values[second], strict=True)]
     p_values, effect = (
         np.array([getattr(each, name) for each in found]).reshape(samples.shape)
         for name in ("p_value", "rank_biserial")
     )
     effect = -effect if quantity.better == "higher" else effect
-    return Comparison(quantity, first, second, difference, paired, "rank-sum", p_values, effect)
+    return made("rank-sum" if is_published else "signed-rank", p_values, effect)
 
 
-def _pair(quantity: Quantity, samples: Samples, first: str, second: str) -> Paired:
-    gains = [
-        quantity.gain(one[in_one], other[in_other])
-        for one, other, (_, in_one, in_other) in zip(
-            samples.values[first],
-            samples.values[second],
-            map(_common, samples.scenes[first], samples.scenes[second]),
-            strict=True,
-        )
-    ]
-    pairs = np.array([len(each) for each in gains], dtype=np.int64)
-    mean = np.array([each.mean() if len(each) else np.nan for each in gains])
+def _on_the_same(first: Floats, scenes: Ints, second: Floats, other_scenes: Ints) -> tuple[Floats, Floats]:
+    """Return the values of runs on the scenes that both lists have."""
+    _, in_first, in_second = np.intersect1d(scenes, other_scenes, assume_unique=True, return_indices=True)
+    return first[in_first], second[in_second]
+
+
+def _paired(quantity: Quantity, gains: Sequence[Floats], won: Ints, lost: Ints) -> Paired:
+    pairs = np.array([len(each) for each in gains], dtype=np.int64).reshape(won.shape)
+    mean = np.array([each.mean() if len(each) else np.nan for each in gains]).reshape(won.shape)
     if quantity.name == "success":
-        only_first, only_second = (np.array([int((sign * each > 0).sum()) for each in gains]) for sign in (1, -1))
-        low, high = statistics.paired_rate_interval(only_first, only_second, pairs, CONFIDENCE)
-    else:
-        deviation = np.array([_deviation(each) for each in gains])
-        low, high = statistics.paired_mean_interval(mean, deviation, pairs, CONFIDENCE)
-    shape = samples.shape
-    return Paired(mean.reshape(shape), low.reshape(shape), high.reshape(shape), pairs.reshape(shape))
+        return Paired(mean, *statistics.paired_rate_interval(won, lost, pairs, CONFIDENCE), pairs)
+    deviation = np.array([_deviation(each) for each in gains]).reshape(won.shape)
+    return Paired(mean, *statistics.paired_mean_interval(mean, deviation, pairs, CONFIDENCE), pairs)
 
 
 def _deviation(values: Floats) -> float:
@@ -538,9 +514,3 @@ def _deviation(values: Floats) -> float:
         return np.nan
     # Differences of shares that are equal differ in their last digits.
     return 0.0 if np.allclose(values, values[0], rtol=1e-9, atol=1e-12) else float(values.std(ddof=1))
-
-
-def _common(first: Ints, second: Ints) -> tuple[Ints, Ints, Ints]:
-    """Return the numbers that two lists have in common, and where they are in each."""
-    numbers, in_first, in_second = np.intersect1d(first, second, assume_unique=True, return_indices=True)
-    return numbers, in_first, in_second

@@ -40,7 +40,7 @@ describe("what of a sweep is shown", () => {
   const shown = (query) => viewOf(wishOf(new URLSearchParams(query)), sweep, cells).view;
 
   it("comes back from the address that names it", () => {
-    const query = "show=significance&of=error&x=a&y=none&first=p&second=q&level=0.001&correction=holm&test=fisher";
+    const query = "show=significance&of=error&x=a&y=none&first=p&second=q&level=0.001&correction=holm";
     assert.equal(queryOf(wishOf(new URLSearchParams(query))).toString(), query);
     assert.equal(queryOf(wishOf(new URLSearchParams())).size, 0);
     assert.deepEqual(queryOf(shown(query)).toString(), query);

@@ -7,16 +7,17 @@ import pytest
 
 from pftrack.core.numerics.statistics import (
     chi_square,
-    fisher_exact,
     holm,
+    mcnemar,
     paired_mean_interval,
     paired_rate_interval,
     rank_sum,
+    signed_rank,
     wilson,
 )
 from pftrack.sweep import Comparison, Plan, Result, compare
 from pftrack.sweep.axis import SweepError
-from pftrack.sweep.cells import CellMap, Code, cells, count, quantities, quantity_named, samples, significance
+from pftrack.sweep.cells import Code, cells, count, quantities, quantity_named, samples
 
 X, Y = "occlusion_width_px", "distracter_radius_px"
 
@@ -72,36 +73,15 @@ def test_an_impossible_map_is_refused(x: str, y: str | None, reason: str, finish
         cells(finished, x, y)
 
 
-def of_counts(successes: list[int], runs: int) -> CellMap:
-    """Cells in a row with given successes."""
-    k = np.array([successes])
-    n = np.full_like(k, runs)
-    nothing = np.full(k.shape, np.nan)
-    return CellMap(None, None, n, n, k, k / n, nothing, nothing, nothing, nothing, 0 * n)
-
-
-def test_four_codes_say_which_is_better() -> None:
-    """First better, second better, not significant, and not applicable where too little is expected."""
-    first, second = of_counts([90, 10, 50, 0, 1], 100), of_counts([50, 60, 52, 0, 3], 100)
-    found = significance(first, second)
-    assert found.codes.tolist() == [
-        [Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_SIGNIFICANT, Code.NOT_APPLICABLE, Code.NOT_APPLICABLE]
-    ]
-    expected = chi_square(first.successes, first.runs, second.successes, second.runs)
-    assert found.p_values == pytest.approx(expected, nan_ok=True)
-    assert found.effect[0] == pytest.approx([0.4, -0.5, -0.02, 0.0, -0.02])
-
-
-def test_holm_is_stricter_and_fisher_is_always_applicable() -> None:
-    """A cell that passes by itself may fail in its map; small counts are tested exactly."""
-    first, second = of_counts([62, 50, 50, 1], 100), of_counts([43, 51, 49, 3], 100)
-    alone, corrected = (significance(first, second, correction=it) for it in ("none", "holm"))
-    assert alone.codes[0, 0] == Code.FIRST_BETTER
-    assert corrected.codes[0, 0] == Code.NOT_SIGNIFICANT
-    assert corrected.p_values == pytest.approx(holm(alone.p_values), nan_ok=True)
-    exact = significance(first, second, test="fisher")
-    assert exact.codes[0, 3] == Code.NOT_SIGNIFICANT
-    assert exact.p_values == pytest.approx(fisher_exact(first.successes, first.runs, second.successes, second.runs))
+def test_four_codes_say_which_is_better(finished: Result) -> None:
+    """First better, second better, not significant, and not applicable; Holm's correction is stricter."""
+    p_values, effect = np.array([[0.001, 0.002, 0.3, np.nan, 0.009]]), np.array([[0.4, -0.5, -0.02, 0.0, 0.1]])
+    pair = replace(compared(finished, "success", X), p_values=p_values, effect=effect)
+    found, corrected = (pair.significance(correction=it) for it in ("none", "holm"))
+    first, second, none, untested = Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_SIGNIFICANT, Code.NOT_APPLICABLE
+    assert found.codes.tolist() == [[first, second, none, untested, first]]
+    assert corrected.codes.tolist() == [[first, second, none, untested, none]]
+    assert corrected.p_values == pytest.approx(holm(p_values), nan_ok=True)
 
 
 # Comparisons: two trackers by any quantity, from the rows that a cell pools.
@@ -150,32 +130,45 @@ def test_a_difference_is_positive_where_the_first_is_better(finished: Result, pl
         assert shown == pytest.approx(tuple(map(float, ends)), nan_ok=True)
 
 
-@pytest.mark.parametrize("name", [name for name in SIGNS if name != "success"])
-def test_all_but_success_is_tested_by_ranks(finished: Result, plan: Plan, name: str) -> None:
-    """Each cell's rank-sum test has the values of its runs, errors of the successful ones alone."""
+@pytest.mark.parametrize("name", SIGNS)
+def test_runs_on_the_same_scenes_are_tested_in_pairs(finished: Result, plan: Plan, name: str) -> None:
+    """Success by McNemar's test, all else by the signed-rank test, and errors where both succeeded."""
     found = compared(finished, name, X)
     column = {"error": "mean_error"}.get(name, name)
     rows = [row for row in finished.table.to_pylist() if name != "error" or row["success"]]
-    assert found.test == "rank-sum"
+    assert found.test == ("mcnemar" if name == "success" else "signed-rank")
     codes = found.significance(0.3).codes[0]
     for place, width in enumerate(plan.axis(X).values):
-        first, second = ([r[column] for r in rows if (r["tracker"], r[X]) == (it, width)] for it in TRACKERS)
-        tested = rank_sum(first, second)
-        assert found.p_values[0, place] == pytest.approx(tested.p_value, nan_ok=True)
-        assert found.effect[0, place] == pytest.approx(-SIGNS[name] * tested.rank_biserial, nan_ok=True)
-        assert (codes[place] in {Code.FIRST_BETTER, Code.SECOND_BETTER}) == (tested.p_value < 0.3)
+        of = [
+            {(r[Y], r["seed"]): float(r[column]) for r in rows if (r["tracker"], r[X]) == (it, width)}
+            for it in TRACKERS
+        ]
+        first, second = (np.array([one[scene] for scene in of[0].keys() & of[1].keys()]) for one in of)
+        tested = signed_rank(first, second)
+        p_value = (
+            float(mcnemar((first > second).sum(), (first < second).sum())) if name == "success" else tested.p_value
+        )
+        effect = (first - second).mean() if name == "success" else -SIGNS[name] * tested.rank_biserial
+        assert found.p_values[0, place] == pytest.approx(p_value, nan_ok=True)
+        assert found.effect[0, place] == pytest.approx(effect, nan_ok=True)
+        assert (codes[place] in {Code.FIRST_BETTER, Code.SECOND_BETTER}) == (p_value < 0.3)
 
 
-def test_success_is_tested_by_its_counts(finished: Result) -> None:
-    """The codes are those of the cells' own test, by both tests and with Holm's correction."""
+def test_published_tests_take_runs_for_independent(finished: Result) -> None:
+    """They are the chi-square test of the counts and the rank-sum test of all values, for figures of others."""
     maps = cells(finished, X, Y)
-    quantity = quantity_named(finished.plan, "success")
-    values = samples(finished, quantity, X, Y)
-    for test in ("chi-square", "fisher"):
-        found = compare(quantity, maps, values, *TRACKERS, test=test)
-        for correction in ("none", "holm"):
-            expected = significance(*(maps[name] for name in TRACKERS), level=0.2, correction=correction, test=test)
-            assert (found.significance(0.2, correction).codes == expected.codes).all()
+    for name in ("success", "error"):
+        quantity = quantity_named(finished.plan, name)
+        values = samples(finished, quantity, X, Y)
+        found = compare(quantity, maps, values, *TRACKERS, test="chi-square")
+        first, second = (maps[it] for it in TRACKERS)
+        expected = chi_square(first.successes, first.judged, second.successes, second.judged).ravel()
+        if name == "error":
+            expected = np.array(
+                [rank_sum(*pair).p_value for pair in zip(*(values.values[it] for it in TRACKERS), strict=True)]
+            )
+        assert found.test == {"success": "chi-square", "error": "rank-sum"}[name]
+        assert found.p_values.ravel() == pytest.approx(expected, nan_ok=True)
     with pytest.raises(SweepError, match="no tracker 'apf'"):
         compare(quantity, maps, values, "apf", "h-spf")
 

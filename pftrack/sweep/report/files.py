@@ -266,8 +266,8 @@ def sheet(study: Study, quantity: Quantity) -> Figure:
     blocks = [_mean_block([study], quantity)]
     if study.pairs:
         blocks += [_difference_block(study, quantity), _significance_block(study, study.comparisons[quantity.name])]
-    if study.pairs and quantity.name == SUCCESS:  # small counts permit the exact test
-        blocks.append(_significance_block(study, study.exact, "holm"))
+        if quantity.name == SUCCESS:
+            blocks.append(_significance_block(study, study.comparisons[quantity.name], "holm"))
     return _map_stack(study, blocks)
 
 
@@ -277,8 +277,8 @@ def mean_maps(studies: Sequence[Study], quantity: Quantity) -> Figure:
 
 
 def significance_maps(study: Study, quantity: Quantity) -> Figure:
-    """Draw where one tracker is better by a quantity, each cell tested by itself, a map for every pair."""
-    return _map_stack(study, [_significance_block(study, study.comparisons[quantity.name])])
+    """Draw where one tracker is better by a quantity, each cell by Bando's tests by itself, a map for every pair."""
+    return _map_stack(study, [_significance_block(study, study.published(quantity))])
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,10 @@ from pftrack.sweep.cells import (
     Code,
     Comparison,
     Quantity,
-    Test,
+    UsedTest,
     cells,
     compare,
     quantities,
-    quantity_named,
     samples,
 )
 from pftrack.sweep.journal import Result
@@ -119,20 +118,14 @@ class Study:
         """Each pair, cell by cell, by name of the quantity."""
         return {it.name: self._compare(it, self.maps, *self.names) for it in self.quantities if self.pairs}
 
-    @cached_property
-    def exact(self) -> tuple[Comparison, ...]:
-        """Each pair by success, cell by cell, tested by Fisher's exact test, which small counts permit."""
-        return self._compare(quantity_named(self.result.plan, "success"), self.maps, *self.names, test="fisher")
+    def published(self, quantity: Quantity) -> tuple[Comparison, ...]:
+        """Return each pair, cell by cell, by the tests of Bando 2007, which take all runs for independent."""
+        return self._compare(quantity, self.maps, *self.names, test="chi-square")
 
     @cached_property
     def pooled(self) -> dict[str, tuple[Comparison, ...]]:
         """Each pair with all runs in one cell, by name of the quantity."""
         return {it.name: self._compare(it, self.totals, None, None) for it in self.quantities if self.pairs}
-
-    @cached_property
-    def pooled_exact(self) -> tuple[Comparison, ...]:
-        """The same with all runs in one cell."""
-        return self._compare(quantity_named(self.result.plan, "success"), self.totals, None, None, test="fisher")
 
     @cached_property
     def by_axis(self) -> dict[str, dict[str, CellMap]]:
@@ -144,7 +137,7 @@ class Study:
         return self.result.plan.wiring.trackers[tracker].title
 
     def _compare(
-        self, quantity: Quantity, maps: dict[str, CellMap], x: str | None, y: str | None, test: Test = "chi-square"
+        self, quantity: Quantity, maps: dict[str, CellMap], x: str | None, y: str | None, test: UsedTest = "mcnemar"
     ) -> tuple[Comparison, ...]:
         values = samples(self.result, quantity, x, y)
         return tuple(compare(quantity, maps, values, *pair, test=test) for pair in self.pairs)
@@ -271,11 +264,6 @@ def _compare(study: Study, quantity: Quantity) -> Table:
         (*_pair(pair), *_over_all(pooled), *_test_columns(study, pair, pooled))
         for pair, pooled in zip(study.comparisons[quantity.name], study.pooled[quantity.name], strict=True)
     ]
-    if quantity.name == "success":
-        rows += [
-            (*_pair(pair), "", "", "", *_test_columns(study, pair, pooled))
-            for pair, pooled in zip(study.exact, study.pooled_exact, strict=True)
-        ]
     columns = (
         "1 / 2",
         "difference",

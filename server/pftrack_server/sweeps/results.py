@@ -283,7 +283,7 @@ class Results:
         with self._lock:
             maps, result = self._maps(pair), self.result()
         values = samples(result, quantity, *pair)
-        found = compare(quantity, maps, values, first, second, test="fisher" if test == "fisher" else "chi-square")
+        found = compare(quantity, maps, values, first, second, test=test)
         tested = found.significance(level, correction)
         return ComparisonPublic(
             first=first,

@@ -115,7 +115,7 @@ async def show_cells(
     first: Method = None,
     second: Method = None,
     measure: Compared = "success",
-    test: UsedTest = "chi-square",
+    test: UsedTest = "mcnemar",
     level: Annotated[float, Query(gt=0, lt=1)] = 0.01,
     correction: Correction = "none",
 ) -> CellsPublic:

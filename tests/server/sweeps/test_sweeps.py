@@ -16,7 +16,7 @@ from websockets.sync.client import connect
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import compare, read_result
-from pftrack.sweep.cells import cells, quantity_named, samples, significance
+from pftrack.sweep.cells import cells, quantity_named, samples
 from pftrack_server.core.settings import Settings
 from pftrack_server.jobs.child_tasks import ChildTasks
 from tests.server.host import Server, error_of, running, steer
@@ -178,15 +178,20 @@ class TestLooking:
 
     def test_comparison(self, client: httpx.Client, url: str, result: Any) -> None:
         """One method against another is tested as the library tests it, with level, test and correction."""
-        query = {"first": "h-spf", "second": "pc-pf", "test": "fisher", "level": 0.05, "correction": "holm"}
+        query = {"first": "h-spf", "second": "pc-pf", "level": 0.05, "correction": "holm"}
         shown = client.get(f"{url}/cells", params=query).json()["comparison"]
-        known = cells(result, "occlusion_width_px", "distracter_radius_px")
-        expected = significance(known["h-spf"], known["pc-pf"], level=0.05, correction="holm", test="fisher")
+        axes = "occlusion_width_px", "distracter_radius_px"
+        quantity = quantity_named(result.plan, "success")
+        compared = compare(quantity, cells(result, *axes), samples(result, quantity, *axes), "h-spf", "pc-pf")
+        expected = compared.significance(0.05, "holm")
+        assert shown["test"] == "mcnemar"
         names = ["untested", "none", "first", "second"]
         assert shown["verdict"] == [names[code] for code in expected.codes.ravel()]
         assert shown["difference"] == pytest.approx(expected.effect.ravel().tolist(), abs=1e-5)
         by_error = client.get(f"{url}/cells", params={**query, "measure": "error"}).json()["comparison"]
-        assert by_error["test"] == "rank-sum"
+        assert by_error["test"] == "signed-rank"
+        earlier = client.get(f"{url}/cells", params={**query, "test": "chi-square"}).json()["comparison"]
+        assert earlier["test"] == "chi-square"
 
     @pytest.mark.parametrize("name", ["inside_share", "median_error_px"])
     def test_comparison_by_a_measure(self, client: httpx.Client, url: str, result: Any, name: str) -> None:
@@ -198,7 +203,7 @@ class TestLooking:
         means = cells(result, *axes)
         compared = compare(quantity, means, samples(result, quantity, *axes), "h-spf", "pc-pf")
         expected = compared.significance(0.2)
-        assert (shown["measure"], shown["test"]) == (name, "rank-sum")
+        assert (shown["measure"], shown["test"]) == (name, "signed-rank")
         assert shown["verdict"] == [["untested", "none", "first", "second"][code] for code in expected.codes.ravel()]
         apart = (means["h-spf"].measures[name] - means["pc-pf"].measures[name]).ravel()
         assert shown["difference"] == pytest.approx(apart if name == "inside_share" else -apart, rel=1e-5, abs=1e-9)
