@@ -9,6 +9,7 @@ comparisons (`pftrack.runs.comparison`) and viewers (`pftrack.output.exports.for
 """
 
 import json
+import warnings
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import Any, Literal
 from pftrack.core.files import read_source, read_text
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Footage, Recipe
-from pftrack.core.model.source import FrameSequence
+from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.refusal import ParameterError, RefusedError
 from pftrack.experiments import find, find_for
 from pftrack.experiments.experiment import Experiment
@@ -33,6 +34,7 @@ from pftrack.sources.formats import is_beliefs
 from pftrack.sources.limits import DEFAULT_LIMITS, LARGE_LIMITS, Limits
 from pftrack.sources.results.parts import Part, open_parts
 from pftrack.sources.sequence import open_sequence
+from pftrack.sources.truth import TruthKind, remarks_on
 
 __all__ = ["compare", "load", "record", "run"]
 
@@ -51,6 +53,7 @@ def run(
     box: Sequence[float] | None = None,
     start: int | None = None,
     truth: PathOrName | Mapping[int, Sequence[float]] | None = None,
+    truth_first_frame: int | None = None,
     large: bool = False,
     finish: bool = True,
     **parameters: Value,
@@ -63,16 +66,20 @@ def run(
         preset: Name of a starting point, with its tracker, parameters and seed.
         seed: Random seed (default 0).
         frames: Length; by default that of the recording or the experiment.
-        recording: A video, an animated GIF, a folder of pictures, a table of tracks or a recording of
+        recording: A video, an animated GIF, PNG or WebP, a folder of pictures, a table of tracks or a recording of
             beliefs; the simulated scene without.
         mark: The target in the picture `start`, as its kind writes it, such as {"kind": "box", "x": 80, ...}; it is
             looked for if not given, where that can be done.
         box: Short for a mark that is a box: x, y, width and height, px.
         start: Number of the first picture; by default the first with a truth, or 0.
         truth: Truth of the recording's pictures: a file, or values by number of the picture.
+        truth_first_frame: Number of that file's first frame; detected by default.
         large: Whether pictures may have up to 8K and files 16 GiB, which take time and memory.
         finish: Whether to compute all frames; else the run is at its frame 0.
         **parameters: Values of frame 0 by name, as the experiment declares them.
+
+    Warns:
+        UserWarning: How the recording and the file were read, where that could be otherwise, as the command says it.
 
     Raises:
         RefusedError: The experiment or the preset is unknown.
@@ -91,7 +98,8 @@ def run(
         if mark is not None or len(box) != 4:
             raise ParameterError("box", list(box), "x, y, width and height, and the only mark")
         mark = dict(zip(("kind", "x", "y", "width", "height"), ("box", *box), strict=True))
-    rows = truth if truth is None or isinstance(truth, Mapping) else _read_truth(wiring, Path(truth))
+    known = None if truth is None or isinstance(truth, Mapping) else _read_truth(wiring, Path(truth), truth_first_frame)
+    rows = truth if isinstance(truth, Mapping) else known and known.rows
     if start is None and rows and not (recipe.footage and mark is None):
         start = min(rows)
     said = {
@@ -102,8 +110,11 @@ def run(
         "footage": _footage(recipe.footage, recording, {"mark": mark, "start": start, "truth": rows}),
     }
     changed = recipe.model_copy(update={name: it for name, it in said.items() if it is not None})
-    setup = wire(wiring, changed.footage, _opener(recording, limits=LARGE_LIMITS if large else DEFAULT_LIMITS))
-    made = Run.from_recipe(changed, wiring, setup)
+    told: list[str] = []
+    limits = LARGE_LIMITS if large else DEFAULT_LIMITS
+    opener = _opener(recording, told, limits=limits, truth=(wiring.video.truth, known))
+    made = Run.from_recipe(changed, wiring, wire(wiring, changed.footage, opener))
+    _warn(told)
     begun = changed.footage.start if changed.footage else 0
     if rows and not any(begun <= frame < begun + made.frames for frame in rows):
         raise RefusedError(f"expected a truth of frames {begun} to {begun + made.frames - 1}, got none of these")
@@ -170,7 +181,7 @@ def record(
     return made
 
 
-def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool = False) -> Run:
+def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool = False, large: bool = False) -> Run:
     """Return the run of a saved file, computed as far as it had been.
 
     Args:
@@ -178,6 +189,10 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
         recording: Path of its recording, if it differs from the path in the file; for a recording of beliefs its clip,
             if that is not in the file or next to it.
         trust: Whether to execute the filters that the file brings, which may do all that you may.
+        large: Whether a recording of beliefs and its clip may be as large as for `run`; a saved run's may.
+
+    Warns:
+        UserWarning: As `run` does.
 
     Raises:
         FilterFileError: It contains a filter that is not trusted, or that fails.
@@ -186,7 +201,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
     """
     file = Path(path)
     if is_beliefs(file):
-        return _run_of_beliefs(file, recording)
+        return _run_of_beliefs(file, recording, large=large)
     if file.suffix.lower() == ".json":
         recipe = read_recipe(file)
         last = None
@@ -195,7 +210,9 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
         recipe, last = known.recipe, known.computed - 1
     if trust:
         trust_filters(recipe)
-    made = make(recipe, open_sequence=_opener(recording, file.parent))
+    told: list[str] = []
+    made = make(recipe, open_sequence=_opener(recording, told, file.parent))
+    _warn(told)
     made.seek(made.frames - 1 if last is None else last)
     return made
 
@@ -215,14 +232,16 @@ def read_recipe(path: Path) -> Recipe:
     return Recipe.read(raw)
 
 
-def _run_of_beliefs(file: Path, clip: PathOrName | None) -> Run:
+def _run_of_beliefs(file: Path, clip: PathOrName | None, *, large: bool) -> Run:
     """Return the run of a recording of beliefs; by default its clip is taken from the file, or from its folder."""
     if clip is None:
-        return run(find_for("beliefs").id, recording=file)
+        return run(find_for("beliefs").id, recording=file, large=large)
     wiring = find_for("beliefs")
     footage = Footage(name=file.name)
     together: dict[Part, Path] = {"clip": Path(clip), "results": file}
-    setup = wire(wiring, footage, lambda _: open_parts(together, DEFAULT_LIMITS))
+    sequence = open_parts(together, LARGE_LIMITS if large else DEFAULT_LIMITS)
+    _warn(sequence.index.warnings)
+    setup = wire(wiring, footage, lambda _: sequence)
     made = Run.from_recipe(Recipe(experiment=wiring.id, footage=footage), wiring, setup)
     made.finish()
     return made
@@ -252,10 +271,15 @@ def _recipe(said: str | Recipe | Mapping[str, Any]) -> Recipe:
     return Recipe(experiment=find(said).id) if isinstance(said, str) else Recipe.read(dict(said))
 
 
-def _read_truth(wiring: Experiment, file: Path) -> Mapping[int, Sequence[float]]:
+def _read_truth(wiring: Experiment, file: Path, first_frame: int | None) -> Truth:
     if wiring.video.truth is None:
         raise ParameterError("truth", str(file), f"left out: {wiring.id} takes none")
-    return wiring.video.truth.read(file).rows
+    return wiring.video.truth.read(file, first_frame)
+
+
+def _warn(told: Sequence[str]) -> None:
+    for remark in told:
+        warnings.warn(remark, stacklevel=3)
 
 
 def _footage(known: Footage | None, recording: PathOrName | None, said: Mapping[str, Any]) -> Footage | None:
@@ -273,15 +297,24 @@ def _footage(known: Footage | None, recording: PathOrName | None, said: Mapping[
 
 
 def _opener(
-    recording: PathOrName | None, folder: Path | None = None, limits: Limits = LARGE_LIMITS
+    recording: PathOrName | None,
+    told: list[str],
+    folder: Path | None = None,
+    limits: Limits = LARGE_LIMITS,
+    truth: tuple[TruthKind | None, Truth | None] = (None, None),
 ) -> OpenSequence | None:
-    """Return a finder of a recipe's pictures: at the given path, else in the folder of the recipe's file."""
+    """Return a finder of a recipe's pictures: at the given path, else in the folder of the recipe's file.
+
+    It adds remarks on the pictures and their truth to `told`.
+    """
 
     def open_footage(footage: Footage) -> FrameSequence:
         beside = (folder or Path()) / (footage.path or footage.name)
         place = beside if recording is None else Path(recording)
         if not place.exists():
             raise RefusedError(f"the run was made on {place}, which is not there; say as `recording` where it is")
-        return open_sequence(place, limits, square=footage.square)
+        sequence = open_sequence(place, limits, square=footage.square)
+        told.extend(remarks_on(sequence, *truth))
+        return sequence
 
     return open_footage if recording is not None or folder is not None else None

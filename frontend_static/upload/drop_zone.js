@@ -17,7 +17,7 @@ import { recordClip } from "./camera.js";
 const SILENT = "The server does not answer; trying again";
 const ACCEPTED = "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft";
 const OFFERED =
-  "A video, an animated GIF or pictures, a table of tracks (.csv), results of any tracker, alone or with their clip and truth, " +
+  "A video, an animation (GIF, PNG, WebP) or pictures, a table of tracks (.csv), results of any tracker, alone or with their clip and truth, " +
   "a recording or a saved run (.pft)";
 const TABLE = /\.(csv|tsv|txt)$/i;
 const PLACE_MS = 1000;

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 
 Video = Annotated[
-    Path | None, typer.Option(help="A video, an animated GIF, a folder of pictures, or a table of tracks (CSV).")
+    Path | None,
+    typer.Option(help="A video, an animation (GIF, PNG, WebP), a folder of pictures, or a table of tracks (CSV)."),
 ]
 Tracks = Annotated[Path | None, typer.Option(help="A table of tracks (CSV), the same as --video.")]
 Mark = Annotated[
@@ -36,8 +37,9 @@ Start = Annotated[
     typer.Option(metavar="FRAME", help="Frame on which the target is marked (default: the first with truth, or 0)."),
 ]
 Truth = Annotated[Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")]
-
-
+TruthFirst = Annotated[
+    str | None, typer.Option("--truth-first-frame", metavar="0|1", help="Number of the first frame in the truth.")
+]
 Large = Annotated[
     bool, typer.Option("--large", help="Allow pictures up to 8K and files up to 16 GiB; they take time and memory.")
 ]
@@ -55,6 +57,7 @@ class FootageOptions:
         start: Number of the picture with the mark.
         truth: File of what is true of it.
         large: Whether it may be larger than usual.
+        truth_first: Number of the first frame in that file.
     """
 
     video: Path | None
@@ -63,6 +66,7 @@ class FootageOptions:
     start: str | None
     truth: Path | None
     large: bool = False
+    truth_first: int | None = None
 
     @classmethod
     def of(
@@ -75,6 +79,7 @@ class FootageOptions:
         start: Start = None,
         truth: Truth = None,
         large: Large = False,
+        truth_first: TruthFirst = None,
     ) -> "FootageOptions":
         """Gather the options; --box and --points are short for kinds of --mark."""
         if video is not None and tracks is not None:
@@ -89,7 +94,8 @@ class FootageOptions:
             marks.append(("--box", "box", box))
         if points is not None:
             marks.append(("--points", "points", str(points)))
-        return cls(video or tracks, "--tracks" if tracks else "--video", tuple(marks), start, truth, large)
+        option, first = "--tracks" if tracks else "--video", bit("--truth-first-frame", truth_first)
+        return cls(video or tracks, option, tuple(marks), start, truth, large, first)
 
 
 def open_setup(
@@ -106,6 +112,7 @@ def open_setup(
     """
     from pftrack.core.model.recipe import LONGEST_RUN, Footage
     from pftrack.runs.reproduction import wire
+    from pftrack.sources.truth import remarks_on
 
     if said.video is None and recipe.footage is None:
         _refuse_options(said)
@@ -117,7 +124,7 @@ def open_setup(
     place = said.video or folder / (footage.path or footage.name)
     if not place.exists():
         raise CommandError(f"{place} does not exist")
-    truth = None if said.truth is None else _truth(experiment, said.truth)
+    truth = None if said.truth is None else _truth(experiment, said.truth, said.truth_first)
     if truth is not None:
         changes["truth"] = dict(truth.rows)
         if recipe.footage is None or said.marks:  # a recipe's own mark is on the frame that it names
@@ -130,9 +137,8 @@ def open_setup(
     def opened(footage: "Footage") -> "FrameSequence":
         sequence = open_footage(stack, place, square=footage.square, large=said.large)
         sequences.append(sequence)
-        for warning in sequence.index.warnings:
-            note(f"pftrack: {warning}")
-        _note_misfits(experiment, truth, sequence)
+        for remark in remarks_on(sequence, experiment.video.truth, truth):
+            note(f"pftrack: {remark}")
         _demand_mark(experiment, said, footage, (sequence.index.kind,))
         return sequence
 
@@ -272,17 +278,13 @@ def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
         raise wrong_use(f"{option} {error}") from None
 
 
-def _truth(experiment: "Experiment", path: Path) -> "TrueRows":
+def bit(option: str, text: str | None) -> int | None:
+    """Return the number that was given, 0 or 1, or none."""
+    return None if text is None else whole(option, text, 0, 1)
+
+
+def _truth(experiment: "Experiment", path: Path, first_frame: int | None) -> "TrueRows":
     """Return what is true of each frame that a file lists."""
     if experiment.video.truth is None:
         raise wrong_use(f"{experiment.id} takes no --truth")
-    return experiment.video.truth.read(path)
-
-
-def _note_misfits(experiment: "Experiment", truth: "TrueRows | None", sequence: "FrameSequence") -> None:
-    """Report how a truth was read, and reasons to doubt that it belongs to this recording."""
-    from pftrack.sources.truth import within
-
-    if truth is not None and experiment.video.truth is not None:
-        for warning in within(experiment.video.truth, truth, sequence.frame_count, sequence.size)[1]:
-            note(f"pftrack: {warning}")
+    return experiment.video.truth.read(path, first_frame)

@@ -16,7 +16,10 @@ from pftrack.cli.experiments import PresetName, Trust, chosen_tracker, find_expe
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.footage import (
     FootageOptions,
+    Large,
     Moved,
+    TruthFirst,
+    bit,
     footage_of,
     frames_left,
     open_footage,
@@ -296,6 +299,8 @@ def open_results(
     ] = None,
     first_frame: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first frame in a text.")] = None,
     first_pixel: Annotated[str | None, typer.Option(metavar="0|1", help="Number of the first pixel in a text.")] = None,
+    truth_first: TruthFirst = None,
+    large: Large = False,
     out: Annotated[
         Path | None, typer.Option(help="Keep results, clip and truth as one recording, FILE.pft, for the page.")
     ] = None,
@@ -310,6 +315,8 @@ def open_results(
     from pftrack.output.exports.formats import show as show_run
     from pftrack.runs.run import Run
     from pftrack.sources.beliefs.sequence import BeliefSequence
+    from pftrack.sources.limits import DEFAULT_LIMITS, LARGE_LIMITS
+    from pftrack.sources.results.parts import Part, open_parts
     from pftrack.sources.results.table import FORMS
 
     if form is not None and form not in FORMS:
@@ -317,16 +324,19 @@ def open_results(
     experiment = find_for("beliefs")
     exports = wanted_exports(experiment, export or [])
     with ExitStack() as stack:
-        said = form or first_frame or first_pixel
+        said = form or first_frame or first_pixel or truth_first
         if out is not None or said:
             place = out or Path(stack.enter_context(tempfile.TemporaryDirectory()), f"{file.stem}.pft")
-            options = (_bit("--first-frame", first_frame), _bit("--first-pixel", first_pixel))
-            _record(file, place, video, truth, form, *options)
-            sequence = open_footage(stack, place)
+            options = (bit("--first-frame", first_frame), bit("--first-pixel", first_pixel))
+            _record(file, place, video, truth, form, *options, bit("--truth-first-frame", truth_first))
+            sequence = open_footage(stack, place, large=large)
         elif video is not None or truth is not None:
-            sequence = _open_together(stack, file, video, truth)
+            parts: dict[Part, Path | None] = {"clip": video, "results": file, "truth": truth}
+            limits = LARGE_LIMITS if large else DEFAULT_LIMITS
+            together = open_parts({part: path for part, path in parts.items() if path is not None}, limits)
+            sequence = stack.enter_context(closing(together))
         else:
-            sequence = open_footage(stack, file)
+            sequence = open_footage(stack, file, large=large)
         if not isinstance(sequence, BeliefSequence) or not experiment.accepts_video:
             raise output.CommandError(f"{file.name} holds no results; `pftrack run` tracks a recording")
         for warning in sequence.index.warnings:
@@ -352,15 +362,6 @@ def open_results(
             shown.wait()
 
 
-def _open_together(stack: ExitStack, file: Path, video: Path | None, truth: Path | None) -> "FrameSequence":
-    from pftrack.sources.limits import DEFAULT_LIMITS
-    from pftrack.sources.results.parts import Part, open_parts
-
-    named: dict[Part, Path | None] = {"clip": video, "results": file, "truth": truth}
-    together = open_parts({part: path for part, path in named.items() if path is not None}, DEFAULT_LIMITS)
-    return stack.enter_context(closing(together))
-
-
 def _record(
     file: Path,
     to: Path,
@@ -369,18 +370,15 @@ def _record(
     form: "Form | None",
     first_frame: int | None,
     first_pixel: int | None,
+    truth_first: int | None,
 ) -> None:
     from pftrack.sources.results.parts import record_results
     from pftrack.sources.results.writing import read_results_file
 
     try:
-        known = None if truth is None else read_results_file(truth)
+        known = None if truth is None else read_results_file(truth, first_frame=truth_first)
         results = read_results_file(file, form=form, first_frame=first_frame, first_pixel=first_pixel)
     except ValueError as error:
         raise output.CommandError(str(error)) from None
     with output.writing(to):
         record_results(results, to, clip=video, truth=known)
-
-
-def _bit(option: str, text: str | None) -> int | None:
-    return None if text is None else output.whole(option, text, 0, 1)

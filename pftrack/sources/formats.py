@@ -17,7 +17,7 @@ from pftrack.sources.results.table import WAYS, form_of
 
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
-    "a folder of PNG, JPEG, BMP, TIFF or WebP pictures, a table of tracks with the columns "
+    "PNG or WebP, a folder of PNG, JPEG, BMP, TIFF or WebP pictures, a table of tracks with the columns "
     "frame, point, x_px, y_px, var_x, var_y, a recording of beliefs, or "
     "results of a tracker (MOTChallenge, OTB or VOT text, CVAT's video XML, COCO's video JSON, or a table of boxes)"
 )
@@ -35,7 +35,7 @@ class Format:
     Attributes:
         kind: Its decoder.
         title: Name for users.
-        decoder: The name that selects FFmpeg's demuxer, or Pillow's plug-in for a picture; "results" for beliefs from
+        decoder: The name that selects FFmpeg's demuxer, or Pillow's plug-in, in capitals; "results" for beliefs from
             another tracker's file.
     """
 
@@ -104,6 +104,14 @@ def _riff(form: bytes) -> Callable[[bytes], bool]:
     return lambda head: head[:4] == b"RIFF" and head[8:12] == form
 
 
+def _animated_png(head: bytes) -> bool:
+    return head.startswith(b"\x89PNG\r\n\x1a\n") and b"acTL" in head.partition(b"IDAT")[0]
+
+
+def _animated_webp(head: bytes) -> bool:
+    return _riff(b"WEBP")(head) and head[12:16] == b"VP8X" and bool(head[20:21] and head[20] & 2)
+
+
 def _mp4(head: bytes) -> bool:
     return head[4:8] in {b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot"}
 
@@ -142,6 +150,8 @@ _READABLE: tuple[tuple[Format, Callable[[bytes], bool]], ...] = (
     (Format("video", "OGG", "ogg"), _starts(b"OggS")),
     (Format("video", "MPEG", "mpeg"), _starts(b"\x00\x00\x01\xba")),
     (Format("gif", "GIF", "gif"), _starts(b"GIF87a", b"GIF89a")),
+    (Format("gif", "animated PNG", "PNG"), _animated_png),
+    (Format("gif", "animated WebP", "WEBP"), _animated_webp),
     (Format("picture", "PNG", "PNG"), _starts(b"\x89PNG\r\n\x1a\n")),
     (Format("picture", "JPEG", "JPEG"), _starts(b"\xff\xd8\xff")),
     (Format("picture", "BMP", "BMP"), _starts(b"BM")),

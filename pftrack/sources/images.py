@@ -1,4 +1,4 @@
-"""Folders of pictures: each file is a frame, in natural order of their names (`2.png` before `10.png`).
+"""Folders of pictures: each file is a frame, in natural order of their names (`2.png` before `10.png`); animations.
 
 Pillow reads them. It reads a picture's size from its header before it decodes, can be limited to one format, and
 handles palettes, transparency and the camera's orientation. All pictures are converted to 8-bit RGB:
@@ -7,17 +7,21 @@ handles palettes, transparency and the camera's orientation. All pictures are co
 - transparent parts lie on white paper, as those of a GIF do in FFmpeg;
 - a photograph is turned upright by its orientation tag.
 
-Animated GIFs are read by `pftrack.sources.video`: FFmpeg composes their partial frames correctly and reads their times.
+Pillow also composes the partial frames of an animated PNG or WebP, and reads their durations. Animated GIFs are read by
+`pftrack.sources.video`.
 """
 
 import hashlib
 import io
 import re
 import threading
+import weakref
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +30,7 @@ from typing_extensions import override
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.refusal import RefusedError
-from pftrack.sources.formats import sniff
+from pftrack.sources.formats import Format, sniff
 from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes, check_pixels, natural_order
 from pftrack.sources.sequence import BoundedCache
 
@@ -35,11 +39,41 @@ _RATE_HZ = 25.0
 _DEEP_GREY = {"I;16", "I;16L", "I;16B", "I;16N"}
 _DEPTHLESS = {"I", "F"}
 NUMBER = re.compile(r"[0-9]{1,15}(?=[^0-9]*$)")
+_PLUG_INS = {"PNG", "JPEG", "BMP", "TIFF", "WEBP"}
 _ALBUMS = {"TIFF", "PNG", "WEBP"}  # a JPEG may carry its own preview as a second picture
 
 
-class ImageSequence(FrameSequence):
-    """The pictures of a folder; may be used from several threads, one at a time."""
+class _Pictures(FrameSequence):
+    """Pictures that Pillow reads, each checked against its checksum; used from several threads, one at a time."""
+
+    def __init__(self, name: str, limits: Limits) -> None:
+        self.name = name
+        self._limits = limits
+        self._lock = threading.Lock()
+        self._cache: BoundedCache[NDArray[np.uint8]] = BoundedCache(limits.cache_bytes)
+
+    def _read(self, index: int) -> NDArray[np.uint8]:
+        raise NotImplementedError
+
+    @override
+    def _picture(self, index: int) -> NDArray[np.uint8]:
+        with self._lock:
+            picture = self._cache.get(index)
+            if picture is None:
+                picture = self._read(index)
+                if zlib.crc32(picture.data) != self.index.checksums[index]:
+                    raise RefusedError(f"picture {index} has changed; what is open must not change")
+                self._cache.put(index, picture, picture.nbytes)
+            return picture
+
+    @override
+    def close(self) -> None:
+        with self._lock:
+            self._cache.clear()
+
+
+class ImageSequence(_Pictures):
+    """The pictures of a folder."""
 
     def __init__(self, folder: Path, limits: Limits, index: FrameIndex | None) -> None:
         """List the pictures and survey them, unless their index is known already.
@@ -52,30 +86,15 @@ class ImageSequence(FrameSequence):
         Raises:
             RefusedError: There are none, one is broken, they differ in size or exceed the limits.
         """
-        self.name = folder.resolve().name
-        self._limits = limits
-        self._lock = threading.Lock()
-        self._cache: BoundedCache[NDArray[np.uint8]] = BoundedCache(limits.cache_bytes)
+        super().__init__(folder.resolve().name, limits)
         self._files, left_out = _list(folder, limits)
         sha256 = hashlib.sha256(b"".join(file.digest for file in self._files)).hexdigest()
         known = index is not None and (index.sha256, index.kind) == (sha256, "images")
         self.index = index if known and index is not None else self._survey(sha256, left_out)
 
     @override
-    def _picture(self, index: int) -> NDArray[np.uint8]:
-        with self._lock:
-            picture = self._cache.get(index)
-            if picture is None:
-                picture = _decode(self._files[index], self._limits)
-                if zlib.crc32(picture.data) != self.index.checksums[index]:
-                    raise RefusedError(f"picture {index} has changed; a folder must not change while it is open")
-                self._cache.put(index, picture, picture.nbytes)
-            return picture
-
-    @override
-    def close(self) -> None:
-        with self._lock:
-            self._cache.clear()
+    def _read(self, index: int) -> NDArray[np.uint8]:
+        return _decode(self._files[index], self._limits)
 
     def _survey(self, sha256: str, left_out: int) -> FrameIndex:
         """Decode everything once."""
@@ -103,6 +122,82 @@ class ImageSequence(FrameSequence):
             times_s=tuple(number / _RATE_HZ for number in range(len(checksums))),
             checksums=tuple(checksums),
             warnings=(*told, *([f"{others} passed over"] if left_out else [])),
+        )
+
+
+class AnimationSequence(_Pictures):
+    """The pictures of an animated PNG or WebP."""
+
+    def __init__(
+        self, file: BinaryIO, found: Format, *, name: str, sha256: str, limits: Limits, index: FrameIndex | None
+    ) -> None:
+        """Survey the file, unless its index is known already.
+
+        Args:
+            file: Open for reading; closed with the sequence.
+            found: What its content is.
+            name: What people call it.
+            sha256: Digest of its content.
+            limits: How large it may be.
+            index: From an earlier survey of the same content.
+
+        Raises:
+            RefusedError: It holds one picture, is broken, or exceeds the limits.
+        """
+        super().__init__(name, limits)
+        self._file, self._format = file, found
+        with _readable(f"the {found.title}", limits):
+            self._begin()
+            check_pixels(self._image.width, self._image.height, limits, "the pictures of the animation have")
+            # What programs show that know no animation need not be part of it.
+            self._first = int(getattr(self._image, "default_image", False))
+            count = getattr(self._image, "n_frames", 1) - self._first
+        if count > limits.frames:
+            raise RefusedError(f"the animation has {count:,} frames; at most {limits.frames:,} are allowed")
+        if count + self._first < 2:
+            raise RefusedError(f"the {found.title} holds one picture; expected a sequence")
+        self.index = index if index is not None else self._survey(sha256, count)
+        self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
+
+    @override
+    def close(self) -> None:
+        super().close()
+        self._close_file()
+
+    @override
+    def _read(self, index: int) -> NDArray[np.uint8]:
+        with _readable(f"the {self._format.title}", self._limits):
+            if self._first + index < self._image.tell():  # Pillow loses count on its way back
+                self._begin()
+            self._image.seek(self._first + index)
+            return _rgb(self._image)
+
+    def _begin(self) -> None:
+        self._image: Any = Image.open(self._file, formats=[self._format.decoder])  # its plug-ins have more than it
+
+    def _survey(self, sha256: str, count: int) -> FrameIndex:
+        """Decode everything once."""
+        from pftrack.sources.video import unsteady  # noqa: PLC0415 - it rests on this module
+
+        checksums, lasting_s = list[int](), list[float]()
+        for number in range(count):
+            picture = self._read(number)
+            checksums.append(zlib.crc32(picture.data))
+            lasting_s.append(float(self._image.info.get("duration", 0)) / 1000)
+        times_s = np.cumsum([0.0, *lasting_s[:-1]])
+        rate_hz, warnings = count / (sum(lasting_s) or np.inf), unsteady(times_s, 0.001)
+        if min(lasting_s) <= 0:
+            rate_hz, times_s = _RATE_HZ, np.arange(count) / _RATE_HZ
+            warnings = [f"frames are said to last no time; {rate_hz:g} Hz are taken instead"]
+        return FrameIndex(
+            kind="gif",
+            sha256=sha256,
+            width=picture.shape[1],
+            height=picture.shape[0],
+            frame_rate_hz=rate_hz,
+            times_s=tuple(times_s.tolist()),
+            checksums=tuple(checksums),
+            warnings=tuple(warnings),
         )
 
 
@@ -134,7 +229,7 @@ def _list(folder: Path, limits: Limits) -> tuple[list[_File], int]:
                 found = sniff(file.read(HEAD_BYTES))
             except RefusedError:
                 continue
-            if found.kind == "picture":
+            if found.decoder in _PLUG_INS:
                 file.seek(0)
                 files.append(_File(path, found.decoder, hashlib.file_digest(file, "sha256").digest()))
     if not files:
@@ -161,18 +256,27 @@ def missing_numbers(stems: Sequence[str]) -> tuple[str, ...]:
 
 def _decode(file: _File, limits: Limits) -> NDArray[np.uint8]:
     """Read a picture as 8-bit RGB, read-only."""
+    content = io.BytesIO(file.path.read_bytes())
+    with _readable(file.title, limits), Image.open(content, formats=[file.format]) as image:
+        _check(image, file, limits)
+        return _rgb(image)
+
+
+@contextmanager
+def _readable(title: str, limits: Limits) -> Iterator[None]:
+    """Refuse, by its title, a picture of which Pillow can make nothing.
+
+    Raises:
+        RefusedError: It is too large, broken or cut short, or was refused already.
+    """
     try:
-        with Image.open(io.BytesIO(file.path.read_bytes()), formats=[file.format]) as image:
-            _check(image, file, limits)
-            picture = np.ascontiguousarray(_rgb(image))
+        yield
     except (RefusedError, MemoryError):
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
-        raise RefusedError(f"{file.title} is too large; at most {limits.pixels:,} pixels are allowed") from None
+        raise RefusedError(f"{title} is too large; at most {limits.pixels:,} pixels are allowed") from None
     except Exception:  # noqa: BLE001 - whatever a decoder makes of broken bytes, it is the bytes that are broken
-        raise RefusedError(f"{file.title} is broken or cut short; expected {_PICTURES} that open elsewhere") from None
-    picture.setflags(write=False)
-    return picture
+        raise RefusedError(f"{title} is broken or cut short; expected {_PICTURES} that open elsewhere") from None
 
 
 def _check(image: Image.Image, file: _File, limits: Limits) -> None:
@@ -186,12 +290,16 @@ def _check(image: Image.Image, file: _File, limits: Limits) -> None:
 
 
 def _rgb(image: Image.Image) -> NDArray[np.uint8]:
+    """Return a picture as 8-bit RGB, upright and on white paper, read-only."""
     deep = image.mode in _DEEP_GREY
     image = ImageOps.exif_transpose(image)
     if deep:
         grey = (np.asarray(image).astype(np.uint16) >> 8).astype(np.uint8)
-        return np.repeat(grey[:, :, np.newaxis], 3, axis=2)
-    return np.asarray(on_paper(image) if image.has_transparency_data else image.convert("RGB"))
+        picture = np.repeat(grey[:, :, np.newaxis], 3, axis=2)
+    else:
+        picture = np.array(on_paper(image) if image.has_transparency_data else image.convert("RGB"))
+    picture.setflags(write=False)
+    return picture
 
 
 def on_paper(image: Image.Image) -> Image.Image:

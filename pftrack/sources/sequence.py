@@ -1,4 +1,4 @@
-"""Sequences: random access to the frames of a recording: videos, GIFs, folders of pictures, tables, and beliefs.
+"""Sequences: random access to the frames of a recording: videos, animations, folders of pictures, tables, and beliefs.
 
 A sequence is surveyed once, from its first frame to its last: only pictures that decode are counted, and each picture
 leaves a checksum in the `FrameIndex`. Then any frame can be read in any order, with exactly the pixels of the survey: a
@@ -13,7 +13,7 @@ import os
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Generic, TypeVar
+from typing import Any, BinaryIO, Generic, TypeVar
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.refusal import RefusedError
@@ -48,7 +48,7 @@ class Recording:
 def open_sequence(
     path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIndex | None = None, square: bool | None = None
 ) -> FrameSequence:
-    """Open a video, an animated GIF, a folder of pictures, a table of tracks or a recording of beliefs.
+    """Open a video, an animation, a folder of pictures, a table of tracks or a recording of beliefs.
 
     A folder may also hold the results of a tracker with their clip and their truth (`pftrack.sources.results.parts`).
 
@@ -96,12 +96,21 @@ def open_sequence(
             return BeliefSequence(
                 recording, name=path.name, sha256=sha256, limits=limits, index=index, beside=path.parent
             )
-        from pftrack.sources.video import VideoSequence  # noqa: PLC0415
-
-        return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index, square=square)
+        return pictures_of(file, found, name=path.name, sha256=sha256, limits=limits, index=index, square=square)
     except BaseException:
         file.close()
         raise
+
+
+def pictures_of(file: BinaryIO, found: Format, *, square: bool | None = None, **about: Any) -> FrameSequence:  # noqa: ANN401
+    """Return the pictures of a video or an animation in a file; see `VideoSequence`."""
+    if found.decoder.isupper():
+        from pftrack.sources.images import AnimationSequence  # noqa: PLC0415
+
+        return AnimationSequence(file, found, **about)
+    from pftrack.sources.video import VideoSequence  # noqa: PLC0415
+
+    return VideoSequence(file, found, square=square, **about)
 
 
 def _recorded(file: BinaryIO) -> BinaryIO:
@@ -121,8 +130,7 @@ def _inspect(file: BinaryIO, limits: Limits) -> Format:
     """Return the format of an open file before any decoder sees it."""
     found = sniff(file.read(HEAD_BYTES))
     if found.kind == "picture":
-        one = f"one {found.title} picture, or an animation in that format, not a sequence that is read"
-        raise RefusedError(f"the file is {one}; expected {ALLOWED}")
+        raise RefusedError(f"the file is one {found.title} picture, not a sequence; expected {ALLOWED}")
     check_bytes(file.seek(0, os.SEEK_END), limits, "the file has")
     file.seek(0)
     return found

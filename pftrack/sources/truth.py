@@ -20,7 +20,7 @@ import numpy as np
 
 from pftrack.core.files import csv_text
 from pftrack.core.model.marks import Box, Mark
-from pftrack.core.model.source import Target, Truth
+from pftrack.core.model.source import FrameSequence, Target, Truth
 from pftrack.core.refusal import RefusedError
 from pftrack.sources.cells import Table, content_of, decode, frame_in, number_in
 from pftrack.sources.cells import read_table as read_cells
@@ -140,13 +140,17 @@ class TruthTable:
         return Target(position=np.array([x + (w - 1) / 2, y + (h - 1) / 2]), size=max(w, h), extent=(w, h))
 
 
-def read_truth(path: Path) -> TruthTable:
+def read_truth(path: Path, first_frame: int | None = None) -> TruthTable:
     """Read true boxes in any form that results have; of several targets the first.
+
+    Args:
+        path: The file.
+        first_frame: Number of its first frame; told by itself if not given.
 
     Raises:
         RefusedError: The file is missing, has no boxes, or has a wrong line.
     """
-    found = read_results_file(path)
+    found = read_results_file(path, first_frame=first_frame)
     first = found.boxes[0]
     boxes = {box.frame: (box.x, box.y, box.w, box.h) for box in found.boxes if box.target == first.target}
     others = len(found.targets) - 1
@@ -159,7 +163,7 @@ class TruthKind(NamedTuple):
 
     Attributes:
         form: Form of its file.
-        read: Reads a file.
+        read: Reads a file, given the number of its first frame, or None to detect it.
         table: Makes its table of rows that were saved.
         mark: Kind of mark by which a user states the truth of a picture; None if no mark can.
         parts: Paths of a frame's values in the mark's JSON, in the order of the columns; dots join the names of a path.
@@ -168,7 +172,7 @@ class TruthKind(NamedTuple):
     """
 
     form: Form
-    read: Callable[[Path], Truth]
+    read: Callable[[Path, int | None], Truth]
     table: Callable[[Any], Truth]
     mark: type[Mark] | None = None
     parts: tuple[str, ...] = ()
@@ -206,6 +210,13 @@ def within(
     return rows, [*warnings, *kind.misfits(rows.items(), *size)]
 
 
+def remarks_on(sequence: FrameSequence, kind: TruthKind | None, truth: Truth | None) -> tuple[str, ...]:
+    """Return what a person has to know of a recording and of a truth that was read for it, a sentence each."""
+    if kind is None or truth is None:
+        return sequence.index.warnings
+    return (*sequence.index.warnings, *within(kind, truth, sequence.frame_count, sequence.size)[1])
+
+
 def write_table(rows: Mapping[int, Sequence[float]], form: Form) -> str:
     """Return the text of a file of this form, which `read_table` reads to the same values.
 
@@ -222,8 +233,10 @@ def _text(value: float) -> str:
     return str(int(value)) if value.is_integer() else repr(value)
 
 
-def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[str, ...]]:
-    """Read a file of this form: values by frame, and warnings, one sentence each.
+def read_table(
+    path: Path, form: Form, first_frame: int | None = None
+) -> tuple[dict[int, list[float]], tuple[str, ...]]:
+    """Read a file of this form: values by frame, which count from the first one, and warnings, one sentence each.
 
     Raises:
         RefusedError: The file is missing, is not such a table, or has a wrong line.
@@ -235,7 +248,9 @@ def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[st
         raise RefusedError(f"{name}, {error}") from None
     if found is None:
         raise RefusedError(f"{name} lists no frames")
-    return found, (left_out,) if left_out else ()
+    if min(found, default=0) < (first_frame or 0):
+        raise RefusedError(f"{name} has a frame {min(found)}, before the first one, {first_frame}")
+    return {frame - (first_frame or 0): row for frame, row in found.items()}, (left_out,) if left_out else ()
 
 
 def _table(table: Table, form: Form) -> tuple[dict[int, list[float]] | None, str]:

@@ -324,7 +324,7 @@ def measure(stamps: Sequence[int | None], decoder: Decoder, *, whole: bool) -> T
         rate_hz = (len(known) - 1) / times_s[-1] if len(known) > 1 else declared_hz
         if abs(declared_hz / rate_hz - 1) < _SAME_RATE:
             rate_hz = declared_hz  # exact, where measured times are rounded to ticks
-        warnings += _unsteady(times_s, tick_s)
+        warnings += unsteady(times_s, tick_s)
     else:
         known, rate_hz = (), declared_hz
         times_s = np.arange(len(stamps)) / rate_hz
@@ -337,7 +337,8 @@ def measure(stamps: Sequence[int | None], decoder: Decoder, *, whole: bool) -> T
     return Timing(known, tuple(times_s.tolist()), float(rate_hz), tuple(warnings))
 
 
-def _unsteady(times_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]], tick_s: float) -> list[str]:
+def unsteady(times_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]], tick_s: float) -> list[str]:
+    """Return a warning if times, s and exact to a tick, are not evenly spaced; nothing otherwise."""
     gaps = np.diff(times_s)
     if gaps.size == 0 or np.ptp(gaps) <= _STEADY * np.median(gaps) + 2 * tick_s:
         return []

@@ -1,11 +1,15 @@
 """`pftrack open`: results of any tracker beside their clip and their truth, from the command line."""
 
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import pftrack
+from pftrack.core.refusal import RefusedError
 from pftrack.sources.results.writing import read_results_file
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
@@ -68,3 +72,46 @@ def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
     own = call("open", folder / "own.csv", "--video", folder / "clip.mp4")
     refused(own, 1, "own.csv: expected columns such as frame, id, x, y, w, h, got bild, links")
     refused(call("open", folder / "results.txt", "--form", "kitti"), 2, "--form must be one of mot")
+
+
+@pytest.mark.filterwarnings("ignore:The file lists a frame after the last")
+def test_a_truth_may_begin_at_frame_1(call: Call, folder: Path) -> None:
+    """A person says so where a table of truth counts from 1, for results and for runs; Python hears the same doubt."""
+    table = read_results_file(folder / "gt.txt", form="mot")
+    rows = [f"{box.frame + 1},{box.x},{box.y},{box.w},{box.h}" for box in table.boxes if box.target == 1]
+    (folder / "true.csv").write_text("\n".join(["frame,x,y,w,h", *rows]))
+    known = "--video", folder / "clip.mp4", "--truth", folder / "true.csv", "--json"
+    doubt = "Its frames were taken to count from 0, and begin at 1; say so if the first frame is 1."
+    opened = "open", folder / "results.txt", *known
+    assert doubt in call(*opened)[2]
+    status, out, err = call(*opened, "--truth-first-frame", "1")
+    assert (status, doubt in err) == (0, False)
+    assert json.loads(out)["mean_iou"] == pytest.approx(5 / 8, abs=0.01)
+    tracked = "run", "histogram", *known, "--box", "20,10,12,12", "--start", "0"
+    assert doubt in call(*tracked)[2]
+    status, out, err = call(*tracked, "--truth-first-frame", "1")
+    assert (status, doubt in err, json.loads(out)["labelled_frames"]) == (0, False, FRAMES)
+    asked: dict[str, Any] = {
+        "recording": folder / "clip.mp4",
+        "box": (20, 10, 12, 12),
+        "start": 0,
+        "truth": folder / "true.csv",
+    }
+    with pytest.warns(UserWarning, match=re.escape(doubt)):
+        pftrack.run("histogram", **asked)
+    pftrack.run("histogram", **asked, truth_first_frame=1)
+
+
+@pytest.mark.filterwarnings("ignore:(Records of frames beyond|Its first frame)")
+def test_results_of_a_large_clip_can_be_opened(call: Call, folder: Path) -> None:
+    """4K beside results is refused with what to do, and that is done from the command line and from Python."""
+    clip, results = folder / "clip.mp4", folder / "results.txt"
+    with FilmWriter(clip, 25.0) as film:
+        film.write(np.zeros((2160, 3840, 3), dtype=np.uint8))
+    arguments = "open", results, "--video", clip, "--json"
+    refused(call(*arguments[:-1], "--no-show"), 1, "allow it with --large, in Python large=True")
+    assert call(*arguments, "--large")[0] == 0
+    assert call(*arguments, "--large", "--form", "mot")[0] == 0
+    with pytest.raises(RefusedError, match="large=True"):
+        pftrack.load(results, recording=clip)
+    assert pftrack.load(results, recording=clip, large=True).source.size == (3840, 2160)

@@ -1,4 +1,4 @@
-"""Animated GIFs."""
+"""Animated GIF, PNG and WebP."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from pftrack.core.refusal import RefusedError
+from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence
 from tests.sources.test_images import saved
 
@@ -88,6 +89,51 @@ def test_a_gif_cut_short_gives_what_decodes(tmp_path: Path, animation: list[Imag
     path = tmp_path / "a.gif"
     path.write_bytes(content[: len(content) * 2 // 3])
     assert 2 <= open_sequence(path).frame_count < 8
+
+
+DURATIONS_MS = 100, 50, 200, 100, 30, 30, 100, 100
+
+
+@pytest.mark.parametrize("form", ["PNG", "WEBP"])
+def test_png_and_webp_are_animated(tmp_path: Path, animation: list[Image.Image], form: str) -> None:
+    """Their frames come whole, in any order and at their times, whatever the file is called."""
+    frames = [image.convert("RGB") for image in animation]
+    content = saved(
+        frames[0], form, save_all=True, append_images=frames[1:], duration=list(DURATIONS_MS), lossless=True
+    )
+    path = tmp_path / "a.bin"
+    path.write_bytes(content)
+    sequence = open_sequence(path)
+    assert (sequence.index.kind, sequence.frame_count, sequence.size) == ("gif", 8, (60, 40))
+    np.testing.assert_allclose(sequence.times_s, np.cumsum((0, *DURATIONS_MS[:-1])) / 1000)
+    assert sequence.index.warnings[0].startswith("the frame rate varies between 5 and 33.3 Hz")
+    again = open_sequence(path, Limits(cache_bytes=1), index=sequence.index)
+    for index in (7, 2, 5, 0, 6):
+        np.testing.assert_array_equal(again.picture(index), np.asarray(frames[index]))
+    path.write_bytes(content[: len(content) // 2])
+    with pytest.raises(RefusedError, match="broken or cut short"):
+        open_sequence(path)
+
+
+def test_a_picture_beside_the_animation_is_left_out(tmp_path: Path, animation: list[Image.Image]) -> None:
+    """What an animated PNG holds for programs that know no animation is not a frame."""
+    path = tmp_path / "a.png"
+    frames = [image.convert("RGB") for image in animation]
+    path.write_bytes(saved(frames[7], "PNG", save_all=True, append_images=frames[:3], default_image=True, duration=40))
+    sequence = open_sequence(path)
+    assert (sequence.frame_count, sequence.index.frame_rate_hz) == (3, 25.0)
+    np.testing.assert_array_equal(sequence.picture(0), np.asarray(frames[0]))
+
+
+def test_too_large_an_animation_is_refused(tmp_path: Path, animation: list[Image.Image]) -> None:
+    """The limits of pictures and frames hold for it."""
+    path = tmp_path / "a.png"
+    frames = [image.convert("RGB") for image in animation]
+    path.write_bytes(saved(frames[0], "PNG", save_all=True, append_images=frames[1:], duration=40))
+    with pytest.raises(RefusedError, match="8 frames; at most 7"):
+        open_sequence(path, Limits(frames=7))
+    with pytest.raises(RefusedError, match="60 x 40 = 2,400 pixels; at most 2,399"):
+        open_sequence(path, Limits(pixels=2399))
 
 
 def test_the_real_animation_is_read(real_clips: Path) -> None:

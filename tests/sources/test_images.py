@@ -275,7 +275,7 @@ def test_names_are_shown_harmlessly(tmp_path: Path) -> None:
 
 def test_one_picture_is_no_sequence(folder: Path) -> None:
     """A single picture file is refused with what is expected."""
-    with pytest.raises(RefusedError, match="the file is one PNG picture, or an animation in that format"):
+    with pytest.raises(RefusedError, match="the file is one PNG picture, not a sequence"):
         open_sequence(folder / "frame 1.png")
 
 

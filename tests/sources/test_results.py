@@ -284,6 +284,7 @@ def test_columns_that_a_person_names() -> None:
         rename(table, {"frame": 0, "y": 7})
 
 
+@pytest.mark.filterwarnings("ignore:(Its first|2 boxes|No box)")
 @pytest.mark.parametrize(
     "text", [MOT, MOT_TRUTH, CVAT, json.dumps(COCO), "1.5,2,3,4\n2,2,3,4\n", "frame,x,y,w,h\n0,1,2,3,4\n"]
 )

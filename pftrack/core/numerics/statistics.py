@@ -2,8 +2,8 @@
 
 Every function states the conditions of a valid answer; if they do not hold the answer is NaN, "not applicable", rather
 than a misleading number. The tests are those of Bando 2007 (ch. 3 sections 3.1 and 3.2), with additions: intervals,
-paired tests of methods that met the same runs, effect sizes, and Holm's correction for a map of hundreds of tests, where
-one in a hundred would otherwise reach 1 % by chance alone.
+paired tests of methods on the same runs, effect sizes, and Holm's correction for a map of hundreds of tests, where one
+in a hundred would otherwise reach 1 % by chance alone.
 """
 
 from dataclasses import dataclass

@@ -185,16 +185,17 @@ class PoseTable:
         return Target(position=theta_of(wrap(np.deg2rad(np.subtract(pose, first)))))
 
 
-def read_poses(path: Path) -> PoseTable:
+def read_poses(path: Path, first_frame: int | None = None) -> PoseTable:
     """Read a table of true poses.
 
     Args:
         path: A comma-separated file with the columns frame, yaw_deg, pitch_deg, roll_deg and any others.
+        first_frame: Number of its first frame; 0 if not given.
 
     Raises:
         RefusedError: The file is missing, is not such a table, or has a wrong line.
     """
-    rows, warnings = read_table(path, POSE_FORM)
+    rows, warnings = read_table(path, POSE_FORM, first_frame)
     poses = {frame: (yaw, pitch, roll) for frame, (yaw, pitch, roll) in rows.items()}
     return PoseTable(MappingProxyType(poses), warnings)
 

@@ -27,6 +27,7 @@ from pftrack.core.refusal import RefusedError
 from pftrack.sources.beliefs.content import Content, Entry
 from pftrack.sources.formats import sniff
 from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes, check_pixels
+from pftrack.sources.sequence import pictures_of
 from pftrack.sources.truth import boxes_outside
 
 PAPER, PAPER_PX = 255, (640, 480)
@@ -77,7 +78,11 @@ class BeliefSequence(FrameSequence):
         self._clip: FrameSequence | None = None
         if found is not None:
             known = None if index is None else replace(index, kind="video", warnings=())
-            self._clip = open_clip(found, self.content.about.clip or name, sha256, limits, known)
+            try:
+                self._clip = open_clip(found, self.content.about.clip or name, sha256, limits, known)
+            except BaseException:
+                found.close()
+                raise
         pictures = map(PICTURE.fullmatch, self.content.entries)
         self._pictures = sorted(int(each[1]) for each in pictures if each)
         self.has_pictures = self._clip is not None or bool(self._pictures)
@@ -247,16 +252,13 @@ def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: Fra
         index: From an earlier survey of the same content.
 
     Raises:
-        RefusedError: It is neither a video nor a GIF, or exceeds the limits.
+        RefusedError: It is neither a video nor an animation, or exceeds the limits.
     """
-    from pftrack.sources.video import VideoSequence  # noqa: PLC0415 - it loads decoders
-
     found = sniff(file.read(HEAD_BYTES))
     if found.kind not in {"video", "gif"}:
-        raise RefusedError("the clip of the recording is neither a video nor a GIF")
+        raise RefusedError("the clip of the recording is neither a video nor an animation")
     check_bytes(file.seek(0, io.SEEK_END), limits, "the clip has")
-    file.seek(0)
-    return VideoSequence(file, found, name=name, sha256=sha256, limits=limits, index=index)
+    return pictures_of(file, found, name=name, sha256=sha256, limits=limits, index=index)
 
 
 def find_clip(

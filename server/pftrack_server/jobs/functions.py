@@ -231,7 +231,7 @@ def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]
     if kind is None:
         raise RefusedError(f"the experiment {experiment_id} takes no truth")
     try:
-        table = kind.read(Path(path))
+        table = kind.read(Path(path), None)
     except RefusedError as error:
         # Hide the server's own name and path of the file.
         message = str(error).removeprefix(f"{name}: ")

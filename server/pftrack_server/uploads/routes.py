@@ -136,7 +136,7 @@ async def add_upload(
     columns: Columns = None,
     ticket: Ticket = None,
 ) -> UploadPublic:
-    """Upload a video, an animated GIF, a sequence of pictures, a table of tracks, or results of a tracker."""
+    """Upload a video, an animation, a sequence of pictures, a table of tracks, or results of a tracker."""
     places = None if columns is None else _read("columns", columns, PLACES)
     announced = request.headers.get("content-length", "")
     wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdecimal() else 0
