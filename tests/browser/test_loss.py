@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from playwright.sync_api import Page, Route, expect
+from playwright.sync_api import Locator, Page, Route, expect
 
 from pftrack.analysis.alternatives import BASELINE, Alternative
 from pftrack.analysis.counterfactuals import Finding, Report
@@ -83,9 +83,7 @@ def test_a_loss_calls_and_says_why_and_what_would_have_saved_it(
     expect(page.locator(".play")).to_be_focused()
     expect(page.locator(".plots")).to_be_visible()
     expect(card.locator("summary")).to_have_text(why["sentence"])
-    try_out = scene.get_by_role("button", name="Try it: Occluder width 100 px to 50 px")
-    expect(try_out).to_be_enabled()
-    try_out.press("Enter")
+    press_by_key(scene.get_by_role("button", name="Try it: Occluder width 100 px to 50 px"))
     expect(page.locator(".branches .chip")).to_have_count(3)
     expect(page.locator(".play")).to_be_focused()
     expect(card.locator("summary")).to_have_text("Lost in frame 15 stale")
@@ -109,6 +107,11 @@ def test_a_loss_calls_and_says_why_and_what_would_have_saved_it(
     view.stands_at(59)
     page.wait_for_timeout(1_000)
     expect(page.locator(".why-sentence")).to_contain_text("Lost in frame 7: ")
+
+
+def press_by_key(button: Locator) -> None:
+    expect(button).to_be_enabled()
+    button.press("Enter")
 
 
 def the_place_of_the_plots_says_why(view: SessionPage, why: dict[str, Any]) -> None:
