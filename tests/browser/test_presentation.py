@@ -123,12 +123,12 @@ def test_sessions_fit_a_low_screen(low: Any, watch: Callable[..., SessionPage], 
     shown.until(lambda: (shown.position or 0) > 0, "a frame is computed")
     low.locator(".figure-texts span").first.wait_for()
     for key in "ff":
-        assert low.locator(".legend").evaluate(WHOLE), "the legend is whole"
+        assert low.locator(".legend").evaluate(IS_WHOLE), "the legend is whole"
         shown.press(key)
     fits_presented(low, experiment)
 
 
-WHOLE = """(it) => it.scrollWidth <= it.clientWidth && it.scrollHeight <= it.clientHeight
+IS_WHOLE = """(it) => it.scrollWidth <= it.clientWidth && it.scrollHeight <= it.clientHeight
     && it.clientHeight <= it.closest('.flat-line').clientHeight"""
 
 

@@ -259,8 +259,6 @@ export async function plots(root, view) {
   });
   const place = build("div", { class: "plots-figure", role: "group", "aria-label": "Plots" });
   root.append(build("h2", { class: "visually-hidden" }, "Plots"), place);
-  // The keyboard scrolls only tab stops.
-  root.tabIndex = 0;
   const on = {
     turn: (/** @type {string} */ parameter, /** @type {number} */ value) => steer(store, { kind: "change", values: { [parameter]: value } }),
     declared: () => ({ title: "shown hypothesis", unit: "", minimum: 1, maximum: null, step: 1 }),
@@ -273,6 +271,8 @@ export async function plots(root, view) {
     if (document.hidden) return;
     const measured = all.filter((each) => isMeasured(each, store));
     const isFolded = root.dataset.shown === "first" || "presenting" in document.documentElement.dataset;
+    // The keyboard scrolls only tab stops; two plots have no more than their room.
+    root.tabIndex = isFolded ? -1 : 0;
     const isSparkline = outer.clientWidth < WIDE_PX;
     root.classList.toggle("sparklines", isSparkline);
     const look = { frames: frames(), isSparkline, isRoomy: root.clientWidth >= ROOMY_PX };
