@@ -57,12 +57,26 @@ def behind(tmp_path_factory: pytest.TempPathFactory, server: Server, beside_othe
         yield Behind(*(f"https://localhost:{port}{place}" for port, place in zip(ports, places, strict=True)))
 
 
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Outside]:
+    """A server below its own base path, which nginx leaves in the path."""
+    own = Server(tmp_path_factory.mktemp("served"), token=TOKEN, PFTRACK_TRUSTED_PROXIES="127.0.0.1")
+    port = free_port()
+    with nginx(Path(tmp_path_factory.mktemp("nginx")), {port: site(port, urlsplit(own.url).port or 0, BASE)}):
+        yield Outside(own, f"https://localhost:{port}{BASE}")
+    own.stop()
+
+
 # Addresses below a base path are those of a prefix that was taken off; see tests/server/core/test_base_path.py.
-@pytest.fixture
-def outside(beside_others: Server, behind: Behind) -> Iterator[Outside]:
-    """A server behind a proxy that takes off a prefix, and where a browser finds it."""
-    yield Outside(beside_others, behind.taken_off)
-    beside_others.end_sessions()
+@pytest.fixture(params=["taken_off", pytest.param("kept", marks=pytest.mark.slow)])
+def outside(request: pytest.FixtureRequest) -> Iterator[Outside]:
+    """A server and where a browser finds it, by each way in which a proxy may be set up."""
+    if request.param == "kept":
+        found: Outside = request.getfixturevalue("kept")
+    else:
+        found = Outside(request.getfixturevalue("beside_others"), request.getfixturevalue("behind").taken_off)
+    yield found
+    found.server.end_sessions()
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from tests.browser.accessible import check, fits
+from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import LINES, TRACE, SessionPage, View
 
@@ -160,6 +161,24 @@ def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage)
     row.get_by_role("button", name="Delete").click()
     page.locator("dialog").get_by_role("button", name="Delete it").click()
     row.wait_for(state="detached")
+
+
+def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complaints) -> None:
+    """Nothing, a damaged link, too many runs, other units and a run that was deleted: a sentence each, and a way on."""
+    complaints.expected = ("status of 404", "status of 422")
+    page = shown.page
+    five = [ball() for _ in range(5)]
+    for address, said in (
+        ("compare", "Compare a session with its branches"),
+        ("compare#eyJydW5zI", "The link is damaged"),
+        (link(*five), "Expected two to four runs to compare, got 5"),
+        (link(ball(), {"experiment": "sine"}), "compare runs whose errors have one unit"),
+        ("compare?runs=0123456789abcdef,0123456789abcdef", "is not here; it was deleted"),
+    ):
+        page.goto("about:blank")
+        page.goto(address)
+        shown.until(lambda said=said: said in page.inner_text("main"), said)  # type: ignore[misc]
+        assert page.get_by_role("link", name="Choose saved runs").count() == 1
 
 
 def lines(page: Any) -> dict[str, int]:

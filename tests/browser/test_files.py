@@ -1,5 +1,6 @@
 """What can be taken away and brought in: a face model, a notebook, a picture, a film."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from pftrack.experiments.head.experiment import front
 from pftrack.vision.face import FEATURES, mean_model, person
 from pftrack.vision.model_files import as_json
 from tests.browser.conftest import Complaints
-from tests.browser.host import Server
+from tests.browser.host import Server, until
 from tests.browser.views import SessionPage
 
 VALUES = {"hidden_weight": 0.0, "person": 102, "image_width_px": 320, "feature_noise_px": 3}
@@ -51,3 +52,25 @@ def test_the_model_is_taken_away_and_brought_back(
     server.seek(view.id, 2)
     view.stands_at(2)
     assert server.export(view.id, "face-json").json()["frames"] == 2
+
+
+def test_every_run_can_be_taken_away(unchosen: Any, server: Server) -> None:
+    """As a notebook, as a picture of one plot, and as a film, which the server writes beside the session."""
+    session = server.start_session(experiment="sine")
+    unchosen.goto(session["page"])
+    SessionPage(unchosen, server).ready().menu("files")
+    away, into = (unchosen.locator(".files > section", has_text=title) for title in ("Export", "Import"))
+    with unchosen.expect_download() as waiting:
+        away.locator("[data-export=notebook]").click()
+    book = json.loads(Path(waiting.value.path()).read_text())
+    assert any("Recipe.read" in "".join(cell["source"]) for cell in book["cells"])
+    away.get_by_label("Which plot").select_option("error")
+    with unchosen.expect_download() as waiting:
+        away.locator("[data-export=svg]").click()
+    assert waiting.value.suggested_filename == "sine-0-error.svg"
+    assert ">error</text>" in Path(waiting.value.path()).read_text()
+    with unchosen.expect_download() as waiting:
+        away.locator("[data-export=mp4]").click()
+    assert waiting.value.suggested_filename == "sine-0.mp4"
+    until(lambda: away.locator("[data-writing]").count() == 0, "what was being written is there")
+    assert into.count() == 0

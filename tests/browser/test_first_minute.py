@@ -5,7 +5,7 @@ from typing import Any
 
 from tests.browser.accessible import check
 from tests.browser.host import Server
-from tests.browser.views import Gallery, SessionPage
+from tests.browser.views import Gallery, SessionPage, View
 
 Watch = Callable[..., SessionPage]
 REMEMBERED = "localStorage['pftrack-tour']"
@@ -71,6 +71,35 @@ def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Se
     page.locator("dialog [data-role=tour]").wait_for()
     page.goto("./")
     page.get_by_text("Take the guided tour again").wait_for()
+
+
+# test_failures.py has a server that is full.
+def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
+    """What is typed is looked for and stands in the address; other kinds are a step that one may go back."""
+    ball, sine = server.start_session(seed=8), server.start_session(experiment="sine", seed=8)
+    page.goto("work")
+    work = View(page)
+    here = lambda session: page.locator(f"[data-session='{session['id']}']")  # noqa: E731 - one line of reading
+    here(ball).wait_for()
+    here(sine).wait_for()
+    page.get_by_label("Search my work").press_sequentially("signal seed 8")
+    here(ball).wait_for(state="detached")
+    assert here(sine).is_visible()
+    work.until(lambda: page.url.endswith("/work?q=signal+seed+8"), "the address says what is looked for")
+    page.get_by_role("button", name="Uploads").click()
+    page.get_by_text("Nothing matches all of these words").wait_for()
+    page.get_by_label("Search my work").fill("clip")
+    work.until(lambda: page.url.endswith("show=uploads&q=clip"), "the new words replace the old ones")
+    page.go_back()
+    here(sine).wait_for()
+    assert page.get_by_label("Search my work").input_value() == "signal seed 8"
+    page.get_by_label("Search my work").fill("no such thing")
+    page.get_by_role("button", name="Clear the search").click()
+    here(ball).wait_for()
+    page.goto("work?show=sessions&q=occluder")
+    here(ball).wait_for()
+    assert here(sine).count() == 0
+    assert page.locator("[data-part=runs]").count() == 0
 
 
 def test_many_sessions_are_ended_at_once(page: Any, server: Server) -> None:

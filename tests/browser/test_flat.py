@@ -393,6 +393,7 @@ def test_a_world_is_looked_at(view: WorldPage, server: Server) -> None:
     """All that can be done with it, in one visit."""
     it_is_seen_from_its_viewpoints(view)
     it_is_turned_by_hand(view, server)
+    it_goes_on_with_the_run(view, server)
     it_makes_room(view)
 
 
@@ -442,6 +443,17 @@ def it_is_turned_by_hand(view: WorldPage, server: Server) -> None:
     view.press("ArrowRight")
     view.stands_at(10)
     assert view.side == (-45, 90)
+
+
+def it_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
+    """It is painted with the picture, and layers hold in it, too."""
+    view.changes(lambda: server.seek(view.id, 30))
+    picture = view.page.locator(".flat-canvas")
+    view.until(lambda: picture.get_attribute("data-frame") == "30", "the frame is painted")
+    view.page.locator(".controls").get_by_text("More", exact=True).click()
+    view.page.get_by_text("What to draw").click()
+    view.changes(view.page.get_by_label("Axes", exact=True).uncheck)
+    view.changes(view.page.get_by_label("Axes", exact=True).check)
 
 
 def it_makes_room(view: WorldPage) -> None:

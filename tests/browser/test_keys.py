@@ -146,3 +146,35 @@ def a_preset_is_asked_for_by_a_menu(shown: SessionPage) -> None:
     shown.until(lambda: shown.id not in {before, "new"}, "another session is open")
     shown.ready()
     shown.until(lambda: (shown.position or 0) > 0, "it plays")
+
+
+def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch, server: Server) -> None:
+    """At the last frame nothing is left to compute, so it begins a frame before; its values count from there."""
+    shown = watch(frames=12)
+    server.seek(shown.id, 11)
+    shown.stands_at(11)
+    shown.press("n")
+    frame = shown.page.locator("#branch-frame")
+    frame.wait_for()
+    assert frame.input_value() == "10"
+    frame.fill("5")
+    dialog = shown.page.locator("dialog")
+    dialog.locator("summary").click()
+    labels = dialog.locator(".control:has(> select) > label")
+    assert labels.count() > 0
+    assert labels.evaluate_all(
+        "(all) => all.every((it) => it.getBoundingClientRect().bottom <= it.nextSibling.getBoundingClientRect().top)"
+    )
+    frame.fill("")
+    dialog.get_by_role("button", name="Branch here").click()
+    assert frame.evaluate("(it) => it.validity.valueMissing"), "without a frame nothing is asked for"
+    frame.fill("5")
+    particles = dialog.get_by_role("spinbutton", name="Particles", exact=True)
+    particles.fill("123")
+    particles.press("Tab")
+    dialog.get_by_role("button", name="Branch here").click()
+    dialog.wait_for(state="detached")
+    shown.until(lambda: len(shown.session["branches"]) == 2, "there is a branch")
+    branch = shown.session["branches"][1]
+    assert branch["frame"] == 5
+    assert shown.session["parameters"]["sample_count"] == 123

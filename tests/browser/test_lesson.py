@@ -142,6 +142,7 @@ def test_a_particle_is_dragged_with_shift_and_the_camera_turns_without(
     frame, mouse = view.page.locator(".scene-frame").bounding_box(), view.page.mouse
     seen = view.in_scene(f"({SEEN})()", None)
     at = frame["x"] + seen["x"], frame["y"] + seen["y"]
+    a_click_takes_the_particle_that_it_hits(view)
 
     def drag(across: float, down: float) -> None:
         mouse.move(*at)
@@ -165,6 +166,20 @@ def test_a_particle_is_dragged_with_shift_and_the_camera_turns_without(
     drag(40.0, -60.0)
     view.until(lambda: view.in_scene(EYE, None) != eye, "the camera turns")
     assert view.session["timeline"] == [change]
+
+
+def a_click_takes_the_particle_that_it_hits(view: SessionPage) -> None:
+    """In three dimensions as in the flat picture: the particle that is hit is told."""
+    view.press("i")
+    view.page.get_by_role("button", name="Particle", exact=True).click()
+    card = view.page.locator(".inspection-card")
+    view.until(lambda: "drawn by" in card.inner_text(), "some particle is told")
+    frame, seen = view.page.locator(".scene-frame").bounding_box(), view.in_scene(f"({SEEN})()", None)
+    view.page.mouse.click(frame["x"] + seen["x"], frame["y"] + seen["y"])
+    wanted = "particle at {:.1f}, {:.1f} px".format(*seen["at"])
+    view.until(lambda: wanted in card.inner_text(), f"the {wanted} is told")
+    view.press("i")
+    card.wait_for(state="hidden")
 
 
 VERSIONED = re.compile(r"^.*/static/version/\w+/")

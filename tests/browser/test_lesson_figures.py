@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Trace
+from pftrack.teaching.lessons.figure import (
+    Axis,
+    Curve,
+    Figure,
+    Handle,
+    Histogram,
+    Panel,
+    Rule,
+    Stems,
+    Trace,
+)
 from tests.browser.host import Server
 from tests.browser.views import View
 
@@ -119,7 +129,7 @@ def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
 
 def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: FigurePage) -> None:
     """Its values are those of its parameter; while it is held it stays there, then it stands where the figure says."""
-    figures.show(CURVES)
+    figures.show(EVERY["curves"])
     x, y = figures.place(DENSITIES, 1.5, 0.7)
     mouse = figures.page.mouse
     mouse.move(x + 5, y)
@@ -128,13 +138,13 @@ def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: F
     goal, _ = figures.place(DENSITIES, -0.5, 0.7)
     mouse.move(goal + 5, y)
     figures.until(lambda: figures.handle("z").input_value() == "-0.5", "it is at the pointer")
-    figures.show(CURVES)
+    figures.show(EVERY["curves"])
     assert figures.handle("z").input_value() == "-0.5"
     mouse.move(-300, 2 * y)
     figures.until(lambda: figures.handle("z").input_value() == "-3", "it is at its lowest value")
     assert figures.handle("z").get_attribute("aria-valuetext") == "−3.0 m"
     mouse.up()
-    figures.show(CURVES)
+    figures.show(EVERY["curves"])
     assert figures.handle("z").input_value() == "1.5"
     heard = figures.heard
     assert heard[-1] == ["z", -3]
@@ -144,7 +154,7 @@ def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: F
 
 def test_a_handle_is_moved_by_keys(figures: FigurePage) -> None:
     """Arrows move by a step, with shift by ten, home and end to its bounds; a locked one stays."""
-    figures.show(CURVES)
+    figures.show(EVERY["curves"])
     handle = figures.handle("z")
     assert handle.get_attribute("aria-label") == "Measured"
     for key in ("ArrowRight", "ArrowDown", "Home", "Shift+ArrowUp", "End"):
@@ -153,7 +163,7 @@ def test_a_handle_is_moved_by_keys(figures: FigurePage) -> None:
     figures.handle("height").press("ArrowUp")
     ((name, value),) = figures.heard
     assert (name, 0.25 < value < 0.26) == ("height", True)
-    figures.show(CURVES, locked=True)
+    figures.show(EVERY["curves"], locked=True)
     handle.press("ArrowLeft")
     assert figures.heard == []
     assert handle.is_disabled()
@@ -161,7 +171,7 @@ def test_a_handle_is_moved_by_keys(figures: FigurePage) -> None:
 
 def test_a_prediction_is_placed_by_pointer_finger_and_keys(figures: FigurePage) -> None:
     """Each place is told; it begins as not placed, and handles are locked meanwhile."""
-    figures.show(CURVES)
+    figures.show(EVERY["curves"])
     figures.page.evaluate("figure.ask({ panel: 'densities', along: 'x' })")
     asked = figures.page.get_by_role("slider", name="your prediction")
     assert asked.get_attribute("aria-valuetext") == "not placed yet"
@@ -181,14 +191,93 @@ def test_a_prediction_is_placed_by_pointer_finger_and_keys(figures: FigurePage) 
     assert asked.count() == 0
 
 
+def test_what_was_placed_and_what_is_exact_stand_side_by_side(figures: FigurePage) -> None:
+    """As lines with words at their values, and in the words of the panel."""
+    figures.show(EVERY["curves"])
+    figures.page.evaluate("figure.mark({ panel: 'densities', along: 'x', at: -1.2, exact: 0.84 })")
+    for name, at, words in (("placed", -1.2, "your prediction −1.20 m"), ("exact", 0.84, "exactly 0.84 m")):
+        line = figures.page.locator(f".figure-mark.{name}")
+        assert line.inner_text() == words
+        assert line.bounding_box()["x"] == pytest.approx(figures.place(DENSITIES, at, 0)[0], abs=1)
+    label = figures.page.locator("[data-panel=densities] [role=img]").get_attribute("aria-label")
+    assert "your prediction −1.20 m, exactly 0.84 m" in label
+    boxes = [flag.bounding_box() for flag in figures.page.locator(".figure-mark .figure-flag").all()]
+    assert boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
+    figures.page.evaluate("figure.mark(null)")
+    assert figures.page.locator(".figure-mark").count() == 0
+
+
+def test_nothing_jumps_when_data_change(figures: FigurePage) -> None:
+    """The boxes stay, the elements too, and the key never lies over data."""
+    boxes = "[...document.querySelectorAll('.figure-plot')].map((plot) => ({ ...plot.dataset }))"
+    figures.show(EVERY["curves"])
+    figures.page.evaluate("window.first = document.querySelector('.figure-plot canvas')")
+    before = figures.page.evaluate(boxes)
+    moved = DENSITIES.model_copy(update={"traces": DENSITIES.traces[2:4]})
+    figures.show(Figure(panels=(moved, *EVERY["curves"].panels[1:])))
+    assert figures.page.evaluate(boxes) == before
+    assert figures.page.evaluate("first === document.querySelector('.figure-plot canvas')")
+    for panel in figures.page.locator(".figure-panel").all():
+        key, plot = (panel.locator(part).bounding_box() for part in (".figure-key", ".figure-plot"))
+        assert key["y"] + key["height"] <= plot["y"] + 0.5
+
+
+def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
+    """With its signal the figure goes, and its tooltip."""
+    gone = figures.page.evaluate(
+        """async (shown) => {
+            const { FigureView } = await import('./static/shared/figure/figure.js');
+            const [end, place] = [new AbortController(), document.createElement('div')];
+            const before = document.querySelectorAll('.tooltip').length;
+            document.querySelector('main').append(place);
+            const other = new FigureView(place, { turn: () => {} }, end.signal);
+            await other.show(shown, { locked: false });
+            end.abort();
+            await other.show(shown, { locked: false });
+            return [place.childElementCount, document.querySelectorAll('.tooltip').length - before];
+        }""",
+        EVERY["curves"].model_dump(mode="json"),
+    )
+    assert gone == [0, 0]
+
+
+RNG = np.random.default_rng(5)
 X = np.linspace(-4.0, 4.0, 161)
+
+
+def _normal(x: np.ndarray, mean: float, sigma: float) -> np.ndarray:
+    return np.asarray(np.exp(-(((x - mean) / sigma) ** 2) / 2) / (sigma * np.sqrt(2 * np.pi)))
+
+
+BELOW = Axis(title="position", low=-4.0, high=4.0, unit="m")
 DENSITIES = Panel(
     id="densities",
     title="Belief before and after",
-    x=Axis(title="position", low=-4.0, high=4.0, unit="m"),
+    x=BELOW,
     y=Axis(title="density", low=0.0, high=1.0, unit="1/m"),
-    traces=(Curve(title="posterior", ink="estimate", x=X, y=np.exp(-((X - 0.8) ** 2) / 0.5)),),
+    traces=(
+        Histogram(
+            title="draws", ink="hidden", edges=np.linspace(-2, 2, 17), heights=_normal(np.linspace(-2, 2, 16), 0, 0.8)
+        ),
+        Curve(title="prior", ink="prediction", x=X, y=_normal(X, -1, 1), area=(-1.0, 1.0)),
+        Curve(title="likelihood", ink="observation", x=X, y=_normal(X, 1.5, 0.6)),
+        Curve(title="posterior", ink="estimate", x=X, y=_normal(X, 0.8, 0.5)),
+        Curve(title="exact", ink="truth", x=X, y=_normal(X, 0.84, 0.5), dashed=True),
+        Rule(title="mean", ink="estimate", at=0.8),
+    ),
     handles=(Handle(parameter="z", at=1.5), Handle(parameter="height", at=0.25, along="y")),
     words="The posterior lies between prior and likelihood, with its mean at 0.8 m.",
 )
-CURVES = Figure(panels=(DENSITIES,))
+STEMS = Panel(
+    id="stems",
+    title="Weights",
+    x=BELOW,
+    y=Axis(title="weight", low=0.0, high=1.0, hidden=True),
+    traces=(Stems(title="draws", ink="second", x=RNG.normal(0, 1.2, 40), y=RNG.uniform(0.1, 0.9, 40)),),
+    words="Forty draws of unequal weight.",
+    row=1,
+    share=(0.6, 1.0),
+)
+EVERY: dict[str, Figure] = {
+    "curves": Figure(panels=(DENSITIES, STEMS)),
+}

@@ -14,6 +14,7 @@ SHOW = ".question button[type=submit]"
 BROKEN = "---\ntitle: A lesson with a mistake\nexperiment: ball\nsead: 3\n---\nNothing is right here.\n"
 
 
+# Remembers what was asked for, and how many requests were under way at one time.
 class LessonPage(View):
     """The page of a lesson."""
 

@@ -165,3 +165,27 @@ def test_an_answer_about_another_branch_is_not_shown(watch: Callable[..., Sessio
     answered.value.finished()
     page.wait_for_timeout(300)  # nothing shows when the page has read it
     expect(summary).to_have_text("Lost in frame 15 stale")
+
+
+def test_changes_are_tried_and_other_seeds_lie_behind_the_error(
+    watch: Callable[..., SessionPage], server: Server
+) -> None:
+    """What a server tries fills the list, and ends by a button or with the page; a band shows what other seeds do."""
+    view = watch(**LOST, frames=45)
+    page = view.page
+    server.seek(view.id, 20)
+    view.stands_at(20)
+    page.get_by_role("region", name="The loss").get_by_role("button", name="What if…").click()
+    first = page.locator(".what-if").get_by_role("listitem").first
+    expect(first).to_contain_text("Same settings, other seeds", timeout=60_000)
+    page.get_by_role("button", name="Stop").click()
+    expect(page.get_by_role("progressbar", name="Runs carried out")).to_be_hidden()
+    page.get_by_role("button", name="Try again").click()
+    page.get_by_role("progressbar", name="Runs carried out").wait_for()
+    page.get_by_role("button", name="Back to the plots").click()
+    page.locator(".controls").get_by_text("More", exact=True).click()
+    page.get_by_role("button", name="Other seeds", exact=True).click()
+    expect(page.locator(".explore-words")).to_have_text(re.compile(r"^\d+ of 40 hold in this frame$"), timeout=60_000)
+    view.until(lambda: len((view.trace("error of other seeds") or {"low": []})["low"]) == 45, "the band is drawn")
+    page.goto("about:blank")
+    view.until(lambda: all(job["state"] != "working" for job in server.get("jobs")), "jobs of a closed page end")

@@ -138,3 +138,15 @@ def test_keys_resize_a_box_by_their_place(bare: Any) -> None:
     for place, letter in (("KeyW", "z"), ("KeyA", "q"), ("KeyA", "q"), ("KeyZ", "w"), ("KeyQ", "a")):
         keys.send("Input.dispatchKeyEvent", {"type": "keyDown", "code": place, "key": letter})
     assert editing.mark == {**made, "width": made["width"] - 2, "height": made["height"] - 1}
+
+
+def test_a_picture_that_cannot_be_shown_is_told_of(bare: Any, complaints: Any) -> None:
+    """It says so in the picture's place, until there is a picture again."""
+    complaints.expected = ("the server responded with a status of 404",)
+    editing = Editing(bare, CIRCLE)
+    missing = editing.page.locator(".picture-missing")
+    editing.page.evaluate("editor.picture.show('api/v1/uploads/none/frames/0.jpg', 320, 240)")
+    missing.wait_for()
+    assert "loading" not in editing.surface.get_attribute("class")
+    editing.page.evaluate("editor.picture.show('static/shared/icon.svg', 320, 240)")
+    missing.wait_for(state="hidden")

@@ -302,3 +302,29 @@ def test_a_failure_is_a_handout(page: Any, server: Server, *, every: bool) -> No
         page.locator(".failure-column:last-of-type .flat-canvas[data-frame]").wait_for()
         View(page).until(lambda: page.locator(".measured:not(:has(.bone))").count() == 2, "both are measured")
         is_handout(page, failure)
+
+
+def test_a_comparison_is_a_handout(page: Any) -> None:
+    """Two or four runs beside each other, with what differs and what came of them."""
+    for runs in ([ball(), ball("condensation")], [ball("apf"), ball("condensation"), ball(), ball("kalman")]):
+        page.goto("learn")
+        page.goto(link(*runs))
+        ComparePage(page).ready(len(runs))
+        is_handout(page, f"a comparison of {len(runs)} runs")
+
+
+def test_a_scene_in_space_is_printed_as_a_picture(page: Any) -> None:
+    """Its graphics are not there for paper: the library's picture is fetched first, and printed in their place."""
+    page.add_init_script("window.print = () => document.documentElement.setAttribute('data-printed', '')")
+    page.goto(link(ball(), ball("condensation")))
+    ComparePage(page).ready(2)
+    page.get_by_role("button", name="3-D").click()
+    page.locator(".scene-frame").nth(1).wait_for(state="attached")
+    page.get_by_role("button", name="Print as a handout").click()
+    page.locator("html[data-printed]").wait_for()
+    page.emulate_media(media="print")
+    pictures = page.locator(".scene-paper")
+    assert pictures.count() == 2
+    assert pictures.evaluate_all("(all) => all.every((it) => it.naturalWidth > 100 && it.offsetWidth > 100)")
+    assert not page.locator(".scene-frame").first.is_visible()
+    page.emulate_media(media="null")

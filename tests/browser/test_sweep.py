@@ -159,6 +159,7 @@ def test_a_complete_sweep_is_looked_at(sweep: SweepPage, page: Any, server: Serv
     it_is_read_by_keyboard(sweep, page)
     the_other_methods_are_one_click_away(sweep, page, server)
     it_fits_and_can_be_used_by_everybody(sweep, page)
+    a_measure_is_chosen(sweep, page, server)
     there_are_several_ways_to_see_it(sweep, page)
     my_work_lists_it(sweep, page)
 
@@ -224,6 +225,26 @@ def there_are_several_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     sweep.until(lambda: "y=none" in page.url, "the address says that one axis is shown")
     page.reload()
     sweep.until(lambda: up.count() == 1 and up.input_value() == "none", "a link pools the other one, too")
+
+
+def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
+    """The maps show the means of the measure that is chosen, say which it is, and a link to it shows the same."""
+    sweep.until(lambda: BARE not in sweep.colours("h-spf"), "all cells are there")
+    successes = sweep.colours("h-spf")
+    sweep.show("Measure")
+    page.select_option("select[aria-label='Which measure']", "inside_share")
+    sweep.until(
+        lambda: "Inside the true box, mean of all runs" in page.inner_text(".sweep-legend"), "the legend says so"
+    )
+    sweep.until(lambda: sweep.colours("h-spf") != successes, "so do the maps")
+    shown = sweep.colours("h-spf")
+    sweep.until(lambda: "of=inside_share" in page.url, "the address names it")
+    page.reload()
+    sweep.until(lambda: page.locator(".map .figure-plot[data-left]").count() == 2, "the maps are drawn")
+    sweep.until(lambda: sweep.colours("h-spf") == shown, "the link shows the same")
+    page.select_option("select[aria-label='Which measure']", "median_error_px")
+    sweep.until(lambda: "px" in page.inner_text(".sweep-legend"), "the scale has its unit")
+    sweep.until(lambda: sweep.colours("h-spf") != shown, "another measure is another map")
 
 
 def test_errors_stand_beside_their_field(page: Any, complaints: Complaints) -> None:

@@ -80,3 +80,27 @@ def test_truth_is_clicked_frame_by_frame_and_measures_the_run(shown: SessionPage
     assert [frame for frame, error in enumerate(server.column(shown.id, "error")) if error is not None] == [0, 4, 8]
     shown.menu("files")
     page.locator("[data-role=known-truth]").wait_for()
+
+
+def test_marks_that_are_known_can_be_corrected_or_left_alone(shown: SessionPage, upload: str) -> None:
+    """Marking begins with what a file has given; leaving asks before marks are lost."""
+    page = shown.page
+    rows = "frame,x,y,w,h\n0,31,51,19,19\n1,90,90,19,19\n"
+    shown.menu("files")
+    page.set_input_files("[data-file=truth]", {"name": "t.csv", "mimeType": "text/csv", "buffer": rows.encode()})
+    page.locator(".toast:has-text('2 frames is known')").wait_for()
+    shown.until(lambda: page.locator(".play").is_enabled(), "it goes on")
+    page.keyboard.press("Escape")
+    page.keyboard.press("t")
+    page.locator(".truth-marking[data-state=kept]").wait_for()
+    page.fill("#truth-every", "1")
+    page.locator("button:has-text('Save and continue')").click()
+    click_disc(shown, 1)
+    waits_at(shown, 2)
+    page.keyboard.press("Escape")
+    page.locator("dialog >> text=Keep").click()
+    assert page.locator(".truth-marking").count() == 1
+    page.keyboard.press("Escape")
+    page.locator("dialog >> text=Leave").last.click()
+    page.locator(".truth-marking").wait_for(state="detached")
+    assert table(shown, upload)[2] == "1,90,90,19,19"

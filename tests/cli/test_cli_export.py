@@ -7,6 +7,7 @@ from shutil import copy
 import cv2
 import pandas as pd
 import pytest
+from PIL import Image
 
 from pftrack.experiments import find
 from pftrack.runs.record import save
@@ -40,6 +41,17 @@ def test_a_saved_run_is_written_as_several_files(saved: Path, tmp_path: Path, ca
     assert call("run", tmp_path / "again.json", "--frames", 10, "--json")[0] == 0
 
 
+def test_one_plot_is_written_as_a_picture(saved: Path, tmp_path: Path, call: Call) -> None:
+    """The picture of one is smaller than that of all; one that is not there is refused with those that are."""
+    assert call("export", saved, "--to", tmp_path / "all.png")[0] == 0
+    beside = ("--to", tmp_path / "beside.jsonl")
+    assert call("export", saved, "--to", tmp_path / "one.png", *beside, "--plot", "ess")[0] == 0
+    with Image.open(tmp_path / "all.png") as every, Image.open(tmp_path / "one.png") as one:
+        assert every.size[1] > one.size[1]
+    refused(call("export", saved, "--to", tmp_path / "x.svg", "--plot", "gain"), 2, "no plot 'gain', only error, sigma")
+    refused(call("export", saved, "--to", tmp_path / "x.csv", "--plot", "ess"), 2, "a plot can be written as a picture")
+
+
 @pytest.mark.parametrize(
     ("name", "status", "words"),
     [
@@ -52,6 +64,13 @@ def test_what_cannot_be_written_is_refused_first(
 ) -> None:
     """Before anything is computed."""
     refused(call("export", saved, "--to", tmp_path / name), status, words)
+
+
+def test_what_is_no_run_is_refused(tmp_path: Path, call: Call) -> None:
+    """A file that is none, and one that is not there."""
+    (tmp_path / "none.pft").write_text("none")
+    refused(call("export", tmp_path / "none.pft", "--to", tmp_path / "x.csv"), 1, "none.pft is not a saved run")
+    refused(call("export", tmp_path / "gone.pft", "--to", tmp_path / "x.csv"), 1, "does not exist")
 
 
 def test_the_recording_of_a_run_is_looked_for(clip: Path, tmp_path: Path, call: Call) -> None:

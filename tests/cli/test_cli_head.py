@@ -102,3 +102,17 @@ def test_the_real_clip_from_the_command_line(call: Call) -> None:
     assert said["frames"] == 250
     assert max(said["mean_abs_error_deg"].values()) < 3.0
     assert said["tracked_share"] == 1.0
+
+
+def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> None:
+    """`--export` writes by suffix, several at once; a saved run that is replayed writes the same."""
+    places = [tmp_path / f"face.{suffix}" for suffix in ("obj", "points.json")]
+    wanted = [part for place in places for part in ("--export", place)]
+    values = ("--set", "hidden_weight=0", "--set", "image_width_px=320")
+    status, _, _ = call("run", "head", "--frames", 4, *values, *wanted, "--out", tmp_path / "run.pft")
+    assert status == 0
+    assert all(place.stat().st_size > 500 for place in places)
+    assert json.loads(places[-1].read_text())["frames"] == 3
+    again = tmp_path / "again.obj"
+    assert call("replay", tmp_path / "run.pft", "--export", again)[0] == 0
+    assert again.read_bytes() == places[0].read_bytes()

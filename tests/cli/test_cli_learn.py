@@ -53,6 +53,15 @@ def test_a_run_is_guided_by_a_file_and_carries_it(learned: Path, call: Call) -> 
     assert json.loads(call("replay", place, "--json")[1])["same_as_saved"] is True
 
 
+def test_the_open_run_offers_what_it_teaches(saved: Path, learned: Path, call: Call) -> None:
+    """`--export` writes the same file as `learn` does of the saved run; one that teaches nothing is refused."""
+    place = learned.with_name("open.learned.json")
+    assert call("replay", saved, "--export", place)[0] == 0
+    assert place.read_text() == learned.read_text()
+    refused(call("run", "ball", "--frames", 4, "--export", place), 1, "expected at least 10 frames", "got")
+    refused(call("run", "ball", "--frames", 4, "--export", "x.stl"), 2, ".learned.json")
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [

@@ -73,3 +73,8 @@ def test_a_mark_is_drawn_on_the_first_picture(call: Call, clip: Path, tmp_path: 
 def test_wrong_marks_are_refused(call: Call, clip: Path, options: tuple[str, ...], message: str) -> None:
     """A mark that is none, or of no kind that the experiment takes, is refused."""
     refused(call("run", "ball", "--video", clip, *options), 2, message)
+
+
+def test_a_missing_recipe_is_named(call: Call, tmp_path: Path) -> None:
+    """A file that is not there is said to be so."""
+    refused(call("show-recipe", tmp_path / "none.json"), 1, "does not exist")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pftrack.cli.app import main
-from tests.cli.commands import Call, on_clip, refused
+from tests.cli.commands import FRAMES, Call, on_clip, refused
 
 
 @pytest.mark.parametrize(
@@ -66,6 +66,13 @@ def test_wrong_use_is_refused_with_one_line_and_status_2(
 def test_an_impossible_box_is_refused(call: Call, clip: Path, box: str, message: str) -> None:
     """A box that is no box, or not inside the picture, is refused with both sizes."""
     refused(call("run", "ball", "--video", clip, f"--box={box}"), 2, message)
+
+
+def test_a_start_behind_the_end_is_refused(call: Call, clip: Path) -> None:
+    """The message names the number of frames that there are."""
+    refused(
+        call(*on_clip(clip, "--start", 500)), 2, f"start must be a frame of the recording, 0 to {FRAMES - 1}, got 500"
+    )
 
 
 def test_with_json_a_failure_is_one_json_value_too(call: Call) -> None:

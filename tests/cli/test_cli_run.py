@@ -5,11 +5,15 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from pftrack.core.model.drawing import Drawing, Text
+from pftrack.experiments import EXPERIMENTS, find
 from tests.cli.commands import FRAMES, Call, on_clip, refused
 
 KEYS = {
@@ -72,6 +76,14 @@ def test_a_clip_is_tracked_and_scored_against_its_table(call: Call, clip: Path) 
     assert 0 < result["normalised_error"] < 0.5
 
 
+def test_a_tracker_that_believes_in_a_size_is_scored_by_its_overlap(call: Call, clip: Path) -> None:
+    """A window on a video is scored by the overlap of its boxes with the true ones; trackers of a point are not."""
+    table = clip.with_name("truth.csv")
+    window = call("run", "histogram", "--video", clip, "--box", "20,30,10,8", "--truth", table, "--json")[1]
+    assert 0.5 < json.loads(window)["mean_iou"] <= 1.0
+    assert "mean_iou" not in json.loads(call(*on_clip(clip, "--truth", table, "--json"))[1])
+
+
 def test_a_target_is_judged_before_it_is_tracked(call: Call, clip: Path) -> None:
     """A square of its own colour suits well; a box on the ground not at all, which is also said on standard error."""
     well = json.loads(call(*on_clip(clip, "--frames", 2, "--json"))[1])
@@ -82,6 +94,13 @@ def test_a_target_is_judged_before_it_is_tracked(call: Call, clip: Path) -> None
     assert badly["suitability"] < 0.3
     assert "separates not at all" in badly["suitability_remark"].lower()
     assert badly["suitability_remark"] in err
+
+
+def test_a_clip_without_a_table_has_no_score(call: Call, clip: Path) -> None:
+    """Where the truth is not known, success and hit rate are null, not guessed."""
+    result = json.loads(call(*on_clip(clip, "--start", 4, "--json"))[1])
+    assert result["frames"] == FRAMES - 4
+    assert (result["labelled_frames"], result["hit_rate"], result["success"]) == (0, None, None)
 
 
 def test_a_saved_run_replays_to_the_same_numbers(call: Call, tmp_path: Path) -> None:
@@ -150,6 +169,21 @@ def test_a_preset_gives_tracker_values_and_seed(call: Call) -> None:
     said = "--tracker", "apf", "--set", "sample_count=60", "--seed", 3
     own = json.loads(call("run", "ball", "--preset", "few", *said, "--frames", 5, "--json")[1])
     assert (own["tracker"], own["parameters"]["sample_count"], own["seed"]) == ("apf", 60, 3)
+
+
+def test_a_film_leaves_out_what_cannot_be_shown(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A drawing with a fault, as an experiment of another package may make, does not end the run: as on the page."""
+    sine = find("sine")
+
+    def draw(*given: Any) -> Drawing:
+        drawn = sine.draw(*given)
+        return replace(drawn, primitives={**drawn.primitives, "name": Text(np.zeros(3), 7, (0, 0, 0), "estimate")})  # type: ignore[arg-type]
+
+    monkeypatch.setitem(EXPERIMENTS._known, "sine", replace(sine, draw=draw))
+    film = tmp_path / "a.mp4"
+    status, _, err = call("run", "sine", "--frames", 3, "--video-out", film)
+    assert status == 0, err
+    assert film.stat().st_size > 0
 
 
 @pytest.mark.parametrize("again", [False, True], ids=["run", "replay"])

@@ -78,6 +78,19 @@ def test_a_dry_run_computes_nothing(call: Call, tmp_path: Path) -> None:
     assert "32 runs in 8 cells, about" in call(*PLAN, "--dry-run")[1]
 
 
+def test_a_preset_is_where_a_sweep_begins(call: Call, tmp_path: Path) -> None:
+    """Tracker and values are the preset's, but for what an axis varies or the call says."""
+    out = tmp_path / "p.parquet"
+    axis = "--axis", "occlusion_width_px=10,60", "--trials", 1, "--frames", 5, "--jobs", 1
+    assert call("ball", "--preset", "too-wide", *axis, "--set", "sample_count=50", "--out", out)[0] == 0
+    plan = read_result(out).plan
+    assert (plan.trackers, dict(plan.values)) == (("h-spf",), {"sample_count": 50})
+    few = tmp_path / "few.parquet"
+    assert call("ball", "--preset", "few", *axis, "--trackers", "apf", "--out", few)[0] == 0
+    plan = read_result(few).plan
+    assert (plan.trackers, dict(plan.values)) == (("apf",), {"sample_count": 40})
+
+
 def test_nothing_is_overwritten(call: Call, tmp_path: Path) -> None:
     """A file that exists is refused, with what to do, and stays."""
     out = tmp_path / "c.parquet"

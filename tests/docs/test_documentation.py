@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from pftrack.sources.limits import DEFAULT_LIMITS, check_pixels
+
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
@@ -23,6 +25,15 @@ def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
         if "://" not in target:
             assert (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_pictures_of_each_size_that_is_named_are_accepted(page: Path) -> None:
+    """A page names no size of a picture that is refused, and no other limit than that in force."""
+    text = page.read_text()
+    for width, height in re.findall(r"(\d[\d,]*) x (\d[\d,]*) px", text):
+        check_pixels(int(width.replace(",", "")), int(height.replace(",", "")), DEFAULT_LIMITS, "the picture has")
+    assert set(re.findall(r"more than ([\d,]+) pixels are refused", text)) <= {f"{DEFAULT_LIMITS.pixels:,}"}
 
 
 NO_PROSE = re.compile(r"```.*?```|`[^`]*`|\$\$.*?\$\$|\$[^$]+\$|\]\([^)]*\)|<!--.*?-->", re.DOTALL)

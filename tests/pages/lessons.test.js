@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { beside, checked } from "../../frontend_static/learn/numbers.js";
+import { beside, checked, figure } from "../../frontend_static/learn/numbers.js";
 import { Progress } from "../../frontend_static/learn/progress.js";
 
 const PLACE = "pftrack-lessons";
@@ -79,6 +79,13 @@ describe("progress", () => {
 });
 
 describe("words", () => {
+  it("round to what counts", () => {
+    assert.equal(figure(0.28251, 4), "0.2825");
+    assert.equal(figure(1234.6, 3), "1235");
+    assert.equal(figure(0.1, 4, "m"), "0.1 m");
+    assert.equal(figure(null, 4), "–");
+  });
+
   it("tell whether a number is as close as it should be, without a tick as well", () => {
     const number = { exact: 0.2861, tolerance: 0.0106, digits: 4, unit: "", within: true };
     assert.equal(beside(number), "exact 0.2861, within 0.011");

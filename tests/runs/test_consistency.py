@@ -1,6 +1,7 @@
 """Coverage of bands, consistency of errors with the deviations told, and the probability of a loss."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,14 @@ def test_assumed_noise_sets_it() -> None:
     assert found.nis < found.nis_limits[0]
 
 
+def test_runs_of_one_recording_have_the_limits_of_one() -> None:
+    """What was measured is the same in all of them, so they tell no more of it."""
+    run = signal()
+    one, three = measure_consistency([run]), measure_consistency([run, run, run])
+    assert (three.nis, three.nis_limits) == (pytest.approx(one.nis), one.nis_limits)
+    assert three.nees == pytest.approx(one.nees)
+
+
 def test_only_frames_with_a_truth_and_trackers_with_a_band_have_errors() -> None:
     """Frames without a truth count for nothing, and a tracker of which no band is declared has no mean."""
     run = signal(dimension=2)
@@ -92,6 +101,15 @@ def test_a_setting_has_the_values_of_its_preset_and_another_scene_for_each_seed(
     parameters = measured_run(fish, "guided", "rudder", 3, 2).parameters_at(0)
     assert parameters.tank == preset.parameters["tank"]
     assert parameters.tank_number == fish.simulate().parameters.tank_number + 3
+
+
+def test_the_error_knows_that_frames_of_a_run_are_alike() -> None:
+    """Two runs of which one holds all and one nothing tell little, however long they are; two that agree have none."""
+    apart = pool_counts([{"it": {0.5: (100, 100)}}, {"it": {0.5: (0, 100)}}])[0]
+    assert (apart.share, apart.runs) == (0.5, 2)
+    assert apart.error == pytest.approx(0.5)
+    assert pool_counts([{"it": {0.5: (5, 10)}}, {"it": {0.5: (50, 100)}}])[0].error == 0.0
+    assert math.isnan(pool_counts([{"it": {0.5: (5, 10)}}])[0].error)
 
 
 def test_what_is_never_known_is_left_out() -> None:

@@ -1,5 +1,6 @@
 """Where a target is lost: by the truth, by marks and the tracker's own account, and where to look."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -101,6 +102,18 @@ def test_on_a_recording_held_means_inside_the_true_box(experiment: str) -> None:
     assert summary.hit_rate == summary.measures["inside_share"] == pytest.approx(np.mean(inside))
     ((row,),) = outcomes(found, setup, values={}, trackers=["condensation"], seeds=[0], frames=FRAMES)
     assert (row.lost_frames, row.first_lost_frame) == (inside.count(False), inside.index(False))
+
+
+def test_a_loss_that_marks_tell_is_gone_back_from_to_the_last_that_held() -> None:
+    """Nobody knows when it began after that mark; runs are judged by the marks."""
+    run = on_clip(marked=(0, 9, 36))
+    run.diagnostics = [replace(row, lost=row.frame == 36) if row.lost is not None else row for row in run.diagnostics]
+    *_, report = what_if(run, 36, rounds=(1,))
+    assert report.begin <= 9
+    branch = run.branch(report.begin, {"seed": report.baseline.seed})
+    branch.seek(report.end)
+    assert [row.frame for row in branch.diagnostics if row.lost is not None] == [0, 9, 36]
+    assert report.baseline.holding == (not branch.diagnostics[36].lost)
 
 
 # Where to look when a target was lost.

@@ -8,7 +8,7 @@ import pytest
 from pftrack.core.model.band import Calibration
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.model.source import Frame
+from pftrack.core.model.source import Frame, History
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED
@@ -183,3 +183,19 @@ def test_a_batch_has_the_measures_that_were_asked_for() -> None:
     for tracker, outcome in zip(trackers, row, strict=True):
         errors = [step.error or 0.0 for step in live(tracker, 3, CONDITION, 30).diagnostics[20:]]
         assert outcome.measures["late_error"] == pytest.approx(np.median(errors))
+
+
+def test_pictures_of_a_block_are_kept_once() -> None:
+    """They lie together, and frames share them. A single one stays the same array, since results are kept by it."""
+    setup = BALL.simulate()
+    source = setup.open_source(1, setup.parameters)
+    history = History(((0, setup.parameters),))
+    (block,) = many.read_blocks(source, history, 0, 4, shortest=5)
+    for place, frame in enumerate(block.frames):
+        assert np.shares_memory(frame.picture, block.pictures_rgb[place])
+        assert np.array_equal(frame.picture, source.frame(place, history).picture)
+        assert not frame.picture.flags.writeable
+    one = source.frame(2, history)
+    single = many.FrameBlock((one,), 1, 2)
+    assert single.frames[0].picture is one.picture
+    assert np.shares_memory(single.pictures_rgb, one.picture)

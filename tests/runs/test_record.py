@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.core.model.source import FrameSequence
@@ -206,6 +207,18 @@ def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[
     save(run, tmp_path / "a.pft")
     with pytest.raises(RefusedError, match=word):
         load(_rewritten(tmp_path / "a.pft", **changes))
+
+
+@pytest.mark.parametrize("row", [[1, 2, float("nan"), 4], [1, 2, 1e300, 4], [1, 2, 3], [1, 2, 0, 4]])
+def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[float]) -> None:
+    """The truth in a saved run is held to what is asked of a table."""
+    truth = BALL.video.truth.table({0: (1, 2, 30, 40)})
+    setup = BALL.video.on_video(Pictures(pictures(2, width=160)), Box.of(1, 2, 30, 40), truth=truth)
+    save(Run(BALL, setup), tmp_path / "a.pft")
+    footage = read(tmp_path / "a.pft").recipe.as_dict()["footage"]
+    path = _rewritten(tmp_path / "a.pft", footage={**footage, "truth": {"0": row}})
+    with pytest.raises(RefusedError, match=r"truth\.0"):
+        load(path, open_sequence=lambda _: Pictures(pictures(2, width=160)))
 
 
 def test_a_large_description_is_not_read(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

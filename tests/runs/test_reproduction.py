@@ -1,3 +1,4 @@
+import dataclasses
 import json
 from pathlib import Path
 
@@ -58,3 +59,18 @@ def test_what_is_not_finite_differs_by_no_number(run: Run, saved: Saved, value: 
     assert json.loads(json.dumps(apart.as_dict(), allow_nan=False))["largest"] is None
     both = np.full((2, 1), value)
     assert departure(both.tolist(), Saved(record, both)) is None
+
+
+def test_numbers_of_another_shape_are_not_compared(run: Run, saved: Saved) -> None:
+    """A file whose estimates have other components, as of another version, is told apart by its hash alone."""
+    record = saved.record.model_copy(update={"estimates_sha256": "0" * 64})
+    apart = difference(run, Saved(record, np.zeros((12, 3))))
+    assert (apart.frame, apart.largest) == (None, None)
+
+
+def test_a_file_without_numbers_is_told_apart_by_its_hash(run: Run, saved: Saved) -> None:
+    """Without saved estimates there is no frame to name, and the sentence does without."""
+    other = dataclasses.replace(saved, estimates=None, record=saved.record.model_copy(update={"estimates_sha256": ""}))
+    apart = difference(run, other)
+    assert apart.frame is None
+    assert apart.sentence.startswith("the numbers differ from the saved ones; ")

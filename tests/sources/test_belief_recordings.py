@@ -91,6 +91,26 @@ def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(t
         ensemble(run, runs=2)
 
 
+def test_the_paper_has_room_for_the_truth(tmp_path: Path) -> None:
+    """Where a loop has lost its target, both are to be seen: what it believes, and where the target is."""
+    with pftrack.record(tmp_path / "far.pft", components=("x", "y", "z")) as rec:
+        for t in range(9):
+            rec(t, mean=(0.1 * t, 0.0, 1.0), truth=(50.0 * t, -3.0))
+    sequence = open_sequence(tmp_path / "far.pft")
+    plane = sequence.plane((0, 1))
+    for place in ((0.0, 0.0), (400.0, -3.0)):
+        drawn = np.array(plane.scale) * place + plane.shift
+        assert np.all((drawn > 0) & (drawn < sequence.size))
+
+
+def test_single_precision_is_enough_for_what_is_seen(tmp_path: Path) -> None:
+    """Half the bytes are written if not asked otherwise, and the estimate differs in the seventh digit at most."""
+    single, double = record(tmp_path / "one.pft"), record(tmp_path / "two.pft", precision="double")
+    assert single.stat().st_size < 0.75 * double.stat().st_size
+    one, two = (np.array(pftrack.load(path).finish().diagnostics.estimate) for path in (single, double))
+    assert one == pytest.approx(two, rel=1e-6)
+
+
 def test_gaussians_and_boxes_are_beliefs(tmp_path: Path) -> None:
     """Means with covariances, and boxes of several targets, are shown as what they are."""
     with pftrack.record(tmp_path / "gaussians.pft") as rec:
@@ -282,3 +302,20 @@ def write_clip(path: Path, shade: int = 40) -> Path:
         for t in range(FRAMES):
             film.write(np.full((48, 64, 3), shade * t, dtype=np.uint8))
     return path
+
+
+def test_units_are_those_of_the_loop(tmp_path: Path) -> None:
+    """They stand at the plots of the chosen components, and at the error where both have the same."""
+    path = record(tmp_path / "mine.pft", units=("m", "m", "m/s"))
+    run = pftrack.load(path)
+    units = {plot.id: plot.unit for plot in run.experiment.display.plots}
+    assert (run.experiment.judge.unit, units["across"], units["down"]) == ("m", "m", "m")
+    other = pftrack.run("recorded", recording=path, component_down=2)
+    units = {plot.id: plot.unit for plot in other.experiment.display.plots}
+    assert (other.experiment.judge.unit, units["across"], units["down"]) == ("", "m", "m/s")
+    with pftrack.record(tmp_path / "one.pft", units=("m",)) as rec:
+        rec(0, particles=np.arange(3.0))
+    assert pftrack.load(tmp_path / "one.pft").experiment.judge.unit == "m"
+    assert pftrack.load(record(tmp_path / "none.pft")).experiment.judge.unit == ""
+    seen = record(tmp_path / "seen.pft", source=write_clip(tmp_path / "clip.mp4"))
+    assert pftrack.load(seen).experiment.judge.unit == "px"

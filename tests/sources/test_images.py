@@ -11,6 +11,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -71,6 +73,13 @@ def test_natural_order_counts(names: list[str]) -> None:
     """Runs of digits are numbers, and letters' case does not matter."""
     shuffled = names[::-1]
     assert sorted(shuffled, key=natural_order) == names
+
+
+@given(st.lists(st.text(max_size=8), unique=True))
+def test_natural_order_is_an_order(names: list[str]) -> None:
+    """Any names can be sorted, in one way only."""
+    other_way = names[::-1]
+    assert sorted(names, key=natural_order) == sorted(other_way, key=natural_order)
 
 
 def test_what_is_no_picture_is_passed_over(folder: Path) -> None:

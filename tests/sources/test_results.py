@@ -110,6 +110,12 @@ def test_cvat_ends_where_a_target_is_outside() -> None:
     ]
 
 
+def test_a_turned_box_is_the_upright_box_around_it() -> None:
+    """CVAT turns a box about its middle: a bar of 30 x 40 at 90 degrees is one of 40 x 30."""
+    table = read_results(CVAT.replace('xtl="10.50"', 'rotation="90.0" xtl="10.50"').encode())
+    assert tuple(table.boxes[0][2:6]) == pytest.approx((5.5, 25, 40, 30))
+
+
 def test_numbers_of_other_locales() -> None:
     """Where semicolons, tabs or spaces separate cells, commas separate decimals; thousands are refused."""
     wanted = (0, 1, 48.5, 78.5, 25.5, 20.0)
@@ -197,6 +203,13 @@ def test_what_a_column_surely_is_comes_before_what_it_may_be() -> None:
     """In tables of the MOT challenge x, y, z are places in the world; the box is bb_left and so on."""
     header = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z"
     assert places(f"{header}\n0,7,10,20,30,40,1,-1,-1,-1\n") == [(0, 7, 10, 20, 30, 40)]
+
+
+def test_truth_of_2015_says_what_counts() -> None:
+    """It has as many columns as results; the seventh says 0 or 1 there, and both occur."""
+    rows = [f"{frame},1,10,20,30,40,{flag},-1,-1,-1\n" for frame, flag in ((1, 1), (2, 0), (3, 1))]
+    assert [box[0] for box in places("".join(rows))] == [0, 2]
+    assert len(places("".join(rows).replace(",0,-1", ",0.5,-1"))) == 3
 
 
 def test_shares_of_the_picture_are_no_pixels() -> None:
@@ -382,3 +395,8 @@ def test_thousands_are_not_taken_for_decimals() -> None:
     with pytest.raises(RefusedError, match=r"line 2: 1,234 can be read in two ways"):
         read_results(b'frame,x,y,w,h\n0,"1,234",2,3,4\n')
     assert places("frame;x;y;w;h\n0;1,234;2;3;4\n") == [(0, 1, 1.234, 2, 3, 4)]
+
+
+def test_edges_come_before_a_width_that_may_be_the_picture_s() -> None:
+    """Tables of object detection have width and height of the picture beside the edges of the box."""
+    assert places("frame,width,height,xmin,ymin,xmax,ymax\n0,640,480,10,20,40,60\n") == [(0, 1, 10, 20, 30, 40)]

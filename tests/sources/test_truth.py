@@ -104,6 +104,21 @@ def test_a_wrong_polygon_is_refused_by_line(tmp_path: Path, values: str, message
     assert str(caught.value) == f"truth.csv: {message}"
 
 
+def test_more_corners_than_are_read_are_refused(tmp_path: Path) -> None:
+    """They would be a box around some of them."""
+    corners = 100_000
+    header = ",".join(f"x{number},y{number}" for number in range(1, corners + 1))
+    with pytest.raises(RefusedError, match=r"a table with at most 16,384 columns"):
+        read_truth(truth_file(tmp_path, f"frame,{header}\n0{',1,2' * corners}\n"))
+
+
+def test_a_thousand_corners_are_read(tmp_path: Path) -> None:
+    """All of them count."""
+    header = ",".join(f"x{number},y{number}" for number in range(1, 1001))
+    values = ",".join(f"{number},{2 * number}" for number in range(1000))
+    assert dict(read_truth(truth_file(tmp_path, f"frame,{header}\n0,{values}\n")).boxes) == {0: (0, 0, 999, 1998)}
+
+
 @given(
     st.dictionaries(
         st.integers(0, 10_000_000),

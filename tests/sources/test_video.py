@@ -310,6 +310,24 @@ def test_an_index_of_an_earlier_version_keeps_pictures_as_stored(tmp_path: Path,
     np.testing.assert_array_equal(sequence.picture(2), stored[2])
 
 
+@pytest.mark.parametrize("turns", [1, 2])
+def test_pixels_are_made_square_before_a_picture_is_turned(tmp_path: Path, make_film: Film, turns: int) -> None:
+    """The shape of pixels is that of the stored picture, which may lie on its side."""
+    path = make_film(
+        tmp_path / "a.mp4", [np.full((64, 96, 3), 90, np.uint8)] * 3, rotation=90 * turns,
+        codec_options={"x264-params": "sar=2/1"},
+    )  # fmt: skip
+    sequence = opened(path)
+    assert sequence.size == ((64, 192) if turns == 1 else (192, 64))
+    assert sequence.picture(2).shape[:2] == sequence.size[::-1]
+
+
+def test_a_single_frame_is_a_sequence(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
+    """A video of one frame has one frame at time zero."""
+    sequence = opened(make_film(tmp_path / "a.mkv", [make_picture(7)]))
+    assert (sequence.frame_count, sequence.times_s.tolist()) == (1, [0.0])
+
+
 # ---------------------------------------------------------------- the real clips
 
 

@@ -1,5 +1,6 @@
 """Driving a sweep: the same rows however it is computed, whoever is lost on the way."""
 
+import json
 import os
 import resource
 import signal
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pyarrow as pa
@@ -218,6 +220,24 @@ def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path
     seen: list[Progress] = []
     assert carry_out(None, out, progress=seen.append).complete
     assert seen[0].done >= 12
+
+
+def test_workers_have_the_environment_of_one_thread() -> None:
+    """Compiled libraries start no threads of their own beside the processes."""
+    from pftrack.sweep.work import LocalWorkers
+
+    workers = LocalWorkers(1)
+    try:
+        workers.start(0, os.getenv, "OMP_NUM_THREADS")
+        done: list[Any] = []
+        while not done:
+            done = workers.collect(5)
+        assert (done[0].number, done[0].value, done[0].lost) == (0, "1", "")
+        workers.start(1, json.loads, "{")
+        with pytest.raises(SweepError, match="JSONDecodeError"):
+            workers.collect(30)
+    finally:
+        workers.close()
 
 
 def test_a_lost_fork_server_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,9 @@ import csv
 import io
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +14,16 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 from PIL import Image
 from playwright.sync_api import Browser
 
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sweep import Plan, Result, begin, compare, read_result
-from pftrack.sweep.axis import SweepError
-from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples
+from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
+from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples, significance
 from pftrack.sweep.report.files import Report, curves, export_result, figures, scale_of, write_report
 from pftrack.sweep.report.study import Study, number
 
@@ -86,6 +90,21 @@ def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
         assert table.folded == (quantity.name not in {"success", "error"})
 
 
+def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:
+    """Where nothing is lost or won, tables and figures are of errors alone, and one condition needs no figure."""
+    plan = Plan(
+        "sine", (Axis("sample_count", (5, 10)), Axis("dimension", (1, 2))), ("condensation", "kalman"), 3, frames=9
+    )
+    made = write_report(carry_out(plan, tmp_path / "sine.parquet"), tmp_path / "sine")
+    assert {"error.png", "curves.png"} <= {path.name for path in made.files}
+    assert "success.png" not in {path.name for path in made.files}
+    assert not any("success" in table.title.lower() for table in made.tables)
+    assert [table.quantity for table in made.tables if table.quantity] == ["error"]
+    assert "<h2>Success" not in made.page.read_text()
+    single = write_report(carry_out(Plan("sine", trials=2, frames=5), tmp_path / "one.parquet"), tmp_path / "one")
+    assert {path.name for path in single.files} == {"tables.csv", "index.html"}
+
+
 def test_axes_are_chosen_or_named(finished: Result) -> None:
     """The first two numerical axes span the maps, a single one goes across; others may be named if they are there."""
     study = Study.of(finished)
@@ -144,7 +163,7 @@ def test_what_a_sweep_cannot_be_exported_as(
     assert list(tmp_path.iterdir()) == []
 
 
-# The pictures of a report: what they show is where it belongs.
+# The pictures of a report: what they show is where it belongs, and every text has its room.
 
 
 def pixels(figure: Figure) -> np.ndarray:
@@ -175,6 +194,42 @@ def maps_of(figure: Figure) -> list[tuple[Axes, AxesImage]]:
     return [(panel, image) for panel in figure.axes for image in panel.images]
 
 
+def texts_of(figure: Figure) -> Iterator[Text]:
+    """Yield what can be read on a figure."""
+    for part in figure.subfigs:
+        yield from part.texts
+        for key in part.legends:
+            yield from key.get_texts()
+    for panel in figure.axes:
+        if panel.axison and panel.get_visible():
+            yield from (panel.title, panel.xaxis.label, panel.yaxis.label)
+            yield from ticks_of(panel)
+
+
+def ticks_of(panel: Axes) -> Iterator[Text]:
+    for axis in (panel.xaxis, panel.yaxis):
+        low, high = sorted(axis.get_view_interval())
+        yield from (tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high)
+        yield from (tick.label2 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high)
+
+
+def assert_readable(figure: Figure) -> None:
+    """No text reaches beyond the figure, onto a map, or onto another text."""
+    figure.draw_without_rendering()
+    boxes = [
+        (text.get_text(), text.get_window_extent())
+        for text in texts_of(figure)
+        if text.get_visible() and text.get_text()
+    ]
+    for text, box in boxes:
+        assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1, text
+        assert figure.bbox.y0 <= box.y0 <= box.y1 <= figure.bbox.y1, text
+    maps = [("a map", image.get_window_extent()) for _, image in maps_of(figure)]
+    for (one, first), (other, second) in combinations([*boxes, *maps], 2):
+        common = Bbox.intersection(first, second)
+        assert common is None or min(common.width, common.height) <= 1, (one, other)
+
+
 def test_curves_have_an_axis_each(finished: Result) -> None:
     """The rates along every axis that was varied, with a band of their interval by tracker."""
     study = Study.of(finished)
@@ -185,6 +240,10 @@ def test_curves_have_an_axis_each(finished: Result) -> None:
             assert line.get_xdata().tolist() == list(axis.values)
             assert line.get_ydata() == pytest.approx(study.by_axis[axis.name][name].rate[0])
         assert len(panel.collections) == 2
+    twice = curves(study, [*finished.plan.axes] * 3)
+    assert_readable(twice)
+    above, below = (panel.get_position() for panel in (twice.axes[0], twice.axes[3]))
+    assert below.y1 < above.y0
 
 
 # The page of a report: it needs nothing else, and has the tables, the figures and what they mean.
@@ -226,19 +285,20 @@ def test_numbers_are_written_to_three_digits() -> None:
 
 
 @pytest.mark.browser
-def test_the_page_is_read_without_a_network(report: Report, chromium: Browser) -> None:
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_is_read_without_a_network(report: Report, chromium: Browser, width: int) -> None:
     """Pictures are shown, a section unfolds, and nothing reaches beyond a narrow page."""
-    page = chromium.new_page(viewport={"width": 390, "height": 900}, offline=True)
+    page = chromium.new_page(viewport={"width": width, "height": 900}, offline=True)
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("requestfailed", lambda request: faults.append(request.url))
     page.goto(report.page.as_uri())
     assert page.locator("details[open]").count() == 2
-    assert page.locator("#success img").evaluate("picture => picture.naturalWidth") > 195
+    assert page.locator("#success img").evaluate("picture => picture.naturalWidth") > width / 2
     folded = page.locator("#median_error_px")
     assert folded.locator("img").is_hidden()
     folded.locator("summary").click()
     assert folded.locator("img").is_visible()
-    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    assert page.evaluate("document.documentElement.scrollWidth") == width
     assert not faults
     page.close()

@@ -148,6 +148,21 @@ def test_what_takes_a_moment_does_not_wait_for_what_turns_out_heavy() -> None:
     assert run(turn_out_heavy()) == ["one", "two", "light", "two"]
 
 
+async def leave() -> list[str]:
+    queues, works = Queues(light=1, heavy=1, moment_s=60.0), Works()
+    one = asyncio.create_task(queues.take_turn(lambda: works.do("one")))
+    await works.is_begun.wait()
+    one.cancel()
+    await asyncio.gather(one, return_exceptions=True)
+    assert queues.light.is_free
+    return works.given_up
+
+
+def test_a_client_that_leaves_takes_the_work_along() -> None:
+    """Work whose client is gone is not computed."""
+    assert run(leave()) == ["one"]
+
+
 def test_a_place_is_not_lost() -> None:
     """One that gives up at the moment at which its turn comes hands it on."""
     run(give_up_as_ones_turn_comes())

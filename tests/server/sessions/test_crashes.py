@@ -127,6 +127,13 @@ class TestBudgets:
             wait_for(lambda: state(client, session["id"]) == "crashed", 30)
             assert "1 s of processor time" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
 
+    def test_memory(self, server: Server, client: httpx.Client) -> None:
+        """A worker may allocate what it is allowed and no more."""
+        session = begin(client)
+        soft, _ = psutil.Process(server.pid_of(session["id"])).rlimit(psutil.RLIMIT_AS)
+        used = psutil.Process(server.pid_of(session["id"])).memory_info().vms
+        assert used < soft < used + 1.1 * server.app.state.services.settings.worker_memory_bytes
+
 
 class TestSuspending:
     def test_idle_sessions_are_suspended_and_go_on(self, start_server: Any) -> None:

@@ -151,6 +151,15 @@ def test_commands_are_not_taken(client: httpx.Client, session: dict[str, Any], a
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["position"] == 0
 
 
+def test_unknown_session(server: Server) -> None:
+    """The stream of a session that is not there is closed with a reason."""
+    with (
+        connect(f"{server.ws}/api/v1/sessions/0123456789abcdef/stream") as socket,
+        pytest.raises(ConnectionClosed, match="session does not exist"),
+    ):
+        hear(socket)
+
+
 def test_an_ended_session(client: httpx.Client, session: dict[str, Any], address: str) -> None:
     """Who listens to a session that is ended is told so."""
     with connect(address) as socket:
@@ -235,6 +244,20 @@ def test_who_comes_sees_the_frame_that_is_shown(
         assert isinstance(particles, Points)
         assert len(particles.positions) == session["parameters"]["sample_count"]
         assert drawing.caption.startswith("frame 9 ")
+
+
+def test_who_comes_back_is_greeted_with_a_picture(
+    client: httpx.Client, session: dict[str, Any], server: Server, look: Callable[[], Page]
+) -> None:
+    """A page that shows an old picture hears nothing that does not belong to it before it has a new one."""
+    steer(client, session["id"], "seek", frame=3)
+    with look() as before:
+        before.until(3)
+    steer(client, session["id"], "seek", frame=5)
+    with Page(server, session["id"], has_picture=True) as again:
+        again.read()
+        assert [(told["type"], told["session"]["position"]) for told in again.heard] == [("hello", 5)]
+        assert again.frames == [5]
 
 
 def test_drawings_go_on_after_a_crash(client: httpx.Client, server: Server, look: Callable[[], Page]) -> None:

@@ -201,3 +201,21 @@ def test_a_session_that_somebody_holds_stays(start_server: Any) -> None:
             client.delete(f"/api/v1/follows/{follow['id']}").raise_for_status()
             newest = begin(client)["id"]
             assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {newest, watched}
+
+
+def test_what_somebody_looks_at_and_what_is_made_stay(start_server: Any) -> None:
+    """At the limit neither a crashed session with an open page ends, nor one that still waits for its first worker."""
+    body = session_request({"experiment": "ball"})
+    with start_server(max_stored_sessions=2) as (server, client), ThreadPoolExecutor(1) as pool:
+        crashed = begin(client)["id"]
+        with connect(f"{server.ws}/api/v1/sessions/{crashed}/stream") as page:
+            page.recv(timeout=20)
+            session = server.manager.get(crashed)
+            session.worker.kill("On purpose.")
+            wait_for(lambda: session.phase is Phase.CRASHED)
+            gate = Gate(server)
+            made = pool.submit(client.post, "/api/v1/sessions", json=body)
+            wait_for(lambda: gate.waiting == 1)
+            assert "My work" in error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
+            gate.open()
+            assert made.result().status_code == 201

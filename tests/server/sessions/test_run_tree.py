@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.band import DIRECTIONS
-from pftrack.core.model.drawing import Drawing, Picture
+from pftrack.core.model.drawing import Drawing, Picture, Text
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import EXPERIMENTS, find
@@ -55,6 +55,26 @@ class TestWorkbench:
         tree.run.change({"tracker": "kalman"})
         assert tree.snapshot().doubts == {"overconfident": DIRECTIONS["overconfident"]}
 
+    def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
+        """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""
+        tree = RunTree(config(experiment="fish", tracker="guided", frames=4))
+        forward(tree, 2)
+
+        def label() -> str:
+            written = tree.drawing().worlds[0].primitives["label"]
+            assert isinstance(written, Text)
+            return written.text
+
+        tree.change({"mode_sways": False, "along_mode": -4.0, "shown_mode": 3}, "b1")
+        far = label()
+        tree.change({"along_mode": 0.0}, "b1")
+        assert (far, label()) == ("turn +32°, bend -45°", "turn +0°, bend +0°")
+        tree.run.seek(1)
+        tree.change({"along_mode": 4.0}, "b1")
+        assert (tree.active, label()) == (config().run.branch, "turn -32°, bend +44°")
+        assert tree.redraws({"along_mode": 1.0})
+        assert not tree.redraws({"sample_count": 100})
+
     @pytest.mark.parametrize(
         ("experiment", "tracker", "values", "most", "field"),
         [
@@ -97,6 +117,22 @@ class TestWorkbench:
         forward(tree, 5)
         assert tree.other is None
         assert "second" not in tree.drawing().primitives
+
+    def test_the_first_branch_is_compared_with_the_last_that_was_shown(self) -> None:
+        """It left none, so that the one shown before it is what a person compares it with."""
+        tree = RunTree(config())
+        forward(tree, 20)
+        for name, tracker in (("b1", "condensation"), ("b2", "apf")):
+            tree.branch(name, 10, {"tracker": tracker})
+            forward(tree, 10)
+            tree.activate("b0", tree.run.recipe)
+        tree.run.seek(20)
+        assert tree.other is tree._runs["b2"].diagnostics[20]
+        tree.activate("b1", tree.run.recipe)
+        tree.activate("b0", tree.run.recipe)
+        assert tree.other is tree._runs["b1"].diagnostics[20]
+        tree.activate("b2", tree.run.recipe)
+        assert tree.other is tree._runs["b0"].diagnostics[20]
 
 
 def tree_at(frame: int, **more: Any) -> RunTree:

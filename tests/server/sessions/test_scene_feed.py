@@ -100,6 +100,19 @@ async def test_no_credit_for_an_empty_room(theatre: Theatre) -> None:
     assert theatre.credits == 2
 
 
+async def test_a_panel_that_fails_ends_nothing(theatre: Theatre, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What cannot be shown in it ends neither the session nor the panel."""
+
+    def fail(*_: object) -> None:
+        raise RuntimeError("on purpose")
+
+    puppet = theatre.open()
+    monkeypatch.setattr(puppet, "tell", fail)
+    theatre.scene_feed.tell(PanelValues({"n": 1}, "apf", 7))
+    theatre.scene_feed.refuse("still here")
+    assert puppet.told == ["still here"]
+
+
 async def test_what_waits_goes_together(theatre: Theatre) -> None:
     """While another command is under way the newest value of each parameter waits."""
     ask = theatre.open().requests["on_command"]

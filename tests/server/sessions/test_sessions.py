@@ -78,6 +78,21 @@ def test_a_look_at_the_picture_interrupts_nothing(client: httpx.Client) -> None:
         assert seeking.result().json()["position"] == 150
 
 
+class TestBranches:
+    def test_the_second_run_has_the_colour_that_it_has_in_the_scene(
+        self, client: httpx.Client, session: dict[str, Any]
+    ) -> None:
+        """Of two other branches the one that is drawn beside the active one has the second run's colour."""
+        steer(client, session["id"], "seek", frame=20)
+        for _ in range(2):
+            command(client, session["id"], "branch", frame=8, values={"tracker": "condensation"})
+            command(client, session["id"], "activate", branch="b0")
+        for before in ("b1", "b2"):
+            command(client, session["id"], "activate", branch=before)
+            shown = command(client, session["id"], "activate", branch="b0").json()["branches"]
+            assert {branch["id"]: branch["colour"] for branch in shown}[before] == "#009e73"
+
+
 class TestMoves:
     def test_a_particle_is_moved_in_the_frame_that_is_shown(
         self, client: httpx.Client, session: dict[str, Any]

@@ -1,6 +1,7 @@
 """The stream of a session: one order of all messages and drawings, for everybody, at everybody's own pace."""
 
 import asyncio
+import json
 from collections.abc import AsyncIterator
 from contextlib import ExitStack
 from typing import Any
@@ -152,6 +153,22 @@ async def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
         assert slow.position == quick.position == worker.frame
         assert len(quick.heard) == 3 * LONGEST_QUEUE + WINDOW
         assert worker.greeted == 2
+
+
+async def test_where_nobody_draws_nothing_waits() -> None:
+    """What is told when the worker has ended comes without a picture; so does all before the first one."""
+    worker = Worker()
+    with worker.stream.join(paints=True) as page:
+        worker.moves()
+        assert "hello" in json.loads(await told(aiter(page)) or "")["session"]
+        worker.draws()
+        assert isinstance(await told(aiter(page)), bytes)
+        worker.moves()
+        assert await told(aiter(page)) is None
+        worker.stream.change_worker(is_ahead=False)
+        worker.tells(state="crashed")
+        heard = [json.loads(await told(aiter(page)) or "")["session"] for _ in range(2)]
+        assert heard == [{"position": 2}, {"state": "crashed"}]
 
 
 @given(st.lists(st.sampled_from(["moves", "draws", "tells", "reads", "paints", "greets", "comes back"]), max_size=60))

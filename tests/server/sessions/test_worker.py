@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import gc
+import os
 import socket
 import threading
 import time
@@ -12,6 +13,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numba
+import psutil
 import pytest
 
 from pftrack.core.model.drawing import Drawing
@@ -28,10 +30,11 @@ from pftrack_server.sessions import worker_handle
 from pftrack_server.sessions.worker import protocol, worker
 from pftrack_server.sessions.worker.protocol import Event, Heartbeat, Play, Reply
 from pftrack_server.sessions.worker.run_tree import RunTree
-from pftrack_server.sessions.worker.worker import Worker, load_compiled
+from pftrack_server.sessions.worker.worker import NICENESS, Worker, load_compiled
 from pftrack_server.sessions.worker_handle import WorkerHandle
 from tests.apart import run
 from tests.process.test_fork_server import has_ended, leave_another
+from tests.server.host import Server
 from tests.server.sessions.test_run_tree import config
 from tests.waiting import wait_for
 
@@ -192,6 +195,25 @@ def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> N
     assert told == [0, 1, None]
 
 
+@pytest.mark.parametrize("place", ["measures", "save"])
+def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    """Measures and a command that is refused compile outside a step, and the end of that is told all the same."""
+    function = numba.njit(lambda x: x - 1)
+    monkeypatch.setattr("pftrack.doctor.compiling.FUNCTIONS", [function])
+    original = getattr(RunTree, place)
+
+    def compiling(tree: RunTree, *arguments: Any) -> Any:
+        function(1.5)
+        if place == "save":
+            raise OSError("no room")
+        return original(tree, *arguments)
+
+    heard: list[protocol.Progress] = []
+    save = protocol.Save("x.pftrack") if place == "save" else None
+    run(play(heard, compiles_nothing_more, lambda _: monkeypatch.setattr(RunTree, place, compiling), save))
+    assert [event.changes["compiling"] for event in heard if "compiling" in event.changes] == [0, None]
+
+
 class Deaf:
     """An end of a pipe that nobody listens at."""
 
@@ -276,3 +298,10 @@ def test_where_nothing_can_be_kept_all_is_compiled_at_once(
     monkeypatch.setattr(worker, "cache_folder", lambda: tmp_path if is_kept else None)
     load_compiled("sine")
     assert len(set(ran)) == trackers
+
+
+def test_a_worker_gives_way_to_who_serves_everybody(server: Server, session: dict[str, Any]) -> None:
+    """In a crowd the web process is not kept waiting by what single sessions compute, nor these by explorations."""
+    pid = server.pid_of(session["id"])
+    assert psutil.Process(pid).nice() == psutil.Process().nice() + NICENESS
+    assert os.getsid(pid) == os.getpgid(pid) == pid  # what is beside it divides no weight with it

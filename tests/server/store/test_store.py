@@ -135,6 +135,27 @@ def test_links_are_not_followed(tmp_path: Path) -> None:
         files.close()
 
 
+def test_few_pictures_of_an_upload_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are kept up to the limit; those beyond it are drawn again when somebody asks."""
+    monkeypatch.setattr("pftrack_server.store.files.MOST_PREVIEWS", 2)
+    files, name = DataDirectory(tmp_path), new_name()
+    (files.uploads / name).mkdir()
+    for frame in range(4):
+        files.keep_preview(name, frame, b"picture")
+    assert [files.preview(name, frame).exists() for frame in range(4)] == [True, True, False, False]
+    files.close()
+
+
+def test_a_folder_may_lie_elsewhere(tmp_path: Path) -> None:
+    """Where the server's own folders lie is the choice of its owner."""
+    (tmp_path / "large").mkdir()
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "uploads").symlink_to(tmp_path / "large")
+    files = DataDirectory(tmp_path / "data")
+    assert files.upload("0123456789abcdef").name == "content"
+    files.close()
+
+
 def test_a_filter_is_kept_under_the_hash_of_its_text(tmp_path: Path) -> None:
     """A file with any other text under that name is not used, and keeping the text again mends it."""
     files = DataDirectory(tmp_path)

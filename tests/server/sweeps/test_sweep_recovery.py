@@ -23,6 +23,7 @@ from pftrack.sweep.axis import SweepError
 from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import SweepRow
 from pftrack_server.sweeps import functions
+from pftrack_server.sweeps import sweep as sweep_of_the_server
 from pftrack_server.sweeps.planning import SweepCreate
 from pftrack_server.sweeps.sweep import NICENESS
 from tests.server import sweeping
@@ -121,6 +122,27 @@ def test_cancel_stop_and_restart(start_server: Any, sweeps: Path) -> None:
         sweeping.until_some(client, running["id"], found[running["id"]]["done"] + 1)
         assert client.delete(f"/api/v1/sweeps/{running['id']}").status_code == 204
         assert [sweep["id"] for sweep in client.get("/api/v1/sweeps").json()] == [cancelled["id"]]
+
+
+def test_a_database_that_takes_nothing(
+    served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sweep whose progress cannot be stored is followed all the same, and can be cancelled."""
+    refused: list[dict[str, Any]] = []
+
+    def refuse(values: dict[str, Any]) -> None:
+        refused.append(values)
+        raise OSError(errno.ENOSPC, "no room")
+
+    monkeypatch.setattr(sweep_of_the_server, "WRITE_EVERY_S", 0.0)
+    client, sweeps = own
+    sweep = sweeping.begin_sweep(client)
+    before = sweeping.until_some(client, sweep["id"])
+    monkeypatch.setattr(served.app.state.services.store, "save", refuse)
+    sweeping.allow(sweeps, 4)
+    wait_for(lambda: len(refused) > 1, 60)
+    sweeping.until_some(client, sweep["id"], before + 1)
+    assert client.post(f"/api/v1/sweeps/{sweep['id']}/cancel").json()["state"] == "stopped"
 
 
 def test_resumed_by_two_at_once(own: tuple[httpx.Client, Path]) -> None:

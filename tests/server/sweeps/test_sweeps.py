@@ -277,6 +277,17 @@ class TestOpening:
         assert saved["summary"]["estimates_sha256"] == row["estimates_sha256"].hex()
         client.delete(f"/api/v1/sessions/{session['id']}")
 
+    def test_another_method(self, client: httpx.Client, sweep: dict[str, Any]) -> None:
+        """The same seed opens with any method of the experiment, the sweep's or not."""
+        row = rows(client, sweep["id"], i=0, j=0, tracker="h-spf")["rows"][0]
+        for tracker in ("pc-pf", "apf"):
+            answer = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open", json={"tracker": tracker})
+            session = answer.json()
+            assert (session["tracker"], session["recipe"]["seed"]) == (tracker, row["seed"])
+            client.delete(f"/api/v1/sessions/{session['id']}")
+        refused = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open", json={"tracker": "hope"})
+        assert error_of(refused, 422)["field"] == "tracker"
+
 
 class TestTakingAway:
     def test_report(self, client: httpx.Client, served: Server) -> None:

@@ -134,7 +134,8 @@ def test_what_is_not_followed_any_more(
         assert one.ask("GET", f"sessions/{other}").status_code == 200
     for wrong in ({"sessions": ["nowhere"]}, {"lesson": "nowhere"}):
         error_of(change(lecturer, follow, **wrong), 404)
-    error_of(change(lecturer, follow, hours=25), 422)
+    for wrong in ({"sessions": []}, {"most_followers": 1001}, {"arrangement": {"x": "y" * 20_000}}, {"hours": 25}):
+        error_of(change(lecturer, follow, **wrong), 422)
 
 
 def test_a_fork_is_its_followers_own(

@@ -74,6 +74,15 @@ def test_the_veil_hides_what_answers_the_question(client: httpx.Client, name: st
     assert [number["title"] for number in open_["numbers"]] == [number.title for number in shown.numbers]
 
 
+def test_a_slider_and_a_seed_change_what_is_shown(client: httpx.Client) -> None:
+    """The same seed gives the same figure; another one other draws; another value another figure."""
+    first = figure(client, "probability", revealed=True, parameters={"count": 50})
+    assert first["parameters"]["count"] == 50
+    assert first == figure(client, "probability", revealed=True, parameters={"count": 50})
+    assert first["figure"] != figure(client, "probability", revealed=True, parameters={"count": 60})["figure"]
+    assert first["figure"] != figure(client, "probability", revealed=True, parameters={"count": 50}, seed=99)["figure"]
+
+
 def test_what_is_typed_out_of_bounds_is_refused_and_what_is_dragged_there_stops(client: httpx.Client) -> None:
     """A refusal names field, bound and value; a handle cannot be dragged further than the bound."""
     wanted = {"revealed": True, "parameters": {"count": 10**9}}
@@ -133,6 +142,14 @@ def test_checks_are_computed_once_and_kept(server: Server, client: httpx.Client)
     assert wait_for(
         lambda: [path for path in folder.rglob("*") if path.is_file() and b'"results"' in path.read_bytes()]
     )
+
+
+def test_a_notebook_of_a_lesson_can_be_taken_away(client: httpx.Client) -> None:
+    """It is JSON of Jupyter's format under the lesson's name, of a demonstration and of a run."""
+    for name in ("bayes", "colour"):
+        answer = client.get(f"{URL}/{name}/notebook.ipynb")
+        assert f'filename="{name}.ipynb"' in answer.headers["content-disposition"]
+        assert answer.json()["nbformat"] == 4
 
 
 def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Client) -> None:

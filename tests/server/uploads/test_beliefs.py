@@ -1,5 +1,6 @@
 """Uploaded recordings of beliefs and tables of tracks: through the door of videos, to a session like any."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,28 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
     told = ended(client, explore(client, session["id"], kind="what-if"))
     assert (told["state"], "shown as it was recorded" in told["error"]) == ("failed", True)
     client.delete(f"/api/v1/sessions/{session['id']}")
+
+
+def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
+    """A table with names of its own is refused, shown, and taken when it is said which column is which."""
+    table = b"bild;nummer;links;oben;breit;hoch\n" + b"".join(b"%d;4;%d;20;30;40\n" % (t, 10 + t) for t in range(5))
+    error_of(send(client, ("walk.csv", table)), 422)
+    seen = client.post("/api/v1/uploads/table", json={"text": table.decode()}).json()
+    assert seen["header"] == ["bild", "nummer", "links", "oben", "breit", "hoch"]
+    assert seen["rows"][0] == ["0", "4", "10", "20", "30", "40"]
+    assert [each["name"] for each in seen["meanings"]][:3] == ["frame", "target", "x"]
+    said = {"frame": 0, "target": 1, "x": 2, "y": 3, "w": 4, "h": 5}
+    files = {"file": ("walk.csv", table)}
+    taken = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=files)
+    assert taken.status_code == 201, taken.text
+    assert (taken.json()["kind"], taken.json()["frames"]) == ("beliefs", 5)
+    several = [("file", ("walk.mp4", video(5))), ("file", ("walk.csv", table))]
+    beside = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=several)
+    assert beside.status_code == 201, beside.text
+    assert (beside.json()["name"], beside.json()["kind"]) == ("walk.csv on walk.mp4", "beliefs")
+    wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files)
+    assert "Expected the frame" in error_of(wrong, 422)["message"]
+    error_of(client.post("/api/v1/uploads/table", json={"text": "a,b\n1,2\n"}), 422)
 
 
 def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
@@ -105,6 +128,15 @@ def test_a_table_becomes_a_session(client: httpx.Client, tracks: dict[str, Any])
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 
+def test_a_point_keeps_its_name(client: httpx.Client) -> None:
+    """A point may be called as a file is on the disk of the server; it is spoken of by that name."""
+    rows = [line.split(",") for line in table().splitlines()]
+    never = [",".join([frame, "000000", *[""] * (len(rows[0]) - 2)]) for frame in {row[0] for row in rows[1:]}]
+    answer = send(client, ("prism.csv", "\n".join([table().rstrip("\n"), *never]).encode()))
+    assert answer.status_code == 201, answer.text
+    assert "Never seen and left out: 000000." in answer.json()["warnings"]
+
+
 def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict[str, Any]) -> None:
     """Tracks where pictures are wanted, pictures where tracks are, a mark where there is nothing to mark."""
     for experiment, words in (("ball", "must be pictures"), ("head", "must be pictures"), ("sine", "no recording")):
@@ -137,3 +169,12 @@ def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
     assert (len(rows), rows[0].split(",")[:4]) == (21, ["frame", "track", "x", "y"])
     assert rows[6].startswith("5,1,,,")
     client.delete(f"/api/v1/sessions/{session}")
+
+
+def test_experiments_say_what_they_take(client: httpx.Client) -> None:
+    """Kinds of recording and columns of truth are told with each experiment."""
+    told = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
+    assert told["structure"]["footage"] == ["tracks"]
+    assert told["structure"]["truth_columns"] == []
+    assert told["ball"]["footage"] == ["video", "gif", "images"]
+    assert told["sine"]["footage"] == []

@@ -14,6 +14,7 @@ from pftrack.runs.reproduction import load
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.face import FEATURES, LINKS, TITLES, gaze
 from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated
+from tests.experiments.head.test_head_recording import turning
 from tests.server.follow_jobs import bring_in
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.uploads.test_uploads import send
@@ -38,6 +39,11 @@ def clip(shown: list[Picture]) -> bytes:
 def late(shown: list[Picture]) -> bytes:
     """Seven frames of nobody, then the driver."""
     return film([empty(shown[0])] * 7 + shown)
+
+
+@pytest.fixture(scope="module")
+def nobody(shown: list[Picture]) -> bytes:
+    return film([empty(shown[0])] * 3)
 
 
 @pytest.fixture(scope="module")
@@ -122,13 +128,34 @@ class TestFound:
         assert (alone["mark"], alone["looked"], alone["of"]) == (None, 1, 1)
         assert "found none in the picture" in alone["remarks"][0]
 
-    def test_a_box_is_enough(self, client: httpx.Client, known: str) -> None:
-        """In a box the face is found."""
+    def test_a_later_face_from_the_front_is_preferred(self, client: httpx.Client) -> None:
+        """A page is proposed the picture that a session without points would begin at, and told why."""
+        upload = put(client, film(turning(92, 94, 100, 102, 104, 106), 15))["id"]
+        found = look(client, upload).json()
+        assert found["frame"] in {2, 4}
+        assert found["remarks"] == ["In frame 0 the face looks aside."]
+        session = begin(client, experiment="head", upload=upload)
+        assert begun_at(session) == (found["frame"], found["mark"]["points"])
+        alone = look(client, upload, last=0).json()
+        assert (alone["frame"], "better start" in alone["remarks"][-1]) == (0, True)
+
+    def test_looking_goes_on(self, client: httpx.Client, known_late: str) -> None:
+        """What was looked into before is not looked into again, so that a long search can be told in parts."""
+        found = look(client, known_late, looked=9).json()
+        assert (found["frame"], found["looked"]) == (9, 10)
+
+    def test_a_box_is_enough(self, client: httpx.Client, known: str, nobody: bytes) -> None:
+        """In a box the face is found; where none is recognised a mean face fills the box, within the picture."""
         points = marked()
         xs, ys = zip(*points.values(), strict=True)
         around = hint(min(xs) - 20, min(ys) - 20, float(np.ptp(xs)) + 40, float(np.ptp(ys)) + 40)
         found = look(client, known, hint=around).json()
         assert found["placed"] == ["points.lmc", "points.rmc"]
+        placed = look(client, put(client, nobody)["id"], hint=hint(250, 100, 70, 140)).json()
+        assert placed["placed"] == [f"points.{name}" for name in FEATURES]
+        assert "mean face" in placed["remarks"][0]
+        assert all(250 <= x <= 319 and 100 <= y <= 239 for x, y in placed["mark"]["points"].values())
+        assert placed["mark"]["points"]["reye"][0] < placed["mark"]["points"]["leye"][0]
 
     @pytest.mark.parametrize(
         ("query", "field"),

@@ -7,6 +7,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from pftrack.experiments import EXPERIMENTS
 from pftrack_server.web import pages
 from pftrack_server.web.health import METHODS
 from tests.server.host import begin, steer
@@ -72,6 +73,18 @@ def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
             if found := re.match(r'(?:import|export|\}).* from "(\..+)";', line):
                 other = (file.parent / found[1]).resolve().relative_to(PAGES)
                 assert other.as_posix() in files, f"{address} imports {found[1]}"
+
+
+def test_a_picture_is_the_newest(client: httpx.Client) -> None:
+    """A browser asks each time, and is sent an experiment's picture only when it is not the one that it has."""
+    address = "/api/v1/experiments/sine/thumbnail.webp"
+    first = client.get(address)
+    assert first.content == EXPERIMENTS["sine"].display.thumbnail.read_bytes()
+    assert first.headers["Cache-Control"] == "private, no-cache"
+    known = {"If-None-Match": first.headers["ETag"]}
+    again = client.get(address, headers=known)
+    assert (again.status_code, again.content, again.headers["ETag"]) == (304, b"", first.headers["ETag"])
+    assert client.get(address, headers={"If-None-Match": '"as it was drawn before"'}).content == first.content
 
 
 def test_metrics(client: httpx.Client) -> None:

@@ -149,6 +149,16 @@ def test_a_comparison_is_kept_named_found_and_deleted(client: httpx.Client) -> N
     assert "comparison does not exist" in error_of(client.delete(f"{SAVED}/{kept['id']}"), 404)["message"]
 
 
+def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
+    """One run alone, a name that cannot be seen, and an experiment that there is not."""
+    runs = [ball(), ball("condensation")]
+    assert client.post(SAVED, json={"title": "one", "runs": runs[:1]}).status_code == 422
+    assert client.post(SAVED, json={"title": "\u200b", "runs": runs}).status_code == 422
+    unknown = {"recipe": {"experiment": "no-such"}}
+    assert client.post(SAVED, json={"title": "x", "runs": [unknown, ball()]}).status_code in {404, 422}
+    assert client.get(SAVED).json() == []
+
+
 def test_what_is_kept_of_a_comparison_is_bounded(start_server: Any) -> None:
     """A tracker that the experiment lacks and one comparison too many are refused; no path of a recording is kept."""
     clip = {"footage": {"name": "clip.mp4", "path": "/etc/hostname", "truth": {"0": [1.0, 2.0, 3.0, 4.0]}}}

@@ -10,7 +10,7 @@ from pftrack.analysis.other_seeds import ensemble
 from pftrack_server.work.explorations import ExplorationJob
 from tests.server.asking import columns, get
 from tests.server.confined import children
-from tests.server.follow_jobs import ended
+from tests.server.follow_jobs import ended, taken
 from tests.server.host import begin, command, error_of, steer
 from tests.waiting import wait_for
 
@@ -63,6 +63,20 @@ def test_what_was_found_of_a_run_before_it_changed_is_stale(client: httpx.Client
     assert (later["stale"], later["result"]) == (True, told)
     assert command(client, session, "activate", branch=found["branch"]).status_code == 200
     assert not client.get(f"/api/v1/jobs/{found['id']}").json()["stale"]
+
+
+def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:
+    """What was found of the run as it is stands in its page beside *Why?*, both of one loss; of another it does not."""
+    session = lost_session(client)
+    steer(client, session, "restart", seed=0)
+    steer(client, session, "seek", frame=20)
+    found = ended(client, explore(client, session, kind="what-if", seconds=1))
+    client.delete(f"/api/v1/jobs/{found['id']}")
+    for is_there in (True, False):
+        page = taken(client, session, "html").text
+        assert (found["result"]["sentence"] in page) == is_there
+        assert (f"Lost in frame {found['result']['loss']}, first in frame 7:" in page) == is_there
+        steer(client, session, "restart", seed=77)
 
 
 def test_other_seeds_are_those_of_the_library(client: httpx.Client) -> None:

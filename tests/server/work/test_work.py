@@ -82,6 +82,22 @@ def test_numbers_are_found_whole() -> None:
     assert Words("41 2026 5 23:41 2026-11").occur_in("run41", began)
 
 
+def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict[str, str]) -> None:
+    """The limit cuts what is listed, not what is counted; of other kinds than the one asked for nothing is listed."""
+    work = client.get("/api/v1/work", params={"limit": 1}).json()
+    assert len(work["sessions"]) == 1
+    assert work["found"]["sessions"] == work["total"]["sessions"] >= 2
+    assert found(client, "", show="runs") >= {kept["run"]}
+    assert not found(client, "", show="runs") & {kept["ball"], kept["sine"]}
+    assert client.get("/api/v1/work", params={"q": "nothing has this"}).json()["found"] == {
+        "sessions": 0,
+        "runs": 0,
+        "comparisons": 0,
+        "sweeps": 0,
+        "uploads": 0,
+    }
+
+
 @pytest.mark.parametrize(
     "wrong", [{"show": "everything"}, {"limit": 0}, {"limit": 501}, {"q": "x" * 201}, {"zone": "Mars"}]
 )
