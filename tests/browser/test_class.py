@@ -61,7 +61,9 @@ def test_a_lecturer_and_three_followers(
     cut_off(lecturer, third)
     asked_and_answered(lecturer, followers)
     tried(lecturer, second, server)
+    taken_along(lecturer, followers)
     shown_a_lesson(lecturer, followers)
+    shown_a_failure(lecturer, followers)
     late = newcomer()
     shown_a_comparison(lecturer, followers, late, server)
     late.page.goto(server.get("follows")[0]["owner_link"])
@@ -135,6 +137,20 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     all_of(followers, lambda one: one.page.locator(".poll").is_hidden(), "the poll is gone")
 
 
+def taken_along(lecturer: Lecturer, followers: list[Follower]) -> None:
+    """A preset is another session, to which the class comes along."""
+    before = lecturer.id
+    lecturer.press("p")
+    lecturer.page.locator("[data-preset]").last.click()
+    lecturer.until(lambda: lecturer.id not in {before, "new"}, "another session is open")
+    lecturer.ready()
+    lecturer.press(" ")
+    lecturer.until(lambda: not lecturer.session["playing"], "it pauses")
+    lecturer.counts("3 follow")
+    all_of(followers, lambda one: one.frame == str(lecturer.position), "the class sees the other session's frame")
+    lecturer.session_id = lecturer.id
+
+
 def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
     """A follower's own session begins at the lecturer's frame, goes its own way, and gives its place back."""
     follower.page.get_by_role("button", name="Try it yourself").click()
@@ -189,6 +205,25 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     assert follower.page.locator("header a:visible").all_inner_texts() == ["Back to the class"]
     follower.page.get_by_title("End your copy").click()
     follower.page.locator(".following[data-state=open]").wait_for()
+
+
+def shown_a_failure(lecturer: Lecturer, followers: list[Follower]) -> None:
+    """A failure is seen beside its cure, with what the cure changes, and the class comes along to the next one."""
+    page = shows_another(lecturer, "failures/4")
+    for frame in ("6", "7"):
+        painted = f".flat-canvas[data-frame='{frame}']"
+        all_of(followers, lambda one, it=painted: one.page.locator(it).count() == 2, f"both stand at frame {frame}")
+        lecturer.press("ArrowRight")
+    first = followers[0]
+    assert first.page.locator(".compared-head h2").all_inner_texts() == ["1\nFails", "2\nCured"]
+    assert "Condensation" in first.text(".comparison-table")
+    assert first.page.locator(".transport").count() == 0
+    fits(first.page)
+    onward = page.get_by_role("link", name="Next failure")
+    title = onward.get_attribute("title").removeprefix("Next failure, ")
+    onward.click()
+    lecturer.counts("3 follow")
+    all_of(followers, lambda one: one.text("h1") == title, "the class sees the next failure")
 
 
 def compared(outcome: dict[str, Any] | None, arrangement: str) -> dict[str, Any]:

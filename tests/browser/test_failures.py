@@ -120,6 +120,31 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.until(lambda: server.get("sessions") == [], "both sessions have ended with the page")
 
 
+def test_both_runs_are_compared_by_one_click(failure: FailurePage, server: Server) -> None:
+    """The comparison begins at the frame that is shown, and lists what the cure changes.
+
+    The failure after this one has a title that is too long: that is cut, and not the tools beside it.
+    """
+    page = failure.page
+    page.goto("failures/5")
+    failure.ready()
+    bar, tools = (page.locator(place).bounding_box() for place in (".top", "[data-part=compare]"))
+    assert tools["height"] <= bar["height"]
+    page.get_by_role("link", name="Previous failure").click()
+    page.wait_for_url("**/failures/wrong-dynamics")
+    failure.ready()
+    page.keyboard.press("ArrowRight")
+    failure.stand_at(7)
+    page.get_by_role("link", name="Compare both runs").click()
+    page.wait_for_url("**/compare#*")
+    failure.until(lambda: failure.frames == [7, 7], "both stand where they stood")
+    table = page.inner_text(".comparison-table")
+    assert "Guided diffusion" in table
+    assert "Condensation" in table
+    page.goto("failures")
+    failure.until(lambda: server.get("sessions") == [], "the sessions have ended with their pages")
+
+
 def test_a_full_server_is_said_and_nothing_is_left(
     failure: FailurePage,
     server: Server,

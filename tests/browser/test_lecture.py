@@ -1,12 +1,14 @@
 """A lecture: made by dragging and by keys, walked through with the class, and what was answered."""
 
+import csv
+import io
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from tests.browser.accessible import check
-from tests.browser.class_room import Follower, all_of
+from tests.browser.accessible import check, fits
+from tests.browser.class_room import PHONE, Follower, all_of
 from tests.browser.host import Server, until
 from tests.browser.test_compare import ball, link
 from tests.browser.views import View
@@ -167,3 +169,49 @@ def folded_above(page: Any) -> bool:
     """Whether the folded poll ends where the page's own begins."""
     line, first = (page.locator(each).bounding_box() for each in (".lead-poll[data-folded]", "main"))
     return bool(line["y"] + line["height"] <= first["y"] + 1)
+
+
+def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Callable[..., Follower]) -> None:
+    """One click asks the class what the lesson asks; what was answered is shown again and exported."""
+    lesson = View(page)
+    page.goto("learn/bayes")
+    assert page.locator("[data-role=to-class]").is_hidden()
+    page.locator(".follow-chip:enabled").click()
+    page.get_by_role("button", name="Begin", exact=True).click()
+    page.locator("[data-role=class-link]").wait_for()
+    page.keyboard.press("Escape")
+    [follow] = server.get("follows")
+    follower = newcomer()
+    follower.open(follow["links"][0]["address"].removeprefix("http://"))
+    lesson.until(lambda: page.inner_text(".follow-chip") == "1 follows", "somebody follows")
+    follower.page.locator(".figure-grip:disabled").first.wait_for(state="attached")
+    grips = ".figure-knob:visible, .figure-grip:enabled:visible"
+    assert follower.page.locator(grips).count() == 0, "nothing to be moved"
+    shown = follower.page.locator(".figure-key").all_inner_texts()
+    page.locator("[data-role=to-class]").click()
+    follower.page.get_by_role("button", name="Two peaks, near 2 m and near 8 m").click()
+    lesson.until(lambda: "1 of 1 has answered" in page.inner_text(".lead-poll"), "it is answered")
+    page.locator(".lead-poll").get_by_role("button", name="Reveal").click()
+    page.locator(".lead-poll .poll-bar").first.wait_for()
+    lesson.until(lambda: "The class has answered" in page.inner_text("[data-part=question]"), "so has the lesson")
+    follower.until(lambda: follower.page.locator(".figure-key").all_inner_texts() != shown, "the class sees its answer")
+    page.locator(".lead-poll").get_by_role("button", name="Close").click()
+    lesson.until(lambda: page.locator("[data-role=to-class]").is_visible(), "it can be asked again")
+
+    # Shown again, to the class as well.
+    page.locator(".follow-chip").click()
+    page.locator(".class-before summary").first.click()
+    page.locator(".class-before .answered summary").first.click()
+    check(page)
+    page.get_by_role("button", name="Show again").first.click()
+    follower.until(lambda: "Most answered “Two peaks" in follower.text(".poll"), "the answers are shown again")
+
+    page.goto("lectures")
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Download as CSV").click()
+    rows = list(csv.DictReader(io.StringIO(download.value.path().read_text())))
+    [asked] = [row for row in rows if row["answer"].startswith("Two peaks")]
+    assert (asked["votes"], asked["share_percent"], asked["followers"]) == ("1", "100.0", "1")
+    page.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
+    page.locator(".answered summary").first.click()
+    fits(page)

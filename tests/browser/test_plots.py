@@ -34,6 +34,7 @@ def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
     alpha_is_a_row_for_each_corner(shown, server)
     a_pose_has_a_band_around_it_and_the_truth_in_it(shown, server)
     a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown)
+    calibration_is_the_share_so_far(shown, server)
 
 
 def alpha_is_a_row_for_each_corner(shown: SessionPage, server: Server) -> None:
@@ -55,6 +56,16 @@ def a_pose_has_a_band_around_it_and_the_truth_in_it(shown: SessionPage, server: 
     assert np.allclose(band["high"], yaw + 2 * sd)
     assert np.allclose(band["low"], yaw - 2 * sd)
     assert np.allclose(truth["y"], series(server, shown.id, "yaw_deg_true"))
+
+
+def calibration_is_the_share_so_far(shown: SessionPage, server: Server) -> None:
+    """How often the truth lay in either band is drawn once it is scrolled to, in percent of all frames so far."""
+    for name in ("within_50", "within_95"):
+        line = f"calibration {shown.session['branch']} {name}"
+        shown.until(lambda line=line: shown.lines.get(line) == 40, "the share is drawn")  # type: ignore[misc]
+        drawn = shown.trace(line)
+        inside = series(server, shown.id, name).mean(axis=1)
+        assert np.allclose(drawn["y"], 100 * np.cumsum(inside) / np.arange(1, 41))
 
 
 def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: SessionPage) -> None:

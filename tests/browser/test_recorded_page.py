@@ -90,6 +90,18 @@ def test_picture_plots_and_figures_follow_one_scrubber(run: Run, opened: tuple[A
     assert heard == []
 
 
+def test_a_layer_can_be_switched_off(opened: tuple[Any, list[str]]) -> None:
+    """The picture is painted without it, and its colours leave the legend."""
+    page, _ = opened
+    before = page.evaluate(PICTURE)
+    page.get_by_text("What to draw").click()
+    page.get_by_label("Truth", exact=True).uncheck()
+    _wait(page, f"{PICTURE} !== {before!r}")
+    assert "truth" not in page.locator(".legend li").all_text_contents()
+    page.get_by_label("Truth", exact=True).check()
+    _wait(page, f"{PICTURE} === {before!r}")
+
+
 def test_the_page_says_what_it_is(run: Run, opened: tuple[Any, list[str]]) -> None:
     """Title, recipe, hash, citation and manifest are in it, to be read without running anything."""
     page, _ = opened
@@ -107,6 +119,17 @@ def test_axe_finds_nothing(opened: tuple[Any, list[str]]) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
     _wait(page, "document.documentElement.scrollWidth <= 390")
     assert page.locator(".scrubber").bounding_box()["width"] > 300
+
+
+def test_a_world_is_turned_in_the_page(chromium: Any, tmp_path: Path) -> None:
+    """A world stands beside the picture, and its sides are chosen as in a session."""
+    whole_run(find("head"), frames=3).export(tmp_path / "run.html")
+    for page, heard in _open(chromium, tmp_path / "run.html"):
+        _drawn(page, 0)
+        page.click(".world-sides button[data-viewpoint]:last-child")
+        page.wait_for_selector(".world-sides button:last-child[aria-pressed='true']")
+        assert page.locator(".world-canvas").get_attribute("data-elevation") == "90"
+        assert heard == []
 
 
 def test_no_text_ends_a_script_or_becomes_markup(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry import rotation
+from pftrack.vision.face import FEATURES
 from pftrack.vision.film import FilmWriter
 from tests.cli.commands import Call
 from tests.experiments.head.heads import empty, pictures, simulated
@@ -61,6 +62,28 @@ def test_a_clip_of_a_face_gives_yaw_pitch_and_roll(call: Call, clip: Path) -> No
     assert min(said["yaw_deg"]) < -15
     assert said["labelled_frames"] == COUNT
     assert np.sign(said["yaw_deg"][40]) == np.sign(float(truth[40]["yaw_deg"]) - float(truth[0]["yaw_deg"]))
+
+
+def test_marked_points_are_used_and_replayed(call: Call, clip: Path, tmp_path: Path) -> None:
+    """Points from a file are where tracking begins, with every method, and a saved run has them along."""
+    first = simulated(1, width=WIDTH)[0].target
+    assert first is not None
+    assert first.landmarks is not None
+    points = dict(zip(FEATURES, first.landmarks.points_px.tolist(), strict=True))
+    (tmp_path / "points.json").write_text(json.dumps(points))
+    rows = "".join(f"{name},{x},{y}\n" for name, (x, y) in points.items())
+    (tmp_path / "points.csv").write_text("name,x,y\n" + rows)
+    hashes = set()
+    for name in ("points.json", "points.csv"):
+        saved = tmp_path / f"{name}.pft"
+        common = ("--video", clip, "--points", tmp_path / name, "--frames", 6, "--out", saved, "--json")
+        status, out, _ = call("run", "head", *common)
+        assert status == 0
+        hashes.add(json.loads(out)["estimates_sha256"])
+        status, out, _ = call("replay", saved, "--json")
+        assert status == 0
+        assert json.loads(out)["same_as_saved"] is True
+    assert len(hashes) == 1
 
 
 @pytest.mark.parametrize(

@@ -67,11 +67,16 @@ def test_the_open_run_offers_what_it_teaches(saved: Path, learned: Path, call: C
     [
         (("learn", "sine", "--out", "x.json"), 2, ("sine takes no learn", "ball")),
         (("learn", "ball", "sine", "--out", "x.json"), 2, ("name one experiment, or saved runs",)),
+        (("learn", "nothing", "--out", "x.json"), 2, ("nothing",)),
         (("learn", "ball", "--frames", "3", "--trials", "1", "--out", "x.json"), 1, ("got 1 in 1 track;",)),
+        (("learn", "ball", "--trials", "0", "--out", "x.json"), 2, ("--trials", "between 1 and")),
         (("learn", "ball", "--out", "/nowhere/x.json"), 1, ("/nowhere/x.json cannot be written",)),
         (("learn", "ball", "--tracker", "none", "--out", "x.json"), 2, ("a tracker of ball is one of",)),
+        (("learn", "ball", "--axis", "nothing=1", "--out", "x.json"), 2, ("ball has no parameter 'nothing'",)),
+        (("learn", "there_is_none.pft", "--out", "x.json"), 1, ("the file there_is_none.pft does not exist",)),
         (("run", "sine", "--learned", "x.json"), 2, ("sine takes no --learned",)),
         (("run", "ball", "--learned", "there_is_none.json"), 1, ("the file there_is_none.json does not exist",)),
+        (("run", "ball", "--set", "learned=@there_is_none.json"), 1, ("the file there_is_none.json does not exist",)),
         (("run", "ball", "--set", "learned=nonsense"), 2, ("learned must be a learned motion (it is not JSON",)),
     ],
 )
@@ -86,6 +91,20 @@ def test_what_cannot_be_learned_or_used_is_refused(
     """One line says what is wrong and what would do."""
     monkeypatch.chdir(tmp_path)
     refused(call(*arguments), status, *words)
+
+
+def test_files_that_hold_no_text_or_no_states_are_refused(saved: Path, call: Call, tmp_path: Path) -> None:
+    """A file that is no text, too large or empty is no learned file; one that is no run teaches nothing."""
+    garbage, large, empty = (tmp_path / f"{name}.json" for name in ("garbage", "large", "empty"))
+    garbage.write_bytes(b"\xff\xfe\x00\x81")
+    large.write_bytes(b" " * 500_000)
+    refused(call("run", "ball", "--learned", garbage), 1, "is not a text")
+    empty.write_text("\n")
+    refused(call("run", "ball", "--learned", large), 1, "KiB allowed")
+    refused(call("run", "ball", "--learned", empty), 1, "empty.json is empty")
+    garbage.rename(tmp_path / "garbage.pft")
+    refused(call("learn", tmp_path / "garbage.pft", "--out", tmp_path / "x.json"), 1, "is not a saved run")
+    refused(call("learn", saved, "--seed", 3, "--out", tmp_path / "x.json"), 2, "leave out what only makes new ones")
 
 
 def test_a_sweep_takes_the_file_for_all_its_runs(learned: Path, call: Call, tmp_path: Path) -> None:

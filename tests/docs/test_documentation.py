@@ -54,3 +54,31 @@ def test_the_blocks_of_the_example_are_its_own_code() -> None:
     assert len(blocks) > 8
     for block in blocks:
         assert any(block in text for text in code), block
+
+
+STEP = re.compile(r"^\d+\. (.*?)(?=^\d+\. |\Z)", re.DOTALL | re.MULTILINE)
+
+
+def ways() -> dict[str, list[str]]:
+    """The steps of each way through the program that the page on the architecture describes."""
+    text = (ROOT / "docs" / "explanation" / "architecture.md").read_text()
+    sections = re.findall(r"^### The way of ([^\n]+)\n(.*?)(?=^##)", text, re.DOTALL | re.MULTILINE)
+    return {
+        name: re.findall(r"^\d+\. (.*?)(?=^\d+\. |\Z)", steps, re.DOTALL | re.MULTILINE) for name, steps in sections
+    }
+
+
+@pytest.mark.parametrize("way", ways())
+def test_a_way_is_short_and_leads_through_files_that_exist(way: str) -> None:
+    """A slider, a frame, an upload and a lesson take at most twelve steps, and every file that these name is there."""
+    steps = ways()[way]
+    assert 5 <= len(steps) <= 12
+    homes = ROOT, ROOT / "pftrack", ROOT / "server" / "pftrack_server", ROOT / "frontend_static"
+    named = [name for step in steps for name in re.findall(r"`([\w/]+(?:\.py|\.js|/))`", step)]
+    assert len(named) > len(steps) / 2
+    assert [name for name in named if not any((home / name).exists() for home in homes)] == []
+
+
+def test_the_four_ways_are_told() -> None:
+    """Whoever changes one finds it described."""
+    assert ways().keys() == {"a slider", "a frame", "an upload", "a lesson's slider"}

@@ -49,6 +49,15 @@ def test_a_run_goes_on_to_the_same_numbers(name: str, tmp_path: Path) -> None:
     assert again.estimates_sha256 == run.estimates_sha256
 
 
+def test_coming_back_repeats_no_step(kept: Path) -> None:
+    """The furthest frame of a checkpoint is reached without a step."""
+    run = begun()
+    found = checkpoint.read(kept, "pftrack")
+    assert found is not None
+    run.recall(found)
+    assert [step.diagnostics.frame for step in run.seeking(FAR)] == [FAR]
+
+
 @pytest.mark.parametrize(
     "other",
     [
@@ -73,6 +82,16 @@ def test_other_numbers_are_not_believed(kept: Path) -> None:
     run = begun()
     assert not run.recall(checkpoint.Checkpoint(found.recipe, found.diagnostics, states))
     assert run.computed == 0
+
+
+def test_a_run_that_has_not_moved_has_nothing_to_recall() -> None:
+    """A checkpoint of frame 0 alone, or of states without the furthest frame, is left alone."""
+    assert not begun().recall(begun().checkpoint())
+    far = begun()
+    far.seek(FAR)
+    whole = far.checkpoint()
+    cut = {frame: state for frame, state in whole.states.items() if frame < FAR}
+    assert not begun().recall(checkpoint.Checkpoint(whole.recipe, whole.diagnostics, cut))
 
 
 def test_a_damaged_file_is_none(kept: Path) -> None:

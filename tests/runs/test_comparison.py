@@ -2,19 +2,21 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
-from pftrack.core.refusal import RefusedError
+from pftrack.core.refusal import ConflictError, RefusedError
 from pftrack.experiments import find
+from pftrack.output.exports.comparisons import export_comparison
 from pftrack.runs.comparison import Comparison, align
 from pftrack.runs.run import Run
 from tests.experiments.head.heads import Pictures
 
-BALL, SINE = find("ball"), find("sine")
+SINE, BALL, PRISM = find("sine"), find("ball"), find("prism")
 
 
 def sine(frames: int = 40, seed: int = 4, tracker: str = "condensation", changes: tuple[Change, ...] = ()) -> Run:
@@ -84,6 +86,17 @@ def test_what_changes_nothing_or_comes_later_is_no_difference() -> None:
     same = sine(changes=(Change(0, {"sample_count": default}), Change(5, {"sample_count": default})))
     later = sine(60, changes=(Change(45, {"sample_count": 50}),))
     assert Comparison.of(sine(), same, later).settings == ()
+
+
+def test_parameters_of_other_experiments_are_listed_where_somebody_has_set_them() -> None:
+    """What follows from the experiments alone says nothing; a value that was set does, also where one lacks it."""
+    histogram = find("histogram")
+    other = Run(histogram, histogram.simulate(), frames=3)
+    plain = Comparison.of(Run(BALL, BALL.simulate(), frames=3), other).settings
+    wide = Run(BALL, BALL.simulate(), frames=3, timeline=(Change(0, {"slot_offset_px": 60}),))
+    assert [it.name for it in plain] == ["experiment", "tracker"]
+    [added] = set(Comparison.of(wide, other).settings) - set(plain)
+    assert (added.name, added.values) == ("slot_offset_px", ("60 px", None))
 
 
 def test_runs_are_called_by_what_is_special_about_them() -> None:
@@ -164,3 +177,21 @@ def test_computing_tells_how_far_it_is_and_does_nothing_twice() -> None:
 
 
 # ---------------------------------------------------------------- files
+
+
+def test_files_of_a_comparison_on_a_clip_count_both_frames(tmp_path: Path) -> None:
+    """Frames as they are compared and as each run counts; without truth there is no error, and nothing to draw."""
+    compared = Comparison.of(on_clip(0, 12), on_clip(3, 17)).finish()
+    export_comparison(compared, tmp_path / "both.csv")
+    lines = (tmp_path / "both.csv").read_text().splitlines()
+    assert lines[0] == "run,name,frame,frame_of_run,error,lost"
+    assert lines[1] == "1,Begins at picture 0,0,3,,0"
+    assert lines[-1].startswith("2,Begins at picture 3,8,8,,")
+    export_comparison(compared, tmp_path / "both.json")
+    told = json.loads((tmp_path / "both.json").read_text())
+    assert [run["recipe"]["frames"] for run in told["runs"]] == [12, 17]
+    assert told["settings"] == compared.as_dict()["settings"]
+    with pytest.raises(ConflictError, match="no error can be drawn"):
+        export_comparison(compared, tmp_path / "both.png")
+    with pytest.raises(ConflictError, match=r"can be exported as \.csv, \.png, \.svg, \.json; got 'both.docx'"):
+        export_comparison(compared, tmp_path / "both.docx")

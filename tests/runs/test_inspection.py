@@ -39,6 +39,20 @@ def test_a_particle_is_followed_to_its_ancestors(steps: tuple[Run, list]) -> Non
         assert (where == step.state.particles.states[place, :2]).all()
 
 
+def test_joint_particles_are_weighed_by_their_likelihood() -> None:
+    """A weight is the likelihood that is told, times the parent's weight where no parents were drawn."""
+    run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=8)
+    run.change({"joint_sample_count": 500})
+    clouds = [PRISM.trackers["rb-pf"].cloud(step.state) for step in run]
+    assert clouds[0].log_likelihoods is None
+    for before, cloud in pairwise(clouds[1:]):
+        prior = 0.0 if cloud.resampled else before.log_weights[cloud.ancestors]
+        weighed = np.exp(cloud.log_likelihoods + prior - (cloud.log_likelihoods + prior).max())
+        assert np.allclose(weighed / weighed.sum(), np.exp(cloud.log_weights), atol=1e-12)
+    run.seek(6)
+    assert Inspection(run).at_particle(3).log_likelihood == clouds[6].log_likelihoods[3]
+
+
 def test_descendants_are_those_of_frames_that_were_computed(steps: tuple[Run, list]) -> None:
     """The particles of a frame have together as many descendants as there are particles, and the newest have none."""
     run, _ = steps
@@ -102,6 +116,26 @@ def test_each_feature_has_a_genealogy_of_its_own() -> None:
     assert lineage.places.shape == (12, 50)
     assert looked.genealogy().places.shape == (12, 400)
     assert set(np.unique(lineage.places[0] // 50)) == {3}
+
+
+def test_particles_from_the_solid_have_no_parents() -> None:
+    """Where all particles are drawn from the solid's pose each is the beginning of its line."""
+    run = Run(PRISM, PRISM.simulate(), tracker="alpha-1", seed=3, frames=5)
+    run.seek(4)
+    looked = Inspection(run)
+    own = looked.at_particle(7).particle
+    assert (own.sampler, own.ancestors, own.begins) == ("the solid's pose", (), 4)
+    assert list(looked.genealogy().frames) == [4]
+
+
+def test_frame_0_has_no_frame_before(steps: tuple[Run, list]) -> None:
+    """At the beginning the estimate can be asked, particles have no ancestors, and the genealogy is one frame long."""
+    run, _ = steps
+    run.seek(0)
+    looked = Inspection(run)
+    assert looked.at_estimate().log_likelihood is not None
+    assert looked.at_particle(1).particle.ancestors == ()
+    assert list(looked.genealogy().frames) == [0]
 
 
 def test_what_cannot_be_asked_is_refused(steps: tuple[Run, list]) -> None:

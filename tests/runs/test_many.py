@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.band import Calibration
+from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, History
@@ -15,6 +16,7 @@ from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED
 from pftrack.runs import many, scoring
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
+from tests.experiments.head.heads import Pictures, pictures
 from tests.making import whole_run
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
@@ -106,6 +108,27 @@ def test_blocks_of_pictures_make_no_difference(monkeypatch: pytest.MonkeyPatch) 
     for held in (1, 7):
         monkeypatch.setattr(many, "BLOCK_BYTES", held * 320 * 240 * 3)
         assert outcomes() == whole
+
+
+@pytest.mark.parametrize("frames", [1, 2])
+def test_the_shortest_runs_are_judged_too(frames: int) -> None:
+    """A run of one or two frames has an outcome."""
+    [[outcome]] = many.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf"], seeds=[0], frames=frames)
+    assert outcome.labelled_frames == frames
+    assert outcome.success is True
+
+
+def test_a_short_recording_ends_earlier_for_every_tracker() -> None:
+    """Where a recording has fewer frames than were asked for, a tracker that takes them one by one ends with it too."""
+    setup = BALL.video.on_video(Pictures(pictures(5, width=160)), Box.of(40, 30, 30, 40))  # it takes them
+    trackers = ["h-spf", "kalman"]
+    assert BALL.trackers["kalman"].fold is None
+    (row,) = many.outcomes(BALL, setup, values={}, trackers=trackers, seeds=[1], frames=60)
+    for tracker, outcome in zip(trackers, row, strict=True):
+        run = Run(BALL, setup, tracker=tracker, seed=1)
+        run.finish()
+        assert run.frames == 5
+        assert outcome.estimates_sha256 == run.estimates_sha256
 
 
 def test_an_estimate_that_is_none_is_no_success() -> None:

@@ -23,10 +23,12 @@ from pftrack.runs.record import read, read_saved, save
 from pftrack.runs.reproduction import load, make
 from pftrack.runs.run import Run
 from pftrack.runs.table import clouds_of
+from pftrack.sources.sequence import open_sequence
 from pftrack_server.sessions.create import SessionCreate
 from pftrack_server.sessions.spec import BranchSpec, RunSnapshot, SessionSpec
 from tests.experiments.head.heads import Pictures, pictures
 from tests.making import whole_run
+from tests.sources.conftest import film
 
 BALL = find("ball")
 CHANGES = (Change(0, {"sample_count": 150}), Change(12, {"occlusion_width_px": 80, "tracker": "s-spf"}))
@@ -219,6 +221,41 @@ def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[fl
     path = _rewritten(tmp_path / "a.pft", footage={**footage, "truth": {"0": row}})
     with pytest.raises(RefusedError, match=r"truth\.0"):
         load(path, open_sequence=lambda _: Pictures(pictures(2, width=160)))
+
+
+@pytest.fixture
+def oblong(tmp_path: Path) -> Path:
+    """A clip of a red disc whose stored pixels are twice as wide as high."""
+    shown = []
+    rows, columns = np.mgrid[0:90, 0:80]
+    for number in range(8):
+        picture = np.full((90, 80, 3), 180, np.uint8)
+        picture[((columns - 30 - number) * 2) ** 2 + (rows - 45) ** 2 <= 144] = (208, 32, 32)
+        shown.append(picture)
+    lossless = {"qp": "0", "x264-params": "sar=2/1"}
+    return film(tmp_path / "oblong.mkv", shown, "libx264rgb", "rgb24", codec_options=lossless)
+
+
+def tracked(clip: Path, mark: Box, *, square: bool | None = None) -> Run:
+    made = Run(BALL, BALL.video.on_video(open_sequence(clip, square=square), mark), seed=2)
+    made.finish()
+    return made
+
+
+def test_a_run_on_oblong_pixels_says_that_they_were_made_square(oblong: Path, tmp_path: Path) -> None:
+    """A run of today is made again on square ones, also where the recording was indexed by an earlier version."""
+    today = tracked(oblong, Box(x=48, y=33, width=24, height=24))
+    save(today, tmp_path / "today.pft")
+    assert read(tmp_path / "today.pft").recipe.footage.square is True
+    stored = open_sequence(oblong, square=False).index
+    again = load(
+        tmp_path / "today.pft",
+        open_sequence=lambda footage: open_sequence(oblong, index=stored, square=footage.square),
+    )
+    assert again.source.size == (160, 90)
+    again.finish()
+    assert again.estimates_sha256 == today.estimates_sha256
+    assert today.diagnostics[-1].estimate[0] == pytest.approx(74, abs=3)
 
 
 def test_a_large_description_is_not_read(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -79,6 +79,16 @@ def test_seeking_anywhere_gives_the_same_states(frames: list[int]) -> None:
     assert run.estimates_sha256 == finished(timeline=CHANGES).estimates_sha256
 
 
+def test_seeking_back_does_not_forget() -> None:
+    """Going back keeps the head and all diagnostics; going on from there computes nothing anew."""
+    run = finished(timeline=CHANGES)
+    before = list(run.diagnostics)
+    run.seek(7)
+    assert run.computed == 44
+    run.advance()
+    assert run.diagnostics == before
+
+
 def test_branch_shares_the_past_and_only_that() -> None:
     """A branch has the same frames up to its root and goes its own way from there; the trunk does not notice."""
     trunk = finished(timeline=CHANGES)
@@ -213,6 +223,32 @@ def test_what_states_share_counts_once_in_the_budget() -> None:
     known: set[int] = set()
     assert bytes_of(state, known) >= state.particles.states.nbytes
     assert bytes_of(replace(state, log_evidence=1.0), known) == 0
+
+
+class _Plain:
+    def __init__(self, **parts: object) -> None:
+        vars(self).update(parts)
+
+
+def test_the_memory_of_any_state_is_counted() -> None:
+    """Lists, mappings, numbers of NumPy, objects of any class and what leads back to itself; views count as wholes."""
+    whole, other = np.zeros(100), np.zeros(10)
+    state = _Plain(a=[whole[:3], whole[3:], np.float64(1.0), "text", None], b={"c": (other, _Plain), "d": np.int64(2)})
+    vars(state)["again"] = [state]
+    known: set[int] = set()
+    assert bytes_of(state, known) == whole.nbytes + other.nbytes
+    assert bytes_of({"a": whole[5:], "b": state}, known) == 0
+    particles = ball(frames=3).current.state.particles
+    without = bytes_of(replace(particles), set())
+    assert bytes_of(particles, set()) == without + particles.weights.nbytes
+
+
+def test_a_state_may_know_all_before_it() -> None:
+    """A chain of states as long as a run is counted without recursion."""
+    chain: object = None
+    for _ in range(20_000):
+        chain = _Plain(before=chain, array=np.zeros(1))
+    assert bytes_of(chain, set()) == 20_000 * 8
 
 
 def test_steps_are_replayed_while_the_run_stands_where_it_is() -> None:

@@ -171,6 +171,14 @@ def test_a_clip_goes_along(tmp_path: Path) -> None:
     assert again.index == sequence.index
 
 
+def test_pictures_can_be_given_one_by_one(tmp_path: Path) -> None:
+    """Arrays of pixels are the pictures of the frames of which something is said."""
+    pictures = np.random.default_rng(0).integers(0, 255, (FRAMES, 1, 1, 3)).repeat(32, 1).repeat(48, 2).astype(np.uint8)
+    sequence = open_sequence(record(tmp_path / "mine.pft", source=pictures))
+    assert sequence.size == (48, 32)
+    assert np.abs(sequence.picture(2).astype(int) - pictures[2]).max() < 12
+
+
 def test_what_was_said_before_a_loop_broke_off_is_there(tmp_path: Path) -> None:
     """A file without its end, or cut in the middle of a frame, holds what came before."""
     with zipfile.ZipFile(record(tmp_path / "mine.pft")) as archive:
@@ -237,6 +245,13 @@ def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:
         with suppress(RefusedError):
             sequence = open_sequence(path)
             sequence.content.belief(sequence.content.first, 0)
+
+
+@pytest.mark.parametrize("source", [[0.0], [np.zeros((16, 16, 3), np.uint8)]])
+def test_the_clock_may_be_before_1980(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: list[object]) -> None:
+    """A recording takes no time from the clock, which an archive could not hold."""
+    monkeypatch.setattr("time.time", lambda: 0.0)
+    assert open_sequence(record(tmp_path / "mine.pft", 1, source=source)).frame_count == 1
 
 
 ROW = (0, 0, 0, 3, 0, 0, 0, 0, 0)

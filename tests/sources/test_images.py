@@ -16,7 +16,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
+from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import RefusedError
+from pftrack.sources.images import ImageSequence
 from pftrack.sources.limits import Limits, natural_order
 from pftrack.sources.sequence import open_sequence
 
@@ -105,6 +107,14 @@ def test_the_content_makes_the_digest(folder: Path, tmp_path: Path) -> None:
     assert open_sequence(renamed).sha256 != first.sha256
 
 
+def test_an_index_spares_the_survey(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the index of an earlier survey nothing is decoded before it is asked for."""
+    index = FrameIndex.from_json(open_sequence(folder).index.to_json())
+    monkeypatch.setattr(ImageSequence, "_survey", None)
+    sequence = open_sequence(folder, index=index)
+    assert sequence.picture(11).shape == (64, 96, 3)
+
+
 def test_a_picture_that_changes_is_found_out(folder: Path, make_picture: Draw) -> None:
     """A picture replaced while the folder is open is refused."""
     index = open_sequence(folder).index
@@ -112,6 +122,24 @@ def test_a_picture_that_changes_is_found_out(folder: Path, make_picture: Draw) -
     Image.fromarray(make_picture(200)).save(folder / "frame 4.png")
     with pytest.raises(RefusedError, match="picture 3 has changed"):
         sequence.picture(3)
+
+
+def test_the_cache_is_bounded(folder: Path) -> None:
+    """Pictures held stay within the limit."""
+    sequence = open_sequence(folder, Limits(cache_bytes=50_000))
+    assert isinstance(sequence, ImageSequence)
+    for index in (0, 5, 11, 0):
+        assert not sequence.picture(index).flags.writeable
+        assert sequence._cache.used_bytes <= 50_000
+    sequence.close()
+    assert sequence._cache.used_bytes == 0
+
+
+@pytest.mark.parametrize("index", [-1, 12])
+def test_a_frame_outside_is_refused(folder: Path, index: int) -> None:
+    """A frame that does not exist is refused with the range of those that do."""
+    with pytest.raises(IndexError, match=f"between 0 and 11, got {index}"):
+        open_sequence(folder).picture(index)
 
 
 # ---------------------------------------------------------------- pixels

@@ -1,5 +1,6 @@
 """Results beside the tools of others: they read what is written here, and count the same switches."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -53,3 +54,15 @@ def test_motmetrics_counts_the_same_switches(tmp_path: Path, monkeypatch: pytest
     run.finish()
     assert counted > 0
     assert sum(row.number("identity_switches") for row in run.diagnostics) == counted
+
+
+def test_pycocotools_reads_what_is_written(tmp_path: Path) -> None:
+    """It indexes images and annotations, and finds each box where it was."""
+    tool = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
+    path = tmp_path / "boxes.json"
+    path.write_bytes(write_results("coco", boxes(confused=False), frames=FRAMES, size=(320, 240), rate_hz=25.0))
+    coco = tool.COCO(str(path))
+    assert len(coco.getImgIds()) == FRAMES
+    (first, *_) = coco.loadAnns(coco.getAnnIds(imgIds=[1]))
+    assert first["bbox"] == [0.0, 20.0, 20.0, 30.0]
+    assert json.loads(path.read_text())["videos"][0]["length"] == FRAMES

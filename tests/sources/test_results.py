@@ -1,6 +1,7 @@
 """Results of trackers: each form is known by its content, read to the pixel, and written so that it is read again."""
 
 import json
+import math
 import time
 from pathlib import Path
 
@@ -312,6 +313,22 @@ def test_results_open_as_a_recording(tmp_path: Path, text: str) -> None:
     run = pftrack.load(path)
     run.finish()
     assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
+
+
+@pytest.mark.parametrize("suffix", ["mot.txt", "vot.txt", "cvat.xml", "coco.json"])
+def test_results_survive_being_opened_and_written(tmp_path: Path, suffix: str) -> None:
+    """Frames before the first box and after the last, numbers and names of targets are what they were."""
+    form = suffix.partition(".")[0]
+    targets = ((7, "a cup"), (9, "a ball")) if form in {"cvat", "coco"} else ((1, ""),)
+    boxes = [Box(frame, number, 10 + frame, 20, 30, 40, label=name) for frame in (2, 3, 5) for number, name in targets]
+    path = tmp_path / f"results.{suffix}"
+    path.write_bytes(write_results(form, boxes, frames=8, size=(320, 240), rate_hz=25.0))  # type: ignore[arg-type]
+    run = pftrack.load(path)
+    run.finish()
+    run.export(tmp_path / f"again.{suffix}")
+    first, again = (read_results((tmp_path / f"{name}.{suffix}").read_bytes()) for name in ("results", "again"))
+    assert [(*box[:6], box.label) for box in again.boxes] == [(*box[:6], box.label) for box in first.boxes]
+    assert again.frames == first.frames
 
 
 sides = st.tuples(*[st.floats(-500, 500)] * 2, *[st.floats(1.01, 500)] * 2)

@@ -15,6 +15,7 @@ from PIL import Image
 
 from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import RefusedError
+from pftrack.sources.limits import LARGE_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import Decoder, VideoSequence
 from tests.sources.films import Draw, Film, Read, decoded, opened
@@ -46,6 +47,16 @@ def test_stepping_backwards_decodes_each_group_few_times(clip: Path, monkeypatch
     for number in reversed(range(120)):
         np.testing.assert_array_equal(sequence.picture(number), reference[number])
     assert len(entries) <= 6
+    sequence.close()
+
+
+def test_a_small_cache_changes_nothing_but_the_time(clip: Path) -> None:
+    """A cache with room for one picture gives the same pictures, and holds no more than it may."""
+    reference = decoded(clip)
+    sequence = opened(clip, Limits(cache_bytes=30_000))
+    for number in (119, 0, 71, 70, 69, 3, 119):
+        np.testing.assert_array_equal(sequence.picture(number), reference[number])
+        assert sequence._cache.used_bytes <= 30_000
     sequence.close()
 
 
@@ -166,6 +177,13 @@ def test_an_index_is_read_with_suspicion(text: str) -> None:
         FrameIndex.from_json(text)
 
 
+def test_an_index_must_be_of_one_piece(clip: Path) -> None:
+    """An index whose columns differ in length is refused."""
+    broken = dataclasses.replace(opened(clip).index, times_s=(0.0,))
+    with pytest.raises(ValueError, match="120 frames"):
+        FrameIndex.from_json(broken.to_json())
+
+
 def test_no_file_stays_open(clip: Path, tmp_path: Path) -> None:
     """Opening, reading, refusing and closing fifty times leaves no descriptor behind."""
     broken = tmp_path / "broken.mp4"
@@ -202,6 +220,14 @@ def test_missing_frames_are_counted(tmp_path: Path, make_film: Film, make_pictur
     times = [40 * number for number in (0, 1, 2, 5, 6, 8, 9, 10)]
     path = make_film(tmp_path / "clip.mkv", [make_picture(number) for number in range(8)], times_ms=times)
     assert opened(path).index.warnings[0].startswith("3 frames are missing by the times, first after frame 2")
+
+
+def test_large_pictures_can_be_allowed(tmp_path: Path, make_film: Film) -> None:
+    """4K is refused with what to do, and read with the limits of a machine of one's own."""
+    path = make_film(tmp_path / "4k.mp4", [np.zeros((2160, 3840, 3), np.uint8)], codec_options={"preset": "ultrafast"})
+    with pytest.raises(RefusedError, match=r"scale=1920:-2 .* allow it with --large, in Python large=True"):
+        opened(path)
+    assert opened(path, LARGE_LIMITS).size == (3840, 2160)
 
 
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])

@@ -194,6 +194,25 @@ def test_a_refused_combination_is_a_row_with_its_problem(tmp_path: Path) -> None
             assert row["success"] is not None
 
 
+def test_axes_of_every_kind_are_swept(tmp_path: Path) -> None:
+    """Choices, truths, colours, layouts and parameters that are not live come out as columns of their own kind."""
+    axes = (
+        Axis("apf_weights", ("sharpened", "corrected")),
+        Axis("learn_dynamics", (True, False)),
+        Axis("background_colour", ("#646464", "#000000")),
+        Axis("layout", (3, 7)),
+        Axis("image_width_px", (320, 256)),
+    )
+    plan = Plan("ball", axes, ("h-spf",), frames=5, values={"sample_count": 10})
+    table = carry_out(plan, tmp_path / "kinds.parquet").table
+    kinds = {field.name: str(field.type) for field in table.schema}
+    assert [kinds[axis.name] for axis in axes] == ["string", "bool", "string", "int64", "int64"]
+    for row in table.to_pylist()[::7]:
+        live = plan.live(row["run"])
+        live.finish()
+        assert live.estimates_sha256 == row["estimates_sha256"].hex()
+
+
 def test_an_experiment_without_verdicts_has_none(tmp_path: Path) -> None:
     """Where nothing is lost or won, success is null and the error is there."""
     plan = Plan("sine", (Axis("sample_count", (5, 10)),), ("condensation", "kalman"), trials=2, frames=10)

@@ -263,3 +263,21 @@ def test_a_spreadsheet_computes_no_problem(finished: Result, tmp_path: Path) -> 
     rows = list(csv.DictReader(io.StringIO(b"".join(csv_pieces(read_result(path))).decode())))
     assert [row["problem"] for row in rows[:3]] == ["'=1+1", "fails: -1", ""]
     assert read_result(path).table["problem"][0].as_py() == "=1+1"
+
+
+def test_pieces_are_read_by_column(finished: Result, plan: Plan) -> None:
+    """Only what is asked for is read, and metadata does not travel with it."""
+    pieces = list(finished.pieces(["run", "tracker"]))
+    assert [piece.column_names for piece in pieces] == [["run", "tracker"]]
+    assert len(pa.concat_tables(pieces)) == plan.runs
+    assert pieces[0].schema.metadata is None
+
+
+def test_damage_in_the_middle_is_found(finished: Result, tmp_path: Path) -> None:
+    """Bytes that changed on the disk are told, not read as other numbers."""
+    path = tmp_path / "damaged.parquet"
+    data = bytearray(finished.path.read_bytes())
+    data[len(data) // 4 : len(data) // 3] = bytes(len(data) // 3 - len(data) // 4)
+    path.write_bytes(data)
+    with pytest.raises(SweepError, match=r"damaged\.parquet is damaged"):
+        _ = read_result(path).table

@@ -4,12 +4,14 @@ import csv
 import io
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -24,8 +26,8 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
 from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples, significance
-from pftrack.sweep.report.files import Report, curves, export_result, figures, scale_of, write_report
-from pftrack.sweep.report.study import Study, number
+from pftrack.sweep.report.files import Report, curves, export_result, figures, page, scale_of, write_report
+from pftrack.sweep.report.study import Study, number, tables
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:
@@ -34,6 +36,15 @@ def test_a_report_has_all_its_files(report: Report) -> None:
     measures = {f"measure-{measure.name}.png" for measure in EXPERIMENTS["ball"].run_measures}
     assert names == measures | {"success.png", "error.png", "curves.png", "tables.csv", "index.html"}
     assert {path.name for path in report.page.parent.iterdir()} == names
+
+
+def test_every_figure_is_a_picture_with_something_on_it(report: Report) -> None:
+    """Each opens, is large enough to be shown, and is not of one colour."""
+    for path in report.files:
+        if path.suffix == ".png":
+            with Image.open(path) as picture:
+                assert min(picture.size) >= 400, path.name
+                assert len(np.unique(np.asarray(picture.convert("L")))) > 20, path.name
 
 
 def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None:
@@ -88,6 +99,32 @@ def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
             f"{seen.p_values[0, 0]:.2g}",
         )
         assert table.folded == (quantity.name not in {"success", "error"})
+
+
+class Lacking(Result):
+    """A result in which one tracker has no value of a measure."""
+
+    def pieces(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
+        for piece in super().pieces(columns):
+            if "inside_share" not in piece.column_names:
+                yield piece
+                continue
+            known = pc.not_equal(piece["tracker"], "condensation")
+            column = pc.if_else(known, piece["inside_share"], None)
+            yield piece.set_column(piece.column_names.index("inside_share"), "inside_share", column)
+
+
+def test_a_tracker_that_lacks_a_measure_is_not_compared_by_it(finished: Result) -> None:
+    """Its mean, difference and interval are blank and every cell is untested; the others are shown as they are."""
+    study = Study.of(Lacking(finished.plan, finished.files, complete=True))
+    made = tables(study)
+    means = {row[0]: row for row in made[1].rows}
+    assert means["condensation"][2] == ""
+    assert means["h-spf"][2] != ""
+    (compared,) = (table for table in made if table.quantity == "inside_share")
+    assert compared.rows[0][1:] == ("", "", "0", "Rank-sum", "not applicable", "0 (0)", "0 (0)", "0 (0)", "8")
+    assert sum(len(panel.images) for panel in figures(study)["measure-inside_share"]().axes) == 4
+    assert "not applicable" in page(study, made, {})
 
 
 def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:
@@ -165,6 +202,24 @@ def test_what_a_sweep_cannot_be_exported_as(
 
 # The pictures of a report: what they show is where it belongs, and every text has its room.
 
+COLOURS = ("#c83232", "#32c832", "#3232c8", "#c8c832", "#ffffff", "#000000")
+TRACKERS = ("h-spf", "s-spf", "pc-pf", "condensation", "apf")
+COUNTS = Axis("sample_count", (20, 50, 100))
+
+
+@pytest.fixture(scope="module")
+def named(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """Of an axis whose values are names, with as many methods as make two rows of maps."""
+    plan = Plan("ball", (Axis("ball_colour", COLOURS), COUNTS), TRACKERS, trials=1, frames=4)
+    return carry_out(plan, tmp_path_factory.mktemp("named") / "named.parquet")
+
+
+@pytest.fixture(scope="module")
+def counted(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """Of one axis of numbers."""
+    plan = Plan("ball", (COUNTS,), ("h-spf", "s-spf"), trials=6, frames=10)
+    return carry_out(plan, tmp_path_factory.mktemp("counted") / "counted.parquet")
+
 
 def pixels(figure: Figure) -> np.ndarray:
     """Return the picture of a figure, 100 pixels an inch."""
@@ -228,6 +283,55 @@ def assert_readable(figure: Figure) -> None:
     for (one, first), (other, second) in combinations([*boxes, *maps], 2):
         common = Bbox.intersection(first, second)
         assert common is None or min(common.width, common.height) <= 1, (one, other)
+
+
+# Thirteen figures are drawn whole.
+@pytest.mark.slow
+def test_every_text_has_its_room(named: Result, counted: Result, finished: Result) -> None:
+    """Titles, values along the axes, and keys stand apart, with long names and with short ones."""
+    counts, colours = named.plan.axis("sample_count"), named.plan.axis("ball_colour")
+    for study in (Study.of(finished), Study(named, counts, colours, 0.01), Study(named, colours, counts, 0.01)):
+        for name in ("success", "curves"):
+            assert_readable(figures(study)[name]())
+    for study in (Study.of(counted), Study(named, colours, None, 0.01)):
+        for name in ("success", "error", "curves"):
+            assert_readable(figures(study)[name]())
+
+
+def test_one_axis_of_numbers_gives_boxes(counted: Result) -> None:
+    """Every quantity has a picture of boxes and, below, of differences; there is no map of a single row."""
+    plan, study = counted.plan, Study.of(counted)
+    drawn = figures(study)
+    measures = {f"measure-{it.name}" for it in plan.wiring.run_measures}
+    assert set(drawn) == {"curves", "success", "error", *measures}
+    boxes, differences = drawn["measure-median_error_px"]().axes
+    assert boxes.get_ylabel() == "Median error, px"
+    assert len(boxes.patches) == 2 * 3
+    assert differences.get_ylabel() == "Difference, px, + if 1 is better"
+    rates, _ = drawn["success"]().axes
+    assert not rates.patches
+
+
+def test_many_values_are_not_wider_than_a_picture_can_be(counted: Result) -> None:
+    """Boxes become narrow rather than the picture endless, and the values that are written do not touch."""
+    many = replace(counted.plan, axes=(Axis("sample_count", tuple(range(1, 1001))),))
+    drawn = figures(Study.of(replace(counted, plan=many)))
+    for name in ("success", "error", "curves"):
+        assert drawn[name]().get_size_inches()[0] <= 20
+    assert_readable(drawn["error"]())
+
+
+def test_a_box_has_the_quartiles_of_its_runs(counted: Result) -> None:
+    """Boxes stand side by side by tracker, around their value of the axis; the scale begins at 0."""
+    panel = figures(Study.of(counted))["measure-median_error_px"]().axes[0]
+    values = samples(counted, quantity_named(counted.plan, "median_error_px"), "sample_count").values
+    for tracker, container in zip(("h-spf", "s-spf"), panel.containers, strict=True):
+        for place, (patch, runs) in enumerate(zip(container.patches, values[tracker], strict=True)):
+            ends = patch.get_y(), patch.get_y() + patch.get_height()
+            assert ends == pytest.approx(np.quantile(runs, (0.25, 0.75)))
+            middle = patch.get_x() + patch.get_width() / 2
+            assert middle == pytest.approx(place + (-0.2 if tracker == "h-spf" else 0.2))
+    assert panel.get_ylim()[0] == 0.0
 
 
 def test_curves_have_an_axis_each(finished: Result) -> None:

@@ -1,9 +1,11 @@
 """Waiting for one's turn: fair, told, given up when nobody waits any more, and never long for what takes a moment."""
 
 import asyncio
+import socket
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AsyncExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -15,11 +17,13 @@ from pftrack_server.jobs.functions import do_nothing
 from pftrack_server.jobs.jobs import Jobs
 from pftrack_server.work.runs import FitJob, ImportJob
 from tests.apart import run
+from tests.conftest import BASE
 from tests.server.host import Server
 from tests.server.uploads.test_uploads import png, send
 from tests.waiting import wait_for
 
 FILM = b"no film at all" * 1_400_000
+BOUNDARY = "a-boundary"
 
 
 @contextmanager
@@ -251,6 +255,26 @@ def test_who_waits_is_told_how_many_are_before(server: Server, client: httpx.Cli
         assert [film.result(60).status_code for film in (one, two)] == [422, 422]
     assert before(client, "ticket-two") == 0
     assert client.get("/api/v1/queue/no%20ticket").status_code == 422
+
+
+def test_a_client_that_hangs_up_gives_up_its_place(start_server: Any, tmp_path: Path) -> None:
+    """What it sent is deleted, and the next one comes before."""
+    part = f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'.encode()
+    body = part + FILM + f"\r\n--{BOUNDARY}--\r\n".encode()
+    head = (
+        f"POST {BASE}/api/v1/uploads?ticket=ticket-gone HTTP/1.1",
+        "Host: localhost",
+        f"Content-Length: {len(body)}",
+        f"Content-Type: multipart/form-data; boundary={BOUNDARY}",
+    )
+    with start_server() as (server, client), occupied(server, "heavy"):
+        with socket.create_connection(("127.0.0.1", server.port)) as raw:
+            raw.sendall("".join(f"{line}\r\n" for line in (*head, "")).encode())
+            raw.sendall(body)
+            wait_for(lambda: before(client, "ticket-gone") == 1)
+        wait_for(lambda: before(client, "ticket-gone") == 0)
+        wait_for(lambda: not list((tmp_path / "data" / "incoming").iterdir()))
+        assert client.get("/api/v1/uploads").json() == []
 
 
 def test_uploads_at_the_same_time_do_not_exceed_the_limit(start_server: Any) -> None:

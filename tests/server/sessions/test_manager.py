@@ -112,6 +112,15 @@ def test_ended_while_it_waits_to_go_on(start_server: Any) -> None:
         assert found.phase is Phase.CLOSED
 
 
+def test_a_worker_opens_what_the_server_takes_in(start_server: Any) -> None:
+    """A worker has the limits by which an upload is taken in, also where they are wider than usual."""
+    most = 3 * 1024**3
+    with start_server(max_upload_bytes=most, max_frames=300) as (server, client):
+        session = server.manager.get(begin(client)["id"])
+        limits = server.run(server.manager.config(session.spec)).limits
+        assert (limits.file_bytes, limits.frames) == (most, 300)
+
+
 def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A session whose worker ends on its first way does not come back when the server does."""
 

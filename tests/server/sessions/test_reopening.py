@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from websockets.sync.client import connect
 
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.run_tree import RunTree
+from pftrack_server.sessions.worker.worker import KEEP_AFTER_S, Checkpoints
 from tests.server.asking import get
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
 from tests.server.host import Server, begin, steer
@@ -108,6 +110,24 @@ class TestResuming:
             assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204
             wait_for(lambda: not psutil.pid_exists(pid))
 
+    def test_a_step_on_the_way_gives_up_no_frame(self, start_server: Any, tmp_path: Path) -> None:
+        """It moves where the session will stand, and a speed interrupts nothing: all that was known is known again."""
+        with (
+            start_server() as (server, client),
+            stopped(server, client, tmp_path) as session,
+            ThreadPoolExecutor(2) as pool,
+        ):
+            assert resume(client, session["id"])["goal"] == FAR
+            assert steer(client, session["id"], "speed", speed=2)["goal"] == FAR
+            first = pool.submit(steer, client, session["id"], "step")
+            wait_for(lambda: get(client, session["id"])["goal_position"] == FAR - 4)
+            second = pool.submit(steer, client, session["id"], "seek", frame=2)
+            assert first.result()["goal"] == FAR
+            wait_for(lambda: get(client, session["id"])["goal_position"] == 2)
+            allow(tmp_path / "data")
+            arrived = second.result()
+            assert (arrived["position"], arrived["computed"], arrived["goal"]) == (2, FAR, None)
+
     def test_with_its_states_it_is_back_at_once(
         self, start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -143,6 +163,16 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 class TestCheckpoints:
     def kept(self, folder: Path, **more: Any) -> WorkerConfig:
         return dataclasses.replace(config(), states=str(folder / "states"), **more)
+
+    def test_what_took_long_is_written_once(self, tmp_path: Path) -> None:
+        """A branch is written down when computing it took some seconds, and begins there the next time."""
+        tree = RunTree(self.kept(tmp_path))
+        tree.run.seek(20)
+        checkpoints = Checkpoints(tree)
+        checkpoints.on_frame(KEEP_AFTER_S / 2)
+        assert not (tmp_path / "states").exists()
+        checkpoints.on_frame(KEEP_AFTER_S / 2)
+        assert RunTree(self.kept(tmp_path)).run.computed == 20
 
     def test_the_disk_keeps_its_reserve(self, tmp_path: Path) -> None:
         """Nothing is written where less would be left free than the server must leave."""

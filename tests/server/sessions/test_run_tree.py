@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.band import DIRECTIONS
-from pftrack.core.model.drawing import Drawing, Picture, Text
+from pftrack.core.model.drawing import Drawing, Ellipse, Picture, Polyline, Text
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import EXPERIMENTS, find
@@ -159,6 +159,31 @@ def test_who_does_not_look_has_the_drawing_of_the_experiment() -> None:
     after = tree.drawing()
     assert (after.primitives.keys(), after.caption) == (before.primitives.keys(), before.caption)
     assert np.array_equal(picture_of(after), picture_of(before))
+
+
+def test_a_picked_particle_is_followed_while_the_run_goes_on() -> None:
+    """The particle nearest to a place is pinned; frames on it is its heaviest child, with the way behind it."""
+    tree = tree_at(12)
+    estimate = tree.run.current.state.estimate
+    found = tree.inspect(Inspect(place=tuple(estimate), picks=True))
+    assert (found.subject, found.particle.count, len(found.particle.ancestors)) == ("particle", 800, 12)
+    pinned = found.particle.particle
+    forward(tree, 2)
+    drawn = tree.drawing().primitives
+    again = tree.inspect(Inspect(particle=pinned, frame=12))
+    assert again.frame == 14
+    if again.subject == "particle":
+        assert again.particle.ancestors[1] == pinned
+        path = drawn["inspected path"]
+        ring = drawn["inspected ring"]
+        assert isinstance(path, Polyline)
+        assert isinstance(ring, Ellipse)
+        assert ring.centre[:2] == pytest.approx(again.place, abs=1e-3)
+        assert path.positions[0][:2] == pytest.approx(again.place, abs=1e-3)
+        assert len(path.positions) == 15
+    gone = next(place for place in range(800) if tree.inspect(Inspect(particle=place, frame=12)).subject == "gone")
+    assert "inspected ring" not in tree.drawing().primitives
+    assert gone >= 0
 
 
 def test_a_refused_look_changes_nothing() -> None:

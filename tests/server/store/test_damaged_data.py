@@ -16,7 +16,7 @@ from pftrack_server.store import Store
 from pftrack_server.store.database import BUSY_S, RunRow
 from tests.server.host import begin, error_of, steer
 from tests.server.store.test_full_disk import save
-from tests.server.uploads.test_uploads import send, video
+from tests.server.uploads.test_uploads import png, send, video
 from tests.session_requests import session_request
 
 # The first worker waits until the fork server has imported everything, which a shared server has waited for.
@@ -55,6 +55,17 @@ def test_a_damaged_run(start_server: Any, tmp_path: Path) -> None:
         error_of(client.delete("/api/v1/runs/nothing"), 404)
 
 
+def test_a_damaged_upload_row(start_server: Any, tmp_path: Path) -> None:
+    """The same holds of uploads."""
+    with start_server() as (_, client):
+        pictures = [(f"{number}.png", png(number)) for number in range(2)]
+        whole, damaged = (send(client, *pictures).json()["id"] for _ in range(2))
+        execute(tmp_path / "data" / "pftrack.sqlite", "UPDATE uploads SET warnings = '{' WHERE id = ?", damaged)
+        assert [upload["id"] for upload in client.get("/api/v1/uploads").json()] == [whole]
+        error_of(client.get(f"/api/v1/uploads/{damaged}"), 410)
+        assert client.delete(f"/api/v1/uploads/{damaged}").status_code == 204
+
+
 def test_damaged_sessions(start_server: Any, tmp_path: Path) -> None:
     """Sessions that cannot be read leave the others alone, and can be deleted."""
     with start_server() as (_, client):
@@ -70,6 +81,23 @@ def test_damaged_sessions(start_server: Any, tmp_path: Path) -> None:
         for damaged in specs:
             assert client.delete(f"/api/v1/sessions/{damaged}").status_code == 204
             error_of(client.delete(f"/api/v1/sessions/{damaged}"), 404)
+
+
+def test_a_damaged_sweep(start_server: Any, tmp_path: Path) -> None:
+    """A sweep whose plan cannot be read leaves the others alone, and can be deleted."""
+    with start_server():
+        pass
+    path, names = tmp_path / "data" / "pftrack.sqlite", ["a" * 16, "b" * 16]
+    columns = "id, title, experiment, plan, state, runs, done, problems, seconds, created"
+    for name, plan in zip(names, ("[]", "no JSON"), strict=True):
+        row = (name, "T", "ball", plan, "stopped", 1, 0, 0, 0.0, "2026")
+        execute(path, f"INSERT INTO sweeps ({columns}) VALUES ({', '.join('?' * len(row))})", *row)  # noqa: S608 - ours
+    with start_server() as (_, client):
+        assert client.get("/api/v1/sweeps").json() == []
+        for name in names:
+            assert client.delete(f"/api/v1/sweeps/{name}").status_code == 204
+            error_of(client.delete(f"/api/v1/sweeps/{name}"), 404)
+    assert execute(path, "SELECT id FROM sweeps") == []
 
 
 def test_a_damaged_index(start_server: Any, tmp_path: Path) -> None:

@@ -94,6 +94,21 @@ class TestReserve:
             (small_disk / "filler").unlink()
             assert save(client, session).status_code == 201
 
+    def test_an_upload_is_stopped_on_the_way(self, start_server: Any, small_disk: Path) -> None:
+        """An upload that does not say how large it is is stopped when the reserve is reached, and leaves nothing."""
+        with start_server(data_dir=small_disk / "data", reserve_bytes=4 * MEBIBYTE) as (_, client):
+            boundary = b"--x\r\n" + b'Content-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'
+
+            def body() -> Iterator[bytes]:
+                yield boundary
+                for _ in range(40):
+                    yield bytes(MEBIBYTE)
+
+            headers = {"content-type": "multipart/form-data; boundary=x"}
+            error_of(client.post("/api/v1/uploads", content=body(), headers=headers), 507)
+            assert not list((small_disk / "data" / "incoming").iterdir())
+            assert free_bytes(small_disk) > 4 * MEBIBYTE
+
 
 class TestFullDisk:
     def test_room_can_be_made(self, start_server: Any, small_disk: Path, clip: bytes) -> None:

@@ -197,6 +197,20 @@ class TestTracked:
             steer(client, session["id"], "seek", frame=FRAMES - 1)
         assert estimates(client, first["id"]) == estimates(client, second["id"])
 
+    def test_the_server_may_be_restarted(self, start_server: Any, late: bytes) -> None:
+        """A session on a face outlives the server, with its points and its truth."""
+        with start_server() as (_, client):
+            upload = put(client, late)["id"]
+            assert put_truth(client, upload, poses(7)).status_code == 200
+            session = begin(client, experiment="head", upload=upload)
+            steer(client, session["id"], "seek", frame=9)
+            before = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+        with start_server() as (_, client):
+            again = client.post(f"/api/v1/sessions/{session['id']}/resume", timeout=60).json()
+            assert begun_at(again) == begun_at(session)
+            after = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+            assert (after["estimate"], after["error"]) == (before["estimate"], before["error"])
+
     @pytest.mark.parametrize(
         ("points", "field", "words"),
         [
