@@ -75,6 +75,12 @@ def test_version(call: Call) -> None:
     assert call("--version")[:2] == (0, f"pftrack {__version__}\n")
 
 
+def test_show_says_where_an_experiment_comes_from(call: Call) -> None:
+    """`show` cites author, title and year in full; with `--json` as BibTeX too."""
+    assert "Takashi Bando: Adaptive Sampling Method" in call("show", "ball")[1]
+    assert json.loads(call("show", "ball", "--json")[1])["references"][0]["key"] == "bando2007"
+
+
 def test_show_names_the_presets(call: Call) -> None:
     """`show` prints the name by which `--preset` knows each."""
     shown = call("show", "ball")[1]

@@ -8,6 +8,16 @@ from tests.cli.commands import Call
 MARK = "body:29,33.5,20,33.5,20,33.5,4"
 
 
+def test_a_run_says_whether_it_succeeded(call: Call) -> None:
+    """`run fish --json` has `success` and `mean_error_px`."""
+    status, out, _ = call("run", "fish", "--frames", 6, "--json")
+    said = json.loads(out)
+    assert status == 0
+    assert said["success"] is True
+    assert 0 < said["mean_error_px"] < 6
+    assert said["success_measure"] == "hit_rate"
+
+
 def test_a_film_is_followed_from_a_body(call: Call, clip: Path) -> None:
     """Seven numbers mark a body without a tail; the boxes of the truth decide on success."""
     status, out, _ = call(

@@ -11,7 +11,7 @@ import pytest
 from pftrack.core.geometry import rotation
 from pftrack.vision.face import FEATURES
 from pftrack.vision.film import FilmWriter
-from tests.cli.commands import Call
+from tests.cli.commands import Call, refused
 from tests.experiments.head.heads import empty, pictures, simulated
 
 COUNT, WIDTH = 60, 320
@@ -64,6 +64,40 @@ def test_a_clip_of_a_face_gives_yaw_pitch_and_roll(call: Call, clip: Path) -> No
     assert np.sign(said["yaw_deg"][40]) == np.sign(float(truth[40]["yaw_deg"]) - float(truth[0]["yaw_deg"]))
 
 
+def test_without_truth_there_are_angles_but_no_errors(call: Call, clip: Path) -> None:
+    """Without a table the series are there, and the errors are null."""
+    status, out, _ = call("run", "head", "--video", clip, "--frames", 5, "--json")
+    assert status == 0
+    said = json.loads(out)
+    assert len(said["yaw_deg"]) == 5
+    assert said["mean_abs_error_deg"] is None
+    assert said["mean_error"] is None
+    assert said["tracked_share"] == 1.0
+
+
+def test_a_preset_of_the_simulated_scene_is_refused_on_a_recording(call: Call, clip: Path) -> None:
+    """A preset that sets what only the simulated scene has says which parameter that is."""
+    refused(
+        call("run", "head", "--video", clip, "--preset", "sunglasses"),
+        2,
+        "the preset sunglasses is of the simulated scene: a recording has no sunglasses",
+    )
+
+
+@pytest.mark.parametrize("name", ["head", "prism"])
+def test_the_simulated_experiments_have_the_same_series(call: Call, name: str) -> None:
+    """A simulated run knows its truth; its table for people leaves the long series out."""
+    status, out, _ = call("run", name, "--frames", 6, "--json")
+    assert status == 0
+    said = json.loads(out)
+    assert said["experiment"] == name
+    assert said["labelled_frames"] == 6
+    status, out, _ = call("run", name, "--frames", 6)
+    assert status == 0
+    assert "yaw deg" not in out
+    assert "mean error" in out
+
+
 def test_marked_points_are_used_and_replayed(call: Call, clip: Path, tmp_path: Path) -> None:
     """Points from a file are where tracking begins, with every method, and a saved run has them along."""
     first = simulated(1, width=WIDTH)[0].target
@@ -84,6 +118,22 @@ def test_marked_points_are_used_and_replayed(call: Call, clip: Path, tmp_path: P
         assert status == 0
         assert json.loads(out)["same_as_saved"] is True
     assert len(hashes) == 1
+
+
+def test_the_overlay_is_written_as_a_film(call: Call, clip: Path, tmp_path: Path) -> None:
+    """The film shows the clip, which is no copy, at its size, and beside it a square with the head's model."""
+    from pftrack.sources.sequence import open_sequence
+
+    status, _, _ = call("run", "head", "--video", clip, "--frames", 4, "--video-out", tmp_path / "o.mp4")
+    assert status == 0
+    drawn, plain = open_sequence(tmp_path / "o.mp4"), open_sequence(clip)
+    width, height = plain.size
+    assert (drawn.frame_count, drawn.size) == (4, (width + height, height))
+    picture, world = np.split(drawn.picture(3).astype(int), [width], axis=1)
+    assert 2 < np.abs(picture - plain.picture(3)).mean() < 40
+    assert (world > 240).all(axis=2).mean() > 0.5
+    drawn.close()
+    plain.close()
 
 
 @pytest.mark.parametrize(
@@ -139,3 +189,23 @@ def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> N
     again = tmp_path / "again.obj"
     assert call("replay", tmp_path / "run.pft", "--export", again)[0] == 0
     assert again.read_bytes() == places[0].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("experiment", "name", "words"),
+    [
+        (
+            "head",
+            "face.stl",
+            ".obj, .points.json, .tracks.csv, .learned.json; got",
+        ),
+        ("head", "face", "got 'face'"),
+        ("ball", "face.obj", "a run of ball can be exported as .csv, .parquet, "),
+        ("head", "nowhere/face.obj", "does not exist"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused(call: Call, tmp_path: Path, experiment: str, name: str, words: str) -> None:
+    """Before anything is computed, with the suffixes that there are."""
+    status, _, err = call("run", experiment, "--export", tmp_path / name)
+    assert status != 0
+    assert words in " ".join(err.split())

@@ -1,11 +1,16 @@
 """`pftrack learn`, and the files that it writes as values of parameters."""
 
+import errno
 import json
+import os
 from pathlib import Path
 
 import pytest
 
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.experiments import find
 from pftrack.runs.record import read, save
+from pftrack.runs.reproduction import make
 from pftrack.sweep import Plan, read_result
 from tests.cli.commands import Call, refused
 
@@ -41,6 +46,16 @@ def test_saved_runs_and_new_ones_teach_the_same(saved: Path, learned: Path, call
     assert len(said["modes"]) == len(said["eigenvalues"]) == 2
 
 
+def test_several_runs_are_learned_from_together(saved: Path, call: Call) -> None:
+    """Runs of several seeds, and one of each value of an axis, make as many tracks; a person sees what was learned."""
+    place = saved.with_name("three.json")
+    code, out, err = call("learn", "ball", "--frames", 20, "--trials", 3, "--out", place)
+    assert code == 0
+    assert "standard deviation" in out
+    assert "learned from 3 tracks" in err
+    assert "learned from 2 tracks" in call("learn", "ball", "--frames", 20, "--axis", "period_s=1,2", "--out", place)[2]
+
+
 def test_a_run_is_guided_by_a_file_and_carries_it(learned: Path, call: Call) -> None:
     """`--learned` and `--set learned=@FILE` are the same, and not what is built in; the run replays."""
     by_option = json.loads(call(*GUIDED, "--learned", learned, "--json")[1])
@@ -53,6 +68,22 @@ def test_a_run_is_guided_by_a_file_and_carries_it(learned: Path, call: Call) -> 
     assert json.loads(call("replay", place, "--json")[1])["same_as_saved"] is True
 
 
+def test_a_branch_keeps_the_file(learned: Path) -> None:
+    """A branch is guided by what its run is guided by, until another file comes."""
+    guidance = find("ball").guidance
+    assert guidance is not None
+    values = {"learned": learned.read_text()}
+    run = make(Recipe(experiment="ball", tracker="guided", frames=12, timeline=(Change(0, values),)))
+    run.finish()
+    branch = run.branch(5)
+    branch.finish()
+    assert branch.estimates_sha256 == run.estimates_sha256
+    other = run.branch(5, {"learned": ""})
+    other.finish()
+    assert other.estimates_sha256 != run.estimates_sha256
+    assert guidance.parse(other.parameters_at(11).learned).tracks == 10
+
+
 def test_the_open_run_offers_what_it_teaches(saved: Path, learned: Path, call: Call) -> None:
     """`--export` writes the same file as `learn` does of the saved run; one that teaches nothing is refused."""
     place = learned.with_name("open.learned.json")
@@ -60,6 +91,28 @@ def test_the_open_run_offers_what_it_teaches(saved: Path, learned: Path, call: C
     assert place.read_text() == learned.read_text()
     refused(call("run", "ball", "--frames", 4, "--export", place), 1, "expected at least 10 frames", "got")
     refused(call("run", "ball", "--frames", 4, "--export", "x.stl"), 2, ".learned.json")
+
+
+def test_an_export_that_cannot_be_written_leaves_what_was_there(
+    saved: Path, tmp_path: Path, call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a full disk the old file is whole, and no piece of the new one lies beside it."""
+
+    def full(*_: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    place = tmp_path / "old.learned.json"
+    place.write_text("old")
+    monkeypatch.setattr("pftrack.output.exports.formats.settle", full)
+    refused(call("replay", saved, "--export", place), 1, "cannot be written: No space left on device")
+    assert [(each, each.read_text()) for each in tmp_path.iterdir()] == [(place, "old")]
+
+
+def test_people_see_the_beginning_of_a_file_only(learned: Path, call: Call) -> None:
+    """In the table of a run a file is cut short."""
+    _, out, _ = call(*GUIDED, "--learned", learned)
+    assert "pftrack-learned" in out
+    assert "step_sd" not in out
 
 
 @pytest.mark.parametrize(
@@ -105,6 +158,13 @@ def test_files_that_hold_no_text_or_no_states_are_refused(saved: Path, call: Cal
     garbage.rename(tmp_path / "garbage.pft")
     refused(call("learn", tmp_path / "garbage.pft", "--out", tmp_path / "x.json"), 1, "is not a saved run")
     refused(call("learn", saved, "--seed", 3, "--out", tmp_path / "x.json"), 2, "leave out what only makes new ones")
+
+
+def test_a_file_of_another_experiment_is_refused(learned: Path, call: Call, tmp_path: Path) -> None:
+    """What was learned elsewhere is refused with both names."""
+    other = tmp_path / "other.json"
+    other.write_text(learned.read_text().replace('"ball"', '"fish"'))
+    refused(call(*GUIDED, "--learned", other), 2, "it was learned in 'fish', and this is 'ball'")
 
 
 def test_a_sweep_takes_the_file_for_all_its_runs(learned: Path, call: Call, tmp_path: Path) -> None:

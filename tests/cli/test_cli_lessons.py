@@ -75,6 +75,27 @@ def test_figure_writes_data_and_tells_numbers(call: Call, tmp_path: Path) -> Non
     assert told["numbers"] == data["numbers"]
 
 
+@pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.SVG", b"<?xml")])
+def test_figure_draws_pictures(call: Call, tmp_path: Path, name: str, begins: bytes) -> None:
+    """The suffix says what is written; the numbers are printed with what is exact."""
+    status, out, err = call("lessons", "figure", "probability", "--out", tmp_path / name)
+    assert status == 0
+    assert (tmp_path / name).read_bytes().startswith(begins)
+    assert "Area of the histogram" in out
+    assert "0.2861" in out
+    assert f"written to {tmp_path / name}" in err
+
+
+def test_export_writes_a_notebook_with_the_values_given(call: Call, tmp_path: Path) -> None:
+    """Values and seed stand in its cells."""
+    place = tmp_path / "lesson.ipynb"
+    assert call("lessons", "export", "bayes", "--set", "mode=distance", "--seed", 9, "--notebook", place)[0] == 0
+    book = json.loads(place.read_text(encoding="utf-8"))
+    source = "".join("".join(cell["source"]) for cell in book["cells"])
+    assert "'mode': 'distance'" in source
+    assert "seed = 9" in source
+
+
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
@@ -106,6 +127,13 @@ def test_wrong_use_is_refused(
     monkeypatch.chdir(tmp_path)
     refused(call("lessons", *arguments), 2, *parts)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("place", ["missing/a.png", "folder.png"])
+def test_what_cannot_be_written_is_refused(call: Call, tmp_path: Path, place: str) -> None:
+    """A folder that does not exist, or one in the place of the file."""
+    (tmp_path / "folder.png").mkdir()
+    refused(call("lessons", "figure", "1", "--out", tmp_path / place), 1, place, "cannot be written")
 
 
 def test_a_run_has_no_figure(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,6 +197,25 @@ def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, 
     exec("".join(cells[0]["source"]), known)  # noqa: S102 - it is the code that is tested
     assert getattr(known["lesson"], "title", "") == "Two halves"
     assert str(lectured) not in book.read_text(encoding="utf-8")
+
+
+def test_a_scenario_is_exported_as_it_is(call: Call, tmp_path: Path) -> None:
+    """Its notebook has the recipe that is asked about; values are changed there and not on the command line."""
+    book = tmp_path / "colour.ipynb"
+    assert call("lessons", "export", 12, "--notebook", book)[0] == 0
+    assert "sharpness': 200" in book.read_text(encoding="utf-8").replace('\\"', "'")
+    refused(call("lessons", "export", 12, "--seed", 3, "--notebook", book), 2, "shows a run", "recipe in its notebook")
+
+
+def test_a_check_that_cannot_be_computed_says_why(call: Call, lectured: Path) -> None:
+    """The answer of a lecturer's lesson may be none of its choices: the check fails, and the sentence is told."""
+    asked = LECTURED.replace("  tolerance: 0.1\n", "  kind: choice\n  choices: {near: It is near, far: It is far}\n")
+    answer = "answer: {measure: 'Mean of x, given z', choices: {near: 900, far: 1000}}"
+    (lectured / "halves.md").write_text(asked.replace("answer: Mean of x, given z", answer), encoding="utf-8")
+    status, out, err = call("lessons", "check", "halves", "--lessons", lectured, "--json")
+    assert status == 1
+    assert [(row["ours"], row["status"]) for row in json.loads(out)] == [(None, "fail")]
+    assert "halves, answer: Mean of x, given z is 0.6, below the lowest number of every choice" in " ".join(err.split())
 
 
 def test_a_folder_that_is_none_is_refused(call: Call, tmp_path: Path) -> None:

@@ -115,3 +115,19 @@ def test_results_of_a_large_clip_can_be_opened(call: Call, folder: Path) -> None
     with pytest.raises(RefusedError, match="large=True"):
         pftrack.load(results, recording=clip)
     assert pftrack.load(results, recording=clip, large=True).source.size == (3840, 2160)
+
+
+def test_truth_may_come_in_the_form_of_others(call: Call, folder: Path) -> None:
+    """An experiment that takes true boxes takes them from CVAT, MOTChallenge and the rest."""
+    run = pftrack.load(folder / "results.txt")
+    run.finish()
+    run.export(folder / "boxes.coco.json")
+    box = {"kind": "box", "x": 21, "y": 10, "width": 12, "height": 12}
+    status, _, err = call(
+        *("run", "histogram", "--video", folder / "clip.mp4", "--truth", folder / "boxes.coco.json", "--json"),
+        *("--mark", f"box:{box['x']},{box['y']},{box['width']},{box['height']}", "--frames", "3"),
+        *("--export", folder / "clicked.truth.mot.txt", "--export", folder / "believed.otb.txt"),
+    )
+    assert status == 0, err
+    assert read_results_file(folder / "clicked.truth.mot.txt").frames == 3
+    assert len(read_results_file(folder / "believed.otb.txt", form="otb").boxes) == 3

@@ -50,6 +50,17 @@ def test_a_recipe_finds_its_clip_beside_it(call: Call, clip: Path, tmp_path: Pat
     assert ran["estimates_sha256"] == same["estimates_sha256"]
 
 
+def test_a_truth_leaves_the_start_of_a_recipe(call: Call, clip: Path, tmp_path: Path) -> None:
+    """A recipe says on which frame its mark is; a table of truth that begins earlier changes nothing of that."""
+    mark = {"kind": "box", "x": 26, "y": 30, "width": 10, "height": 8}
+    path = tmp_path / "recipe.json"
+    path.write_text(json.dumps({"experiment": "ball", "footage": {"name": clip.name, "mark": mark, "start": 3}}))
+    truth = clip.with_name("truth.csv")
+    ran = json.loads(call("run", path, "--video", clip, "--truth", truth, "--json")[1])
+    assert (ran["frames"], ran["labelled_frames"]) == (FRAMES - 3, FRAMES - 3)
+    assert ran["inside_share"] == 1.0
+
+
 def test_a_mark_is_drawn_on_the_first_picture(call: Call, clip: Path, tmp_path: Path) -> None:
     """`--mark-out` writes a picture; a simulated scene has no mark."""
     drawn = tmp_path / "mark.png"
@@ -59,6 +70,29 @@ def test_a_mark_is_drawn_on_the_first_picture(call: Call, clip: Path, tmp_path: 
     )
     assert drawn.read_bytes().startswith(b"\x89PNG")
     refused(call("run", "ball", "--frames", 1, "--mark-out", drawn), 2, "--mark-out needs --video")
+
+
+@pytest.mark.parametrize(
+    ("text", "status", "message"),
+    [
+        ("{", 1, "recipe.json is not JSON"),
+        ("[]", 2, "recipe must be"),
+        ('{"experiment": "ball", "colour": 1}', 2, "colour must be left out"),
+        ('{"experiment": "chess"}', 2, "got 'chess'"),
+        (
+            '{"experiment": "ball", "seed": 9007199254740993}',
+            2,
+            "seed must be a whole number",
+        ),
+        ('{"experiment": "ball", "timeline": [{"frame": 0, "values": {"magic": 1}}]}', 2, "magic must be"),
+        ('{"experiment": "ball", "footage": {"path": "none.mp4", "mark": {"kind": "box"}}}', 1, "none.mp4"),
+    ],
+)
+def test_wrong_recipes_are_refused(call: Call, tmp_path: Path, text: str, status: int, message: str) -> None:
+    """What is wrong with a recipe is said in one line."""
+    path = tmp_path / "recipe.json"
+    path.write_text(text)
+    refused(call("run", path), status, message)
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,14 @@ def test_run_in_a_process_of_its_own_prints_exactly_one_json_value(call: Call) -
     assert same["estimates_sha256"] == result["estimates_sha256"] != other["estimates_sha256"]
 
 
+def test_people_are_told_which_parameters_are_not_the_defaults(call: Call) -> None:
+    """Of fifty parameters the one that was set stands in the table."""
+    code, out, _ = call("run", "ball", "--frames", 5, "--set", "sample_count=200")
+    assert code == 0
+    assert "sample_count=200" in out
+    assert "ball_radius_px" not in out
+
+
 def test_without_json_people_get_a_table(call: Call) -> None:
     """The same figures as a table, on standard output."""
     code, out, _ = call("run", "sine", "--frames", 10)
@@ -96,6 +104,20 @@ def test_a_target_is_judged_before_it_is_tracked(call: Call, clip: Path) -> None
     assert badly["suitability_remark"] in err
 
 
+def test_a_simulated_scene_is_not_asked_whether_it_suits(call: Call) -> None:
+    """It is made to be tracked, or to fail; nothing is said beforehand."""
+    result = json.loads(call("run", "ball", "--frames", 2, "--json")[1])
+    assert "suitability" not in result
+    assert result["success_measure"] == "hit_rate"
+
+
+def test_a_pose_has_no_measures_of_a_box(call: Call) -> None:
+    """Measures that make no sense are absent, not 0."""
+    result = json.loads(call("run", "prism", "--frames", 3, "--json")[1])
+    assert "precision_10deg" in result
+    assert not {"inside_share", "precision_20px", "normalised_error", "median_error_px"} & result.keys()
+
+
 def test_a_clip_without_a_table_has_no_score(call: Call, clip: Path) -> None:
     """Where the truth is not known, success and hit rate are null, not guessed."""
     result = json.loads(call(*on_clip(clip, "--start", 4, "--json"))[1])
@@ -111,6 +133,17 @@ def test_a_saved_run_replays_to_the_same_numbers(call: Call, tmp_path: Path) -> 
     assert replayed.pop("same_as_saved") is True
     del ran["step_ms_median"], replayed["step_ms_median"]
     assert replayed == ran
+
+
+def test_a_clip_begins_at_its_first_frame_with_truth(call: Call, clip: Path, tmp_path: Path) -> None:
+    """Without `--start` the box is taken to be drawn on the first frame whose truth is known."""
+    rows = clip.with_name("truth.csv").read_text().splitlines()
+    late = tmp_path / "late.csv"
+    late.write_text("\n".join([rows[0], "0,,,,,", "1,,,,,", *rows[4:]]))
+    box = ("--box", "26,30,10,8")
+    summary = json.loads(call("run", "ball", "--video", clip, *box, "--truth", late, "--json")[1])
+    assert summary["frames"] == FRAMES - 3
+    assert summary["hit_rate"] == 1.0
 
 
 def test_a_truth_outside_the_picture_is_told(call: Call, clip: Path, tmp_path: Path) -> None:
@@ -160,6 +193,13 @@ def test_a_parameter_that_the_tracker_does_not_read_is_mentioned(call: Call) -> 
     assert code == 0
     assert json.loads(out)["parameters"]["gamma_px"] == 9
     assert "gamma_px is not read by condensation" in err
+
+
+def test_more_frames_than_a_clip_has_are_all_that_it_has(call: Call, clip: Path) -> None:
+    """`--frames` beyond the end of a clip means as many as there are, from its start on."""
+    result = json.loads(call(*on_clip(clip, "--frames", 500, "--start", 2, "--json"))[1])
+    assert result["frames"] == FRAMES - 2
+    assert json.loads(call(*on_clip(clip, "--frames", 5, "--json"))[1])["frames"] == 5
 
 
 def test_a_preset_gives_tracker_values_and_seed(call: Call) -> None:

@@ -19,6 +19,7 @@ from pftrack.cli.app import main
 from pftrack.sweep import read_result
 from tests.cli.commands import Call
 from tests.pooling import fork_server, shared_fork_server
+from tests.server.uploads.test_uploads import video
 from tests.waiting import wait_for
 
 __all__ = ["fork_server", "shared_fork_server"]
@@ -32,6 +33,25 @@ PLAN = ("ball", *AXES, "--trackers", "h-spf,s-spf", "--trials", "2", *SMALL)
 def call(call: Call) -> Call:
     """Run the command in this process."""
     return partial(call, "sweep")
+
+
+def test_a_sweep_on_a_recording(call: Call, tmp_path: Path) -> None:
+    """It says what trackers say of themselves where no truth is given, and finds its recording again to go on."""
+    clip, out = tmp_path / "ball.mp4", tmp_path / "a.parquet"
+    clip.write_bytes(video(12))
+    on = ("histogram", "--video", clip, "--box", "10,20,10,10", "--trackers", "condensation,apf", "--trials", "2")
+    status, text, _ = call(*on, "--set", "sample_count=30", "--frames", "8", "--out", out, "--jobs", "1")
+    assert status == 0
+    assert "stated deviation" in text
+    assert "success" not in text
+    plan = read_result(out).plan
+    assert plan.footage is not None
+    assert (plan.footage.path, plan.kind, plan.frames) == ("ball.mp4", "video", 8)
+    assert call("--resume", out)[0] == 0
+    status, _, err = call(*on, "--axis", "sway_px=1,2", "--dry-run")
+    assert (status, "no parameter 'sway_px' on a recording" in err) == (2, True)
+    status, _, err = call("ball", "--start", "3", "--out", out)
+    assert (status, "--start needs --video" in err) == (2, True)
 
 
 def test_a_sweep_says_what_came_of_it(call: Call, tmp_path: Path) -> None:

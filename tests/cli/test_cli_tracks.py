@@ -3,8 +3,11 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pftrack.sources.tracks import write
+from tests.arm import FRAMES, joints
 from tests.cli.commands import Call, refused
 from tests.tracks import table
 
@@ -37,3 +40,19 @@ def test_what_does_not_go_together_is_refused(call: Call, tracks: Path, tmp_path
     refused(call("run", "structure", "--tracks", tracks, *box), 2, "takes no mark of kind 'box'")
     refused(call("run", "structure", "--tracks", tracks, "--truth", tracks), 2, "takes no --truth")
     refused(call("run", "structure", "--tracks", wrong), 1, "wrong.csv: the table has the columns frame, point, left,")
+
+
+def test_a_table_of_just_the_points_needs_no_mark(call: Call, tmp_path: Path) -> None:
+    """Four tracks are a chain in their order; of five it must be said which, and the option given is named."""
+    four = 2.0 * np.array([joints(index) for index in range(FRAMES)]) + np.array([80.0, 20.0])
+    for names, points in (("abcd", four), ("abcde", np.concatenate([four, four[:, :1] + 30.0], axis=1))):
+        (tmp_path / f"{names}.csv").write_text(write(list(names), points, np.ones_like(points)))
+    code, out, err = call("run", "linkage", "--tracks", tmp_path / "abcd.csv", "--frames", "3", "--json")
+    assert code == 0, err
+    assert json.loads(out)["frames"] == 3
+    refused(
+        call("run", "linkage", "--tracks", tmp_path / "abcde.csv"), 2, "footage must be tracks of 4 points", "got 5"
+    )
+    refused(call("run", "ball", "--tracks", tmp_path / "abcd.csv"), 2, "--tracks needs --mark box:x,y,w,h")
+    both = ("--video", tmp_path / "abcd.csv", "--tracks", tmp_path / "abcd.csv")
+    refused(call("run", "linkage", *both), 2, "there is one recording, got --video and --tracks")
