@@ -76,11 +76,13 @@ def fill(server: Server, watched: Callable[[dict[str, Any]], None]) -> Callable[
 def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server that differs in whatever can: root, token, limits, a proxy that it trusts, and packages beside it.
 
-    They are the example's, and one that is broken.
+    They are the example's, one with rare series, one with a mark of its own, and one that is broken.
     """
     place = tmp_path_factory.mktemp("installed")
     shutil.copytree(EXAMPLE / "pftrack_turning", place / "pftrack_turning")
     install(place, "the-example", "", "turning = pftrack_turning:EXPERIMENT")
+    for name in ("bank", "circled"):
+        install(place, name, (Path(__file__).parent / f"{name}.py").read_text(), f"{name} = {name}:EXPERIMENT")
     install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
     different = {**LIMITS, "PFTRACK_BASE_PATH": "/", "PFTRACK_TRUSTED_PROXIES": "127.0.0.1"}
     server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN, **different)

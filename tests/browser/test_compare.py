@@ -123,6 +123,20 @@ def test_a_branch_is_compared_with_its_run(
     assert elsewhere.row("Tracker") == [f"{before}, Condensation from frame 21 on", before]
 
 
+def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) -> None:
+    """Two boxes lead to both; their trackers are what differs."""
+    page = shown.page
+    saved = [save(server, tracker) for tracker in ("h-spf", "apf")]
+    page.goto("work?show=runs")
+    for run in saved:
+        page.locator(f"[data-run='{run}'] input").click()
+    page.get_by_role("link", name="Compare 2 runs").click()
+    page.wait_for_url("**/compare#*")
+    shown.ready(2)
+    assert shown.row("Tracker") == ["Hard switching (h-SPF)", "Auxiliary (APF)"]
+    shown.page.locator(".comparison-table .over", has_text="Over all ").wait_for()
+
+
 def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage) -> None:
     """Saved as it is seen, renamed and exported on its page, found in My work, opened with its name, deleted there."""
     page = shown.page
@@ -179,6 +193,12 @@ def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complai
         page.goto(address)
         shown.until(lambda said=said: said in page.inner_text("main"), said)  # type: ignore[misc]
         assert page.get_by_role("link", name="Choose saved runs").count() == 1
+
+
+def save(server: Server, tracker: str) -> str:
+    """Save a run of 30 frames, and return its name."""
+    session = server.start_session(tracker=tracker, seed=7, frames=30, position=29)["id"]
+    return server.post("runs", {"session": session})["id"]
 
 
 def lines(page: Any) -> dict[str, int]:

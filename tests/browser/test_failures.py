@@ -120,6 +120,19 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.until(lambda: server.get("sessions") == [], "both sessions have ended with the page")
 
 
+def test_a_run_opens_as_a_session_of_its_own(failure: FailurePage, server: Server) -> None:
+    """The link of either run starts a session at the frame before, which stays when the failure's page is left."""
+    page = failure.page
+    page.goto("failures/wrong-dynamics")
+    failure.ready()
+    page.locator("[data-side=cured]").get_by_role("link", name="Open as a session").click()
+    page.wait_for_url(lambda url: "/session/" in url and "/session/new" not in url)
+    opened = page.url.rsplit("/", 1)[1]
+    failure.until(lambda: server.session(opened)["position"] == 6, "it stands at the frame before")
+    assert server.session(opened)["tracker"] == "condensation"
+    failure.until(lambda: [it["id"] for it in server.get("sessions")] == [opened], "the page's own have ended")
+
+
 def test_both_runs_are_compared_by_one_click(failure: FailurePage, server: Server) -> None:
     """The comparison begins at the frame that is shown, and lists what the cure changes.
 

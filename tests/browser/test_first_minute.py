@@ -73,6 +73,31 @@ def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Se
     page.get_by_text("Take the guided tour again").wait_for()
 
 
+def test_escape_leaves_the_tour_and_a_reload_goes_on_with_it(gallery: Gallery, server: Server) -> None:
+    """Opened again in the middle, it goes on with the step that the run is at; left, it is gone for good."""
+    page = gallery.page
+    page.locator("[data-role=tour]").click()
+    tour = TourPage(page, server).ready()
+    tour.note("A tracker at work")
+    server.seek(tour.id, 60)
+    tour.note("Lost")
+    page.reload()
+    tour.ready()
+    tour.note("Lost")
+    page.set_viewport_size({"width": 390, "height": 800})
+    tour.until(lambda: page.evaluate(INSIDE), "the note is within a phone's screen")
+    page.keyboard.press("Escape")
+    page.locator(".callout").wait_for(state="detached")
+    assert page.evaluate(REMEMBERED) == "left"
+    assert "tour" not in page.url
+
+
+INSIDE = """(() => {
+    const box = document.querySelector('.callout').getBoundingClientRect();
+    return innerWidth === 390 && box.left >= 0 && box.right <= 390 && box.top >= 0 && box.bottom <= innerHeight;
+})()"""
+
+
 # test_failures.py has a server that is full.
 def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     """What is typed is looked for and stands in the address; other kinds are a step that one may go back."""
@@ -118,6 +143,36 @@ def test_many_sessions_are_ended_at_once(page: Any, server: Server) -> None:
     page.get_by_text("Nothing matches all of these words").wait_for()
     assert [each["id"] for each in server.get("sessions")] == [kept["id"]]
     assert page.get_by_role("button", name="End 2 sessions").count() == 0
+
+
+def test_a_renamed_run_has_its_new_name_on_all_buttons(page: Any, server: Server) -> None:
+    """Also on the menu of its files, which was made before; the focus stays where it was."""
+    run = server.post("runs", {"session": server.start_session()["id"], "title": "Tuesday"})
+    page.goto("work?show=runs")
+    row = page.locator(f"[data-run='{run['id']}']")
+    row.get_by_role("button", name="Rename Tuesday").click()
+    page.get_by_role("textbox", name="Name").fill("Wednesday")
+    page.get_by_role("button", name="Rename", exact=True).click()
+    row.get_by_role("button", name="Download Wednesday").wait_for()
+    names = "buttons => buttons.map((button) => button.ariaLabel)"
+    assert row.get_by_role("button").evaluate_all(names) == [
+        *(None, "Download Wednesday", "Rename Wednesday", "Delete Wednesday")
+    ]
+    assert page.evaluate("document.activeElement.ariaLabel") == "Rename Wednesday"
+
+
+def test_a_note_on_compiling_goes_away_when_nothing_is_known(page: Any, complaints: Any) -> None:
+    """Cards that waited for it can be opened; the place where it was told stays, so that it is read out."""
+    complaints.expected = ("500",)
+    compiling = {"finished": False, "sentence": "compiling", "done": 1, "total": 9, "seconds_left": None}
+    answers = [{"json": {**compiling, "usable": [], "ready": []}}, {"status": 500}]
+    page.route("**/compilation", lambda route: route.fulfill(**answers.pop(0)))
+    page.goto("./")
+    page.get_by_text("Compiling.").wait_for()
+    page.locator("[data-experiment=ball].waits").wait_for()
+    page.get_by_text("Compiling.").wait_for(state="detached")
+    page.locator("[data-experiment=ball]:not(.waits)").wait_for()
+    assert page.locator("[data-part=compiling][role=status]").inner_text() == ""
 
 
 def test_the_frame_is_told_in_words_when_the_run_stands(watch: Watch, server: Server) -> None:

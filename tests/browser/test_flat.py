@@ -7,7 +7,7 @@ import pytest
 
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
-from tests.browser.views import SessionPage
+from tests.browser.views import PARTICLES, SessionPage
 
 NO_WEBGL = """
 const real = HTMLCanvasElement.prototype.getContext;
@@ -235,6 +235,33 @@ def layers_are_switched_on_and_off(view: FlatPage, server: Server) -> None:
     view.until(lambda: view.page.evaluate(SKY) == before, "they are back")
 
 
+def test_a_slider_reaches_the_value_in_force(watch: Callable[..., SessionPage]) -> None:
+    """Its useful range is 0 to 120, and the session has 300."""
+    label = "Occluder width (px)"
+    slider = watch(parameters={"occlusion_width_px": 300}).page.get_by_role("slider", name=label)
+    assert [slider.get_attribute(name) for name in ("min", "max")] == ["0", "300"]
+    assert slider.input_value() == "300"
+
+
+def test_the_choice_of_a_view_is_remembered(look: Look) -> None:
+    """A press on 3-D shows the scene, here and after a reload; the address has the last word."""
+    view = look()
+    switch = view.page.get_by_role("group", name="View")
+    switch.get_by_text("3-D").click()
+    view.until(lambda: view.in_scene(PARTICLES, 0) > 0, "the scene is drawn")
+    assert view.page.locator(".flat-canvas").count() == 0
+    view.page.reload()
+    view.page.locator(".scene iframe").wait_for(state="attached")
+    assert switch.get_by_text("3-D").get_attribute("aria-pressed") == "true"
+    view.page.goto(f"{view.page.url}?view=flat")
+    view.ready()
+    assert view.page.locator("iframe").count() == 0
+    switch.get_by_text("3-D").click()
+    view.until(lambda: "view=scene" in view.page.url, "the address says what is shown")
+    switch.get_by_text("Flat").click()
+    view.ready()
+
+
 def test_without_webgl_there_is_no_scene_to_choose(unchosen: Any, server: Server) -> None:
     """A browser without 3-D graphics gets the flat view, and says why when the scene is asked for."""
     unchosen.add_init_script(NO_WEBGL)
@@ -289,12 +316,24 @@ RING = """(() => {
 })()"""
 
 
-def test_what_is_pointed_at_is_told_and_drawn(look: Look, server: Server) -> None:
+@pytest.fixture
+def opened(unchosen: Any, server: Server) -> Callable[..., FlatPage]:
+    """Start a session and open its page, flat."""
+
+    def begin(**recipe: Any) -> FlatPage:
+        session = server.start_session(**recipe)
+        unchosen.goto(session["page"])
+        return FlatPage(unchosen, server).ready()
+
+    return begin
+
+
+def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], server: Server) -> None:
     """By pointer and by keys: a place with its likelihood, a particle with its path, which goes on with the run.
 
     The likelihood lies over the picture, and with the last look all of it is gone from the picture.
     """
-    view = look(tracker="condensation", seed=3)
+    view = opened(tracker="condensation", seed=3)
     server.seek(view.id, 20)
     view.paints(20)
     assert view.page.evaluate(RING) == 0

@@ -1,6 +1,8 @@
 """The keyboard; from inside the scene's frame it is tried in `test_lesson`."""
 
 from collections.abc import Callable
+from string import ascii_lowercase, digits
+from typing import Any
 
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
@@ -19,6 +21,17 @@ def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
     no_digit_leaves_the_session(shown)
     a_parameter_is_found_by_words(shown)
     a_preset_is_asked_for_by_a_menu(shown)
+
+
+def test_keys_do_nothing_where_there_is_no_session(page: Any, complaints: Any) -> None:
+    """Whatever is pressed before, or where, a session is not there, no script fails."""
+    complaints.expected = ("404",)
+    page.goto("session/0123456789abcdef")
+    page.get_by_text("Session not found").wait_for()
+    named = ("Escape", "Home", "End", "ArrowLeft", "Shift+ArrowRight")
+    for key in (*ascii_lowercase, *digits, *" []?", *named):
+        page.keyboard.press(key)
+    assert complaints.unexpected == []
 
 
 def keys_move_through_the_run(shown: SessionPage, server: Server) -> None:

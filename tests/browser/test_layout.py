@@ -149,6 +149,22 @@ def it_says_what_to_look_at(shown: SessionPage) -> None:
     shown.page.set_viewport_size({"width": 1280, "height": 800})
 
 
+def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
+    """Error, losses and changes; a signal is neither hidden nor lost."""
+    rows = "document.querySelector('.scrubber').dataset.rows ?? ''"
+    shown = watch()
+    shown.until(lambda: shown.page.evaluate(rows) == "flags error loss bands changes", "no plot is repeated")
+    shown = watch(experiment="sine")
+    shown.press("ArrowRight")
+    shown.until(lambda: "error" in shown.page.evaluate(rows) and "bands" not in shown.page.evaluate(rows), "no bands")
+    shown = watch(tracker="kalman")
+    legend = shown.page.locator(".legend")
+    shown.press("ArrowRight")
+    shown.until(lambda: "estimate" in legend.inner_text(), "the legend names what is drawn")
+    shown.until(lambda: "particles" not in legend.inner_text(), "and nothing else")
+    assert "second run" not in legend.inner_text()
+
+
 def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) -> None:
     """The choice outlives a reload; without a choice the system decides."""
     page = gallery.page
@@ -163,3 +179,13 @@ def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) ->
     page.click("[data-role=theme]")
     page.emulate_media(color_scheme="light")
     gallery.until(lambda: background() != light, "dark was chosen")
+
+
+def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
+    """Once the run has played for five seconds of its own."""
+    shown = watch(seed=0, frames=None)
+    words = shown.page.locator(".look-at")
+    words.wait_for()
+    shown.page.select_option(".transport select", "0")
+    shown.page.locator(".play").click()
+    words.wait_for(state="hidden")

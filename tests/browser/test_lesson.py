@@ -102,6 +102,40 @@ def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage, server: Server
     assert radius.is_visible()
 
 
+def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:
+    """Few particles and a wide pillar lose the ball; from before the loss another tracker keeps it."""
+    shown = watch(tracker="condensation")
+    server.post(
+        f"sessions/{shown.id}/commands", {"kind": "change", "values": {"occlusion_width_px": 60, "sample_count": 150}}
+    )
+
+    shown.play_to_the_end()
+    shown.until(lambda: shown.verdict.startswith("lost since"), "the page says that the ball is lost")
+    first = shown.session["branch"]
+    lost = server.column(shown.id, "lost")
+    assert sum(lost) > len(lost) / 4
+    loss = max(frame for frame in range(1, len(lost)) if lost[frame] and not lost[frame - 1])
+
+    shown.page.click("text=Before the loss")
+    shown.until(lambda: (shown.position or 99) < loss, "the page stands before the loss")
+    shown.until(lambda: shown.verdict in {"held (by truth)", "hidden (by truth)"}, "the ball is not lost yet")
+    at = shown.position
+
+    shown.branch("apf")
+    tracker = shown.page.locator(".controls").get_by_label("Tracker").first
+    shown.until(lambda: tracker.input_value() == "apf", "the panel names the new tracker")
+    shown.until(lambda: shown.page.locator(".branches .chip").count() == 2, "both branches are listed")
+    shown.play_to_the_end()
+    shown.until(lambda: shown.verdict in {"held (by truth)", "hidden (by truth)"}, "the ball is held to the end")
+
+    second = shown.session["branch"]
+    survived = server.column(shown.id, "lost", second)
+    assert sum(survived[at:]) < sum(lost[at:]) / 2
+    assert server.column(shown.id, "error", second)[: at + 1] == server.column(shown.id, "error", first)[: at + 1]  # type: ignore[operator]
+    shown.until(lambda: shown.lines.get(f"error {second}") == 90, "the second branch is a line of its own")
+    shown.until(lambda: shown.lines.get(f"error {first}") == 90, "the first one's is still there")
+
+
 # Of the particles within the picture the furthest from all: its place there, and where it is seen, CSS pixels.
 SEEN = """() => {
     const { camera, nodeRefFromName } = window.__viserMutable ?? {};

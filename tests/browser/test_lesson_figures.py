@@ -6,18 +6,22 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
+from pftrack.core.model.drawing import COLOURS, VIRIDIS
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.figure import (
     Axis,
     Curve,
     Figure,
     Handle,
+    HeatMap,
     Histogram,
     Panel,
     Rule,
+    Scatter,
     Stems,
     Trace,
 )
+from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.views import View
 
@@ -42,6 +46,17 @@ START = """async (text) => {
     window.figure = new FigureView(document.querySelector('main'), on, new AbortController().signal);
 }"""
 
+# The colours within 3 px of a place of a panel, given as shares of its box from the upper left.
+AROUND = """([panel, across, down]) => {
+    const plot = document.querySelector(`[data-panel=${panel}] .figure-plot`);
+    const { left, top, width, height } = plot.dataset;
+    const canvas = plot.querySelector('canvas');
+    const scale = canvas.width / plot.clientWidth;
+    const [x, y] = [Number(left) + across * width, Number(top) + down * height];
+    const [left_, top_] = [Math.round((x - 3) * scale), Math.round((y - 3) * scale)];
+    const { data } = canvas.getContext('2d').getImageData(left_, top_, 7, 7);
+    return Array.from({ length: 49 }, (_, at) => [...data.subarray(4 * at, 4 * at + 4)]);
+}"""
 
 IS_PAINTED = """(id) => {
     const canvas = document.querySelector(`[data-panel=${id}] canvas:not(li canvas)`);
@@ -65,6 +80,14 @@ class FigurePage(View):
         """Show it; it is painted afterwards."""
         self.page.evaluate(
             "([figure_, locked]) => figure.show(figure_, { locked })", [figure.model_dump(mode="json"), locked]
+        )
+
+    def has(self, panel: Panel, x: float, y: float, colour: tuple[int, ...], far: float = 40.0) -> bool:
+        """Tell whether a colour is painted at a place of a panel."""
+        pixels = self.page.evaluate(AROUND, [panel.id, *_shares(panel, x, y)])
+        return any(
+            sum((one - other) ** 2 for one, other in zip(pixel, (*colour, 255), strict=True)) < far**2
+            for pixel in pixels
         )
 
     def place(self, panel: Panel, x: float, y: float) -> tuple[float, float]:
@@ -125,6 +148,17 @@ def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
                 assert f"({trace.kind})" in label or trace.title == ""
             assert figures.page.evaluate(IS_PAINTED, panel.id), panel.id
     assert seen == {trace.model_fields["kind"].default for trace in get_args(get_args(Trace)[0])}
+
+
+def test_marks_stand_where_their_numbers_are(figures: FigurePage) -> None:
+    """A curve's peak and the darkest cell of a map are found at their values."""
+    figures.show(EVERY["curves"])
+    assert figures.has(DENSITIES, 0.8, 0.798, COLOURS["estimate"])
+    assert figures.has(DENSITIES, -1, 0.399, COLOURS["prediction"])
+    assert not figures.has(DENSITIES, -3.3, 0.6, COLOURS["estimate"])
+    figures.show(EVERY["plane"])
+    assert figures.has(HEAT, -2.8, 2.8, VIRIDIS[0])
+    assert not figures.has(HEAT, 0.6, 0.1, VIRIDIS[0], 60)
 
 
 def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: FigurePage) -> None:
@@ -207,6 +241,19 @@ def test_what_was_placed_and_what_is_exact_stand_side_by_side(figures: FigurePag
     assert figures.page.locator(".figure-mark").count() == 0
 
 
+def test_pointing_says_what_is_there(figures: FigurePage) -> None:
+    """A curve says its value; away from everything nothing is said."""
+    figures.show(EVERY["curves"])
+    tip = figures.page.locator(".tooltip")
+    figures.page.mouse.move(*figures.place(DENSITIES, -1, 0.4))
+    figures.until(
+        lambda: tip.is_visible() and tip.inner_text().startswith("prior · position −1.0"), "it says the value"
+    )
+    assert "density 0.399 1/m" in tip.inner_text()
+    figures.page.mouse.move(*figures.place(DENSITIES, -3, 0.9))
+    figures.until(lambda: not tip.is_visible(), "nothing is said")
+
+
 def test_nothing_jumps_when_data_change(figures: FigurePage) -> None:
     """The boxes stay, the elements too, and the key never lies over data."""
     boxes = "[...document.querySelectorAll('.figure-plot')].map((plot) => ({ ...plot.dataset }))"
@@ -220,6 +267,32 @@ def test_nothing_jumps_when_data_change(figures: FigurePage) -> None:
     for panel in figures.page.locator(".figure-panel").all():
         key, plot = (panel.locator(part).bounding_box() for part in (".figure-key", ".figure-plot"))
         assert key["y"] + key["height"] <= plot["y"] + 0.5
+
+
+def test_dark_large_and_narrow(figures: FigurePage) -> None:
+    """Colours follow the page, letters its root, and in a narrow window panels stand below each other."""
+    figures.show(EVERY["plane"])
+    page = figures.page
+    assert figures.has(HEAT, -2, -1.6, COLOURS["truth"])
+    page.emulate_media(color_scheme="dark")
+    figures.until(lambda: figures.has(HEAT, -2, -1.6, COLOURS["paper"]), "what is exact is white")
+    high = page.evaluate("document.querySelector('.figure-across').getBoundingClientRect().height")
+    page.evaluate("document.documentElement.style.fontSize = '24px'")
+    larger = "(high) => document.querySelector('.figure-across')?.getBoundingClientRect().height >= 1.4 * high"
+    figures.until(lambda: page.evaluate(larger, high), "letters are larger")
+    page.evaluate("document.documentElement.style.fontSize = ''")
+    page.set_viewport_size({"width": 390, "height": 600})
+    tops = "[...document.querySelectorAll('.figure-panel')].map((panel) => panel.getBoundingClientRect().top)"
+    figures.until(lambda: len(set(page.evaluate(tops))) == 3, "panels stand below each other")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_axe_finds_nothing_in_a_figure_that_is_asked_about_and_marked(figures: FigurePage) -> None:
+    """Names, roles and contrasts of all that a figure is made of, in both colours."""
+    figures.show(EVERY["curves"])
+    figures.page.evaluate("figure.ask({ panel: 'stems', along: 'x' })")
+    figures.page.evaluate("figure.mark({ panel: 'densities', along: 'y', at: 0.3, exact: 0.84 })")
+    check(figures.page)
 
 
 def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
@@ -278,6 +351,27 @@ STEMS = Panel(
     row=1,
     share=(0.6, 1.0),
 )
+PLANE = HeatMap(
+    title="joint density",
+    x=np.linspace(-3, 3, 61),
+    y=np.linspace(-3, 3, 61),
+    values=_normal(np.linspace(-3, 3, 61)[:, None] - 0.8 * np.linspace(-3, 3, 61), 0, 0.6)
+    * _normal(np.linspace(-3, 3, 61), 0, 1),
+)
+HEAT = Panel(
+    id="heat",
+    title="Over the plane",
+    x=Axis(title="z", low=-3.0, high=3.0),
+    y=Axis(title="x", low=-3.0, high=3.0),
+    traces=(
+        PLANE,
+        Curve(title="mean", ink="truth", x=[-3, 3], y=[-2.4, 2.4]),
+        Scatter(title="draws", ink="lost", x=RNG.normal(0, 1, 30), y=RNG.normal(0, 1, 30)),
+    ),
+    handles=(Handle(parameter="cut", at=1.2),),
+    words="A ridge from the lower left to the upper right.",
+)
 EVERY: dict[str, Figure] = {
     "curves": Figure(panels=(DENSITIES, STEMS)),
+    "plane": Figure(panels=(HEAT, DENSITIES, STEMS)),
 }

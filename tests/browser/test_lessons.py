@@ -1,5 +1,6 @@
 """Lessons as a person takes them: predict, then see, then turn everything; and what may go wrong on the way."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -140,6 +141,15 @@ def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, broken: Path, 
     assert "mistaken.md, line 4" in problems.inner_text()
     assert "sead" in problems.inner_text()
     assert lesson.page.locator("ol.course .lesson-card").count() == 12
+
+
+def test_checks_are_told_on_the_page(lesson: LessonPage) -> None:
+    """Each is computed on the server, and stands beside what is exact."""
+    lesson.open("bayes")
+    lesson.page.click("text=Checks (")
+    lesson.until(lambda: "checks pass" in lesson.page.inner_text("[data-part=text]"), "the checks are computed")
+    for check in lesson.page.locator(".checks li").all():
+        assert re.search(r"checked: \S+, exact \S+, within \S+ ✓", check.inner_text()), check.inner_text()
 
 
 def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPage, server: Server) -> None:

@@ -1,9 +1,9 @@
 """A chain in the browser: regions split while one watches and one is refuted; arms on films are followed."""
 
-from typing import Any
-
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
+
+"""In the first of these frames: cuff, wrist, knuckles and ball, px."""
 
 
 def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, server: Server) -> None:
@@ -32,29 +32,3 @@ def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, se
     shown.stands_at(split)
     shown.until(lambda: "split" in (scrubber.get_attribute("aria-valuetext") or ""), "the scrubber says what happened")
     page.locator(".world").nth(1).wait_for()
-    what_it_reports_is_drawn_as_it_was_written_down(shown, rows)
-    a_node_of_the_tree_is_shown_in_its_frame(shown, split)
-
-
-def what_it_reports_is_drawn_as_it_was_written_down(shown: SessionPage, rows: list[Any]) -> None:
-    """Each hypothesis is a node of the tree, and an interval has both ends, beside the truth."""
-    count = sum(len(row["hypotheses"]["weights"]) for row in rows)
-    shown.until(lambda: len((shown.trace("tree") or {"y": []})["y"]) == count, "all hypotheses are drawn")
-    shown.until(lambda: shown.trace("length-3 band 0") is not None, "the interval is drawn")
-    found, truth = shown.trace("length-3 band 0"), shown.trace("length-3 truth")
-    assert list(zip(found["low"], found["high"], strict=True)) == [tuple(row["length_3"]) for row in rows]
-    assert truth["y"] == [row["true_length_3"] for row in rows]
-
-
-def a_node_of_the_tree_is_shown_in_its_frame(shown: SessionPage, frame: int) -> None:
-    """A click goes to the frame of a hypothesis and shows it, arrows choose another one, and no branch comes of it."""
-    shown.plot("tree").locator(".figure-plot").click(position=shown.place_in("tree", frame, 2))
-    shown.until(lambda: shown.session["parameters"]["shown_hypothesis"] == 2, "the second hypothesis is shown")
-    ring = lambda: shown.trace("tree shown") or {"x": []}  # noqa: E731
-    shown.until(lambda: (ring()["x"], ring().get("y")) == ([frame], [2]), "it has a ring")
-    tree = shown.page.get_by_role("slider", name="shown hypothesis")
-    shown.until(lambda: tree.input_value() == "2", "it is told to who cannot see it")
-    tree.press("ArrowUp")
-    shown.until(lambda: shown.session["parameters"]["shown_hypothesis"] == 1, "the arrow chooses the one above")
-    assert len(shown.session["branches"]) == 1
-    assert shown.position == frame

@@ -127,6 +127,17 @@ def test_a_mark_that_was_found_is_shown_to_be_corrected(bare: Any) -> None:
     assert editing.page.locator(".point:visible").count() == 0
 
 
+def test_handles_have_names_until_they_are_moved(bare: Any) -> None:
+    """Of handles that are offered it is seen which is which, without pointing at any; what was moved was understood."""
+    editing = Editing(bare, OUTLINE)
+    names = editing.page.locator(".point-name:visible")
+    assert names.all_inner_texts() == ["Corner 0", "Corner 1", "Corner 2"]
+    editing.drag((159.5, 71.7), (150, 200))
+    editing.page.mouse.move(*editing.at(300, 220))
+    editing.page.locator(".point").nth(1).blur()
+    assert names.all_inner_texts() == ["Corner 0", "Corner 2"]
+
+
 def test_keys_resize_a_box_by_their_place(bare: Any) -> None:
     """On a French keyboard the keys at the places of W, A, S and D resize a box, and are called by its letters."""
     bare.evaluate(FRENCH)
@@ -138,6 +149,19 @@ def test_keys_resize_a_box_by_their_place(bare: Any) -> None:
     for place, letter in (("KeyW", "z"), ("KeyA", "q"), ("KeyA", "q"), ("KeyZ", "w"), ("KeyQ", "a")):
         keys.send("Input.dispatchKeyEvent", {"type": "keyDown", "code": place, "key": letter})
     assert editing.mark == {**made, "width": made["width"] - 2, "height": made["height"] - 1}
+
+
+def test_one_name_is_shown_at_a_time(bare: Any) -> None:
+    """Names of handles that lie close would cover each other: the one that is pointed at goes before the focus."""
+    editing = Editing(bare, OUTLINE)
+    editing.page.evaluate("editor.set({ kind: 'outline', corners: [[64, 72], [159.5, 71.7], [255, 72]] })")
+    names = editing.page.locator(".point-name:visible")
+    editing.page.locator(".point").first.focus()
+    assert names.all_inner_texts() == ["Corner 0"]
+    editing.page.mouse.move(*editing.at(159.5, 71.7))
+    assert names.all_inner_texts() == ["Corner 1"]
+    editing.page.mouse.move(*editing.at(300, 200))
+    assert names.all_inner_texts() == ["Corner 0"]
 
 
 def test_a_picture_that_cannot_be_shown_is_told_of(bare: Any, complaints: Any) -> None:

@@ -8,14 +8,23 @@ from tests.browser.conftest import CHOSEN, TOKEN
 from tests.browser.host import Server
 from tests.browser.views import PAINTED, Gallery, SessionPage, View
 from tests.conftest import FRUGAL
+from tests.making import disc_film
 
 NAME = "turning"
+SIZE = (160, 120)
+FRAMES = 30
 
 
 @pytest.fixture
 def server(beside_others: Server) -> Server:
     """A server beside which the example is installed, and a package that is broken."""
     return beside_others
+
+
+@pytest.fixture(scope="module")
+def clip() -> bytes:
+    """A bright disc that walks to the right over grey."""
+    return disc_film(FRAMES, ground=90, colours=[(220, 220, 220)] * FRAMES)
 
 
 def ready(page: Any, server: Server) -> SessionPage:
@@ -44,6 +53,7 @@ def test_the_gallery_shows_it_and_says_what_is_broken(gallery: Gallery, server: 
     assert "A turn out of sight" in card.inner_text()
     picture = card.locator("img")
     gallery.until(lambda: picture.evaluate("(image) => image.naturalWidth") > 0, "its picture is there")
+    assert gallery.card("bank").locator(".thumb").count() == 0, "it brings no picture, and shows no empty field"
     said = "The experiment broken of a-broken-one 1.0 cannot be used: importing it raises RuntimeError."
     gallery.until(lambda: said in page.inner_text("[data-part=plugins]"), "the broken one is told of")
     assert "in vain" not in page.inner_text("body")
@@ -107,3 +117,41 @@ def give_token(page: Any) -> None:
     page.get_by_text("is not this server's").wait_for()
     box.fill(TOKEN)
     go.click()
+
+
+def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: bytes) -> None:
+    """The page makes an editor of a circle, which it has never heard of; the disc that is marked is followed."""
+    page = gallery.page
+    gallery.choose("walk.mp4", clip, "video/mp4")
+    page.locator("#target-experiment").select_option("circled")
+    surface = page.locator("[data-mark=circle] .mark-surface")
+    surface.wait_for()
+    go = page.locator("button:has-text('Track it')")
+    assert go.is_disabled()
+    gallery.until(
+        lambda: page.evaluate("document.querySelector('.mark-surface img')?.complete"), "the picture is there"
+    )
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        area = surface.bounding_box()
+        return area["x"] + (x + 0.5) * area["width"] / SIZE[0], area["y"] + (y + 0.5) * area["height"] / SIZE[1]
+
+    page.mouse.move(*at((SIZE[0] - 1) / 2, (SIZE[1] - 1) / 2))
+    page.mouse.down()
+    page.mouse.move(*at(40, 60), steps=4)
+    page.mouse.up()
+    radius = page.locator("[data-number=radius]")
+    radius.focus()
+    for _ in range(11):
+        page.keyboard.press("ArrowLeft")
+    gallery.until(lambda: radius.input_value() == "9", "the radius is as set")
+    go.click()
+
+    shown = ready(page, server)
+    mark = shown.session["recipe"]["footage"]["mark"]
+    assert (mark["kind"], mark["radius"]) == ("circle", 9)
+    assert mark["centre"] == pytest.approx([40, 60], abs=0.5)
+    shown.play_to_the_end()
+    u, v = server.column(shown.id, "estimate")[FRAMES - 1]
+    assert u == pytest.approx(40 + 2 * (FRAMES - 1), abs=2)
+    assert v == pytest.approx(60, abs=2)

@@ -5,12 +5,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.experiments import find
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
 Watch = Callable[..., SessionPage]
+HEAD = find("head")
+"""Plots of the head that only a growing face has numbers for."""
 
 
+# How many px of the scrubber's lowest band have the colour of what is lost.
 def series(server: Server, session: str, name: str, branch: str | None = None) -> NDArray[np.float64]:
     rows = server.column(session, "series", branch)
     return np.array([row[name] for row in rows], dtype=np.float64)

@@ -1,5 +1,6 @@
 """The page of a run, opened from a file while the network is off."""
 
+import dataclasses
 import gzip
 import json
 from base64 import b64decode
@@ -13,14 +14,18 @@ import pytest
 
 from pftrack.core import entry_points
 from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.source import Frame
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
+from pftrack.experiments.shared.sketch import with_depth
+from pftrack.output.exports.formats import export_at, exporting
 from pftrack.runs.run import Run
 from pftrack_server.work import page as page_module
 from pftrack_server.work.page import shrink, write_page
 from tests.browser.accessible import check
 from tests.conftest import FRUGAL
 from tests.making import whole_run
+from tests.server.drawings import decode
 from tests.waiting import wait_for
 
 pytestmark = pytest.mark.browser
@@ -87,6 +92,22 @@ def test_picture_plots_and_figures_follow_one_scrubber(run: Run, opened: tuple[A
         pictures.add(page.evaluate(PICTURE))
     assert len(pictures) == 3
     assert page.locator(".plots .figure-panel canvas").count() > 0
+    assert heard == []
+
+
+def test_keys_work_and_the_run_stops_at_its_end(opened: tuple[Any, list[str]]) -> None:
+    """Keys step and jump, and play ends at the last frame."""
+    page, heard = opened
+    page.keyboard.press("Home")
+    _drawn(page, 0)
+    page.keyboard.press("Shift+ArrowRight")
+    _drawn(page, 10)
+    page.keyboard.press("ArrowLeft")
+    _drawn(page, 9)
+    page.select_option(".transport select", "5")
+    page.keyboard.press("Space")
+    _drawn(page, FRAMES - 1)
+    page.wait_for_selector(".play[title^='Play again']")
     assert heard == []
 
 
@@ -162,6 +183,20 @@ def _drawings(run: Run, most_bytes: int) -> page_module.Drawings:
     return done.value.value
 
 
+def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
+    """Each has the particles of its frame, to a 14th binary digit, and the pictures that it names."""
+    drawings = _drawings(run, 1_000_000)
+    data = gzip.decompress(drawings.packed)
+    for frame, parts in enumerate(drawings.parts):
+        told, drawing, _ = decode(b"".join(data[first:end] for first, end in parts))
+        wanted = with_depth(run.experiment.draw(run.seek(frame), run.diagnostics), run.experiment.display.layers)
+        assert told == frame
+        assert drawing.primitives.keys() == wanted.primitives.keys()
+        assert [each.world.name for each in drawing.worlds] == ["in depth"]
+        read, known = (each.primitives["particles"].positions for each in (drawing, wanted))
+        np.testing.assert_allclose(read, known, rtol=2.0**-14)
+
+
 def test_a_large_cloud_and_a_long_run_are_thinned_and_the_page_says_so(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -186,6 +221,16 @@ def test_drawings_that_are_too_large_are_of_fewer_frames(run: Run) -> None:
     assert drawings.every > 1
     assert len(drawings.parts) == -(-FRAMES // drawings.every)
     assert len(drawings.packed) < 20_000
+
+
+def test_a_page_that_is_given_up_leaves_nothing_behind(run: Run, tmp_path: Path) -> None:
+    """Stopped between two frames, there is no file, and the run stands where it stood."""
+    path, before = tmp_path / "run.html", run.position
+    steps = exporting(run, path, export_at(run.experiment, path))
+    assert [next(steps), next(steps)] == [(1, FRAMES), (2, FRAMES)]
+    steps.close()
+    assert list(tmp_path.iterdir()) == []
+    assert run.position == before
 
 
 def test_without_the_server_a_page_is_refused(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -215,3 +260,34 @@ def test_a_damaged_picture_is_refused() -> None:
     """What is not a JPEG file cannot be made coarser, and says so."""
     with pytest.raises(ValueError, match="not a JPEG"):
         shrink([b"no picture"], 1)
+
+
+class _Noise:
+    """A recording at its worst for a page: nothing in a picture is like anything in another."""
+
+    def __init__(self, source: Any) -> None:
+        self.frame_count, self.frame_rate_hz, self.start = source.frame_count, source.frame_rate_hz, source.start
+        self.size = (640, 480)
+        self._source = source
+
+    def frame(self, index: int, history: Any) -> Frame:
+        rng = np.random.default_rng(index)
+        coarse = rng.integers(0, 255, (48, 64, 3), dtype=np.uint8).repeat(10, 0).repeat(10, 1)
+        fine = rng.integers(0, 40, coarse.shape, dtype=np.uint8)
+        image_rgb = np.clip(coarse + fine, 0, 255).astype(np.uint8)
+        return dataclasses.replace(self._source.frame(index, history), image_rgb=image_rgb)
+
+
+@pytest.mark.slow
+def test_300_frames_of_a_recording_are_under_10_mb(tmp_path: Path) -> None:
+    """Pictures of 640 x 480 px with noise in them and 800 particles a frame stay under 10 MB."""
+    ball = find("ball")
+    setup = ball.simulate()
+
+    def open_noise(seed: int, parameters: Any) -> Any:
+        return _Noise(setup.open_source(seed, parameters))
+
+    run = Run(ball, dataclasses.replace(setup, open_source=open_noise), frames=300)
+    run.finish()
+    run.export(tmp_path / "run.html")
+    assert 5e6 < (tmp_path / "run.html").stat().st_size < 10e6

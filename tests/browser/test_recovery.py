@@ -1,6 +1,7 @@
 """Things that break or take long: connection, server, worker, imports. The page says so and goes on where it can."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.test_sweep import SMALL, SweepPage
 from tests.browser.views import PARTICLES, Gallery, SessionPage, View
+
+Watch = Callable[..., SessionPage]
 
 
 def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints) -> None:

@@ -1,11 +1,50 @@
 """Results of other trackers in the browser: a recording with its clip, and a table whose columns nobody knows."""
 
+from pathlib import Path
+
+import numpy as np
+
+import pftrack
 from tests.browser.accessible import check, fits
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
+from tests.server.uploads.test_uploads import video
 
 FRAMES = 12
+
+
+def recording(folder: Path) -> bytes:
+    """Two targets on a clip that take each other's number in the middle."""
+    clip = folder / "walk.mp4"
+    clip.write_bytes(video(FRAMES))
+    rng = np.random.default_rng(0)
+    with pftrack.record(folder / "mine.pft", source=clip) as rec:
+        for t in range(FRAMES):
+            for true in (1, 2):
+                number = true if t < FRAMES // 2 else 3 - true
+                box = np.array([12.0 * true + t, 10.0 * true, 9.0, 9.0])
+                states = box[:2] + 4.0 + rng.standard_normal((60, 2))
+                rec(t, particles=states, box=box, target=number)
+                rec.truth(t, position=box[:2] + 4.0, box=box, target=true)
+    return (folder / "mine.pft").read_bytes()
+
+
+def test_a_recording_is_looked_at_like_a_run(gallery: Gallery, server: Server, tmp_path: Path) -> None:
+    """It ends like a saved run and is taken as what it is; errors, overlap and the switch are there."""
+    page = gallery.page
+    gallery.choose("mine.pft", recording(tmp_path), "application/octet-stream")
+    go = page.locator("button:has-text('Open it')")
+    go.wait_for()
+    assert "12 frames of recorded beliefs" in page.inner_text(".target header")
+    go.click()
+    shown = SessionPage(page, server).ready()
+    shown.play_to_the_end()
+    series = server.column(shown.id, "series")
+    assert [row["identity_switches"] for row in series].index(2) == FRAMES // 2
+    assert series[0]["overlap"] == 1
+    assert server.column(shown.id, "lost")[-1]
+    page.get_by_text("overlap (IoU)").first.wait_for()
 
 
 def test_a_person_says_what_the_columns_are(gallery: Gallery, server: Server, complaints: Complaints) -> None:

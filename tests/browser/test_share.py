@@ -122,3 +122,19 @@ def test_a_saved_run_is_listed_taken_away_dropped_and_deleted(watch: Watch, serv
     row.locator("button[aria-label^=Delete]").click()
     page.click("text=Delete it")
     Gallery(page).until(lambda: page.locator("[data-run]").count() == count - 1, "the run is gone from the list")
+
+
+def test_a_session_is_renamed_on_its_page_and_found_by_that(watch: Watch, server: Server, page: Any) -> None:
+    """The title of the page follows at once; My work has the name and a picture, and renames as well."""
+    shown = watch(frames=20)
+    session = shown.id
+    shown.menu("rename")
+    page.get_by_label("Name", exact=True).fill("Tuesday")
+    page.keyboard.press("Enter")
+    page.locator("h1", has_text="Ball behind an occluder · Tuesday").wait_for()
+    page.goto("work?q=tuesday")
+    row = page.locator(f"[data-session='{session}']")
+    row.locator(".row-title", has_text="Tuesday").wait_for()
+    shown.until(lambda: row.locator("img").evaluate("(it) => it.naturalWidth > 0"), "it has a picture")
+    check(page)
+    fits(page)

@@ -1,13 +1,16 @@
 """A sweep on its pages: planned in the form, watched while its map fills, and followed back to the run that failed."""
 
+from collections.abc import Callable
 from typing import Any
 
+import httpx
 import pytest
 
 from tests.browser.accessible import check
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.views import SessionPage, View
+from tests.server.uploads.test_uploads import video
 
 SMALL: dict[str, Any] = {
     "experiment": "ball",
@@ -291,3 +294,31 @@ def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
     assert page.get_by_label("Experiment", exact=True).input_value() == "fish"
     offered = set(page.get_by_label("Varied parameter").first.locator("option").all_inner_texts())
     assert offered & {"Particles", "Shown mode", "Along the mode, sd", "Swaying mode"} == {"Particles"}
+
+
+def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], server: Server, page: Any) -> None:
+    """The form knows the clip and the parameters of recordings; the maps show what the trackers say of themselves."""
+    sent = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("ball.mp4", video(16)))], timeout=60)
+    shown = watch(experiment="histogram", upload=sent.json()["id"], box=[10, 20, 10, 10], frames=None)
+    page.goto(shown.page.get_attribute("[data-tool=sweep]", "href"))
+    form = Form(page)
+    page.wait_for_selector(".plan-size")
+    assert "All runs are on ball.mp4" in page.inner_text(".plan-form")
+    assert page.inner_text("[data-field=experiment]") == "Colours of a window"
+    form.says("20 runs")
+    page.click("[data-role=add-axis]")
+    choice = page.locator(".axis select").first
+    names = choice.locator("option").evaluate_all("(all) => all.map((one) => one.value)")
+    assert {"sample_count", "sway_px"} & set(names) == {"sample_count"}
+    choice.select_option("sample_count")
+    for part, number in (("start", "30"), ("stop", "60"), ("step", "30")):
+        page.locator(f".axis [data-field='axes.0.{part}']").fill(number)
+    page.locator("[data-field=trials] input").fill("2")
+    page.locator(".methods input[value=apf]").check()
+    form.says("8 runs")
+    sweep = form.start()
+    sweep.complete()
+    assert page.locator("[aria-pressed=true]").first.inner_text() == "Measure"
+    told = server.get(f"sweeps/{sweep.id}")
+    assert (told["recording"], told["problems"], told["done"]) == ("ball.mp4", 0, 8)
+    assert page.locator("text=Change and repeat").count() == 0

@@ -104,3 +104,35 @@ def test_marks_that_are_known_can_be_corrected_or_left_alone(shown: SessionPage,
     page.locator("dialog >> text=Leave").last.click()
     page.locator(".truth-marking").wait_for(state="detached")
     assert table(shown, upload)[2] == "1,90,90,19,19"
+
+
+def test_what_is_moved_by_keys_stays_where_it_was_moved(shown: SessionPage, upload: str) -> None:
+    """A move counts without Enter, also by keys that come before the next picture, and is taken back as one."""
+    page = shown.page
+    page.keyboard.press("t")
+    page.locator(".truth-marking").wait_for()
+    page.fill("#truth-every", "2")
+    page.locator(".truth-marking .mark-surface").focus()
+    waits_at(shown, 0)
+    for key in ("Enter", *["ArrowRight"] * 4, "Enter", *["Shift+ArrowDown"] * 2):
+        page.keyboard.press(key)
+    page.click(".truth-row >> text=Back")
+    waits_at(shown, 2)
+    page.get_by_text("Picture 2 is marked. 3 frames marked").wait_for()
+    page.click(".truth-row >> text=Undo")
+    page.get_by_text("Picture 4 is not marked. 2 frames marked").wait_for()
+    page.click(".truth-row >> text=Done")
+    page.locator(".truth-marking").wait_for(state="detached")
+    assert table(shown, upload) == ["frame,x,y,w,h", "0,31,51,19,19", "2,35,51,19,19"]
+
+
+def test_a_simulated_scene_knows_its_own_truth(watch: Any) -> None:
+    """There is nothing to mark, by no key."""
+    shown = watch()
+    page = shown.page
+    with page.expect_response("**/session/marking.js"):
+        page.keyboard.press("t")
+    page.keyboard.press("ArrowRight")
+    shown.stands_at(1)
+    assert page.locator(".truth-marking").count() == 0
+    assert page.locator("[data-role=mark-truth]").count() == 0

@@ -17,6 +17,7 @@ FRAMES = 30
 
 BEGIN, END, WIDTH = 44, 72, 320
 """The simulated driver looks ahead until the first of these frames, and far to one side in the last one."""
+COUNT = END - BEGIN
 
 # Where the page shows each feature, in px of the picture.
 SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden])')].map((point) => {
@@ -249,6 +250,27 @@ def test_a_face_is_proposed_unless_a_person_has_chosen(gallery: Gallery) -> None
     form.until(lambda: choice.input_value() == "head", "the head is proposed")
     form.page.locator(".target-choices", has_text="There is a face in the picture.").wait_for()
     form.settled()
+
+
+def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
+    """The page says how far the search is; after *Stop* it takes no more of it, and a box may be drawn instead."""
+    held: list[Any] = []
+    half = {"frame": 3, "mark": None, "placed": [], "remarks": [], "looked": 4, "of": 8}
+    gallery.page.route(
+        "**/mark?*",
+        lambda route: held.append(route) if "looked=4" in route.request.url else route.fulfill(json=half),
+    )
+    gallery.choose("face.mp4", film(pictures(8, width=WIDTH)), "video/mp4")
+    form = Form(gallery.page)
+    form.follow_a_head()
+    form.page.locator("text=Looking for a face, 4 of 8 frames").wait_for()
+    form.page.click("text=Stop")
+    form.page.locator("text=The search was stopped").wait_for()
+    form.until(lambda: held, "it had asked to go on")
+    held[0].continue_()
+    form.page.wait_for_timeout(300)
+    assert form.points == {}
+    assert form.page.locator("text=Draw a box around the face…").is_visible()
 
 
 def it_can_be_touched(form: Form, found: dict[str, list[float]]) -> None:

@@ -1,5 +1,6 @@
 """What tests say to a server about sweeps."""
 
+import errno
 import os
 import time
 from functools import partial
@@ -95,3 +96,15 @@ def computed_by_permission(out: Path, *chunk: Any) -> bytes:
 def allow(sweeps: Path, chunks: int = 1_000_000) -> None:
     """Let every sweep in a folder go on until so many chunks are kept."""
     write_whole(sweeps / "allowed", str(chunks).encode())
+
+
+def compute_on_a_full_disk(out: Path, jobs: int, *recording: Any) -> None:
+    """What such a process does whose disk is full while there is a file `full` beside its result."""
+
+    def fsync(descriptor: int) -> None:
+        if out.with_name("full").exists():
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write(descriptor)
+
+    write, os.fsync = os.fsync, fsync
+    compute_by_permission(out, jobs, *recording)

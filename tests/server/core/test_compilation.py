@@ -163,6 +163,14 @@ def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None
         waiting.result(30)
 
 
+def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) -> None:
+    """An experiment that fails to run is let through, so that its session tells what is wrong."""
+    compilation = Compilation(("ball", "broken"), frozenset({"ball"}), threading.Event())
+    assert warming[0].names == ["broken"]
+    warming[0].goes_on(Progress(failed={"broken": "ValueError: no"}, finished=True))
+    run(compilation.wait_for("broken"))
+
+
 def test_what_is_compiled_needs_no_process(warming: list[Pretended]) -> None:
     """On every start but the first nothing is started, and everything is ready at once."""
     compilation = Compilation(("ball",), frozenset({"ball"}), threading.Event())

@@ -49,6 +49,18 @@ def test_a_scene_is_sent_files_and_no_pixels() -> None:
     np.testing.assert_allclose(seen[30, 30, ::-1], (200, 40, 90), atol=4)
 
 
+def test_a_picture_that_stays_is_encoded_once(encoded: list[tuple[int, ...]]) -> None:
+    """It has the same key as long as it stays; an equal copy is the same picture, another one has another key."""
+    encoder = PictureEncoder()
+    first, again = (encoder.for_scene(drawing()).pictures["picture"] for _ in range(2))
+    assert first is again
+    other = encoder.for_scene(drawing(100)).pictures["picture"]
+    assert other.key != first.key
+    larger = encoder.for_scene(drawing(100, (120, 160))).pictures["picture"]
+    assert (larger.width, larger.height) == (160, 120)
+    assert encoded == [(60, 80, 3), (60, 80, 3), (120, 160, 3)]
+
+
 def test_a_picture_may_be_drawn_over_the_last_one() -> None:
     """An experiment that keeps one array for all frames is shown each of them."""
     encoder, shown = PictureEncoder(), drawing()

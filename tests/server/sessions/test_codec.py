@@ -1,6 +1,7 @@
 """The codec of drawings: what a page reads is what an experiment drew."""
 
 import dataclasses
+import json
 import math
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as model
 from pftrack_server.sessions.worker.codec import DrawingEncoder
-from tests.server.drawings import decode
+from tests.server.drawings import decode, messages_of
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
 extent = st.floats(0, 1e3)
@@ -178,6 +179,15 @@ def test_numbers_can_be_rounded_to_a_share_of_themselves(places: NDArray[np.floa
     drawing = model.Drawing(9, 9, {"a": model.Points(places, np.zeros((5, 3), np.uint8), 2.0)})
     read = decode(DrawingEncoder(bits=10).encode(drawing, 0).message())[1].primitives["a"].positions
     np.testing.assert_allclose(read, places, rtol=2.0**-10, atol=1e-40)
+
+
+def test_what_was_told_up_to_it_is_in_its_head() -> None:
+    """A page takes over the messages of the stream together with the picture, which they leave as it is."""
+    told = [{"type": "changes", "session": {"position": 3}}, {"type": "changes", "session": {"name": "Δ"}}]
+    encoded = DrawingEncoder().encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 3)
+    alone, message = encoded.message(), encoded.message(texts=map(json.dumps, told))
+    assert (messages_of(alone), messages_of(message)) == ([], told)
+    assert decode(message)[2] == decode(alone)[2]
 
 
 @pytest.mark.parametrize("size", [math.nan, (2.0,)])

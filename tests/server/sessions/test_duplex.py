@@ -139,6 +139,14 @@ def test_what_is_changed_is_told_to_everybody(client: httpx.Client, session: dic
             assert (hello["diagnostics"]["frame"], hello["session"]["computed"]) == ([0], 0)
 
 
+def test_ping(address: str) -> None:
+    """A ping is answered with its own time."""
+    with connect(address) as socket:
+        hear(socket)
+        socket.send('{"version": 1, "type": "ping", "sent": 12.5}')
+        assert hear(socket) == {"version": 1, "type": "pong", "sent": 12.5}
+
+
 def test_commands_are_not_taken(client: httpx.Client, session: dict[str, Any], address: str) -> None:
     """What a page may not say, such as a drawing painted that was not sent, closes the connection with a reason."""
     wrong = ["", '{"version": 2, "type": "ping", "sent": 1}', '{"type": "seek"}', PAINTED, b"\0", "x" * 100_000]
@@ -258,6 +266,24 @@ def test_who_comes_back_is_greeted_with_a_picture(
         again.read()
         assert [(told["type"], told["session"]["position"]) for told in again.heard] == [("hello", 5)]
         assert again.frames == [5]
+
+
+def test_a_scene_beside_it_changes_nothing(
+    client: httpx.Client, session: dict[str, Any], server: Server, look: Callable[[], Page]
+) -> None:
+    """Both forms of a drawing are sent where both are wanted."""
+    feed = server.manager.get(session["id"]).scene_feed
+    offered: list[int] = []
+    feed.offer = lambda _, frame: (offered.append(frame), feed._credit())
+    with look() as page:
+        page.until(0)
+        server.uvicorn.loop.call_soon_threadsafe(feed._credit)
+        wait_for(lambda: offered == [0])
+        for frame in range(1, 4):
+            steer(client, session["id"], "step")
+            page.until(frame)
+        wait_for(lambda: offered[-1:] == [3])
+        assert offered == [0, 1, 2, 3]
 
 
 def test_drawings_go_on_after_a_crash(client: httpx.Client, server: Server, look: Callable[[], Page]) -> None:

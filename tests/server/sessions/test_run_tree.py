@@ -35,6 +35,14 @@ def forward(tree: RunTree, frames: int) -> None:
 
 
 class TestWorkbench:
+    def test_only_new_frames_have_news(self) -> None:
+        """Going forward tells of a frame when it is computed, and not when it is seen again."""
+        tree = RunTree(config())
+        first = tree.forward()
+        assert first["frame"] == 1
+        tree.run.seek(0)
+        assert tree.forward() is None
+
     @pytest.mark.parametrize("name", ["ball", "head", "fish"])
     def test_a_description_is_the_same_when_it_was_stored(self, name: str) -> None:
         """What is drawn and written is told as the experiment declares it, and is read from a file as it was."""
@@ -93,6 +101,20 @@ class TestWorkbench:
             RunTree(config(experiment=experiment, tracker=tracker, timeline=(Change(0, values),), max_particles=most))
         assert error.value.field == field
 
+    def test_limits_hold_in_the_middle_of_a_run(self) -> None:
+        """Neither a change nor another tracker takes a run over the limit, in the past or at its end."""
+        tree = RunTree(config(experiment="prism", frames=20, max_particles=800))
+        forward(tree, 2)
+        for position in (2, 0):
+            tree.run.seek(position)
+            for values in ({"sample_count": 101}, {"pose_sample_count": 801}, {"tracker": "rb-pf"}):
+                with pytest.raises(ParameterError, match="on this server"):
+                    tree.change(values, "b1")
+        with pytest.raises(ParameterError, match="on this server"):
+            tree.branch("b1", 1, {"sample_count": 101})
+        tree.change({"tracker": "rb-pf", "joint_sample_count": 800}, "b1")
+        assert tree.snapshot().tracker == "rb-pf"
+
     def test_measures_are_those_of_the_branch_so_far(self) -> None:
         """They are the run's own, declared with titles, and computed again only when there is another frame."""
         tree = RunTree(config())
@@ -117,6 +139,16 @@ class TestWorkbench:
         forward(tree, 5)
         assert tree.other is None
         assert "second" not in tree.drawing().primitives
+
+    def test_a_branch_with_another_seed_is_not_compared(self) -> None:
+        """It sees another scene, so that what is estimated there says nothing of this one."""
+        tree = RunTree(config())
+        forward(tree, 20)
+        tree.branch("b1", 10, {"tracker": "condensation"})
+        tree.restart(seed=8)
+        forward(tree, 5)
+        assert tree.other is None
+        assert tree.snapshot().second is None
 
     def test_the_first_branch_is_compared_with_the_last_that_was_shown(self) -> None:
         """It left none, so that the one shown before it is what a person compares it with."""

@@ -100,6 +100,20 @@ async def test_no_credit_for_an_empty_room(theatre: Theatre) -> None:
     assert theatre.credits == 2
 
 
+async def test_one_viewer_for_all(theatre: Theatre) -> None:
+    """However many come, there is one viewer, which shows what is told; closed, it can be opened again."""
+    first = theatre.open()
+    assert theatre.open() is first
+    theatre.scene_feed.tell(PanelValues({"n": 2}, "apf", 7))
+    theatre.scene_feed.refuse("too large")
+    assert first.told == [PanelValues({"n": 2}, "apf", 7), "too large"]
+    await theatre.scene_feed.close()
+    assert first.closed
+    await theatre.scene_feed.close()
+    theatre.scene_feed.tell(PanelValues({"n": 3}, "apf", 7))
+    assert theatre.open() is not first
+
+
 async def test_a_panel_that_fails_ends_nothing(theatre: Theatre, monkeypatch: pytest.MonkeyPatch) -> None:
     """What cannot be shown in it ends neither the session nor the panel."""
 

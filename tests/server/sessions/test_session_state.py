@@ -74,6 +74,27 @@ def ear() -> Ear:
     return Ear()
 
 
+@pytest.mark.parametrize("before", snapshots.Phase)
+@pytest.mark.parametrize("after", snapshots.Phase)
+def test_only_what_the_table_has_is_made_of_a_session(before: snapshots.Phase, after: snapshots.Phase) -> None:
+    """A phase is entered from those that lead to it; from any other the session stays what it is."""
+    state = SessionState(
+        snapshots.SessionSpec(id="s", branches={"b0": snapshots.BranchSpec(title="Main", run=START)}),
+        lambda: None,
+        lambda: None,
+    )
+    ways = {
+        snapshots.Phase.SUSPENDED: [],
+        snapshots.Phase.STARTING: [snapshots.Phase.STARTING],
+        **{one: [snapshots.Phase.STARTING, one] for one in snapshots.AWAKE},
+    }
+    for phase in ways.get(before, [snapshots.Phase.STARTING, before]):
+        state.enter(phase)
+    assert state.snapshot.state is before
+    state.enter(after)
+    assert state.snapshot.state is (after if after in snapshots.TRANSITIONS[before] | {before} else before)
+
+
 def test_a_worker_that_was_given_up_says_nothing_more(ear: Ear) -> None:
     """What it still reports after its session is suspended or closed neither wakes it nor moves it."""
     for phase in (snapshots.Phase.SUSPENDED, snapshots.Phase.CLOSED):
@@ -122,6 +143,43 @@ def test_whatever_changes_is_told_as_it_is(ear: Ear) -> None:
     assert ear.told(measured={"inside_share": 0.5}) == [{"measured": {"inside_share": 0.5}}]
     assert ear.state.view().measured == {"inside_share": 0.5}
     assert ear.told(measured={"inside_share": math.inf}) == [{"measured": {"inside_share": None}}]
+
+
+def test_playing_is_told_once(ear: Ear) -> None:
+    """Play, pause and the end of the run are states of the session; one that ends plays no more."""
+    assert ear.told(playing=True) == [{"playing": True, "state": "playing"}]
+    assert ear.told(playing=False) == [{"playing": False, "state": "ready"}]
+    assert ear.told(position=99, computed=99) == [{"position": 99, "computed": 99, "state": "ended"}]
+    ear.advance(position=3, playing=True)
+    ear.heard.clear()
+    ear.state.enter(snapshots.Phase.CRASHED, "it ended")
+    (told,) = ear.heard
+    assert told["session"] == {"state": "crashed", "message": "it ended", "playing": False}
+
+
+def test_a_change_is_echoed(ear: Ear) -> None:
+    """A change is told with all that is in force and the timeline, and the panel is told as well."""
+    recipe = RECIPE.model_copy(update={"timeline": (Change(1, {"n": 5}),)})
+    timeline = [snapshots.ChangePublic(frame=1, values={"n": 5}, before={"n": 1})]
+    (told,) = ear.told(parameters={"n": 5, "m": 2}, recipe=recipe, timeline=timeline)
+    assert told["parameters"] == {"n": 5, "m": 2}
+    assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {"n": 1}, "moved": []}]
+    assert told["recipe"]["timeline"] == [{"frame": 1, "values": {"n": 5}}]
+    assert ear.panel == 1
+    assert ear.state.spec.recipe.timeline[0].values == {"n": 5}
+
+
+def test_a_tracker_is_told_to_the_branches(ear: Ear) -> None:
+    """Another tracker is told, also where the branches are listed, and to the panel."""
+    (told,) = ear.told(tracker="kalman")
+    assert (told["tracker"], told["branches"][0]["tracker"]) == ("kalman", "kalman")
+    assert ear.panel == 1
+
+
+def test_a_speed_reaches_the_panel(ear: Ear) -> None:
+    """Another speed is told to the panel, too."""
+    assert ear.told(speed=2.0) == [{"speed": 2.0}]
+    assert ear.panel == 1
 
 
 def test_a_branch_shares_its_past(ear: Ear) -> None:
@@ -194,6 +252,16 @@ def test_bookmarks_have_a_limit(ear: Ear) -> None:
     with pytest.raises(ConflictError, match=str(MOST_BOOKMARKS)):
         ear.state.bookmark("m", "")
     assert len(ear.state.spec.bookmarks) == MOST_BOOKMARKS
+
+
+def test_bookmarks_in_the_order_of_frames(ear: Ear) -> None:
+    """Bookmarks are told in the order of their frames."""
+    for frame in (9, 3, 5):
+        ear.advance(position=frame, computed=10)
+        ear.state.bookmark(f"m{frame}", "")
+    assert [mark.frame for mark in ear.state.spec.bookmarks] == [3, 5, 9]
+    assert ear.state.unbookmark("m5")
+    assert not ear.state.unbookmark("m5")
 
 
 def test_history_replaces_what_it_knows() -> None:
@@ -313,6 +381,14 @@ def test_a_change_is_told_with_what_it_replaced() -> None:
         {"gate": 4.0, "count": 800},
         {"gate": 3.0, "tracker": "hard"},
     ]
+
+
+def test_what_was_moved_is_told_in_words() -> None:
+    """It has no value before; one of the estimate is told without a particle."""
+    moves = [{"particle": 7, "place": [312.0, 140.25]}, {"particle": None, "place": [0.42]}]
+    (told,) = timeline_view(changes((10, {"gate": 3.0, "move": moves})), FIRST)
+    assert told.moved == ["Particle 7 moved to (312, 140.2)", "Estimate moved to 0.42"]
+    assert (told.values, told.before) == ({"gate": 3.0}, {"gate": 5.0})
 
 
 def test_a_threshold_holds_while_its_tracker_is_in_charge() -> None:

@@ -64,6 +64,22 @@ def test_a_run_that_plays_goes_on_playing(client: httpx.Client, upload: str) -> 
     assert client.get(f"/api/v1/sessions/{session}").json()["state"] == "playing"
 
 
+def test_boxes_of_a_clip_of_another_size_are_told(client: httpx.Client, upload: str) -> None:
+    """By the session and by the upload, in the same words; a target that leaves the picture is nothing to tell."""
+    recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
+    session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()["id"]
+    larger = "frame,x,y,w,h\n" + "".join(f"{frame},248,408,152,152\n" for frame in range(12))
+    (told,) = give(client, session, larger).raise_for_status().json()["warnings"]
+    assert told.startswith(
+        "12 of 12 true boxes lie wholly outside the picture of 160 x 120 px: frames 0 to 11; that of frame 0 is 248"
+    )
+    file = {"file": ("truth.csv", larger.encode())}
+    again = client.put(f"/api/v1/uploads/{upload}/truth", params={"experiment": "ball"}, files=file)
+    assert again.raise_for_status().json()["warnings"] == [told]
+    leaves = BOXES.replace("11,31,51", "11,160,51")
+    assert give(client, session, leaves).raise_for_status().json()["warnings"] == []
+
+
 def test_what_is_no_truth_changes_nothing(client: httpx.Client, upload: str, session: dict[str, str]) -> None:
     """A wrong table is refused with its line, and a scene that is simulated knows its own."""
     recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}

@@ -6,7 +6,10 @@ from itertools import pairwise
 from typing import Any
 
 import httpx
+import numpy as np
 
+from pftrack.experiments import find
+from pftrack.runs.loss import Loss
 from tests.server.asking import get
 from tests.server.host import begin, command, error_of, steer
 from tests.session_requests import session_request
@@ -26,6 +29,25 @@ class TestStarting:
         assert session["viewer"] == f"viz/{session['id']}/"
         assert get(client, session["id"]) == session
         assert session["id"] in [item["id"] for item in client.get("/api/v1/sessions").json()]
+
+    def test_presets(self, client: httpx.Client) -> None:
+        """Presets are told as the library has them, which runs all of them; a session begins as one of them."""
+        for experiment in client.get("/api/v1/experiments").json():
+            told = [(it["tracker"], it["parameters"], it["seed"]) for it in experiment["presets"]]
+            assert told == [(it.tracker, dict(it.parameters), it.seed) for it in find(experiment["id"]).presets]
+        preset = find("ball").presets[-1]
+        session = begin(client, tracker=preset.tracker, parameters=dict(preset.parameters), seed=preset.seed)
+        assert session["tracker"] == preset.tracker
+
+    def test_before_the_loss(self, client: httpx.Client) -> None:
+        """The transport goes where the library says that a loss is to be watched from, if there is one."""
+        session = begin(client, tracker="condensation", seed=5, frames=90)
+        error_of(command(client, session["id"], "before_loss"), 409)
+        steer(client, session["id"], "seek", frame=89)
+        columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+        expected = Loss(np.array(columns["lost"]), ("truth",) * 90).approach(columns["hidden"], 89)
+        assert expected is not None
+        assert steer(client, session["id"], "before_loss")["position"] == expected
 
     def test_a_name_of_ones_own(self, client: httpx.Client) -> None:
         """A client that has chosen the name can end a session whose answer it has not seen; no other is called so."""
@@ -65,6 +87,14 @@ class TestTransport:
         assert 5 < answered["position"] <= paused["position"] < 19_999
         assert paused["state"] == "ready"
 
+    def test_end_of_the_run(self, client: httpx.Client) -> None:
+        """At the last frame a run has ended; play shows it again from the start."""
+        session = begin(client, frames=5)
+        assert steer(client, session["id"], "seek", frame=4)["state"] == "ended"
+        assert steer(client, session["id"], "step")["position"] == 4
+        steer(client, session["id"], "speed", speed=0.1)
+        assert steer(client, session["id"], "play")["position"] == 0
+
 
 def test_a_look_at_the_picture_interrupts_nothing(client: httpx.Client) -> None:
     """Asking for the picture while a seek is under way neither ends the seek nor waits for it."""
@@ -79,6 +109,21 @@ def test_a_look_at_the_picture_interrupts_nothing(client: httpx.Client) -> None:
 
 
 class TestBranches:
+    def test_branch_and_return(self, client: httpx.Client, session: dict[str, Any]) -> None:
+        """A branch has a title and a tracker of its own; the one that is shown has the estimate's colour."""
+        steer(client, session["id"], "seek", frame=20)
+        values = {"tracker": "condensation", "sample_count": 100}
+        answer = command(client, session["id"], "branch", frame=8, title="What if", values=values)
+        assert answer.status_code == 200
+        branched = answer.json()
+        assert (branched["position"], branched["tracker"]) == (8, "condensation")
+        made = branched["branches"][1]
+        assert (made["title"], made["parent"], made["frame"]) == ("What if", session["branch"], 8)
+        assert [branch["colour"] for branch in branched["branches"]] == ["#009e73", "#0072b2"]
+        back = command(client, session["id"], "activate", branch=session["branch"]).json()
+        assert (back["branch"], back["position"], back["tracker"]) == (session["branch"], 20, session["tracker"])
+        assert [branch["colour"] for branch in back["branches"]] == ["#0072b2", "#009e73"]
+
     def test_the_second_run_has_the_colour_that_it_has_in_the_scene(
         self, client: httpx.Client, session: dict[str, Any]
     ) -> None:

@@ -91,6 +91,17 @@ class Looker(Reader):
         self.page, self.came = page, 0
 
 
+async def test_nobody_draws_for_an_empty_room() -> None:
+    """The worker is asked for a drawing when somebody paints, and for one at a time."""
+    worker = Worker()
+    with worker.stream.join():
+        assert worker.asked == 0
+    with worker.stream.join(paints=True), worker.stream.join(paints=True):
+        assert worker.asked == 1
+    worker.draws()
+    assert worker.asked == 1
+
+
 async def test_what_is_not_drawn_waits_for_the_next_drawing() -> None:
     """Frames in between come with the next picture; what changes nothing that is seen comes at once."""
     worker = Worker()
@@ -155,6 +166,39 @@ async def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
         assert worker.greeted == 2
 
 
+async def test_a_picture_is_sent_to_each_page_once() -> None:
+    """A drawing with the picture of the one before carries no file, except to a page that has just come."""
+    worker = Worker()
+    with worker.stream.join(paints=True) as first:
+        early = Looker(first)
+        worker.draws()
+        await early.reads()
+        early.paints()
+        worker.draws()
+        with worker.stream.join(paints=True) as second:
+            late = Looker(second)
+            await early.reads()
+            await late.reads()
+            assert (early.frames, late.frames) == ([0, 1], [1])
+            assert late.sizes[0] - early.sizes[1] > early.sizes[0] / 3
+
+
+async def test_another_worker_is_asked_anew_and_its_pictures_are_sent() -> None:
+    """After a crash the request of before counts no more, and keys of before mean nothing."""
+    worker = Worker()
+    with worker.stream.join(paints=True) as page:
+        looker = Looker(page)
+        worker.draws()
+        await looker.reads()
+        worker.stream.change_worker(is_ahead=True)
+        worker.stream.want()
+        assert worker.asked == 3
+        await looker.reads()
+        again = DrawingEncoder().encode(Drawing(16, 12, {"picture": Picture(np.full((12, 16, 3), 9, np.uint8))}), 0)
+        worker.stream.draw(again, is_ahead=False)
+        assert await told(aiter(page)) == again.message()
+
+
 async def test_where_nobody_draws_nothing_waits() -> None:
     """What is told when the worker has ended comes without a picture; so does all before the first one."""
     worker = Worker()
@@ -169,6 +213,14 @@ async def test_where_nobody_draws_nothing_waits() -> None:
         worker.tells(state="crashed")
         heard = [json.loads(await told(aiter(page)) or "")["session"] for _ in range(2)]
         assert heard == [{"position": 2}, {"state": "crashed"}]
+
+
+async def test_a_page_cannot_have_painted_what_it_was_not_sent() -> None:
+    """A count that cannot be is refused with both bounds."""
+    worker = Worker()
+    refused = pytest.raises(ValueError, match="expected between 0 and 0 painted drawings, got 1")
+    with worker.stream.join(paints=True) as page, refused:
+        page.note_painted(1)
 
 
 @given(st.lists(st.sampled_from(["moves", "draws", "tells", "reads", "paints", "greets", "comes back"]), max_size=60))

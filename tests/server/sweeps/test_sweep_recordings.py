@@ -60,6 +60,19 @@ def test_it_is_computed_and_opened(server: Server, client: httpx.Client, upload:
     assert "This sweep needs the clip " in error_of(gone, 409)["message"]
 
 
+def test_other_seeds_alone(server: Server, client: httpx.Client, upload: dict[str, Any]) -> None:
+    """Without an axis the trials are other seeds of one setting; the size and the time are told before."""
+    allow_all(server)
+    body = {**PLAN, "axes": [], "upload": upload["id"], "parameters": {"sample_count": 30}}
+    size = client.post("/api/v1/sweeps/estimate", json=body).json()
+    assert (size["runs"], size["frames"], size["problem"]) == (4, 8, None)
+    assert size["seconds"] > 0
+    sweep = until_state(client, begun(client, upload, axes=[], parameters={"sample_count": 30})["id"], "done")
+    assert sweep["done"] == 4
+    found = client.get(f"/api/v1/sweeps/{sweep['id']}/cells").json()
+    assert [one["runs"] for one in found["maps"]] == [[2], [2]]
+
+
 def test_it_needs_its_upload(start_server: Any) -> None:
     """While it is computed, its upload stays; without it, it does not go on, and with its content it does."""
     clip = video(12)

@@ -124,6 +124,27 @@ def test_cancel_stop_and_restart(start_server: Any, sweeps: Path) -> None:
         assert [sweep["id"] for sweep in client.get("/api/v1/sweeps").json()] == [cancelled["id"]]
 
 
+def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep that meets a full disk says so; with room again it is completed."""
+    monkeypatch.setattr(functions, "compute", sweeping.compute_on_a_full_disk)
+    sweeps = tmp_path / "data" / "sweeps"
+    full = sweeps / "full"
+    with start_server(sweep_jobs=1) as (_, client):
+        sweep = sweeping.begin_sweep(client)
+        sweeping.until_some(client, sweep["id"])
+        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+        full.touch()
+        sweeping.allow(sweeps)
+        client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+        stopped = sweeping.until_state(client, sweep["id"], "stopped")
+        assert "disk of the server is full" in stopped["message"]
+        assert str(tmp_path) not in stopped["message"]
+        assert stopped["done"] > 0
+        full.unlink()
+        client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+        assert sweeping.until_state(client, sweep["id"], "done")["done"] == sweeping.RUNS > stopped["done"]
+
+
 def test_a_database_that_takes_nothing(
     served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -275,6 +296,26 @@ def test_limits(start_server: Any, sweeps: Path) -> None:
         sweeping.until_state(client, other["id"], "done")
         assert "at most 2 sweeps" in error_of(client.post("/api/v1/sweeps", json=sweeping.SMALL), 503)["message"]
         assert sweeping.show(client, other["id"])["done"] == sweeping.RUNS
+
+
+def test_files_that_somebody_touched(own: tuple[httpx.Client, Path]) -> None:
+    """A sweep whose files are another's says so and harms nothing; one whose files were removed begins anew."""
+    client, sweeps = own
+    sweep = sweeping.begin_sweep(client)
+    sweeping.until_some(client, sweep["id"])
+    client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+    folder = sweeps / f"{sweep['id']}.parquet.partial"
+    (folder / "plan.json").write_text('{"format": "something else"}')
+    client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+    stopped = sweeping.until_state(client, sweep["id"], "stopped")
+    assert stopped["message"].startswith("A file describes no sweep")
+    assert chunks(folder)
+    for path in folder.iterdir():
+        path.unlink()
+    folder.rmdir()
+    client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+    assert sweeping.show(client, sweep["id"])["state"] == "running"
+    sweeping.until_some(client, sweep["id"])
 
 
 def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:

@@ -20,11 +20,12 @@ from pftrack_server.jobs.results import DiskCache
 from pftrack_server.sessions.duplex import encode
 from pftrack_server.teaching import links as found
 from pftrack_server.teaching.access import AccessGuard
-from pftrack_server.teaching.follow import MOST_SCENES, MOST_SOCKETS, UNUSED_S, Followers, Forks
+from pftrack_server.teaching.follow import LECTURER, MOST_SCENES, MOST_SOCKETS, UNUSED_S, Followers, Forks
 from pftrack_server.teaching.follows import Follows
 from pftrack_server.teaching.lessons import LessonResults
 from pftrack_server.teaching.links import LETTERS, NOTICE, Claim, Links, addresses
 from pftrack_server.teaching.messages import FollowCreate, FollowUpdate, PollCreate
+from pftrack_server.teaching.polls import Poll
 from tests.apart import run
 
 TOKEN = "sixteen characters"
@@ -74,6 +75,13 @@ class TestFollowers:
             assert "late" not in room, "who was refused is not there"
             held.enter_context(room.take("late", "/api/v1/follow/stream", 100))
             assert len(room) == MOST_SCENES + 1
+
+    @in_loop
+    async def test_the_lecturer_does_not_count(self) -> None:
+        """A class of one has room for one follower beside the lecturer."""
+        room = _nobody()
+        with room.take(LECTURER, "/", 1), room.take("a", "/", 1):
+            assert len(room) == 1
 
     @in_loop
     async def test_a_closed_class_keeps_who_is_there(self) -> None:
@@ -204,6 +212,30 @@ class TestForks:
             with forks.reserve("a") as second:
                 second.session = "x"
         assert forks.of("a") is second
+
+
+class TestPoll:
+    def test_nobody_sees_answers_before_they_are_revealed(self) -> None:
+        """The lecturer sees how many have answered, followers not even that."""
+        poll = Poll.ask("?", ["a", "b", "c"])
+        poll = poll.vote("x", poll.id, 2).vote("y", poll.id, 2).vote("x", poll.id, 0)
+        assert poll.view(to_owner=True).model_dump(include={"votes", "counts"}) == {"votes": 2, "counts": None}
+        assert poll.view(to_owner=False).model_dump(include={"votes", "counts"}) == {"votes": None, "counts": None}
+        shown = poll.reveal().view(to_owner=False)
+        assert (shown.votes, shown.counts) == (2, [1, 0, 1])
+
+    @pytest.mark.parametrize("wrong", [{"poll": "another"}, {"answer": 2}, {"answer": -1}])
+    def test_answers_that_do_not_count(self, wrong: dict[str, Any]) -> None:
+        """Another question's, or one that is not offered."""
+        poll = Poll.ask("?", ["a", "b"])
+        with pytest.raises(RefusedError):
+            poll.vote(**{"seat": "x", "poll": poll.id, "answer": 1, **wrong})
+
+    def test_nobody_answers_after_the_reveal(self) -> None:
+        """What is shown stays as it is."""
+        poll = Poll.ask("?", ["a", "b"]).reveal()
+        with pytest.raises(ConflictError, match="revealed"):
+            poll.vote("x", poll.id, 1)
 
 
 class TestAddresses:

@@ -54,6 +54,11 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 
+def test_a_damaged_recording_is_refused(client: httpx.Client, recording: bytes) -> None:
+    """What was cut before anything was said is refused in a sentence."""
+    assert "recording" in error_of(send(client, ("mine.pft", recording[:200])), 422)["message"]
+
+
 def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
     """A table with names of its own is refused, shown, and taken when it is said which column is which."""
     table = b"bild;nummer;links;oben;breit;hoch\n" + b"".join(b"%d;4;%d;20;30;40\n" % (t, 10 + t) for t in range(5))
@@ -153,6 +158,21 @@ def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict
     question = {"experiment": "head", "frame": 0}
     error_of(client.get(f"/api/v1/uploads/{tracks['id']}/mark", params=question), 422)
     assert client.get(f"/api/v1/uploads/{tracks['id']}/truth", params={"experiment": "structure"}).json() is None
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("frame,point,left,top\n0,1,2,3\n", "the table has the columns frame, point, left, top; expected frame, point"),
+        ("frame,point,x,y\n0,1,2,3\n", "at least 2 frames in which points are seen"),
+        ("frame,point,x,y\n0,1,left,3\n", "line 2: x must be a number, got 'left'"),
+        ("a,b,c\n1,2,3\n", "the file is a text"),
+    ],
+)
+def test_a_table_that_is_none_is_refused_in_a_sentence(client: httpx.Client, text: str, words: str) -> None:
+    """The sentence says what the file has and what is expected."""
+    message = error_of(send(client, ("tracks.csv", text.encode())), 422)["message"]
+    assert words in message[0].lower() + message[1:]
 
 
 def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:

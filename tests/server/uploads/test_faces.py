@@ -158,6 +158,36 @@ class TestFound:
         assert placed["mark"]["points"]["reye"][0] < placed["mark"]["points"]["leye"][0]
 
     @pytest.mark.parametrize(
+        ("change", "words"),
+        [
+            (empty, "found none in the picture"),
+            (lambda picture: np.ascontiguousarray(picture[::-1, ::-1]), "upside down"),
+        ],
+        ids=["nobody", "upside down"],
+    )
+    def test_why_there_is_none(self, client: httpx.Client, shown: list[Picture], change: Any, words: str) -> None:
+        """A picture without a face to be tracked is refused in a sentence, and a session on it in the same."""
+        upload = put(client, film([change(picture) for picture in shown[:2]]))["id"]
+        found = look(client, upload, last=0).json()
+        assert found["mark"] is None
+        assert words in found["remarks"][0]
+        answer = client.post(
+            "/api/v1/sessions", json=session_request({"experiment": "head", "upload": upload}), timeout=60
+        )
+        assert words in error_of(answer, 422)["message"]
+
+    def test_no_frames_to_look_into(self, client: httpx.Client, known: str) -> None:
+        """A last frame before the first is refused by its name."""
+        error = error_of(look(client, known, frame=5, last=2), 422)
+        assert "Last must be a frame from 5 on" in error["message"]
+
+    def test_two_faces(self, client: httpx.Client, shown: list[Picture]) -> None:
+        """Of two faces one is proposed, and it is said how to have the other."""
+        found = look(client, put(client, film([np.hstack([shown[0], shown[0]])] * 2))["id"]).json()
+        assert len(found["mark"]["points"]) == len(FEATURES)
+        assert "draw a box around another one" in found["remarks"][0]
+
+    @pytest.mark.parametrize(
         ("query", "field"),
         [
             ({"frame": 99}, None),
@@ -197,6 +227,11 @@ class TestTracked:
             steer(client, session["id"], "seek", frame=FRAMES - 1)
         assert estimates(client, first["id"]) == estimates(client, second["id"])
 
+    def test_a_box_becomes_points(self, client: httpx.Client, known: str) -> None:
+        """Of a box what was found in it is kept."""
+        session = begin(client, experiment="head", upload=known, box=[90, 20, 130, 160])
+        assert len(begun_at(session)[1]) == len(FEATURES)
+
     def test_the_server_may_be_restarted(self, start_server: Any, late: bytes) -> None:
         """A session on a face outlives the server, with its points and its truth."""
         with start_server() as (_, client):
@@ -214,9 +249,12 @@ class TestTracked:
     @pytest.mark.parametrize(
         ("points", "field", "words"),
         [
+            ({"nose": [10, 10]}, None, "at least two of nose"),
             ({"leye": [1, 1], "ear": [2, 2]}, "mark.points.ear", "one of nose"),
             ({"leye": [190, 90], "reye": [320, 90]}, "mark.points.reye", "within the picture of 320 x 240 px"),
             ({"leye": [190, 90], "reye": [140]}, "mark.points.reye.1", "required"),
+            ({"leye": [190, 90], "reye": [190, 90]}, None, "all at one place"),
+            ({name: [100 + 9 * place, 100] for place, name in enumerate(FEATURES)}, None, "on one line"),
         ],
     )
     def test_points_that_make_no_face(
@@ -294,6 +332,35 @@ class TestTruth:
         assert 0 < max(errors) < 10
         assert client.delete(path).status_code == 204
         assert client.get(path).json() is None
+
+    def test_boxes_measure_a_ball(self, client: httpx.Client, judged: str) -> None:
+        """The kind of truth is that of the experiment."""
+        answer = put_truth(client, judged, "frame,x,y,w,h\n0,10,20,10,10\n1,11,20,10,10\n", "ball")
+        assert answer.json()["frames"] == 2
+        assert client.get(f"/api/v1/uploads/{judged}/truth?experiment=head").json() is None
+        session = begin(client, upload=judged, box=[10, 20, 10, 10])
+        errors = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["error"]
+        assert errors[0] is not None
+        steer(client, session["id"], "seek", frame=1)
+        saved = save(client, session["id"])
+        inside = saved["summary"]["inside_share"]
+        assert saved["summary"]["success_measure"] == "inside_share"
+        assert saved["outcome"] == f"{100 * inside:.0f} % inside the true box, 2 frames in all"
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("", "The file, line 1: expected the columns frame, yaw_deg, pitch_deg, roll_deg"),
+            ("frame,yaw_deg,pitch_deg,roll_deg\n0,1,left,3\n", "line 2: pitch_deg must be a number of degrees"),
+            ("frame,yaw_deg,pitch_deg,roll_deg\n900,1,2,3\n", "0 to 11; the file begins at frame 900"),
+            ("\x00\x01", "The file"),
+        ],
+    )
+    def test_what_is_no_truth(self, client: httpx.Client, judged: str, text: str, words: str) -> None:
+        """A table that cannot be used is refused with its line and what is allowed, and what was there stays."""
+        put_truth(client, judged, poses())
+        assert words in error_of(put_truth(client, judged, text), 422)["message"]
+        assert client.get(f"/api/v1/uploads/{judged}/truth?experiment=head").json()["frames"] == FRAMES
 
     def test_an_upload_that_was_deleted_meanwhile(self, start_server: Any, clip: bytes) -> None:
         """Where the upload has gone while its table was read, nothing is kept, and that is said."""

@@ -49,6 +49,14 @@ def test_a_target_that_stands_out(client: httpx.Client, upload: str) -> None:
     assert green[60, 40] > green[20, 120] + 60
 
 
+def test_a_target_that_does_not(client: httpx.Client, upload: str) -> None:
+    """A box on the grey ground cannot be told from the ground, and what would help is said."""
+    found = ask(client, upload, box(100, 20)).raise_for_status().json()
+    assert found["grade"] == "not at all"
+    assert found["value"] < 0.3
+    assert len(found["advice"]) == 1
+
+
 def test_a_browser_keeps_the_answer(client: httpx.Client, upload: str) -> None:
     """A mark that is moved back to where it was is not weighed again; what is refused is asked again."""
     headers = [ask(client, upload, mark).headers["cache-control"] for mark in (box(31, 51), {"kind": "box"})]

@@ -159,6 +159,11 @@ class TestRefused:
         assert list(store.files.uploads.iterdir()) == before
         assert list(store.files.incoming.iterdir()) == []
 
+    def test_cut_short(self, client: httpx.Client, clip: bytes) -> None:
+        """A video that was cut short is refused or taken with a warning, never a mistake of the server."""
+        answer = send(client, ("cut.mp4", clip[: len(clip) // 2]))
+        assert answer.status_code in {201, 422}
+
     @pytest.mark.parametrize(
         "name", ["../../../etc/passwd", "..\\..\\boot.ini", "a\0b.mp4", "x" * 500, "", "\u202egpj.mp4"]
     )

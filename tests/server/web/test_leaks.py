@@ -12,6 +12,7 @@ from websockets.sync.client import connect
 from pftrack_server.core.settings import Settings
 from tests.server.host import Server, begin, running, steer
 from tests.server.sessions.test_duplex import hear
+from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 ROUNDS = 12
@@ -60,6 +61,17 @@ def test_scenes(server: Server, client: httpx.Client, settled: None) -> None:
         wait_for(lambda: len(server.manager.all) == 0)
         counts.append(descriptors())
     assert counts[-1] <= counts[1] + 2, counts
+
+
+def test_refused_sessions(client: httpx.Client, settled: None) -> None:
+    """Sessions that are refused leave nothing behind either."""
+    before = (descriptors(), children())
+    for _ in range(ROUNDS):
+        client.post(
+            "/api/v1/sessions", json=session_request({"experiment": "ball", "parameters": {"sample_count": -1}})
+        )
+    wait_for(lambda: children() <= before[1])
+    wait_for(lambda: descriptors() <= before[0] + 1)
 
 
 def test_apps(server: Server, settled: None, tmp_path: Path) -> None:

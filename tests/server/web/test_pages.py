@@ -7,10 +7,22 @@ from pathlib import Path
 import httpx
 import pytest
 
+from pftrack.core.model.parameters import declarations
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.web import pages
 from pftrack_server.web.health import METHODS
 from tests.server.host import begin, steer
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/work", "/lectures", "/lectures/x", "/references", "/session/new", "/session/0123456789abcdef"]
+)
+def test_pages(client: httpx.Client, path: str) -> None:
+    """Every page is served whole from this server."""
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    assert "http://" not in answer.text.replace("http://www.w3.org", "")
 
 
 @pytest.mark.parametrize("path", ["/", "/api/v1/experiments", "/static/shared/style.css", "/nowhere"])
@@ -75,6 +87,19 @@ def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
                 assert other.as_posix() in files, f"{address} imports {found[1]}"
 
 
+def test_experiments(client: httpx.Client) -> None:
+    """The list of experiments tells of each what the start page shows."""
+    listed = client.get("/api/v1/experiments").json()
+    assert [item["id"] for item in listed] == list(EXPERIMENTS)
+    for item in listed:
+        assert item["title"]
+        assert item["family"]
+        assert item["question"].endswith("?")
+        assert item["references"][0]["bibtex"].startswith("@")
+        assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]
+        assert item["thumbnail"] == f"api/v1/experiments/{item['id']}/thumbnail.webp"
+
+
 def test_a_picture_is_the_newest(client: httpx.Client) -> None:
     """A browser asks each time, and is sent an experiment's picture only when it is not the one that it has."""
     address = "/api/v1/experiments/sine/thumbnail.webp"
@@ -85,6 +110,24 @@ def test_a_picture_is_the_newest(client: httpx.Client) -> None:
     again = client.get(address, headers=known)
     assert (again.status_code, again.content, again.headers["ETag"]) == (304, b"", first.headers["ETag"])
     assert client.get(address, headers={"If-None-Match": '"as it was drawn before"'}).content == first.content
+
+
+@pytest.mark.parametrize("name", ["ball", "linkage"])
+def test_declarations(client: httpx.Client, name: str) -> None:
+    """An experiment tells every parameter with title, unit, bounds, default and help, and the schema of all."""
+    detail = client.get(f"/api/v1/experiments/{name}").json()
+    known = declarations(type(EXPERIMENTS[name].simulate().parameters))
+    assert [item["name"] for item in detail["declarations"]] == [item.name for item in known]
+    assert set(detail["schema"]["properties"]) == {item.name for item in known}
+    assert [layer["name"] for layer in detail["layers"]] == [layer.name for layer in EXPERIMENTS[name].display.layers]
+    worlds = [(world["name"], world["unit"]) for world in detail["worlds"]]
+    assert worlds == [(world.name, world.unit) for world in EXPERIMENTS[name].display.worlds]
+
+
+def test_health(client: httpx.Client) -> None:
+    """The health checks tell that the server is alive and can work."""
+    assert client.get("/healthz").json() == {"status": "ok"}
+    assert client.get("/readyz").json() == {"status": "ready"}
 
 
 def test_metrics(client: httpx.Client) -> None:

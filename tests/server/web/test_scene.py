@@ -59,6 +59,18 @@ def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session
         until(stream, has_changed(speed=2.0))
 
 
+def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+    """Of the many values of a drag the newest counts, and one frame has one change."""
+    found = server.manager.get(session["id"])
+    for count in range(100, 160):
+        command = {"kind": "change", "values": {"sample_count": count}}
+        server.uvicorn.loop.call_soon_threadsafe(found.scene_feed.ask, command)
+    wait_for(lambda: found.spec.run.parameters["sample_count"] == 159)
+    assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
+        {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}, "moved": []}
+    ]
+
+
 def test_the_scene_survives_a_crash(server: Server, client: httpx.Client) -> None:
     """The scene stays connected while its worker is made anew, and goes on."""
     session = begin(client)

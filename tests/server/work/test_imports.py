@@ -96,6 +96,16 @@ def test_it_goes_on_while_somebody_asks(
     client.delete(f"/api/v1/runs/{arrived}")
 
 
+def test_short_work_does_not_wait_for_it(client: httpx.Client, heavy: bytes) -> None:
+    """While many runs are brought in the server is ready, and the rest waits for its turn."""
+    begun = [send(client, heavy) for _ in range(6)]
+    assert client.get("/readyz", timeout=20).status_code == 200
+    states = [asked(client, each) for each in begun]
+    assert sum(each["total"] == 0 for each in states) >= 3
+    for each in begun:
+        client.delete(f"/api/v1/jobs/{each['id']}")
+
+
 def test_why_it_failed_can_be_asked(
     server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:

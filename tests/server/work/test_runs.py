@@ -70,6 +70,18 @@ def test_saved_and_listed(client: httpx.Client) -> None:
         error_of(client.get(f"/api/v1/runs/{run['id']}{path}"), 404)
 
 
+def test_opened_again(client: httpx.Client) -> None:
+    """A saved run opens where it was saved, with its bookmarks and the same numbers."""
+    run = made(client)
+    answer = client.post(f"/api/v1/runs/{run['id']}/open")
+    assert answer.status_code == 201, answer.text
+    session = answer.json()
+    assert (session["position"], session["computed"], session["tracker"]) == (30, 39, "apf")
+    assert session["bookmarks"][0]["note"] == "here"
+    again = save(client, session["id"])
+    assert again["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
+
+
 def test_downloaded_and_replayed(client: httpx.Client, tmp_path: Path) -> None:
     """A downloaded run replays in the library to the same numbers."""
     run = made(client)
