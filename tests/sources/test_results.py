@@ -1,7 +1,6 @@
 """Results of trackers: each form is known by its content, read to the pixel, and written so that it is read again."""
 
 import json
-import math
 import time
 from pathlib import Path
 

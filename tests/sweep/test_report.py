@@ -25,7 +25,7 @@ from pftrack.core.refusal import ConflictError
 from pftrack.experiments import EXPERIMENTS
 from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
 from pftrack.sweep.axis import Axis, SweepError
-from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples, significance
+from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples
 from pftrack.sweep.report.files import Report, curves, export_result, figures, page, scale_of, write_report
 from pftrack.sweep.report.study import Study, number, tables
 
