@@ -194,7 +194,7 @@ class TestLooking:
         assert shown["test"] == "mcnemar"
         names = ["untested", "none", "first", "second"]
         assert shown["verdict"] == [names[code] for code in expected.codes.ravel()]
-        assert shown["difference"] == pytest.approx(expected.effect.ravel().tolist(), abs=1e-5)
+        assert shown["difference"] == pytest.approx(compared.difference.ravel().tolist(), abs=1e-5)
         by_error = client.get(f"{url}/cells", params={**query, "measure": "error"}).json()["comparison"]
         assert by_error["test"] == "signed-rank"
         earlier = client.get(f"{url}/cells", params={**query, "test": "chi-square"}).json()["comparison"]
