@@ -407,8 +407,9 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
 
     A box holds background in its corners, which differs from place to place, so the middle of the window is weighed
     more, and colours less that are around the target as well; what has an upper and a lower end is counted in parts;
-    edges count beside colours as far as they separate the target in the first picture; and real targets and cameras
-    move and turn faster than simulated ones. These are starting values: every parameter but the window's is live.
+    edges count beside colours as far as they separate the target in the first picture; what is gone may come back
+    elsewhere; and real targets and cameras move and turn faster than simulated ones. These are starting values: every
+    parameter but the window's is live.
 
     Args:
         sequence: The pictures.
@@ -437,7 +438,7 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
     )
     middle = np.array([box[0] + (box[2] - 1.0) / 2.0, box[1] + (box[3] - 1.0) / 2.0])
     share = round(20.0 * separating_share(picture, middle, parameters)) / 20.0
-    parameters = revise(parameters, {"cells_share": share})
+    parameters = revise(parameters, {"cells_share": share, "search_share": 0.1})
     source = RecordingSource(sequence, box, start, truth.at if truth else None)
     return Setup(lambda _seed, _parameters: source, parameters, success="inside_share", beside=look_beside)
 

@@ -75,6 +75,9 @@ class HistogramState(PointState):
         learned: The description of the window in cells; None while they do not count.
         likeness: rho of the window at the estimate.
         missed: Number of consecutive frames in which that was too low.
+        usual: Usual score of the window at the estimate, 1 + log p(z | x) / lambda.
+        doubted: Number of consecutive frames in which the target may have been gone; see `GONE`.
+        sure_size: Logarithm of the window's size before that.
         searching: Whether the target is lost, and searched; None while that is never done.
     """
 
@@ -89,6 +92,9 @@ class HistogramState(PointState):
     learned: cells.Cells | None = None
     likeness: float = 1.0
     missed: int = 0
+    usual: float = 1.0
+    doubted: int = 0
+    sure_size: float = 0.0
     searching: bool | None = None
 
     @property
@@ -247,8 +253,8 @@ def judge(
 
 def teach(state: HistogramState, image_rgb: NDArray[np.uint8]) -> cells.Cells | None:
     """Return what is known in cells once they were seen at the estimate; what hides the target teaches nothing."""
-    if state.learned is None:
-        return None
+    if state.learned is None or state.doubted:
+        return state.learned
     half = half_sides(state.look, state.scale)
     if cells.score(state.learned, image_rgb, state.estimate, half, cells.HERE)[0] < LEAST_SCORE:
         return state.learned
@@ -364,6 +370,11 @@ def _motion(parameters: HistogramTrackerParameters) -> Motion:
 
 STEPS_A_WINDOW = 6
 """Number of places examined along each side of a window."""
+GONE, BACK, GONE_FRAMES, USUAL_RATE = 0.5, 0.85, 2, 0.05
+"""Shares of the usual score below which the target may be gone, and from which on it is back; number of frames before a
+search, and between two; rate at which the usual score changes."""
+COARSE_STEPS, MOST_PLACES = 3, 1000
+"""Number of places that such a search examines along the shorter side of a window, and in a picture at most."""
 
 
 def mark(target: Target, frame: Frame, parameters: HistogramTrackerParameters, posterior: Gaussian) -> HistogramState:
@@ -395,7 +406,34 @@ class ColouredWindow(LoopModel):
         state = with_model(state, parameters)
         if (state.learned is None) is (parameters.cells_share > 0.0):
             state = replace(state, learned=first_cells(state.look) if parameters.cells_share > 0.0 else None)
-        return follow_camera(state, frame.picture, parameters)
+        return self._look_elsewhere(follow_camera(state, frame.picture, parameters), frame, parameters)
+
+    def _look_elsewhere(
+        self, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters
+    ) -> HistogramState:
+        """Return the state with a share of the particles at the likeliest places of the whole picture, while in doubt.
+
+        The prior is then a mixture: with that share the target may have come from anywhere.
+        """
+        particles, share = state.particles, parameters.search_share
+        if particles is None or share == 0.0 or state.doubted < GONE_FRAMES or state.doubted % GONE_FRAMES:
+            return state
+        height, width = frame.picture.shape[:2]
+        side = min(state.first_window.size_px) * float(exponential(state.sure_size))
+        step = max(side / COARSE_STEPS, float(np.sqrt(width * height / MOST_PLACES)))
+        columns, rows = np.arange(step / 2.0, width, step), np.arange(step / 2.0, height, step)
+        places = np.zeros((len(columns) * len(rows), DIMENSION))
+        places[:, :2] = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+        places[:, SIZE] = state.sure_size
+        best = np.argsort(-self.log_likelihood(places, frame, parameters, state), kind="stable")
+        every = round(1.0 / share)
+        chosen = np.arange(every // 2, len(particles), every)[: len(best)]
+        states, log_weights = particles.states.copy(order="F"), particles.log_weights.copy()
+        states[chosen] = places[best[: len(chosen)]]
+        log_weights[chosen] = -np.inf
+        log_weights = normalise(log_weights)[0] + float(logarithm(1.0 - len(chosen) / len(particles)))
+        log_weights[chosen] = -float(logarithm(len(particles)))
+        return replace(state, particles=replace(particles, states=states, log_weights=log_weights))
 
     @override
     def propagate(
@@ -418,7 +456,8 @@ class ColouredWindow(LoopModel):
     @override
     def pauses(self, parameters: HistogramTrackerParameters) -> bool:
         renewed = parameters.renewal_rate > 0.0 or parameters.cells_share > 0.0
-        return parameters.follow_size or parameters.follow_camera or parameters.find_again or renewed
+        sought = parameters.find_again or parameters.search_share > 0.0
+        return parameters.follow_size or parameters.follow_camera or sought or renewed
 
     @override
     def pack(self, known: HistogramState, parameters: HistogramTrackerParameters) -> Packed:
@@ -493,7 +532,19 @@ class ColouredWindow(LoopModel):
             switched=update.switched,
             alert=known.alert if update.alert is None else update.alert,
         )
-        return judge(believed, frame.picture, parameters)
+        return judge(self._doubt(believed, frame, parameters), frame.picture, parameters)
+
+    def _doubt(self, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters) -> HistogramState:
+        """Return the state after comparing the score at the estimate with the usual one."""
+        if parameters.search_share == 0.0 or parameters.sharpness == 0.0:
+            return replace(state, doubted=0)
+        mean = state.posterior.mean
+        (found,) = self.log_likelihood(mean[None], frame, parameters, state).tolist()
+        score = 1.0 + found / parameters.sharpness
+        if not score >= (BACK if state.doubted >= GONE_FRAMES else GONE) * state.usual:
+            return replace(state, doubted=state.doubted + 1)
+        usual = state.usual + USUAL_RATE * (score - state.usual)
+        return replace(state, doubted=0, usual=usual, sure_size=float(mean[SIZE]))
 
     @override
     def search(

@@ -121,6 +121,8 @@ class _Loss(Parameters, group=LOSS):
     """Number of consecutive missed frames after which the target counts as lost."""
     found_likeness: float = parameter(0.85, "Found above", within=(0, 1, 0.01))
     """Likeness rho from which on a place in the picture is taken for the lost target."""
+    search_share: float = parameter(0, "Search share", within=(0, 0.5, 0.05), trackers=PARTICLE)
+    """Share of the particles at the likeliest places of the whole picture while the target seems gone."""
     renewal_rate: float = parameter(0, "Renewal", within=(0, 1, 0.01), useful=(0, 0.2))
     """Share of the model that a frame replaces by what is seen at the estimate; 0 keeps the first look for ever."""
     renewal_likeness: float = parameter(0.85, "Renew above", within=(0, 1, 0.01))

@@ -123,6 +123,22 @@ def test_a_grey_target_is_followed_by_its_edges() -> None:
     assert overlaps[True] < overlaps[False] - 0.1
 
 
+def test_a_target_that_comes_back_elsewhere_is_found() -> None:
+    """While the window is unlike the target some particles look all over the picture; without them it stays lost."""
+    shown, truth = [], {}
+    for index in range(24):
+        picture = np.full((120, 200, 3), 110, np.uint8)
+        if not 8 <= index < 12:
+            x, y = (20 + 2 * index, 30) if index < 8 else (160, 80)
+            picture[y : y + 15, x : x + 15] = (200, 50, 50)
+            truth[index] = (float(x), float(y), 15.0, 15.0)
+        shown.append(picture)
+    setup = HISTOGRAM.video.on_video(Pictures(shown), Box.of(20, 30, 15, 15), truth=TruthTable(truth))
+    for values, found in (({}, 1.0), ({"search_share": 0.0}, 0.0)):
+        ((run,),) = outcomes(HISTOGRAM, setup, values=values, trackers=["condensation"], seeds=[1], frames=24)
+        assert run.measures["held_at_end"] == found
+
+
 def test_cells_begin_with_the_first_look_and_do_not_learn_what_hides_it() -> None:
     """Switched on in mid-run they are those of the first picture; where they score too little nothing is learned."""
     pictures = textured(grey=True)
