@@ -7,8 +7,7 @@ A *case* is a number, from which all else is drawn: an experiment, a tracker, a 
 flaw: a parameter of any role with a value anywhere in its range, or pictures that are noisy, in another light, blank,
 frozen or left out. What is lost with the flaw and holds without it, on the same seed, was lost because of it. Which
 answers are right follows from what was changed (`diagnosis_flaws.yaml`) and not from how the run looks; where that
-names no cause, only *unclear* is right. Half of the cases, by a hash of their number, are kept
-aside: no rule is made on them.
+names no cause, only *unclear* is right. Rules were made on the cases before `FIRST`, which do not count.
 
 Each run is told twice: with the truth, and as on a recording without any truth. Somebody asks then about the frame in
 which it is lost, and there is nothing to go by but the frames and what the tracker itself computes.
@@ -22,7 +21,6 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
 from textwrap import fill
 from typing import Any, NamedTuple, TypeAlias
@@ -49,7 +47,6 @@ from pftrack.runs.run import Run
 from tools.reproduction import ROOT, fill_page, table
 
 __all__ = [
-    "CASES",
     "DATA",
     "OPEN_SET",
     "PICTURES",
@@ -61,6 +58,7 @@ __all__ = [
     "judge_case",
     "meanings",
     "measure",
+    "numbers",
     "open_set",
     "pages",
     "read_judged",
@@ -79,8 +77,10 @@ AROUND = 10, 20
 """Frames at the end in which a run must hold, and share of all that it may lose before; and so many frames before and
 after one must it hold that is asked about it."""
 
-CASES = 2108
-"""Cases of the study."""
+FIRST, LAST, LAST_SLOW = 2108, 2764, 2146
+"""The first case that no rule was made on, the one after the last of the study, and the same of slow experiments."""
+SLOW = {"fish", "trajectories", "head", "structure"}
+"""Experiments with fewer cases, since their runs cost more."""
 PIECE = 92
 """Cases after which those that came are written."""
 SHARES = {"ball": 20, "histogram": 10, "linkage": 10, "prism": 10, "sine": 6}
@@ -98,7 +98,7 @@ SCENES = {"scene_number", "person", "tank_number", "body_seed"}
 """Parameters that say which scene of a kind it is: drawn for each case."""
 NEW = frozenset(tuple(CAUSES)[11:-1])
 """Causes that were added for this study: what they are right for was outside the list before."""
-HALVES, WAYS = ("kept aside", "for the rules"), ("with the truth", "without the truth")
+WAYS = ("with the truth", "without the truth")
 
 
 @with_config(CLOSED)
@@ -172,8 +172,7 @@ class Case:
 def draw(number: int) -> Case:
     """Return a case."""
     chances = Stream(number, 0, Purpose.SCENE)
-    round_of = [name for name in EXPERIMENTS.own for _ in range(SHARES.get(name, 1))]
-    experiment = find(round_of[number % len(round_of)])
+    experiment = find(_experiment_of(number))
     setup = experiment.simulate()
     declared = declarations(type(setup.parameters))
     left = {name for meaning in meanings() for name in meaning.left}
@@ -193,6 +192,16 @@ def draw(number: int) -> Case:
     it = _one([each for each in declared if each.name not in left and _is_turned(each, tracker)], chances)
     before = flat(parameters)[it.name]
     return Case(number, base, it.name, before, _draw(it, before, chances), at if it.live else 0)
+
+
+def numbers() -> list[int]:
+    """Return the cases of the study."""
+    return [each for each in range(FIRST, LAST) if each < LAST_SLOW or _experiment_of(each) not in SLOW]
+
+
+def _experiment_of(number: int) -> str:
+    round_of = [name for name in EXPERIMENTS.own for _ in range(SHARES.get(name, 1))]
+    return round_of[number % len(round_of)]
 
 
 def _is_turned(it: Declaration, tracker: str) -> bool:
@@ -328,11 +337,6 @@ Judged: TypeAlias = Mapping[int, Judgement | None]
 """What is said of cases, by their number; None of one that is not lost by its flaw."""
 
 
-def is_kept_aside(number: int) -> bool:
-    """Return whether no rule is made on a case."""
-    return bool(sha256(str(number).encode()).digest()[0] % 2)
-
-
 def read_judged(path: Path = DATA) -> dict[int, Judgement | None]:
     """Return the stored cases."""
     lines = path.read_text("utf-8").splitlines() if path.exists() else []
@@ -377,9 +381,9 @@ SHOWN = {
 }
 
 
-def figures_of(judged: Judged, way: str, half: str) -> Figures:
-    """Return what comes of the cases of a half that are lost by their flaw, told in one of the ways."""
-    mine = [said for number, said in judged.items() if said and is_kept_aside(number) == (half == HALVES[0])]
+def figures_of(judged: Judged, way: str) -> Figures:
+    """Return what comes of the cases that are lost by their flaw, told in one of the ways."""
+    mine = [said for said in judged.values() if said]
     aided = way == WAYS[0]
     told = [(said.right, said.aided if aided else said.unaided) for said in mine]
     calm = [said.calm_aided if aided else said.calm_unaided for said in mine if said.calm_aided is not None]
@@ -401,28 +405,26 @@ def _share(holds: Sequence[bool | None]) -> float:
 
 def pages(judged: Judged) -> dict[Path, dict[str, str]]:
     """Return the generated parts of pages by name: shares, those of each cause, and the same in short."""
-    found = {(way, half): figures_of(judged, way, half) for half in HALVES for way in WAYS}
+    found = {way: figures_of(judged, way) for way in WAYS}
+    cases = found[WAYS[0]].cases
     shares = [
         (title, *(f"{getattr(figures, name):.0%}" for figures in found.values())) for name, title in SHOWN.items()
     ]
-    aside = {way: found[way, HALVES[0]] for way in WAYS}
     causes = [
-        (title, *("{1} of {0}".format(*it.causes[cause]) if cause in it.causes else "" for it in aside.values()))
+        (title, *("{1} of {0}".format(*it.causes[cause]) if cause in it.causes else "" for it in found.values()))
         for cause, title in CAUSES.items()
     ]
-    runs = ", ".join(f"{found[WAYS[0], half].cases} {half}" for half in HALVES)
     right, outside, alarms = (
-        " and ".join(f"{getattr(figures, name):.0%} {way}" for way, figures in aside.items())
+        " and ".join(f"{getattr(figures, name):.0%} {way}" for way, figures in found.items())
         for name in ("right", "outside", "alarms")
     )
     told = (
-        f"In {aside[WAYS[0]].cases} lost runs kept aside, with flaws of any kind, a named cause was right in "
-        f"{right}. Where the flaw was outside the list, the answer was *unclear* or right in {outside}. Runs that held "
-        f"got a cause in {alarms}."
+        f"In {cases} lost runs kept aside, with flaws of any kind, a named cause was right in {right}. Where the flaw "
+        f"was outside the list, the answer was *unclear* or right in {outside}. Runs that held got a cause in {alarms}."
     )
     return {
         PAGE: {
-            "diagnosis": f"Lost runs: {runs}.\n\n{table(('', *map(', '.join, found)), shares)}",
+            "diagnosis": f"Lost runs kept aside: {cases} of {len(judged)}.\n\n{table(('', *WAYS), shares)}",
             "diagnosis by cause": table(("diagnosed as", *WAYS), [row for row in causes if any(row[1:])]),
         },
         WHY: {"diagnosis in short": fill(told, 140)},
@@ -431,9 +433,8 @@ def pages(judged: Judged) -> dict[Path, dict[str, str]]:
 
 def open_set(judged: Judged) -> str:
     """Return the file of what the library says of its diagnosis."""
-    aside = {way: figures_of(judged, way, HALVES[0]) for way in WAYS}
-    shares = "".join(f'"{way}" = {figures.right:.3f}\n' for way, figures in aside.items())
-    return f"cases = {aside[WAYS[0]].cases}\n{shares}"
+    shares = "".join(f'"{way}" = {figures_of(judged, way).right:.3f}\n' for way in WAYS)
+    return f"cases = {sum(said is not None for said in judged.values())}\n{shares}"
 
 
 class Played(NamedTuple):
@@ -509,7 +510,7 @@ def main() -> None:
     command, *jobs = sys.argv[1:] or ["table"]
     if command == "measure":
         with Pool(int(jobs[0]) if jobs else 1) as pool:
-            measure(pool, range(CASES))
+            measure(pool, numbers())
     else:
         judged = read_judged()
         for page, texts in pages(judged).items():

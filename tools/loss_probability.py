@@ -67,7 +67,7 @@ COLUMNS = {
     "Brier score (": "Brier score",
     "Brier score of": "of the share alone",
     "area": "area under ROC",
-    "share of the losses": "losses detected",
+    "share of the reported": "losses detected",
     "frames until": "frames until half are detected",
 }
 """Columns of the table: the beginning of a finding's result, and the title."""

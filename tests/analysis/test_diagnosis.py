@@ -8,8 +8,8 @@ import pytest
 
 import pftrack
 from pftrack.analysis.diagnosis import OPEN_SET, Diagnosis, diagnose, diagnose_course
-from pftrack.analysis.diagnosis.course import Course, course_of
-from pftrack.analysis.diagnosis.rules import wrong_find
+from pftrack.analysis.diagnosis.course import Course, course_of, sign
+from pftrack.analysis.diagnosis.rules import mirror_image, wrong_find
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Change, Recipe
@@ -171,6 +171,8 @@ def test_what_fits_worse_and_worse_is_left_behind_and_not_taken_for_another() ->
     fits = [0.9 - 0.03 * min(frame, 20) for frame in range(40)]
     rows = told(list(PLACES), fits, [0.5] * 40)
     off = [replace(row, error=60.0 if row.frame >= 20 else 1.0, lost=row.frame >= 20) for row in rows]
+    assert not diagnose_course(course_of(off, CLOUD, unit="px")).signs  # the estimate goes as far as the target
+    off = [row if row.frame < 14 else replace(row, estimate=rows[14].estimate) for row in off]
     found = diagnose_course(course_of(off, CLOUD, unit="px"))
     assert [sign.cause for sign in found.signs] == ["wrong-dynamics"]
     assert "in full sight" not in found.signs[0].words
@@ -178,13 +180,39 @@ def test_what_fits_worse_and_worse_is_left_behind_and_not_taken_for_another() ->
     assert "in full sight" in diagnose_course(course_of(known, CLOUD, unit="px")).signs[0].words
 
 
-@pytest.mark.parametrize(("share", "cause"), [(0.6, "overconfident-weights"), (0.99, "unclear")])
-def test_weights_are_judged_where_nothing_is_seen(share: float, cause: CauseId) -> None:
-    """Half covered it is told from the rest; where all of it is gone, weights that prefer places are too sharp."""
+@pytest.mark.parametrize(
+    ("share", "hidden", "cause"),
+    [
+        (0.6, True, "overconfident-weights"),
+        (0.99, True, "occlusion-longer-than-memory"),
+        (0.6, False, "unclear"),
+        (0.6, None, "unclear"),
+    ],
+)
+def test_weights_are_judged_where_the_target_is_hidden(share: float, hidden: bool | None, cause: CauseId) -> None:
+    """Half covered it is told from the rest; where it is known that all is gone, preferring places is too sharp."""
     fits = [0.95] * 20 + [0.8, 0.7, 0.6] + [0.4] * 17
     shares = [0.5] * 20 + [0.7, 0.8, 0.9] + [share] * 17
     rows = blinded(told(list(PLACES), fits, shares))
+    rows = [replace(row, hidden=hidden and row.frame >= 23) for row in rows]
     assert diagnose_course(course_of(rows, CLOUD, unit="px"), 26).cause == cause
+
+
+def test_what_pictures_show_explains_what_a_filter_showed_before() -> None:
+    """Few particles since the first frame are no news when the pictures go blank; what comes after them is told."""
+    few, blank = sign("too-few-particles", 0, 1.0, count=9, ess=9), sign("blank-pictures", 5, 1.0, contrast=0, before=9)
+    course = course_of([replace(row, lost=row.frame > 5) for row in PLACES], CLOUD, unit="px")
+    found = diagnose_course(course, rules=[lambda _: few, lambda _: blank])
+    assert [each.cause for each in found.signs] == ["nothing-to-measure"]
+
+
+@pytest.mark.parametrize(("every", "mirrors"), [(1, True), (2, False)])
+def test_a_mirror_image_is_followed_and_not_met_now_and_then(every: int, mirrors: bool) -> None:
+    """Any great error is nearer to the image in some frames."""
+    rows = told([replace(row, lost=row.frame > 20) for row in PLACES], [0.9] * 40, [0.5] * 40)
+    mirrored = (np.arange(40) > 20) & (np.arange(40) % every == 0)
+    course = replace(course_of(rows, CLOUD, unit="px"), mirrored=mirrored.astype(np.float64))
+    assert (diagnose_course(course, rules=[mirror_image]).cause == "mirror-pose") is mirrors
 
 
 def test_an_estimate_comes_to_the_edge_a_little_later_than_the_target() -> None:

@@ -47,6 +47,11 @@ LEAD_IN, LEAD_OUT = 12, 12
 DOUBT = 3
 """Without truth, a person may ask about a frame up to so many frames before the loss."""
 
+OF_PICTURES: frozenset[CauseId] = frozenset(
+    {"nothing-to-measure", "noisy-picture", "changed-look", "target-not-in-the-picture"}
+)
+"""Causes that are seen in pictures or measurements, whatever the filter."""
+
 BY_WITNESS: dict[Witness, str] = {
     "truth": "Lost in frame {frame}",
     "tracker": "Lost in frame {frame} by its own account",
@@ -176,6 +181,9 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
         # What is where it is believed to be has not been lost, whatever it went through.
         held = bool(np.isfinite(course.error[at])) and not moment.is_off
         found = [sign for sign in found if sign.since <= last and not held]
+    # What happens to all pictures explains what a filter shows at the time, and not the other way round.
+    seen = [sign.since for sign in found if sign.cause in OF_PICTURES]
+    found = [sign for sign in found if sign.cause in OF_PICTURES or not seen or sign.since > min(seen)]
     ordered = sorted(found, key=lambda sign: sign.since)
     signs = tuple(replace(sign, unit=course.unit, evidence=_evidence(course, sign, at)) for sign in ordered)
     return Diagnosis(at, bool(course.lost[at]), loss.witnesses[at], signs, loss.first_lost_frame)

@@ -303,7 +303,18 @@ class Moment:
     def is_gaussian(self) -> bool:
         """Whether the belief is one without particles whose evidence is that of an innovation."""
         course = self.course
-        return not any(np.isfinite(column).any() for column in (course.particles, course.likeness, course.misfit))
+        others = (course.particles, course.likeness, course.misfit)
+        return bool(np.isfinite(course.evidence).any()) and not any(np.isfinite(column).any() for column in others)
+
+    @property
+    def by_likeness(self) -> bool:
+        """Whether what is believed is told by a likeness, and not by an evidence."""
+        return self.course.fit is self.course.likeness
+
+    @property
+    def least_fall(self) -> float:
+        """By how much a fit falls, at least, where it is low."""
+        return LEAST_FALL[self.by_likeness]
 
     @property
     def knows_truth(self) -> bool:
@@ -329,10 +340,9 @@ class Moment:
         if not self.knows_truth and len(fits) < FEWEST:
             return math.nan  # nothing is usual yet
         scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= FEWEST else 0.0
-        by_likeness = self.course.fit is self.course.likeness
-        low = self.usual_fit - max(SCATTERS * scatter, LEAST_FALL[by_likeness])
+        low = self.usual_fit - max(SCATTERS * scatter, self.least_fall)
         # What is lost slowly fits worse and worse, which is no scatter of a good fit.
-        return max(low, LOWEST * self.usual_fit) if by_likeness else low
+        return max(low, LOWEST * self.usual_fit) if self.by_likeness else low
 
     @cached_property
     def unseen(self) -> Flags:
@@ -380,7 +390,7 @@ class Moment:
     @property
     def by_features(self) -> bool:
         """Whether the estimate is no place, but a pose that is told by the likeness of features."""
-        return self.course.fit is self.course.likeness and not self.is_place
+        return self.by_likeness and not self.is_place
 
     @property
     def fits_after(self) -> bool:
@@ -401,12 +411,6 @@ class Moment:
         later = self.off[self.after]
         known = bool(np.isfinite(self.course.error[self.frame]))
         return known and bool(self.course.lost[self.frame] or np.count_nonzero(later) > len(later) / 2)
-
-    @cached_property
-    def good_fit(self) -> float:
-        """Fit that three of four usual frames reach: what fits less does not fit as well as the target did."""
-        fits = self.course.fit[self.usual & np.isfinite(self.course.fit)]
-        return float(np.quantile(fits, 0.25)) if len(fits) else np.nan
 
     @property
     def before(self) -> slice:

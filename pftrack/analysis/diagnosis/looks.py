@@ -19,6 +19,9 @@ NOISY = 16.0
 """and grey levels of noise that are much from the first frame on."""
 JUMPS = 3.0
 """Times the second differences of measured numbers before, where they became noisy."""
+TURNS = 0.4
+"""Share of the steps of measured numbers, at least, that go back on the step before, where noise makes them: of white
+noise it is two thirds."""
 LIGHTER, RECOLOURED = 0.35, 30.0
 """Binary logarithm of the ratio of mean grey levels, and grey levels by which a colour is more, in another light."""
 FADED, DULLED = 0.03, 0.5
@@ -60,12 +63,15 @@ def noisy_numbers(moment: Moment) -> Sign | None:
     if not np.isfinite(jumps[-LASTS:]).all():
         return None  # nothing is measured, which is another matter
     levels = [(middle(jumps[:at]), middle(jumps[at:])) for at in range(2 * LASTS, len(jumps) - LASTS + 1)]
-    ratios = [after / before for before, after in levels]
+    ratios = np.array([after / before for before, after in levels])
     if not np.nanmax(ratios, initial=0.0) > JUMPS:
         return None
     at = int(np.nanargmax(ratios))
     before, after = levels[at]
     begun = at + int(np.argmax(jumps[at:] > JUMPS * before))  # the median answers a little late
+    steps = np.diff(np.array(rows[at:]), axis=0)
+    if np.mean(steps[1:] * steps[:-1] < 0.0) < TURNS:
+        return None  # it only goes faster
     return sign("noisy-numbers", first + begun + 2, 0.7, jump=after, before=before)
 
 
@@ -133,15 +139,16 @@ def same_picture(moment: Moment) -> Sign | None:
         return None
     still = slice(since + 1, frame + 1)
     # Behind something, or beyond the edge, the picture is the same as well, but then nothing of the target is seen.
-    moved = (course.true_step[still] > 0.0) & (course.hidden[still] == 0.0) & (course.outside[still] != 1.0)
+    moved = (course.true_step[still] > 0.0) & (course.hidden[still] != 1.0) & (course.outside[still] != 1.0)
     seen = moved.any() if moment.knows_truth else moment.fits_after or not np.isfinite(course.fit).any()
     return sign("same-picture", since + 1, 0.9, count=frame - since) if seen else None
 
 
 def says_nothing(moment: Moment) -> Sign | None:
-    """Ask whether the weights were all the same from the first frame on, while the target was among the particles."""
-    course, first = moment.course, slice(1, 1 + LASTS)
-    among = course.error[first] <= 2.0 * course.deviation[first]
-    if (course.hidden[first] == 1.0).any() or not (among.all() and middle(course.ess_share[first]) >= EQUAL):
+    """Ask whether the weights were all the same up to the loss, while the target was among the particles."""
+    course, until = moment.course, slice(1, moment.frame)
+    shares = course.ess_share[until]
+    among = course.error[until] <= 2.0 * course.deviation[until]
+    if moment.frame <= FOLLOWING or (course.hidden[until] == 1.0).any() or not (among & (shares >= EQUAL)).all():
         return None
-    return sign("says-nothing", 1, 0.9, share=middle(course.ess_share[first]))
+    return sign("says-nothing", 1, 0.9, share=middle(shares))

@@ -38,6 +38,8 @@ JUMP = 1.8
 """Times its largest step before that a target goes in a frame where it jumps."""
 PASSING = 3
 """Frames, at most, in which a target passes the edge of the picture."""
+SLOWER = 0.75
+"""Of the way of a target that is left behind, what the estimate follows at most."""
 BRIEF = 3
 """Frames that are too few to be followed in, or to tell how a target moves."""
 
@@ -53,6 +55,8 @@ def beyond_the_picture(moment: Moment) -> Sign | None:
     # An estimate follows what it does not see, and comes to the edge a little later than the target.
     if not moment.knows_truth and blind is not None and since - PASSING <= blind < since:
         since = blind
+    if not moment.knows_truth and since > moment.frame:
+        return None  # what is lost may go anywhere
     return sign("beyond-the-picture", since, 1.0, frames=frames)
 
 
@@ -64,6 +68,8 @@ def out_of_sight(moment: Moment) -> Sign | None:
         return None
     begun = moment.since(hidden)
     length = _stretch(hidden, begun)
+    if not begun or length <= BRIEF:
+        return None  # it was never seen, or is back before a filter forgets
     back, usual = min(begun + length, len(course) - 1), middle(course.deviation[moment.usual])
     widest = course.deviation[back - 1]
     within = widest < GROWN * usual and course.error[back] <= WITHIN * widest
@@ -128,12 +134,15 @@ def left_behind(moment: Moment) -> Sign | None:
     sight = ~((course.hidden[near] == 1.0) | (course.outside[near] == 1.0)).any()
     mirrored = course.mirrored[moment.after] == 1.0  # then it is followed, as what looks the same
     jump = _first_jump(moment)
-    left = sight and not moment.fits_after
+    had_fit = np.nanmax(course.fit[moment.usual], initial=-np.inf) - middle(course.fit[moment.after])
+    left = sight and not moment.fits_after and had_fit >= moment.least_fall
     if not (moment.is_off and (left or jump)) or np.count_nonzero(mirrored) > len(mirrored) / 2:
         return None
     far = course.error > max(0.5 * course.error[moment.frame], WITHIN * middle(course.error[moment.usual]))
     since = jump or min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
     true, believed = _paces(course, since, moment.frame)
+    if not believed <= SLOWER * true:
+        return None  # the estimate runs away, and not the target
     # Of a clip nobody may have told what is hidden.
     in_sight = "left-behind-in-full-sight" if sight and np.isfinite(course.hidden[near]).all() else "left-behind"
     return sign(
@@ -249,12 +258,21 @@ def another_that_fits(moment: Moment) -> Sign | None:
     elsewhere = moment.off[after] & (course.hidden[after] != 1.0)
     fit, off = middle(course.fit[after][elsewhere]), middle(course.error[after][elsewhere])
     most = np.count_nonzero(elsewhere) > len(elsewhere) / 2
-    if not (moment.is_place and most and moment.fits_after and fit >= moment.good_fit):
+    # What drifts off a little, or looks for something else, stays near, or finds what fits no better than its place.
+    away = course.error[after][-1] >= GOES_AWAY * course.error[moment.frame]
+    better = fit - moment.usual_fit >= BETTER[moment.by_likeness]
+    anywhere = middle(course.ess_share[after]) >= OPINIONATED
+    if not (moment.is_place and most and moment.fits_after and away and better) or anywhere:
         return None
     return sign("another-that-fits", moment.frame, 0.9, fit=fit, usual=moment.usual_fit, off=off)
 
 
-FEW = 50
+GOES_AWAY = 1.5
+"""Times the error at the loss that it has grown to, at least, a little later, where something else is followed."""
+BETTER = {True: -0.04, False: 0.25}
+"""By how much it fits better than the target had, at least: by a likeness, 0..1, and by a log evidence."""
+
+FEW = 45
 """Particles, at most, that are few in themselves,"""
 FEW_EFFECTIVE = 25.0
 """and how many of them carry the weight at the most."""
@@ -269,7 +287,9 @@ UNDECIDED = 0.6
 OPINIONATED = 0.92
 """ESS over the particles below which weights prefer some of them, where nothing of the target is seen."""
 GROWN = 3.0
-"""Times its usual value that a deviation is greater where a cloud is no longer held together."""
+"""Times its usual value that a deviation is greater where a cloud is no longer held together,"""
+SCATTERED = 9.0
+"""and times its first where nothing ever held it together: what is only spread wide grows less."""
 BEGINNING = slice(1, 2)
 """The first frames, in which a cloud is still as it was placed."""
 WITHIN = 2.0
@@ -305,28 +325,18 @@ def alike_particles(moment: Moment) -> Sign | None:
 
 
 def sure_of_nothing(moment: Moment) -> Sign | None:
-    """Ask whether weights prefer some particles where nothing of the target is seen."""
-    course = moment.course
+    """Ask whether weights prefer some particles where the target is known to be hidden, and nothing of it is seen."""
+    course, frame = moment.course, moment.frame
     blind = moment.unseen & ~(course.outside == 1.0)
-    hides = course.hidden[moment.near] == 1.0
-    # What is only half covered is still told from the rest, and rightly: where it is known, all of it must be hidden.
-    window, nothing = (moment.near, blind & (course.hidden == 1.0)) if hides.any() else (moment.around, blind)
-    if not np.isfinite(course.hidden[moment.near]).any():
-        # What is in sight by half is told from the rest as well; only where all of it is gone the fit is at its lowest.
-        window, nothing = moment.near, blind & moment.at_floor
-    share = middle(course.ess_share[window][nothing[window]])
-    if not (share < OPINIONATED and np.count_nonzero(nothing[window]) >= 3):
+    # What is half covered is still told from the rest, and rightly: all of it must be hidden, and be so at the loss.
+    hidden = course.hidden == 1.0
+    share = middle(course.ess_share[moment.near][(blind & hidden)[moment.near]])
+    if not (share < OPINIONATED and np.count_nonzero((blind & hidden)[moment.near]) >= BRIEF):
         return None
     # The features of a pose are weighed one by one, and most of them hold even where one is hidden.
-    if not moment.is_place or (moment.leaves_cloud and not hides.any()):
+    if not moment.is_place or not hidden[max(frame - BRIEF, 0) : frame + 1].any():
         return None
-    begun = moment.goes_blind or moment.frame
-    grown = middle(course.deviation[begun : begun + FOLLOWING]) / middle(course.deviation[moment.usual])
-    # Where it is in sight, the particles are elsewhere, and which of them is the least wrong says nothing of weights.
-    if not hides.any() if np.isfinite(course.hidden[moment.near]).any() else not grown < GROWN:
-        return None
-    since = moment.since(blind)
-    return sign("sure-of-nothing", since, min(1.0, 2 * (1.0 - share)), share=share)
+    return sign("sure-of-nothing", moment.since(blind), min(1.0, 2 * (1.0 - share)), share=share)
 
 
 def everything_fits(moment: Moment) -> Sign | None:
@@ -340,7 +350,7 @@ def everything_fits(moment: Moment) -> Sign | None:
         return None
     always = middle(course.deviation[moment.usual]) >= GROWN * middle(course.deviation[BEGINNING])
     within = off < WITHIN * deviation if moment.knows_truth else always
-    if not (min(shares) >= UNDECIDED and moment.fits_after and grown >= GROWN and within):
+    if not (min(shares) >= UNDECIDED and moment.fits_after and grown >= SCATTERED and within):
         return None
     since = moment.since(course.ess_share >= UNDECIDED)
     return sign("everything-fits", since, min(1.0, grown / 10), share=shares[1], grown=grown)
@@ -348,6 +358,8 @@ def everything_fits(moment: Moment) -> Sign | None:
 
 TOO_SURE, DOUBTFUL = 3.0, 2.0
 """Times the stated deviation that an error exceeds where a belief is too sure, and where it begins to be."""
+BROKEN = 30.0
+"""Times the same that no belief is off which only shrank."""
 STANDING = 0.01
 """Of the stated deviation that a target goes in a frame where it stands still."""
 
@@ -356,7 +368,7 @@ def same_again(moment: Moment) -> Sign | None:
     """Ask whether a filter without particles takes each picture of a target that stands still for news."""
     course = moment.course
     moves = middle(course.true_step[1 : moment.frame + 1])
-    if np.isfinite(course.particles).any() or not (moves < STANDING * middle(course.deviation[moment.usual])):
+    if not (moment.is_gaussian and moves < STANDING * middle(course.deviation[moment.usual])):
         return None
     near = course.excess[moment.near]
     # Where it is lost, that is said of the belief already; elsewhere some errors of a right filter are as great.
@@ -365,19 +377,21 @@ def same_again(moment: Moment) -> Sign | None:
     over = course.excess > DOUBTFUL
     since = min(moment.since(over), moment.frame)
     worst = float(np.nanmax(near))
+    if worst > BROKEN:
+        return None
     return sign("same-again", since, min(1.0, worst / 10), worst=worst)
 
 
 def too_sure(moment: Moment) -> Sign | None:
     """Ask whether a belief without particles states a deviation that its error belies."""
     course = moment.course
-    if not moment.is_gaussian:
-        return None
     over = course.excess > TOO_SURE
-    if not over[moment.around].any() or moment.fits_after:
+    if not (moment.is_gaussian and over[moment.around].any()) or moment.fits_after:
         return None
     since = moment.since(over)
     worst = float(np.nanmax(course.excess[moment.around]))
+    if since < BRIEF or worst > BROKEN:
+        return None  # it held at no time, or ceases at once to be about what is measured: nothing shrank
     return sign("too-sure", since, min(1.0, worst / 20), limit=TOO_SURE, worst=worst)
 
 
@@ -403,13 +417,15 @@ def refuted(moment: Moment) -> Sign | None:
 def mirror_image(moment: Moment) -> Sign | None:
     """Ask whether the estimate is the mirror image of the truth."""
     mirrored = moment.course.mirrored == 1.0
-    window = mirrored[moment.before.start : moment.frame + 2 * FOLLOWING]
-    if not window.any():
+    begun = moment.frame + int(np.argmax(mirrored[moment.frame : moment.frame + 2 * FOLLOWING]))
+    later = slice(begun, begun + FOLLOWING)
+    # Any great error is now and then nearer to the image; what follows it stays there, and fits as well as the target.
+    stays = np.count_nonzero(mirrored[later]) >= FOLLOWING - 1
+    if not (stays and middle(moment.course.fit[later]) >= moment.low_fit):
         return None
-    first = moment.before.start + int(np.argmax(window))
     # Near the pose at which both are one, neither is nearer: it is lost before that can be told.
     since = min(moment.since(mirrored), moment.frame)
-    return sign("mirror-image", since, 1.0, off=float(moment.course.error[first]))
+    return sign("mirror-image", since, 1.0, off=float(moment.course.error[begun]))
 
 
 RULES: tuple[Rule, ...] = (

@@ -228,7 +228,7 @@ def silhouette_of(
     else:
         told = _classify_pixels(image, settings)
     if settings.smoothing_px > 1:
-        told = np.asarray(cv2.medianBlur(told, settings.smoothing_px), np.uint8)
+        told = np.asarray(cv2.medianBlur(told, settings.smoothing_px | 1), np.uint8)  # its side is odd
     area = told.size
     count, labels, numbers, _ = cv2.connectedComponentsWithStats(told, connectivity=8)
     sizes = numbers[1:, cv2.CC_STAT_AREA]
