@@ -41,7 +41,7 @@ class Column:
     Attributes:
         name: Attribute of `Course`.
         title: What it is, a few words.
-        unit: Of its numbers; "run" for the run's own unit, empty for pure numbers.
+        unit: Unit of its numbers; "run" for the run's own unit, empty for pure numbers.
         is_flag: Whether it is 0 or 1 in each frame.
         origin: File and line.
     """
@@ -62,7 +62,7 @@ class Course:
     """A run of L frames in columns; NaN where a frame does not have the number.
 
     Attributes:
-        unit: Of estimates.
+        unit: Unit of estimates.
         estimates: (L, d).
         truths: (L, d).
         error: (L,) distance of the estimate from the truth.
@@ -157,9 +157,9 @@ def course_of(
     """Return the course of a run.
 
     Args:
-        rows: Of its frames, from 0 on, at least one.
+        rows: Rows of its frames, from 0 on, at least one.
         declared: Series that they may have.
-        unit: Of its estimates.
+        unit: Unit of its estimates.
         size: Width and height of the picture, px, where estimates are places in it.
         frame: The frame of a number, where it can be looked at again.
     """
@@ -256,7 +256,7 @@ SCATTERS = 3.0
 LEAST_FALL = {True: 0.12, False: 0.6}
 """and by at least so much: of a likeness, 0..1, and of a log evidence."""
 LOWEST = 2.0 / 3.0
-"""Of its usual value that a likeness has at the least where it is not low, however much it scatters."""
+"""Share of its usual value from which a likeness is not low, however much it scatters."""
 ENOUGH, FEWEST = 8, 4
 """So many usual frames show what is usual, and so many at the least make a scatter."""
 
@@ -266,7 +266,7 @@ FAR = 4.0
 """Times the usual error that an error is great."""
 
 EQUAL = 0.985
-"""Of particles whose weights are all the same, to the ESS over their number: nothing that is seen tells them apart."""
+"""ESS over the particles from which all weights are the same: nothing in the picture tells them apart."""
 FALLEN, RISEN, ALIKE = 0.8, 1.12, 0.9
 """Times the least ESS before that it falls to where few particles are better than the rest; times its usual value, and
 of the particles at the least, that it rises to where none is."""
@@ -341,7 +341,7 @@ class Moment:
             return math.nan  # nothing is usual yet
         scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= FEWEST else 0.0
         low = self.usual_fit - max(SCATTERS * scatter, self.least_fall)
-        # What is lost slowly fits worse and worse, which is no scatter of a good fit.
+        # What is lost slowly fits worse and worse, which is not the scatter of a good fit.
         return max(low, LOWEST * self.usual_fit) if self.by_likeness else low
 
     @cached_property
@@ -389,7 +389,7 @@ class Moment:
 
     @property
     def by_features(self) -> bool:
-        """Whether the estimate is no place, but a pose that is told by the likeness of features."""
+        """Whether the estimate is a pose, found by the likeness of features, and not a place."""
         return self.by_likeness and not self.is_place
 
     @property
@@ -465,7 +465,7 @@ class Kind:
     """A kind of sign that a cause is at work.
 
     Attributes:
-        name: Of the rule that finds it, or of one of the ways in which it does.
+        name: Name of the rule that finds it, or of one of its ways.
         cause: Which.
         text: A sentence with places for numbers; see signs.yaml.
         evidence: Names of the columns of the course that show it.
@@ -487,9 +487,9 @@ class Evidence:
     """A column of numbers in the frames around what it shows.
 
     Attributes:
-        name: Of the column.
+        name: Name of the column.
         title: What it is, a few words.
-        unit: Of its numbers; empty for pure ones.
+        unit: Unit of its numbers; empty for pure ones.
         first: Frame of the first number.
         values: A number a frame, None where there is none.
     """
@@ -510,7 +510,7 @@ class Sign:
         since: Frame since when.
         strength: How clearly, from 0 to 1.
         numbers: What was measured, by name.
-        unit: Of the run's estimates.
+        unit: Unit of the run's estimates.
         evidence: The numbers that show it.
     """
 

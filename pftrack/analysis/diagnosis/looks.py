@@ -25,7 +25,7 @@ noise it is two thirds."""
 LIGHTER, RECOLOURED = 0.35, 30.0
 """Binary logarithm of the ratio of mean grey levels, and grey levels by which a colour is more, in another light."""
 FADED, DULLED = 0.03, 0.5
-"""Of the contrast before, at most, where a picture shows nothing; of the sharpest edges, where it is blurred."""
+"""Largest share of the contrast before in an empty picture; of the sharpest edges in a blurred one."""
 LASTS = 3
 """Frames that what changed must last."""
 

@@ -26,7 +26,7 @@ OF_NOISE = 0.6745 * 6.0
 RARE = 0.0005
 """Share of the pixels that may have more of a colour than is said of a picture: a target may be small."""
 MOST_PIXELS = 300_000
-"""Of more pixels every other one is looked at, or fewer."""
+"""Pixels that are all looked at; in larger pictures every other one is, or fewer."""
 
 
 class Sight(NamedTuple):

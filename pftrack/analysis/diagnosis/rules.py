@@ -39,7 +39,7 @@ JUMP = 1.8
 PASSING = 3
 """Frames, at most, in which a target passes the edge of the picture."""
 SLOWER = 0.75
-"""Of the way of a target that is left behind, what the estimate follows at most."""
+"""Largest share of its way that the estimate follows a target that is left behind."""
 BRIEF = 3
 """Frames that are too few to be followed in, or to tell how a target moves."""
 
@@ -52,7 +52,7 @@ def beyond_the_picture(moment: Moment) -> Sign | None:
     since = moment.since(outside)
     frames = int(np.count_nonzero(outside[since:]))
     blind = moment.goes_blind
-    # An estimate follows what it does not see, and comes to the edge a little later than the target.
+    # An estimate follows what it does not see, and reaches the edge a little later than the target.
     if not moment.knows_truth and blind is not None and since - PASSING <= blind < since:
         since = blind
     if not moment.knows_truth and since > moment.frame:
@@ -361,7 +361,7 @@ TOO_SURE, DOUBTFUL = 3.0, 2.0
 BROKEN = 30.0
 """Times the same that no belief is off which only shrank."""
 STANDING = 0.01
-"""Of the stated deviation that a target goes in a frame where it stands still."""
+"""Largest step of a target that stands still, in stated deviations."""
 
 
 def same_again(moment: Moment) -> Sign | None:
