@@ -264,7 +264,7 @@ def _decode(file: _File, limits: Limits) -> NDArray[np.uint8]:
 
 @contextmanager
 def _readable(title: str, limits: Limits) -> Iterator[None]:
-    """Refuse, by its title, a picture of which Pillow can make nothing.
+    """Refuse, by its title, a picture that Pillow cannot read.
 
     Raises:
         RefusedError: It is too large, broken or cut short, or was refused already.

@@ -262,7 +262,7 @@ def signed_rank(first: ArrayLike, second: ArrayLike) -> RankSum:
 
     Args:
         first: (n,) errors of the first method.
-        second: (n,) errors of the second method in the same runs; a pair of which one is NaN is left out.
+        second: (n,) errors of the second method in the same runs; a pair with a NaN is left out.
     """
     gains = np.asarray(second, dtype=np.float64) - np.asarray(first, dtype=np.float64)
     gains = gains[~np.isnan(gains)]
