@@ -207,7 +207,7 @@ def test_the_scene_stays_as_it_was() -> None:
     [
         (lambda: signal(frames=30), (), "at least 41 frames.* and 30 are computed"),
         (signal, ("dimension",), "Kalman filter has no number 'dimension' that can be fitted; there are process"),
-        (lambda: pftrack.run("histogram", frames=50, tracker="greedy"), (), "does not tell settings apart"),
+        (lambda: pftrack.run("histogram", frames=50, tracker="greedy"), (), "does not distinguish settings"),
         (lambda: signal("condensation", frames=50), ("assumed_noise_sd",), "Condensation is not linear in these"),
     ],
 )
