@@ -314,6 +314,7 @@ def test_results_open_as_a_recording(tmp_path: Path, text: str) -> None:
     assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
 
 
+@pytest.mark.filterwarnings("ignore:(Its first|No box)")
 @pytest.mark.parametrize("suffix", ["mot.txt", "vot.txt", "cvat.xml", "coco.json"])
 def test_results_survive_being_opened_and_written(tmp_path: Path, suffix: str) -> None:
     """Frames before the first box and after the last, numbers and names of targets are what they were."""

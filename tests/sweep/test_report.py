@@ -122,7 +122,7 @@ def test_a_tracker_that_lacks_a_measure_is_not_compared_by_it(finished: Result) 
     assert means["condensation"][2] == ""
     assert means["h-spf"][2] != ""
     (compared,) = (table for table in made if table.quantity == "inside_share")
-    assert compared.rows[0][1:] == ("", "", "0", "Rank-sum", "not applicable", "0 (0)", "0 (0)", "0 (0)", "8")
+    assert compared.rows[0][1:] == ("", "", "0", "Signed-rank", "not applicable", "0 (0)", "0 (0)", "0 (0)", "8")
     assert sum(len(panel.images) for panel in figures(study)["measure-inside_share"]().axes) == 4
     assert "not applicable" in page(study, made, {})
 
