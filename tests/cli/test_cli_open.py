@@ -61,7 +61,7 @@ def test_of_several_targets_it_is_told_which_is_measured(call: Call, folder: Pat
     _, out, err = call(*arguments)
     assert (json.loads(out)["targets"], json.loads(out)["measured_target"]) == (2, 1)
     (folder / "gt.txt").write_text("1,1,90,80,9,9,1,1,1\n")
-    assert "never overlaps a true box by half, so that nothing is measured" in call(*arguments)[2]
+    assert "never overlaps a true box by half, so nothing is measured" in call(*arguments)[2]
     assert "it has 2 targets, and target 1 is measured; --set selected_target=NUMBER chooses another" in err
 
 
