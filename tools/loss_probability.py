@@ -25,23 +25,32 @@ import typer
 from pftrack.cli.output import progress
 from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.marks import Box
+from pftrack.core.model.series import Series
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.loss_probability import (
-    FIRST_JUDGED,
     FORMAT,
     MOST_ERROR,
     Logistic,
     LossModel,
     scale,
-    signal_names,
 )
 from pftrack.reproduce.finding import Entry, Record, read_record
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import read_truth
-from tools.loss_study import Judgement, Witnessed, cases, judge, loss_probabilities, scenes_of, witness, witnessed
+from tools.loss_study import (
+    FIRST_JUDGED,
+    Judgement,
+    Witnessed,
+    cases,
+    judge,
+    loss_probabilities,
+    scenes_of,
+    witness,
+    witnessed,
+)
 
 __all__ = [
     "PAGE",
@@ -82,6 +91,25 @@ CONSTANT, ENDLESS = 1e-6, 1e300
 """A standard deviation below the first counts as the second; the first is also the least curvature."""
 
 app = typer.Typer(add_completion=False)
+
+
+CUSTOMARY = ("resampled", "share", "flag", "event", "extent", "likeness", "model_likeness")
+"""Roles of the series that are signals of every tracker that has them."""
+
+
+def signal_names(series: Sequence[Series], *, searches: bool, more: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the signals of a tracker.
+
+    Args:
+        series: Its declared series.
+        searches: Whether it reports searching its target.
+        more: Names of further series of these that are signals.
+    """
+    roles = {one.role for one in series}
+    known = ["evidence", "spread", "step", "jump"]
+    known += ["searching"] if searches else []
+    known += ["ess"] if {"ess", "particles"} <= roles else []
+    return (*known, *(one.name for one in series if one.role in CUSTOMARY or one.name in more))
 
 
 def path_of(experiment: str) -> Path:

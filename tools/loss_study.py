@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pftrack.core.arrays import Bools, Floats
-from pftrack.core.model.parameters import revise
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared import loss_probability
@@ -37,6 +38,8 @@ FIGURES = ("loss-reliability", "loss-roc", "loss-delays")
 
 COLUMNS, HIGH_IN, FOOT_IN = 5, 1.5, 0.4
 LAST_FRAME = 20
+FIRST_JUDGED = 10_000
+"""Number of the first scene for judging; those for fitting begin at 0."""
 LARGEST_DOT, SMALLEST_DOT = 60.0, 4.0
 LINE_PT, TITLE_PT = 1.3, 7
 
@@ -217,7 +220,7 @@ def witness(case: Case) -> Witnessed:
     """Return what was seen in a run."""
     experiment = find(case.experiment)
     scenes, setup = scenes_of(experiment), experiment.simulate()
-    drawn = scenes.draw(case.number)
+    drawn = draw_scene(scenes, case.number)
     longest = setup.open_source(case.number, revise(setup.parameters, drawn)).frame_count or scenes.frames
     frames = min(scenes.frames, longest)
     run = begin(recipe(case.experiment, case.tracker, drawn, seed=case.number, frames=frames))
@@ -295,9 +298,7 @@ def loss_probabilities(pool: Pool) -> Findings:
     for name in EXPERIMENTS.own:
         declared = EXPERIMENTS[name].quality.loss_probability
         for tracker, model in declared.models.items():
-            numbers = range(
-                loss_probability.FIRST_JUDGED, loss_probability.FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged
-            )
+            numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
             judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
             yield from _findings(judged, name, tracker)
             scored[name, tracker] = judged
@@ -315,6 +316,20 @@ def _findings(found: Judgement, *keys: str) -> Findings:
     yield REFERENCES.judge("roc", found.roc.area, *keys)
     yield REFERENCES.judge("told", found.delays.share, *keys)
     yield REFERENCES.judge("delay", found.delays.median, *keys, holds=True)
+
+
+def draw_scene(scenes: loss_probability.Scenes, number: int) -> dict[str, Value]:
+    """Return the parameters of a scene, by its number."""
+    shares = Stream(number, 0, Purpose.SCENE).random(len(scenes.ranges) + len(scenes.choices))
+    drawn: dict[str, Value] = {}
+    for share, (name, (low, high)) in zip(shares, scenes.ranges.items(), strict=False):
+        if isinstance(low, int) and isinstance(high, int):
+            drawn[name] = low + int(share * (high - low + 1))
+        else:
+            drawn[name] = round(low + float(share) * (high - low), 3)
+    for share, (name, values) in zip(shares[len(scenes.ranges) :], scenes.choices.items(), strict=True):
+        drawn[name] = values[int(share * len(values))]
+    return drawn
 
 
 def scenes_of(experiment: Experiment) -> loss_probability.Scenes:

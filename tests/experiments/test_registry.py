@@ -18,6 +18,7 @@ from pftrack.experiments.experiment import INTERFACE
 from pftrack.experiments.linkage import experiment as linkage
 from pftrack.experiments.structure import experiment as structure
 from tests.installing import commands, install, python
+from tools.loss_study import draw_scene
 
 GOOD = f"""
 from dataclasses import replace
@@ -176,7 +177,7 @@ def test_a_name_alone_is_the_standard_plot_and_reading(folder: Path) -> None:
 def test_whole_numbers_of_a_scene_stay_whole(folder: Path) -> None:
     """A range of whole numbers draws whole numbers, one of others any."""
     scenes = read_words(folder, FISH.trackers)["quality"].loss_probability.scenes
-    drawn = scenes.draw(0)
+    drawn = draw_scene(scenes, 0)
     assert (type(drawn["tank_number"]), type(drawn["occlusion_width_px"])) == (int, float)
 
 

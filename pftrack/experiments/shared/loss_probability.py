@@ -21,7 +21,6 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.model.series import Hypotheses, Series, SeriesRole, SeriesValue
 from pftrack.core.model.tracker import Diagnostics, Tracker
 from pftrack.core.numerics.elementary import exponential, logarithm
-from pftrack.core.numerics.random import Purpose, Stream
 
 # P(lost | x) = 1 / (1 + exp(-(a + sum_i w_i z_i))), with z_i a feature less its mean in standard deviations. The
 # weights are fitted by `tools.loss_probability`.
@@ -83,24 +82,6 @@ LEAST = 1e-9
 
 FARTHEST = 700.0
 """A log evidence counts as no further from zero."""
-
-CUSTOMARY = ("resampled", "share", "flag", "event", "extent", "likeness", "model_likeness")
-"""Roles of the series that are signals of every tracker that has them."""
-
-
-def signal_names(series: Sequence[Series], *, searches: bool, more: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the signals of a tracker.
-
-    Args:
-        series: Its declared series.
-        searches: Whether it reports searching its target.
-        more: Names of further series of these that are signals.
-    """
-    roles = {one.role for one in series}
-    known = ["evidence", "spread", "step", "jump"]
-    known += ["searching"] if searches else []
-    known += ["ess"] if {"ess", "particles"} <= roles else []
-    return (*known, *(one.name for one in series if one.role in CUSTOMARY or one.name in more))
 
 
 def read_signals(
@@ -317,8 +298,6 @@ def follow_features(
 # hides its target, and usual in another one. So an experiment gives the bounds from which its parameters are drawn, and
 # each number is a scene: the same on every machine, and a number not used in fitting is an unseen scene.
 
-FIRST_JUDGED = 10_000
-
 
 @dataclass(frozen=True, slots=True)
 class Scenes:
@@ -329,7 +308,7 @@ class Scenes:
         choices: Values by name; one is drawn.
         frames: Length of a run; of a scene that is shorter, all of it.
         fitted: Number of scenes for fitting, with numbers from 0 on.
-        judged: Number of other scenes for judging, with numbers from `FIRST_JUDGED` on.
+        judged: Number of other scenes for judging, with numbers of their own.
         trackers: Names of those trackers that are fitted, where some would take too long; all if empty.
     """
 
@@ -339,19 +318,6 @@ class Scenes:
     fitted: int = 160
     judged: int = 80
     trackers: tuple[str, ...] = ()
-
-    def draw(self, number: int) -> dict[str, Value]:
-        """Return the parameters of a scene, by its number."""
-        shares = Stream(number, 0, Purpose.SCENE).random(len(self.ranges) + len(self.choices))
-        drawn: dict[str, Value] = {}
-        for share, (name, (low, high)) in zip(shares, self.ranges.items(), strict=False):
-            if isinstance(low, int) and isinstance(high, int):
-                drawn[name] = low + int(share * (high - low + 1))
-            else:
-                drawn[name] = round(low + float(share) * (high - low), 3)
-        for share, (name, values) in zip(shares[len(self.ranges) :], self.choices.items(), strict=True):
-            drawn[name] = values[int(share * len(values))]
-        return drawn
 
 
 LOSS_PROBABILITY = Series(

@@ -16,9 +16,9 @@ from pftrack.experiments.shared.loss_probability import (
     feature_names,
     read_signals,
     remember,
-    signal_names,
 )
-from tools.loss_probability import fit
+from tools.loss_probability import fit, signal_names
+from tools.loss_study import draw_scene
 
 SERIES = (
     Series("size", "ESS", role="ess"),
@@ -108,8 +108,8 @@ def test_features_of_a_frame_do_not_hang_on_what_comes_later_nor_on_how_one_come
 def test_a_scene_is_its_number() -> None:
     """The same number draws the same values within bounds; whole bounds draw whole numbers, both ends included."""
     scenes = Scenes({"width": (0.0, 10.0), "layout": (0, 2)}, {"path": ("a", "b")})
-    drawn = [scenes.draw(number) for number in range(60)]
-    assert drawn == [scenes.draw(number) for number in range(60)]
+    drawn = [draw_scene(scenes, number) for number in range(60)]
+    assert drawn == [draw_scene(scenes, number) for number in range(60)]
     assert {one["layout"] for one in drawn} == {0, 1, 2}
     assert {one["path"] for one in drawn} == {"a", "b"}
     assert all(0.0 <= float(one["width"]) <= 10.0 for one in drawn)
