@@ -44,7 +44,7 @@ from pftrack.experiments import EXPERIMENTS, find
 from pftrack.reproduce.pool import Pool, begin
 from pftrack.runs.loss import LASTING_FRAMES, Loss
 from pftrack.runs.run import Run
-from tools.reproduction import ROOT, fill_page, table
+from tools.reproduction import README, ROOT, fill_page, table
 
 __all__ = [
     "DATA",
@@ -404,7 +404,7 @@ def _share(holds: Sequence[bool | None]) -> float:
 
 
 def pages(judged: Judged) -> dict[Path, dict[str, str]]:
-    """Return the generated parts of pages by name: shares, those of each cause, and the same in short."""
+    """Return the generated parts of pages by name: shares, those of each cause, and the same in short twice."""
     found = {way: figures_of(judged, way) for way in WAYS}
     cases = found[WAYS[0]].cases
     shares = [
@@ -418,16 +418,18 @@ def pages(judged: Judged) -> dict[Path, dict[str, str]]:
         " and ".join(f"{getattr(figures, name):.0%} {way}" for way, figures in found.items())
         for name in ("right", "outside", "alarms")
     )
-    told = (
-        f"In {cases} lost runs kept aside, with flaws of any kind, a named cause was right in {right}. Where the flaw "
-        f"was outside the list, the answer was *unclear* or right in {outside}. Runs that held got a cause in {alarms}."
+    told = f"In {cases} lost runs kept aside, with flaws of any kind, a named cause was right in {right}."
+    more = (
+        f"Where the flaw was outside the list, the answer was *unclear* or right in {outside}. "
+        f"Runs that held got a cause in {alarms}."
     )
     return {
         PAGE: {
             "diagnosis": f"Lost runs kept aside: {cases} of {len(judged)}.\n\n{table(('', *WAYS), shares)}",
             "diagnosis by cause": table(("diagnosed as", *WAYS), [row for row in causes if any(row[1:])]),
         },
-        WHY: {"diagnosis in short": fill(told, 140)},
+        WHY: {"diagnosis in short": fill(f"{told} {more}", 140)},
+        README: {"diagnosis in README": fill(f"*Why?* names causes of losses. {told}", 130)},
     }
 
 

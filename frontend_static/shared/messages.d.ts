@@ -23,7 +23,7 @@ export interface AxisPublic {
   values: (boolean | number | string)[];
 }
 
-/** What runs with other seeds do, frame by frame, as far as they have come. */
+/** Results of runs with other seeds, frame by frame, as far as computed. */
 export interface Bands {
   runs: number;
   frames: number;
@@ -164,7 +164,7 @@ export interface CitationPublic {
   bibtex: string;
 }
 
-/** What a column of a table of boxes may be; a person is asked by the title. */
+/** Possible meanings of a column in a table of boxes; the title is the question to the user. */
 export interface ColumnMeaning {
   name: string;
   title: string;
@@ -358,7 +358,7 @@ export interface Divergence {
   frame: number | null;
 }
 
-/** All that an editor of one kind of mark has to know. */
+/** Description of one kind of mark for editors. */
 export interface Editor {
   kind: string;
   title: string;
@@ -501,7 +501,7 @@ export interface ExperimentPublic {
   thumbnail: string | null;
 }
 
-/** What can be said of a loss. */
+/** All findings on a loss. */
 export interface Explanation {
   diagnosis: Diagnosis;
   what_if: Report | null;
@@ -702,7 +702,7 @@ export interface FilterUpdate {
   before: string;
 }
 
-/** What came of a fit. */
+/** The result of a fit. */
 export interface Fit {
   tracker: string;
   numbers: Fitted[];
@@ -716,11 +716,11 @@ export interface Fit {
   lost: number;
   /** Whether what was found is better on the half that was not used. */
   kept: boolean;
-  /** What was found, by name; empty if it is not kept. */
+  /** The new values, by name; empty if they are not kept. */
   values: Record<string, boolean | number | string>;
-  /** What came of it, one sentence. */
+  /** The result, one sentence. */
   verdict: string;
-  /** How it was found, one sentence. */
+  /** The method, one sentence. */
   procedure: string;
   /** Why it may mislead, one sentence; empty if nothing speaks against it. */
   caution: string;
@@ -901,7 +901,7 @@ export interface Handle {
   at: [number, number];
 }
 
-/** What a function is for. */
+/** Description of a function. */
 export interface Hint {
   name: string;
   arguments: string[];
@@ -1128,7 +1128,7 @@ export interface LessonDetail {
   next: NeighbourPublic | null;
 }
 
-/** What is wrong with a file of a lesson or an exercise, or with a package of such files. */
+/** A problem of a lesson's or an exercise's file, or of a package of such files. */
 export interface LessonProblem {
   origin: string;
   line: number;
@@ -1216,7 +1216,7 @@ export interface MeasurePublic {
   source: string;
 }
 
-/** What shows a failure, in its run and in the cured one, in the frames from its loss to the end. */
+/** Evidence of a failure, in its run and in the cured one, in the frames from its loss to the end. */
 export interface Measured {
   title: string;
   unit: string;
@@ -1451,7 +1451,7 @@ export interface Preset {
   about: string[];
 }
 
-/** What a person has to see of a table to say what its columns are. */
+/** Excerpt of a table that lets a user name its columns. */
 export interface Preview {
   header: string[];
   rows: string[][];
@@ -1537,7 +1537,7 @@ export interface Refused {
   type: "refused";
 }
 
-/** What came of all changes, as far as they have been tried; its JSON has findings as they are told. */
+/** The results of all changes tried so far; its JSON has the findings as shown. */
 export interface Report {
   loss: number;
   begin: number;
@@ -1551,7 +1551,7 @@ export interface Report {
   reaches_end: boolean;
   /** The loss that is explained, in a sentence. */
   loss_sentence: string;
-  /** Where the p-values come from, a sentence. */
+  /** The origin of the p-values, a sentence. */
   correction: string;
   /** The result in one or two sentences, as far as the seeds tried so far allow. */
   sentence: string;
@@ -1697,7 +1697,7 @@ export interface ScenarioPublic {
   problem: string | null;
 }
 
-/** What some frames come to, over several runs. */
+/** The score of some frames, over several runs. */
 export interface Score {
   log_evidence: number;
   coverage: Record<string, number>;
@@ -2127,7 +2127,7 @@ export interface ToldFinding {
   seed: number | null;
 }
 
-/** A preset that loses its target, told to a first visitor. */
+/** A preset that loses its target, explained to a first visitor. */
 export interface Tour {
   begin: string;
   reason: string;

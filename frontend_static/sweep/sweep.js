@@ -40,7 +40,7 @@ const SINGLE = [
 ];
 const COMPARED = [
   { value: "difference", words: "Difference", hint: "One tracker's rate, error or measure minus another's" },
-  { value: "significance", words: "Significance", hint: "Cells in which two trackers differ on the same scenes (McNemar's test of success, signed-rank test of errors and measures)" },
+  { value: "significance", words: "Significance", hint: "Cells where two trackers differ on the same scenes (McNemar's test of success, else signed ranks)" },
 ];
 const LEVELS = ["0.05", "0.01", "0.001"].map((value) => ({ value, words: `${100 * Number(value)} %` }));
 

@@ -11,7 +11,7 @@ export interface Axis {
   hidden: boolean;
 }
 
-/** Bars beside each other, one a name of the axis; or stacked in one bar, as shares of a whole. */
+/** Bars side by side, one per name of the axis; or stacked in one bar, as shares of a whole. */
 export interface Bars {
   title: string;
   ink: "estimate" | "truth" | "prediction" | "observation" | "lost" | "second" | "hidden";
