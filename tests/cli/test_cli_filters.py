@@ -56,5 +56,5 @@ def test_what_stands_in_the_way_is_said_in_a_line(call: Call, file: Path, tmp_pa
     refused(call("run", "sine", "--tracker", file), 1, f"mine.py, line {line}", "AttributeError")
     recipe = tmp_path / "theirs.json"
     recipe.write_text(json.dumps({"experiment": "sine", "tracker": "mine", "filters": {"mine": [text + "\n# theirs"]}}))
-    refused(call("run", recipe), 1, "nobody has said to trust")
+    refused(call("run", recipe), 1, "which is not trusted here")
     assert call("run", recipe, "--trust", "--frames", 5)[0] == 0

@@ -80,7 +80,7 @@ def test_a_preset_of_the_simulated_scene_is_refused_on_a_recording(call: Call, c
     refused(
         call("run", "head", "--video", clip, "--preset", "sunglasses"),
         2,
-        "the preset sunglasses is of the simulated scene: a recording has no sunglasses",
+        "the preset sunglasses belongs to the simulated scene: a recording has no sunglasses",
     )
 
 

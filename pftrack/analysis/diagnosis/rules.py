@@ -135,7 +135,8 @@ def left_behind(moment: Moment) -> Sign | None:
     mirrored = course.mirrored[moment.after] == 1.0  # then it is followed, as what looks the same
     jump = _first_jump(moment)
     had_fit = np.nanmax(course.fit[moment.usual], initial=-np.inf) - middle(course.fit[moment.after])
-    left = sight and not moment.fits_after and had_fit >= moment.least_fall
+    fell = had_fit >= moment.least_fall or not np.isfinite(course.fit).any()  # what a file recorded may have no fit
+    left = sight and not moment.fits_after and fell
     if not (moment.is_off and (left or jump)) or np.count_nonzero(mirrored) > len(mirrored) / 2:
         return None
     far = course.error > max(0.5 * course.error[moment.frame], WITHIN * middle(course.error[moment.usual]))
@@ -321,7 +322,7 @@ def alike_particles(moment: Moment) -> Sign | None:
     few = count <= FEW and not effective > FEW_EFFECTIVE
     if not (few or count <= FEW_EACH * course.estimates.shape[1]):
         return None
-    return sign("too-few-particles", 0, 1.0 - count / (2 * FEW), count=count, ess=effective)
+    return sign("too-few-particles", 0, max(1.0 - count / (2 * FEW), 0.0), count=count, ess=effective)
 
 
 def sure_of_nothing(moment: Moment) -> Sign | None:

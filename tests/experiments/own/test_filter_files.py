@@ -263,7 +263,7 @@ class TestTrust:
         text = BALL + f"\n# {tmp_path}\nopen({str(tmp_path / 'seen')!r}, 'w').close()\n"
         stranger = Recipe(experiment="ball", tracker="mine", filters={"mine": (text,)}, frames=3)
         (tmp_path / "recipe.json").write_text(stranger.model_dump_json())
-        with pytest.raises(FilterFileError, match="nobody has said to trust"):
+        with pytest.raises(FilterFileError, match="which is not trusted here"):
             pftrack.load(tmp_path / "recipe.json")
         assert not (tmp_path / "seen").exists()
         assert pftrack.load(tmp_path / "recipe.json", trust=True).position == 2

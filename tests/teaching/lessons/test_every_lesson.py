@@ -172,5 +172,5 @@ def test_without_mistakes() -> None:
     free = Question(text="How many?", words="So many.", unit="frames")
     assert poll_answers(free, 40.0) == ("Below 30 frames", "30 to 60 frames", "Above 60 frames")
     assert poll_answers(free, 0.0) == ("Below -0.5 frames", "-0.5 to 0.5 frames", "Above 0.5 frames")
-    with pytest.raises(ValueError, match="no number"):
+    with pytest.raises(ValueError, match="not a number"):
         poll_answers(free, float("nan"))
