@@ -77,7 +77,7 @@ AROUND = 10, 20
 """Frames at the end in which a run must hold, and share of all that it may lose before; and so many frames before and
 after one must it hold that is asked about it."""
 
-FIRST, LAST, LAST_SLOW = 2108, 2764, 2146
+FIRST, LAST, LAST_SLOW = 2764, 4200, 2824
 """The first case that no rule was made on, the one after the last of the study, and the same of slow experiments."""
 SLOW = {"fish", "trajectories", "head", "structure"}
 """Experiments with fewer cases, since their runs cost more."""
@@ -521,4 +521,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    from tools import diagnosis  # noqa: PLW0406 - processes of a pool find its functions in it, not in `__main__`
+
+    diagnosis.main()
