@@ -124,8 +124,8 @@ def test_a_grown_picture_has_its_target_where_it_is_seen() -> None:
 
 def test_a_case_that_the_flaw_does_not_lose_does_not_count() -> None:
     """One that is lost is judged with the truth and without; one that holds all the same is not. So it is stored."""
-    assert STORED[2112] is None
-    for number in (2112, 2122, 2307):
+    assert STORED[2790] is None
+    for number in (2790, 2793, 2799):
         assert judge_case(number) == STORED[number], "delete tests/data/open_set.jsonl, and measure again"
 
 

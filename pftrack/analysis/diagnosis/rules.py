@@ -135,7 +135,8 @@ def left_behind(moment: Moment) -> Sign | None:
     mirrored = course.mirrored[moment.after] == 1.0  # then it is followed, as what looks the same
     jump = _first_jump(moment)
     had_fit = np.nanmax(course.fit[moment.usual], initial=-np.inf) - middle(course.fit[moment.after])
-    fell = had_fit >= moment.least_fall or not np.isfinite(course.fit).any()  # what a file recorded may have no fit
+    # Not every tracker reports a fit, and nor need a file.
+    fell = had_fit >= moment.least_fall or not np.isfinite(course.fit).any()
     left = sight and not moment.fits_after and fell
     if not (moment.is_off and (left or jump)) or np.count_nonzero(mirrored) > len(mirrored) / 2:
         return None
