@@ -26,6 +26,7 @@ from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.analysis.evaluation import find_sequences, is_grey, within  # noqa: E402
 from pftrack.core.model.measures import MEAN_IOU, EvaluatedRun  # noqa: E402
+from pftrack.core.model.recipe import Change  # noqa: E402
 from pftrack.core.model.source import FrameIndex, FrameSequence  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.runs.run import Run  # noqa: E402
@@ -116,13 +117,15 @@ def overlap(boxes: NDArray[np.float64], truth: dict[int, Rectangle]) -> float:
     return float(np.nanmean(MEAN_IOU.frames(course)))
 
 
-def ours(pictures: list[Picture], truth: dict[int, Rectangle], seeds: int) -> tuple[list[float], float]:
-    """Return the overlap of each seed, and frames a second."""
+def ours(
+    pictures: list[Picture], truth: dict[int, Rectangle], seeds: int, values: dict[str, float]
+) -> tuple[list[float], float]:
+    """Return the overlap of each seed, and frames a second, with values that are not the defaults."""
     experiment, found, step_ms = find("histogram"), [], []
     sequence, mark = Pictures("clip", pictures), within(truth[0], pictures[0].shape[1::-1])  # type: ignore[arg-type]
     setup = experiment.video.on_video(sequence, mark, truth=TruthTable(truth))
     for seed in range(seeds):
-        run = Run(experiment, setup, seed=seed, frames=len(pictures))
+        run = Run(experiment, setup, seed=seed, frames=len(pictures), timeline=(Change(0, values),))
         run.finish()
         rows = run.diagnostics
         sizes = np.array([row.vector("box") for row in rows])
@@ -148,9 +151,10 @@ def measure(folder: Path | None, frames: int, seeds: int, chosen: Sequence[str])
     """Yield a row of each clip."""
     for name, pictures, truth in clips(folder, frames):
         progress(name)
-        found, speed = ours(pictures, truth, seeds)
+        found, speed = ours(pictures, truth, seeds, {})
         row: dict[str, object] = {"clip": name, "grey": is_grey(pictures[0]), "frames": len(pictures)}
         row |= {"ours": fmean(found), "worst": min(found), "median": median(found), "ours, frames/s": speed}
+        row["without search"] = fmean(ours(pictures, truth, seeds, {"search_share": 0.0})[0])
         for other, make in others().items():
             row[other] = of_other(make, pictures, truth) if make and other in chosen else None
         print(*row.values(), sep="\t", file=sys.stderr, flush=True)

@@ -234,7 +234,7 @@ export interface ComparisonPublic {
   first: string;
   second: string;
   measure: string;
-  test: "chi-square" | "fisher" | "rank-sum" | "mcnemar" | "signed-rank";
+  test: "chi-square" | "rank-sum" | "mcnemar" | "signed-rank";
   level: number;
   correction: "none" | "holm";
   difference: (number | null)[];

@@ -6,10 +6,9 @@ A run can be repeated from any of its frames with the same numbers. So pftrack g
 first trial changes nothing: if many runs with other seeds hold, the loss was bad luck.
 
 Each share comes with Wilson's interval. A change is compared with no change on the same seeds (McNemar's test), and
-since many are tried the p-values are corrected for that (Holm). Below eleven pairs there is no verdict, since even
-eleven seeds that all favour a change are only just enough among thirty. Runs are judged soon after the loss and at
-their
-end: a change may save the target only for a while. A cure of this run need not cure others; only a sweep shows that.
+Holm's method corrects the p-values for their number. Fewer than eleven pairs give no verdict: even eleven seeds that
+all favour a change are only just enough among thirty. Runs are judged soon after the loss and at their end, since a
+change may save the target only for a while. A cure of this run need not cure others; only a sweep shows that.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

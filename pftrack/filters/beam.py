@@ -36,7 +36,7 @@ class Beam(Generic[T]):
 
         Raises:
             TypeError: Weights or parents are not an array of numbers.
-            ValueError: There is no member, or the number of weights or parents differs from that of the members.
+            ValueError: It has no member, or another number of weights or parents than of members.
         """
         if not self.members:
             raise ValueError("a beam needs at least one member, got none")

@@ -361,7 +361,7 @@ def _call(end: socket.socket) -> None:
     """Be a child: call what the owner wants."""
     try:
         function, arguments = BlockingEnd(end).receive()
-    except (EOFError, ConnectionResetError):  # it is no longer needed
+    except (EOFError, ConnectionResetError):  # nobody needs it any more
         return
     function(end, *arguments)
 

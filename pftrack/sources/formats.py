@@ -21,6 +21,8 @@ ALLOWED = (
     "frame, point, x_px, y_px, var_x, var_y, a recording of beliefs, or "
     "results of a tracker (MOTChallenge, OTB or VOT text, CVAT's video XML, COCO's video JSON, or a table of boxes)"
 )
+BY_PILLOW = {"PNG", "WEBP"}
+"""Decoders of animations that Pillow reads; FFmpeg reads all other films."""
 TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
 """Columns of a table of tracks; see `pftrack.sources.tracks` for other forms."""
 
@@ -35,7 +37,7 @@ class Format:
     Attributes:
         kind: Its decoder.
         title: Name for users.
-        decoder: The name that selects FFmpeg's demuxer, or Pillow's plug-in, in capitals; "results" for beliefs from
+        decoder: The name that selects FFmpeg's demuxer or Pillow's plug-in; "results" for beliefs from
             another tracker's file.
     """
 

@@ -17,6 +17,7 @@ import re
 import threading
 import weakref
 import zlib
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -36,11 +37,27 @@ from pftrack.sources.sequence import BoundedCache
 
 _PICTURES = "PNG, JPEG, BMP, TIFF or WebP pictures"
 _RATE_HZ = 25.0
+_STEADY = 0.25
+"""Largest difference of two gaps between frames at a steady rate, as a share."""
 _DEEP_GREY = {"I;16", "I;16L", "I;16B", "I;16N"}
 _DEPTHLESS = {"I", "F"}
 NUMBER = re.compile(r"[0-9]{1,15}(?=[^0-9]*$)")
 _PLUG_INS = {"PNG", "JPEG", "BMP", "TIFF", "WEBP"}
 _ALBUMS = {"TIFF", "PNG", "WEBP"}  # a JPEG may carry its own preview as a second picture
+
+
+def unsteady(times_s: NDArray[np.float64], tick_s: float) -> list[str]:
+    """Return a warning if times, s and exact to a tick, are not evenly spaced; nothing otherwise."""
+    gaps = np.diff(times_s)
+    if gaps.size == 0 or np.ptp(gaps) <= _STEADY * np.median(gaps) + 2 * tick_s:
+        return []
+    steps = gaps / np.median(gaps)
+    if steps.min() > 0.5 and (np.abs(steps - np.round(steps)) <= _STEADY / 2 + tick_s / np.median(gaps)).all():
+        lost, place = round(float((steps - 1).sum())), int(np.argmax(steps > 1 + _STEADY))
+        many = "1 frame is" if lost == 1 else f"{lost} frames are"
+        return [f"{many} missing by the times, first after frame {place}; numbers count those that are there"]
+    slowest, fastest = 1 / gaps.max(), 1 / gaps.min()
+    return [f"the frame rate varies between {slowest:.3g} and {fastest:.3g} Hz; frames play at the mean rate"]
 
 
 class _Pictures(FrameSequence):
@@ -52,8 +69,9 @@ class _Pictures(FrameSequence):
         self._lock = threading.Lock()
         self._cache: BoundedCache[NDArray[np.uint8]] = BoundedCache(limits.cache_bytes)
 
+    @abstractmethod
     def _read(self, index: int) -> NDArray[np.uint8]:
-        raise NotImplementedError
+        """Decode a picture (height, width, 3)."""
 
     @override
     def _picture(self, index: int) -> NDArray[np.uint8]:
@@ -177,8 +195,6 @@ class AnimationSequence(_Pictures):
 
     def _survey(self, sha256: str, count: int) -> FrameIndex:
         """Decode everything once."""
-        from pftrack.sources.video import unsteady  # noqa: PLC0415 - it rests on this module
-
         checksums, lasting_s = list[int](), list[float]()
         for number in range(count):
             picture = self._read(number)

@@ -17,7 +17,7 @@ from typing import Any, BinaryIO, Generic, TypeVar
 
 from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.refusal import RefusedError
-from pftrack.sources.formats import ALLOWED, Format, sniff
+from pftrack.sources.formats import ALLOWED, BY_PILLOW, Format, sniff
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, check_bytes
 
 
@@ -104,7 +104,7 @@ def open_sequence(
 
 def pictures_of(file: BinaryIO, found: Format, *, square: bool | None = None, **about: Any) -> FrameSequence:  # noqa: ANN401
     """Return the pictures of a video or an animation in a file; see `VideoSequence`."""
-    if found.decoder.isupper():
+    if found.decoder in BY_PILLOW:
         from pftrack.sources.images import AnimationSequence  # noqa: PLC0415
 
         return AnimationSequence(file, found, **about)

@@ -47,7 +47,7 @@ from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.refusal import RefusedError
 from pftrack.core.texts import read_texts
 from pftrack.sources.formats import ALLOWED, Format
-from pftrack.sources.images import on_paper
+from pftrack.sources.images import on_paper, unsteady
 from pftrack.sources.limits import Limits, check_pixels
 from pftrack.sources.sequence import BoundedCache
 
@@ -284,7 +284,6 @@ USUAL_RATE_HZ = 25.0
 
 _SLOWEST_HZ, _FASTEST_HZ = 0.01, 1000.0
 _SAME_RATE = 0.01
-_STEADY = 0.25
 _SHORT = 0.9
 
 
@@ -335,20 +334,6 @@ def measure(stamps: Sequence[int | None], decoder: Decoder, *, whole: bool) -> T
     if whole:
         warnings = _missing(len(stamps), float(times_s[-1]) + 1 / rate_hz, decoder) + warnings
     return Timing(known, tuple(times_s.tolist()), float(rate_hz), tuple(warnings))
-
-
-def unsteady(times_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]], tick_s: float) -> list[str]:
-    """Return a warning if times, s and exact to a tick, are not evenly spaced; nothing otherwise."""
-    gaps = np.diff(times_s)
-    if gaps.size == 0 or np.ptp(gaps) <= _STEADY * np.median(gaps) + 2 * tick_s:
-        return []
-    steps = gaps / np.median(gaps)
-    if steps.min() > 0.5 and (np.abs(steps - np.round(steps)) <= _STEADY / 2 + tick_s / np.median(gaps)).all():
-        lost, place = round(float((steps - 1).sum())), int(np.argmax(steps > 1 + _STEADY))
-        many = "1 frame is" if lost == 1 else f"{lost} frames are"
-        return [f"{many} missing by the times, first after frame {place}; numbers count those that are there"]
-    slowest, fastest = 1 / gaps.max(), 1 / gaps.min()
-    return [f"the frame rate varies between {slowest:.3g} and {fastest:.3g} Hz; frames play at the mean rate"]
 
 
 def _missing(frames: int, lasting_s: float, decoder: Decoder) -> list[str]:

@@ -371,8 +371,7 @@ def samples(result: Result, quantity: Quantity, x: str | None, y: str | None = N
     )
 
 
-UsedTest: TypeAlias = Literal["chi-square", "fisher", "rank-sum", "mcnemar", "signed-rank"]
-"""Tests; Fisher's is a name of earlier versions, to which McNemar's, exact as well, answers."""
+UsedTest: TypeAlias = Literal["chi-square", "rank-sum", "mcnemar", "signed-rank"]
 
 TEST_TITLES: dict[UsedTest, str] = {
     "mcnemar": "Exact McNemar",

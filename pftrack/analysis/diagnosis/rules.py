@@ -289,9 +289,9 @@ UNDECIDED = 0.6
 OPINIONATED = 0.92
 """ESS over the particles below which weights prefer some of them, where nothing of the target is seen."""
 GROWN = 3.0
-"""Times its usual value that a deviation is greater where a cloud is no longer held together,"""
+"""Least factor by which a deviation grows over its usual value where a cloud comes apart."""
 SCATTERED = 9.0
-"""and times its first where nothing ever held it together: what is only spread wide grows less."""
+"""Least factor by which it grows over its first value where nothing ever held it together."""
 BEGINNING = slice(1, 2)
 """The first frames, in which a cloud is still as it was placed."""
 WITHIN = 2.0

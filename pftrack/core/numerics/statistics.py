@@ -258,7 +258,7 @@ def signed_rank(first: ArrayLike, second: ArrayLike) -> RankSum:
     Pairs without a difference are left out. Exact up to fifty pairs without ties, by the normal approximation with tie
     correction otherwise (Wilcoxon 1945). Conditions of use: independent pairs, whose differences are about symmetric if
     the methods are equal. The rank-biserial correlation is (W+ - W-) / (W+ + W-) (Kerby, The simple difference formula,
-    2014). NaN, not applicable, where there is no pair.
+    2014). NaN without pairs.
 
     Args:
         first: (n,) errors of the first method.

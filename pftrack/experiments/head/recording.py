@@ -221,7 +221,7 @@ def wire(sequence: FrameSequence, mark: Mark | None, start: int, truth: Truth | 
         truth: True poses by number of the picture, where they are known.
 
     Raises:
-        ValueError: There is no face, or the points do not form one.
+        ValueError: The frame has no face, or the points do not form one.
     """
     first = start
     if isinstance(mark, FacePoints):

@@ -75,7 +75,7 @@ class Scheme(NamedTuple):
     """Settings of drawing and weighing; thresholds in px.
 
     One in `wide_every` particles gets noise on its position that is `wide_factor` times as large: a mixture of two
-    process noises, drawn in strata. Where the posterior is uncertain and all noise is large, there is no such share.
+    process noises, drawn in strata. Where the posterior is uncertain and all noise is large, no such share exists.
     """
 
     rule: int

@@ -286,7 +286,7 @@ def search_world(sought: TemplateSearch) -> drawing.WorldDrawing:
 
 
 def empty_search_world() -> drawing.WorldDrawing:
-    """State that there is no search, as in a table of tracks."""
+    """State that nothing is searched, as in a table of tracks."""
     text = drawing.Text(np.zeros(3, np.float32), "no picture to look in", drawing.COLOURS["hidden"], "search", "middle")
     return drawing.WorldDrawing(SEARCH_WORLD, {"nothing": text})
 
