@@ -95,7 +95,7 @@ class Diagnosis:
         if not self.signs and not self.lost:
             return f"{when}: the numbers show nothing wrong."
         if not self.signs:
-            return f"{when}: unclear; none of the causes that are known shows in the numbers."
+            return f"{when}: unclear; no known cause shows in the numbers."
         told = [f"{CAUSES[sign.cause]}, since frame {sign.since}" for sign in self.signs]
         return f"{when}: {'; then '.join(told)}."
 
