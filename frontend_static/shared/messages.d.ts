@@ -2265,7 +2265,7 @@ export interface Requests {
   "POST sessions/{session}/resume": { asked: { session: string }; answer: SessionPublic };
   "GET sessions/{session}/diagnostics": { asked: { session: string; branch?: string | null }; answer: Columns };
   "PUT sessions/{session}/truth": { asked: { session: string; body?: FormData }; answer: TruthPublic };
-  "GET sessions/{session}/explanation": { asked: { session: string; frame?: number | string | null }; answer: Explanation };
+  "GET sessions/{session}/explanation": { asked: { session: string; frame?: number | string | null; branch?: string | null }; answer: Explanation | null };
   "GET sessions/{session}/frame.png": { asked: { session: string }; answer: string };
   "GET sessions/{session}/thumbnail.png": { asked: { session: string }; answer: string };
   "POST sessions/{session}/bookmarks": { asked: { session: string; body?: BookmarkCreate | null }; answer: Bookmark };

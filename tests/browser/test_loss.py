@@ -158,6 +158,7 @@ def test_an_answer_about_another_branch_is_not_shown(watch: Callable[..., Sessio
     page.route("**/explanation*", lambda route: held.append(route))  # noqa: PLW0108 - Playwright marks what it calls
     view.press("w")
     view.until(lambda: held, "the page has asked")
+    assert f"branch={server.session(view.id)['branch']}" in held[0].request.url
     server.post(f"sessions/{view.id}/commands", {"kind": "branch", "frame": 0, "values": {PILLAR: 10}})
     expect(page.locator(".branches .chip")).to_have_count(2)
     with page.expect_response("**/explanation*") as answered:

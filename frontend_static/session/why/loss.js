@@ -195,11 +195,10 @@ export class Loss {
     this.#asked.abort();
     const { signal: now } = (this.#asked = new AbortController());
     const { branch } = store.known;
-    // The server answers for the branch that is active when the request arrives.
     const isOver = () => now.aborted || branch !== store.known.branch;
     try {
-      const explanation = await request("GET sessions/{session}/explanation", { session: store.known.id, frame });
-      if (isOver()) return;
+      const explanation = await request("GET sessions/{session}/explanation", { session: store.known.id, frame, branch });
+      if (isOver() || explanation === null) return;
       this.explanation.value = explanation;
       this.refusal.value = "";
       if (!explanation.diagnosis.lost || !this.offersChanges) return;

@@ -19,6 +19,7 @@ from pftrack.analysis.diagnosis.rules import RULES
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.series import as_json, to_json
+from pftrack.core.refusal import ParameterError
 from pftrack.runs.run import Run
 
 __all__ = [
@@ -133,18 +134,17 @@ def diagnose(run: Run, frame: int | None = None) -> Diagnosis:
         frame: The frame to ask about; the first lasting loss if not given.
 
     Raises:
-        ValueError: The frame has not been computed.
+        ParameterError: The frame has not been computed.
     """
     return diagnose_course(course_of_run(run), frame)
 
 
 def course_of_run(run: Run) -> Course:
     """Return the course of a run, as far as it has been computed."""
-    experiment = run.experiment
     return course_of(
         run.diagnostics,
-        experiment.all_series(),
-        unit=experiment.judge.unit,
+        run.experiment.all_series(),
+        unit=run.experiment.judge.unit,
         size=picture_size(run),
         frame=lambda index: run.source.frame(index, run.timeline.history),
     )
@@ -165,10 +165,10 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
         rules: What to look for.
 
     Raises:
-        ValueError: The course has no such frame.
+        ParameterError: The course has no such frame.
     """
     if frame is not None and frame not in range(len(course)):
-        raise ValueError(f"frame must be a whole number between 0 and {len(course) - 1}, got {frame}")
+        raise ParameterError("frame", frame, f"a frame that has been computed, 0 to {len(course) - 1}")
     loss = course.loss
     at = loss.lasting if frame is None else loss.begin(int(frame))
     if at is None:

@@ -157,9 +157,14 @@ async def give_truth(
 
 
 @router.get("/{session}/explanation")
-async def explain(session: ASession, frame: Annotated[int | None, Query(ge=0)] = None) -> Explanation:
-    """Explain a loss of the target in the active branch: the first lasting one, or the one at a frame."""
-    explanation: Explanation = await session.order(Explain(frame))
+async def explain(
+    session: ASession, frame: Annotated[int | None, Query(ge=0)] = None, branch: str | None = None
+) -> Explanation | None:
+    """Explain a loss of the target in the active branch: the first lasting one, or the one at a frame.
+
+    The answer is null if `branch` is not active any more: a command may have made another on the way.
+    """
+    explanation: Explanation | None = await session.order(Explain(frame, branch))
     return explanation
 
 

@@ -30,3 +30,13 @@ def test_a_frame_that_is_not_there_is_refused(client: httpx.Client, session: dic
     """What has not been computed cannot be explained; the refusal says how far the run is."""
     answer = client.get(f"/api/v1/sessions/{session['id']}/explanation", params={"frame": 9})
     assert "a frame that has been computed, 0 to 0" in error_of(answer, 422)["message"]
+
+
+def test_a_client_is_never_told_of_another_branch(client: httpx.Client) -> None:
+    """Of a branch that was left, which a change may just have done, the answer is empty."""
+    session = begin(client, frames=20)
+    place, left = f"/api/v1/sessions/{session['id']}/explanation", session["branch"]
+    steer(client, session["id"], "seek", frame=9)
+    made = steer(client, session["id"], "branch", frame=4)["branch"]
+    told = {name: client.get(place, params={"branch": name}).json() for name in (left, made)}
+    assert told == {left: None, made: client.get(place).json()}

@@ -320,14 +320,16 @@ class Picture(Order):
 
 @dataclass(frozen=True, slots=True)
 class Explain(Order):
-    """Explain why the target was lost; the answer is an `Explanation`.
+    """Explain why the target was lost; the answer is an `Explanation`, or None if the branch is not active.
 
     Attributes:
         frame: The frame to ask about; None for the first lasting loss.
+        branch: The branch to ask about; None for the active one.
     """
 
     interrupts: ClassVar[bool] = False
     frame: int | None
+    branch: str | None
 
 
 # ---------------------------------------------------------------- messages on the pipe

@@ -114,18 +114,13 @@ class RunTree:
         said = describe_course([row.number(BESIDE.name) for row in rows])
         return said and f"{said}."
 
-    def explain(self, frame: int | None) -> Explanation:
-        """Return why the target was lost in the active branch.
-
-        Args:
-            frame: The frame to ask about; None for the first lasting loss.
+    def explain(self, frame: int | None, branch: str | None) -> Explanation | None:
+        """Return why the target was lost in the active branch, or None if another branch is asked about.
 
         Raises:
             ParameterError: The frame has not been computed.
         """
-        if frame is not None and not 0 <= frame <= self.run.computed:
-            raise ParameterError("frame", frame, f"a frame that has been computed, 0 to {self.run.computed}")
-        return explain(self.run, frame)
+        return explain(self.run, frame) if branch in (None, self.active) else None
 
     def before_loss(self) -> int:
         """Return the frame from which to watch the loss of the target.
@@ -318,14 +313,11 @@ class RunTree:
         following = run.position + 1
         tracker: Any = values.get("tracker", run.tracker_at(following))
         defaults = flat(self._setup.parameters)
-        inforce: dict[str, Any] = {
-            key: value for key, value in flat(run.parameters_at(following)).items() if value != defaults[key]
-        }
-        inforce.update(parameter_values(values))
+        changed = {key: it for key, it in flat(run.parameters_at(following)).items() if it != defaults[key]}
+        inforce: dict[str, Any] = {**changed, **parameter_values(values)}
         timeline = (Change(0, inforce),) if inforce else ()
-        self._runs[self.active] = self._begin(
-            self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
-        )
+        again = self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
+        self._runs[self.active] = self._begin(again)
         self.restarts += 1
 
     def save(self, path: Path) -> dict[str, Any]:

@@ -384,8 +384,8 @@ class Worker:
                 return {"summary": tree.save(Path(path)), "thumbnail": self._picture()}
             case protocol.Picture():
                 return self._picture()
-            case protocol.Explain(frame=frame):
-                return tree.explain(frame)
+            case protocol.Explain(frame=frame, branch=branch):
+                return tree.explain(frame, branch)
             case _:
                 self._steer(order)
         return None
