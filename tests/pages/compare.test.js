@@ -3,24 +3,16 @@ import { describe, it } from "node:test";
 
 import { JointStore } from "../../frontend_static/compare/joint_store.js";
 import { outcomeLines } from "../../frontend_static/compare/table.js";
-import { keepUp } from "../../frontend_static/session/clock.js";
 import { coated } from "../../frontend_static/session/flat/drawing.js";
 import { Store } from "../../frontend_static/session/store.js";
-import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison.js";
+import { linkTo, linkToReferences, sessionsBeside, wantedOf } from "../../frontend_static/shared/comparison.js";
 import { effect } from "../../frontend_static/vendor/preact.js";
+import { changes, hello } from "./making.js";
 
-/** A session of so many frames, of which some are computed. */
-function session({ frames = 50, computed = 10, position = 0, ...more } = {}) {
-  const store = new Store();
-  const numbers = Array.from({ length: computed + 1 }, (_, frame) => frame);
-  store.receive({
-    type: "hello",
-    diagnostics: { frame: numbers, error: numbers, estimate: numbers.map((number) => [number]) },
-    session: {
-      id: "s", state: "ready", branch: "b0", branches: [{ id: "b0", parent: null, frame: 0 }], position, computed, frames, goal: null,
-      playing: false, speed: 1, speeds: [1], timeline: [], thresholds: [], tracker: "a", ...more,
-    },
-  });
+/** A session of 50 frames, of which some are computed, with errors that are the numbers of their frames. */
+function session({ computed = 10, ...more } = {}) {
+  const [store, frame] = [new Store(), Array.from({ length: computed + 1 }, (_, number) => number)];
+  store.receive(hello({ computed, ...more }, { frame, error: frame, estimate: frame.map((number) => [number]) }));
   return store;
 }
 
@@ -29,9 +21,10 @@ const run = (store, name, first = 0) => ({ store, name, colour: "#000000", first
 describe("several runs as one store", () => {
   it("has them as branches, the one in front first", () => {
     const joint = new JointStore([run(session(), "one"), run(session(), "two")], 0, false);
-    assert.deepEqual(joint.branches.map(({ title }) => title), ["one", "two"]);
-    joint.front.value = 1;
-    assert.deepEqual(joint.branches.map(({ title }) => title), ["two", "one"]);
+    for (const [front, titles] of [[0, ["one", "two"]], [1, ["two", "one"]]]) {
+      joint.front.value = front;
+      assert.deepEqual(joint.branches.map(({ title }) => title), titles);
+    }
   });
 
   it("moves without having drawn anew what stays", () => {
@@ -39,7 +32,7 @@ describe("several runs as one store", () => {
     const joint = new JointStore([run(lead, "one"), run(session(), "two")], 0, false);
     const drawn = [];
     effect(() => void drawn.push([joint.known.branches, joint.known.bookmarks, joint.known.timeline, joint.known.thresholds]));
-    lead.receive({ type: "changes", session: { position: 4 }, rows: [] });
+    lead.receive(changes({ position: 4 }));
     assert.equal(joint.known.position, 4);
     assert.equal(drawn.length, 1);
   });
@@ -48,14 +41,10 @@ describe("several runs as one store", () => {
     const timeline = [{ frame: 8, values: {} }];
     const late = session({ frames: 40, computed: 5 });
     const joint = new JointStore([run(session({ frames: 43, computed: 12, timeline }), "early", 3), run(late, "late")], 1, false);
-    assert.equal(joint.known.frames, 40);
-    assert.equal(joint.known.computed, 5);
-    assert.equal(joint.historyOf("0").at(0).frame, 3);
-    assert.equal(joint.historyOf("0").length, 10);
-    assert.equal(joint.historyOf("0").at(9).error, 12);
-    assert.equal(joint.historyOf("0").at(10), undefined);
-    assert.deepEqual(joint.known.timeline, [{ frame: 5, values: {} }]);
-    late.receive({ type: "changes", session: { position: 4 }, rows: [] });
+    assert.deepEqual([joint.known.frames, joint.known.computed, joint.known.timeline], [40, 5, [{ frame: 5, values: {} }]]);
+    const early = joint.historyOf("0");
+    assert.deepEqual([early.at(0).frame, early.length, early.at(9).error, early.at(10)], [3, 10, 12, undefined]);
+    late.receive(changes({ position: 4 }));
     assert.equal(joint.known.position, 4);
   });
 
@@ -63,39 +52,21 @@ describe("several runs as one store", () => {
     const late = new Store();
     const joint = new JointStore([run(session(), "one"), run(late, "two")], 0, false);
     assert.equal(joint.session, null);
-    late.receive({ type: "hello", diagnostics: { frame: [0] }, session: session().known });
-    assert.equal(joint.known.branches.length, 2);
-    assert.equal(joint.knowsLoss, false);
+    late.receive(hello());
+    assert.deepEqual([joint.known.branches.length, joint.knowsLoss], [2, false]);
     joint.whole.value = { beforeLoss: 7, notes: [{ frame: 9, note: "they part" }] };
     assert.deepEqual([joint.knowsLoss, joint.beforeLoss], [true, 7]);
     assert.deepEqual(joint.known.bookmarks.map(({ frame, note }) => [frame, note]), [[9, "they part"]]);
   });
-});
 
-describe("events", () => {
-  const flagged = (name, frames, first = 0) => {
-    const store = session({ computed: 9, series: [{ name, role: "event", title: name, colours: [] }] });
-    for (const frame of frames) store.history.at(frame).series = { [name]: 1 };
-    return run(store, name, first);
-  };
-
-  it("are found once where they last, in the frames of all runs", () => {
+  it("has events, found once where they last, in the frames of all runs", () => {
+    const flagged = (name, frames, first = 0) => {
+      const store = session({ computed: 9, series: [{ name, role: "event", title: name, colours: [] }] });
+      for (const frame of frames) store.history.at(frame).series = { [name]: 1 };
+      return run(store, name, first);
+    };
     const joint = new JointStore([flagged("switch", [2, 6]), flagged("gone", [5, 6, 7], 1)], 0, false);
     assert.deepEqual(joint.eventFrames, [2, 4, 6]);
-  });
-});
-
-describe("runs that begin at different pictures", () => {
-  it("are kept at the same picture", () => {
-    const sought = [];
-    const steering = { seek: (frame) => sought.push(frame), setSpeed: () => {}, pause: () => {} };
-    const { signal } = new AbortController();
-    const [lead, other] = [session({ frame_rate_hz: 30 }), session({ position: 3, frame_rate_hz: 30 })];
-    keepUp({ store: other, steering, first: 3 }, lead, signal);
-    lead.receive({ type: "changes", session: { position: 5 }, rows: [] });
-    assert.deepEqual(sought, [8]);
-    lead.receive({ type: "changes", session: { position: 40, playing: true }, rows: [] });
-    assert.deepEqual(sought, [8, 43], "also where they play");
   });
 });
 
@@ -103,15 +74,13 @@ describe("the address of a comparison", () => {
   const runs = [{ recipe: { experiment: "ball", seed: 7 } }, { recipe: { experiment: "ball", tracker: "größe" } }];
   const address = (link) => new URL(link, "http://here/");
 
-  it("holds what makes the runs", () => {
+  it("holds what makes the runs, or names those of this server by references", () => {
     assert.deepEqual(wantedOf(address(linkTo({ runs, position: 5, arrangement: "over" }))), { runs, position: 5, arrangement: "over" });
     assert.deepEqual(wantedOf(address(linkTo({ runs }))), { runs, position: 0, arrangement: "side" });
+    const references = ["ab", "cd:b1", "ef:3:apf"];
+    assert.deepEqual(wantedOf(address(linkToReferences(references, 12))), { runs: references.map((reference) => ({ reference })), position: 12 });
   });
 
-  it("names runs of this server by references", () => {
-    const wanted = wantedOf(address(linkToReferences(["ab", "cd:b1", "ef:3:apf"], 12)));
-    assert.deepEqual(wanted, { runs: ["ab", "cd:b1", "ef:3:apf"].map((reference) => ({ reference })), position: 12 });
-  });
 
   it("says when it is damaged, and when it names nothing", () => {
     assert.equal(wantedOf(address("/compare")), null);
@@ -143,14 +112,25 @@ describe("flat views over each other", () => {
   const [tint, black] = [[0, 158, 115], [0, 0, 0]];
 
   it("leave picture and truth to the lowest, and have a colour each", () => {
-    const upper = { tint, isLowest: false };
-    const lowest = { tint, isLowest: true };
+    const [upper, lowest] = [false, true].map((isLowest) => ({ tint, isLowest }));
     const picture = { kind: "picture", name: "picture", layer: "picture" };
     const truth = { kind: "ellipse", name: "truth", layer: "truth", colour: black };
-    assert.deepEqual([coated(picture, upper), coated(truth, upper)], [null, null]);
-    assert.deepEqual([coated(picture, lowest), coated(truth, lowest)], [picture, truth]);
+    assert.deepEqual([upper, lowest].map((way) => [coated(picture, way), coated(truth, way)]), [[null, null], [picture, truth]]);
     assert.deepEqual(coated({ kind: "polyline", colour: [0, 114, 178] }, upper), { kind: "polyline", colour: tint });
     const points = coated({ kind: "points", colours: new Uint8Array(6) }, lowest);
     assert.deepEqual([...points.colours], [...tint, ...tint]);
+  });
+});
+
+describe("the other sessions of a run", () => {
+  const beside = (id, experiment, footage) => ({ id, branch: "b0", name: `${id}.txt`, title: "", recipe: { experiment, footage, seed: 3 } });
+  const [own, c, b] = ["a", "c", "b"].map((id) => beside(id, "recorded", { start: 0 }));
+  const all = [beside("d", "ball", null), c, b, beside("e", "recorded", null), own];
+
+  it("are those of the same experiment, on recordings as it is, and not chosen where there is something nearer", () => {
+    for (const isFirst of [true, false]) {
+      const found = sessionsBeside(own, all, isFirst).map(({ reference, title, isChosen }) => [reference, title, isChosen]);
+      assert.deepEqual(found, [["c:b0", "c.txt", isFirst], ["b:b0", "b.txt", false]]);
+    }
   });
 });

@@ -10,7 +10,6 @@ import { cellsOf, kept, pathThrough } from "../../frontend_static/shared/figure/
 
 const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names: [], hidden: false };
 const LOG = { ...AXIS, low: 10, high: 10_000, log: true };
-const texts = (axis, most) => ticksOf(axis, most).map(({ text }) => text);
 const near = (one, other, tolerance = 1e-9) => assert.ok(Math.abs(one - other) <= tolerance, `${one} is not ${other}`);
 
 describe("the scale of an axis", () => {
@@ -24,64 +23,54 @@ describe("the scale of an axis", () => {
   });
 
   it("keeps gaps, and what is far away where browsers still count", () => {
-    const scale = new Scale(AXIS, 0, 100);
-    assert.ok(Number.isNaN(scale.at(null)));
-    assert.equal(scale.at(1e30), 30_000);
-    assert.equal(new Scale(LOG, 0, 100).at(0), -30_000);
-    assert.equal(new Scale({ ...AXIS, high: 0 }, 0, 100).at(0), 0);
+    const at = (axis, value) => new Scale(axis, 0, 100).at(value);
+    assert.deepEqual([at(AXIS, null), at(AXIS, 1e30), at(LOG, 0), at({ ...AXIS, high: 0 }, 0)], [NaN, 30_000, -30_000, 0]);
   });
 
   it("has bars rise from nothing, or from its end that is nearest to it", () => {
-    assert.equal(new Scale(AXIS, 0, 1).ground, 0);
-    assert.equal(new Scale({ ...AXIS, low: -2, high: -1 }, 0, 1).ground, -1);
-    assert.equal(new Scale(LOG, 0, 1).ground, 10);
+    assert.deepEqual([AXIS, { ...AXIS, low: -2, high: -1 }, LOG].map((axis) => new Scale(axis, 0, 1).ground), [0, -1, 10]);
   });
 });
 
 describe("the numbers of an axis", () => {
   it("are multiples of 1, 2 or 5, as many as there is room for, and never one alone", () => {
-    assert.deepEqual(even(AXIS, 6).values, [0, 2, 4, 6, 8, 10]);
-    assert.deepEqual(even({ low: -0.3, high: 0.3 }, 4).values, [-0.2, 0, 0.2]);
-    assert.deepEqual(even({ low: 0, high: 0.48 }, 3).values, [0, 0.2, 0.4]);
+    for (const [low, high, most, values] of [
+      [0, 10, 6, [0, 2, 4, 6, 8, 10]], [-0.3, 0.3, 4, [-0.2, 0, 0.2]], [0, 0.48, 3, [0, 0.2, 0.4]], [10, 0, 3, [0, 5, 10]],
+    ]) assert.deepEqual(even({ low, high }, most).values, values);
     for (const span of [1e-9, 0.07, 1, 3.3, 42, 999, 1e7]) {
       for (const most of [2, 3, 5, 9]) {
         const { values } = even({ low: -span / 3, high: span }, most);
         assert.ok(values.length <= most + 1 && values.length >= 2, `${values}`);
       }
     }
-    assert.deepEqual(even({ low: 10, high: 0 }, 3).values, [0, 5, 10]);
   });
 
-  it("have as many decimals as their step, and a sign that is a minus", () => {
-    assert.deepEqual(texts({ ...AXIS, low: -1, high: 1 }, 5), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
-    assert.deepEqual(texts({ ...AXIS, low: 0, high: 20_000 }, 3), ["0", "10,000", "20,000"]);
-  });
-
-  it("are powers of ten on a logarithmic one, with some between where these are few", () => {
-    assert.deepEqual(texts(LOG, 5), ["10", "100", "1,000", "10,000"]);
-    assert.deepEqual(texts({ ...LOG, low: 0.5, high: 6 }, 5), ["0.5", "1", "2", "5"]);
-    assert.deepEqual(texts({ ...LOG, low: 1e-9, high: 1 }, 4), ["10⁻⁹", "10⁻⁶", "0.001", "1"]);
-  });
-
-  it("are names where the axis has names, and none where it hides them", () => {
-    assert.deepEqual(texts({ ...AXIS, low: -0.5, high: 1.5, names: ["on", "off", "beyond"] }, 2), ["on", "off"]);
-    assert.deepEqual(texts({ ...AXIS, hidden: true }, 9), []);
-  });
+  for (const [what, axis, most, wanted] of [
+    ["have as many decimals as their step, and a sign that is a minus", { ...AXIS, low: -1, high: 1 }, 5, ["−1.0", "−0.5", "0.0", "0.5", "1.0"]],
+    ["have commas between thousands", { ...AXIS, low: 0, high: 20_000 }, 3, ["0", "10,000", "20,000"]],
+    ["are powers of ten on a logarithmic one", LOG, 5, ["10", "100", "1,000", "10,000"]],
+    ["have some between powers of ten where these are few", { ...LOG, low: 0.5, high: 6 }, 5, ["0.5", "1", "2", "5"]],
+    ["leave out powers of ten where these are many", { ...LOG, low: 1e-9, high: 1 }, 4, ["10⁻⁹", "10⁻⁶", "0.001", "1"]],
+    ["are names where the axis has names", { ...AXIS, low: -0.5, high: 1.5, names: ["on", "off", "beyond"] }, 2, ["on", "off"]],
+    ["are none where the axis hides them", { ...AXIS, hidden: true }, 9, []],
+  ]) {
+    it(what, () => assert.deepEqual(ticksOf(axis, most).map(({ text }) => text), wanted));
+  }
 
   it("are written with a power of ten where they are very large or small", () => {
-    assert.deepEqual([written(0), written(-2.5), written(3.2e-7), written(-1e8), written(123456)], ["0", "−2.5", "3.2×10⁻⁷", "−10⁸", "123,456"]);
+    assert.deepEqual([0, -2.5, 3.2e-7, -1e8, 123456].map((value) => written(value)), ["0", "−2.5", "3.2×10⁻⁷", "−10⁸", "123,456"]);
   });
 });
 
 describe("words of a figure", () => {
   it("give a value as finely as its axis shows it, with its unit", () => {
-    assert.equal(valueOn(AXIS, 4.4), "4.40 m");
-    assert.equal(valueOn({ ...AXIS, unit: "", high: 0.3 }, 0.12345), "0.1235");
-    assert.equal(valueOn({ ...LOG, unit: "" }, 1234.5), "1,235");
-    assert.equal(valueOn({ ...AXIS, names: ["on", "off"] }, 1.2), "off");
+    const places = { ...AXIS, names: ["0", "5", "10", "15"], low: -0.5, high: 3.5 };
+    for (const [axis, value, words] of [
+      [AXIS, 4.4, "4.40 m"], [{ ...AXIS, unit: "", high: 0.3 }, 0.12345, "0.1235"], [{ ...LOG, unit: "" }, 1234.5, "1,235"],
+      [{ ...AXIS, names: ["on", "off"] }, 1.2, "off"], [places, 3.5, "15"], [places, -0.5, "0"],
+    ]) assert.equal(valueOn(axis, value), words);
     assert.deepEqual([1, 0.5, 0.25, 1 / 3].map((step) => valueOn(AXIS, 4, step)), ["4 m", "4.0 m", "4.00 m", "4.00 m"]);
-    assert.equal(named(AXIS, 1), "position 1.00 m");
-    assert.equal(titled({ ...AXIS, title: "" }), "m");
+    assert.deepEqual([named(AXIS, 1), titled({ ...AXIS, title: "" })], ["position 1.00 m", "m"]);
   });
 
   it("tell who cannot see a panel what it shows, of which kinds, over which axes, and what is marked", () => {
@@ -96,26 +85,24 @@ describe("words of a figure", () => {
 
 describe("the box of a panel", () => {
   const panel = { x: AXIS, y: { ...AXIS, high: 5 }, traces: [] };
-  const room = { width: 400, height: 300 };
   const style = { em: 12, wide: (text) => 8 * text.length };
 
   it("leaves room for numbers and titles, in steps, so that another digit does not move it", () => {
-    const around = margins(furniture(panel, room, style, false), style);
-    const longer = margins(furniture({ ...panel, y: { ...panel.y, title: "another" } }, room, style, false), style);
-    assert.deepEqual(around, longer);
+    const furnished = (y, height = 300, isCompact = false) => furniture({ ...panel, y: { ...panel.y, ...y } }, { width: 400, height }, style, isCompact);
+    const around = margins(furnished(), style);
+    assert.deepEqual(around, margins(furnished({ title: "another" }), style));
     assert.ok(around.left % 6 === 0 && around.left > 20);
-    const low = furniture({ ...panel, y: { ...panel.y, title: "a title that is longer than its axis" } }, { width: 400, height: 100 }, style, false);
+    const low = furnished({ title: "a title that is longer than its axis" }, 100);
     assert.equal(low.lines, 2);
-    const flat = furniture({ ...panel, y: { ...panel.y, title: "probability", unit: "%" } }, { width: 400, height: 60 }, style, false);
-    assert.deepEqual([flat.beside, flat.below], ["%", "position, m"]);
-    assert.equal(furniture(panel, { width: 400, height: 45 }, style, false).below, "");
     assert.ok(margins(low, style).left > margins({ ...low, lines: 1 }, style).left);
-    const bare = margins(furniture({ ...panel, y: { ...panel.y, title: "", unit: "", hidden: true } }, room, style, true), style);
+    const flat = furnished({ title: "probability", unit: "%" }, 60);
+    assert.deepEqual([flat.beside, flat.below, furnished({}, 45).below], ["%", "position, m", ""]);
+    const bare = margins(furnished({ title: "", unit: "", hidden: true }, 300, true), style);
     assert.ok(bare.left < around.left && bare.bottom < around.bottom);
   });
 
   it("leaves numbers out that have no room, but its ends", () => {
-    const shown = (/** @type {number} */ apart) => withRoom(Array.from({ length: 12 }, (_, place) => ({ text: String(place), at: apart * place, size: 30 })), 5);
+    const shown = (apart) => withRoom(Array.from({ length: 12 }, (_, place) => ({ text: String(place), at: apart * place, size: 30 })), 5);
     assert.equal(shown(40).length, 12);
     for (const apart of [20, 6]) {
       const left = shown(apart);
@@ -132,26 +119,18 @@ describe("the box of a panel", () => {
 });
 
 describe("a line of many points", () => {
-  it("keeps the first, lowest, highest and last of each column of pixels", () => {
-    const x = Float64Array.from({ length: 1000 }, (_, index) => index / 100);
-    const y = Float64Array.from(x, (_, index) => (index === 237 ? 99 : index === 241 ? -99 : 0));
-    const drawn = kept(x, y);
+  const x = Float64Array.from({ length: 1000 }, (_, index) => index / 100);
+
+  it("keeps the first, lowest, highest and last of each column of pixels, and its gaps", () => {
+    const drawn = kept(x, x.map((_, index) => ({ 237: 99, 241: -99, 500: NaN })[index] ?? 0));
     assert.ok(drawn.length <= 40);
-    for (const index of [0, 237, 241, 999]) assert.ok(drawn.includes(index), String(index));
+    for (const index of [0, 237, 241, 500, 999]) assert.ok(drawn.includes(index), String(index));
     assert.deepEqual(drawn, [...drawn].sort((one, other) => one - other));
   });
 
   it("is left alone where it turns back, has few points, or none", () => {
     const circle = Float64Array.from({ length: 900 }, (_, index) => 5 * Math.cos(index / 100));
-    assert.equal(kept(circle, circle).length, 900);
-    assert.equal(kept(new Float64Array([0, 1]), new Float64Array([0, 1])).length, 2);
-    assert.deepEqual(kept(new Float64Array(), new Float64Array()), []);
-  });
-
-  it("keeps its gaps", () => {
-    const x = Float64Array.from({ length: 1000 }, (_, index) => index / 100);
-    const y = x.map((_, index) => (index === 500 ? NaN : 1));
-    assert.ok(kept(x, y).some((index) => Number.isNaN(y[index])));
+    assert.deepEqual([circle, new Float64Array([0, 1]), new Float64Array()].map((line) => kept(line, line).length), [900, 2, 0]);
   });
 });
 
@@ -160,9 +139,7 @@ describe("what a pointer is at", () => {
 
   it("is the nearest place of a line, also between its points", () => {
     const hit = nearestOn(x, y, 6, 4);
-    near(hit.x, 5);
-    near(hit.y, 5);
-    near(hit.distance, Math.SQRT2);
+    for (const [found, wanted] of [[hit.x, 5], [hit.y, 5], [hit.distance, Math.SQRT2]]) near(found, wanted);
     assert.equal(nearestOn(new Float64Array([1]), new Float64Array([1]), 0, 0), null);
   });
 
@@ -173,20 +150,11 @@ describe("what a pointer is at", () => {
 });
 
 describe("a handle", () => {
-  it("takes the values of its parameter that are on the axis", () => {
-    const bounds = boundsOf(AXIS, { minimum: -1, maximum: 8, step: 0.3 });
-    near(bounds.low, 0.2);
-    assert.equal(bounds.high, 8);
-  });
-
-  it("takes all of the axis in small steps where nothing is known of its parameter", () => {
-    const bounds = boundsOf(AXIS);
-    assert.deepEqual([bounds.low, bounds.high, bounds.log], [0, 10, false]);
-    assert.ok(bounds.step <= 0.05);
-  });
-
-  it("moves by shares on a logarithmic axis", () => {
-    const { log, step } = boundsOf(LOG);
+  it("takes the values of its parameter that are on the axis, or all of it in small steps, by shares on a logarithmic one", () => {
+    const [known, unknown, { log, step }] = [boundsOf(AXIS, { minimum: -1, maximum: 8, step: 0.3 }), boundsOf(AXIS), boundsOf(LOG)];
+    near(known.low, 0.2);
+    assert.deepEqual([known.high, unknown.low, unknown.high, unknown.log], [8, 0, 10, false]);
+    assert.ok(unknown.step <= 0.05);
     assert.ok(log && step > 0 && 10 ** step < 1.05);
   });
 });
@@ -195,10 +163,7 @@ describe("the cells of a map", () => {
   const names = (count) => ({ ...AXIS, names: Array.from({ length: count }, (_, place) => String(5 * place)), low: -0.5, high: count - 0.5 });
   const panel = { x: names(4), y: names(3), traces: [], unit_px: 72 };
   const around = { left: 46, right: 10, bottom: 36 };
-  const cells = (room) => {
-    const box = boxOf(panel, room, around, 13);
-    return { box, ...cellsOf(scales(panel, box), { across: 4, up: 3 }) };
-  };
+  const cells = (room) => cellsOf(scales(panel, boxOf(panel, room, around, 13)), { across: 4, up: 3 });
 
   it("are where their boxes are, the rows counted upwards, and there is none beside them", () => {
     const { box, at } = cells({ width: 300, height: 200 });
@@ -207,20 +172,12 @@ describe("the cells of a map", () => {
       assert.deepEqual(at(left + width / 2, top + height / 2), cell);
     }
     assert.ok(box({ i: 0, j: 0 }).top > box({ i: 0, j: 1 }).top);
-    assert.equal(at(0, 0), null);
-    assert.equal(at(299, 100), null);
+    assert.deepEqual([at(0, 0), at(299, 100)], [null, null]);
   });
 
   it("adjoin, and are no larger than they may be", () => {
-    const { box } = cells({ width: 1000, height: 1000 });
-    const [first, second] = [box({ i: 0, j: 0 }), box({ i: 1, j: 0 })];
-    assert.equal(first.left + first.width, second.left);
-    assert.deepEqual([first.width, first.height], [72, 72]);
-  });
-
-  it("have the name of the nearest one everywhere", () => {
-    assert.equal(valueOn(names(4), 3.5), "15");
-    assert.equal(valueOn(names(4), -0.5), "0");
+    const [first, second] = [0, 1].map((i) => cells({ width: 1000, height: 1000 }).box({ i, j: 0 }));
+    assert.deepEqual([first.left + first.width, first.width, first.height], [second.left, 72, 72]);
   });
 });
 

@@ -4,72 +4,46 @@ import { describe, it } from "node:test";
 import { decode, Layers } from "../../frontend_static/session/flat/drawing.js";
 import { nameAt } from "../../frontend_static/session/flat/flat_view.js";
 import { placed } from "../../frontend_static/session/flat/paint.js";
-import { css } from "../../frontend_static/shared/theme.js";
 import { follow } from "../../frontend_static/shared/timing.js";
 
 const HEAD = { frame: 7, width: 320, height: 240, caption: "frame 7 · σ 2 px" };
 
 /** A message as `server/pftrack_server/sessions/worker/codec.py` describes it. */
 function message(primitives, { arrays = [], pictures = [], version = 2, magic = "pfd", worlds = [] } = {}) {
-  const body = new Uint8Array(arrays.flatMap((array) => [...new Uint8Array(array.buffer)]));
-  let text = JSON.stringify({ ...HEAD, arrays: body.length, primitives, worlds });
-  let bytes = new TextEncoder().encode(text);
-  while (bytes.length % 4) bytes = new TextEncoder().encode((text += " "));
-  const start = new Uint8Array(8);
-  start.set(new TextEncoder().encode(magic));
-  start[3] = version;
-  new DataView(start.buffer).setUint32(4, bytes.length, true);
-  const records = pictures.flatMap(({ key, file }) => {
-    const record = new Uint8Array(8 + Math.ceil(file.length / 4) * 4);
-    new DataView(record.buffer).setUint32(0, key, true);
-    new DataView(record.buffer).setUint32(4, file.length, true);
-    record.set(file, 8);
-    return [...record];
-  });
-  return new Uint8Array([...start, ...bytes, ...body, ...records]).buffer;
+  const filled = (bytes, value) => [...bytes, ...Array(-bytes.length & 3).fill(value)];
+  const u32 = (...numbers) => new Uint8Array(new Uint32Array(numbers).buffer);
+  const body = arrays.flatMap((array) => [...new Uint8Array(array.buffer)]);
+  const head = filled(new TextEncoder().encode(JSON.stringify({ ...HEAD, arrays: body.length, primitives, worlds })), 32);
+  const records = pictures.flatMap(({ key, file }) => [...u32(key, file.length), ...filled(file, 0)]);
+  return new Uint8Array([...new TextEncoder().encode(magic), version, ...u32(head.length), ...head, ...body, ...records]).buffer;
 }
 
 describe("a drawing's message", () => {
   it("holds frame, size and caption", () => {
     const { frame, width, height, caption, primitives, files } = decode(message([]));
-    assert.deepEqual({ frame, width, height, caption }, HEAD);
-    assert.deepEqual(primitives, []);
-    assert.equal(files.size, 0);
+    assert.deepEqual([{ frame, width, height, caption }, primitives, files.size], [HEAD, [], 0]);
   });
 
   it("is read without copying: arrays are views of it, of their kinds", () => {
     const positions = new Float32Array([1.5, 2.5, 0, NaN, -4, 9]);
     const colours = new Uint8Array([1, 2, 3, 4, 5, 6, 0, 0]);
-    const item = {
-      name: "cloud",
-      kind: "points",
-      layer: "particles",
-      size: 2,
-      positions: { type: "f4", at: 0, shape: [2, 3] },
-      colours: { type: "u1", at: 24, shape: [2, 3] },
-    };
+    const parts = { positions: { type: "f4", at: 0, shape: [2, 3] }, colours: { type: "u1", at: 24, shape: [2, 3] } };
+    const item = { name: "cloud", kind: "points", layer: "particles", size: 2, ...parts };
     const buffer = message([item], { arrays: [positions, colours] });
     const [cloud] = decode(buffer).primitives;
     assert.equal(cloud.positions.buffer, buffer);
-    assert.deepEqual([...cloud.positions], [...positions]);
-    assert.deepEqual([...cloud.colours], [1, 2, 3, 4, 5, 6]);
-    assert.equal(cloud.layer, "particles");
+    assert.deepEqual([[...cloud.positions], [...cloud.colours], cloud.layer], [[...positions], [1, 2, 3, 4, 5, 6], "particles"]);
   });
 
   it("keeps a colour and a picture's key as they are", () => {
     const line = { name: "line", kind: "polyline", layer: "trail", colour: [1, 2, 3], width: 2, positions: { type: "f4", at: 0, shape: [0, 3] } };
     const picture = { name: "picture", kind: "picture", layer: "picture", image_rgb: { key: 4, shape: [240, 320, 3] } };
-    const { primitives } = decode(message([picture, line]));
-    assert.deepEqual(primitives[0], picture);
-    assert.deepEqual(primitives[1].colour, [1, 2, 3]);
-    assert.equal(primitives[1].positions.length, 0);
+    const [found, { colour, positions }] = decode(message([picture, line])).primitives;
+    assert.deepEqual([found, colour, positions.length], [picture, [1, 2, 3], 0]);
   });
 
   it("carries any number of files behind the arrays", () => {
-    const pictures = [
-      { key: 3, file: [1, 2, 3, 4, 5] },
-      { key: 9, file: [6, 7] },
-    ];
+    const pictures = [{ key: 3, file: [1, 2, 3, 4, 5] }, { key: 9, file: [6, 7] }];
     const { files } = decode(message([], { arrays: [new Float32Array([1])], pictures }));
     assert.deepEqual([...files].map(([key, file]) => ({ key, file: [...file] })), pictures);
   });
@@ -90,17 +64,13 @@ describe("layers", () => {
 
   it("through time are none from the front", () => {
     const layers = new Layers([layer("flat", true, "flat only"), layer("time", true, "through time")]);
-    assert.deepEqual(layers.declared.map(({ name }) => name), ["flat"]);
-    assert.equal(layers.isShown("time"), false);
+    assert.deepEqual([layers.declared.map(({ name }) => name), layers.isShown("time")], [["flat"], false]);
   });
 
   it("are followed, each change once, until the end", () => {
-    const layers = new Layers([layer("a", true)]);
-    const end = new AbortController();
-    const seen = [];
+    const [layers, end, seen] = [new Layers([layer("a", true)]), new AbortController(), []];
     follow(() => layers.isShown("a"), () => seen.push(layers.isShown("a")), end.signal);
-    layers.set("a", false);
-    layers.set("a", false);
+    for (const isShown of [false, false]) layers.set("a", isShown);
     assert.deepEqual(seen, [true, false]);
     end.abort();
     layers.set("a", true);
@@ -109,20 +79,9 @@ describe("layers", () => {
 });
 
 describe("places on the canvas", () => {
-  it("count from the centre of the first pixel", () => {
-    assert.equal(placed(0, 1), 0.5);
-    assert.equal(placed(-0.5, 3), 0);
-    assert.equal(placed(319.5, 2), 640);
-  });
-
-  it("end far outside, and are none where there is no number", () => {
-    assert.equal(placed(1e9, 1), 30_000);
-    assert.equal(placed(-Infinity, 1), -30_000);
-    assert.ok(Number.isNaN(placed(NaN, 1)));
-  });
-
-  it("have colours as style sheets write them", () => {
-    assert.equal(css([0, 114, 178]), "rgb(0 114 178)");
+  it("count from the centre of the first pixel, end far outside, and are none where there is no number", () => {
+    const given = [[0, 1], [-0.5, 3], [319.5, 2], [1e9, 1], [-Infinity, 1], [NaN, 1]];
+    assert.deepEqual(given.map(([value, scale]) => placed(value, scale)), [0.5, 0, 640, 30_000, -30_000, NaN]);
   });
 });
 
@@ -135,16 +94,10 @@ describe("the name of what a pointer is at", () => {
     { ...text, text: "x", title: "an axis", point: null },
   ];
 
-  it("is that of the nearest point which has one", () => {
-    assert.equal(nameAt(items, 101, 51, 1), "left eye, inner corner");
-    assert.equal(nameAt(items, 105, 49, 1), "left eye");
-    assert.equal(nameAt(items, 200, 50, 1), "");
-    assert.equal(nameAt(items, 0, 0, 1), "");
-  });
-
-  it("reaches as far on the page, however large the picture is shown", () => {
-    assert.equal(nameAt(items, 108, 50, 1), "left eye");
-    assert.equal(nameAt(items, 108, 50, 4), "");
-    assert.equal(nameAt(items, 120, 50, 0.5), "left eye");
-  });
+  for (const [what, cases] of [
+    ["is that of the nearest point which has one", [[101, 51, 1, "left eye, inner corner"], [105, 49, 1, "left eye"], [200, 50, 1, ""], [0, 0, 1, ""]]],
+    ["reaches as far on the page, however large the picture", [[108, 50, 1, "left eye"], [108, 50, 4, ""], [120, 50, 0.5, "left eye"]]],
+  ]) {
+    it(what, () => assert.deepEqual(cases.map(([x, y, scale]) => nameAt(items, x, y, scale)), cases.map(([, , , name]) => name)));
+  }
 });

@@ -17,8 +17,7 @@ describe("the walk through a lecture", () => {
   it("leaves out what is not here, and does not begin where nothing can be shown", () => {
     const found = walk(item("gone", null, { asks: null, problem: "Line 4: it is not here" }), item("one", "learn/one"));
     assert.deepEqual(found.steps.map(({ title }) => title), ["one"]);
-    assert.equal(walk(item("poll", null)), null);
-    assert.equal(walk(), null);
+    assert.deepEqual([walk(item("poll", null)), walk()], [null, null]);
   });
 
   it("asks a poll over what is shown before it, or else after it", () => {
@@ -30,43 +29,34 @@ describe("the walk through a lecture", () => {
 
   it("comes back to what was begun", () => {
     const found = opened(go(walk(item("run", "session/new#abc", { kind: "session" }), item("poll", null), item("two", "learn/two")), 1, 0), "session/1f");
-    assert.equal(pageOf(found), "session/1f");
-    assert.equal(pageOf(go(found, 1, 0)), "learn/two");
-    assert.equal(pageOf(opened(found, null)), "session/new#abc");
+    assert.deepEqual([found, go(found, 1, 0), opened(found, null)].map(pageOf), ["session/1f", "learn/two", "session/new#abc"]);
   });
 
   it("ends at its ends", () => {
     const found = walk(item("one", "learn/one"), item("two", "learn/two"));
-    assert.equal(go(found, -1, 0).at, 0);
-    assert.equal(go(found, 7, 0).at, 1);
-    assert.deepEqual(markAsked(found).steps.map((step) => step.asked), [true, false]);
+    assert.deepEqual([go(found, -1, 0).at, go(found, 7, 0).at, markAsked(found).steps.map(({ asked }) => asked)], [0, 1, [true, false]]);
   });
 
   it("takes the time of each step, also of one that is come back to", () => {
     let found = go(walk(item("one", "learn/one"), item("two", "learn/two")), 1, 3 * MINUTE);
     found = go(found, -1, 4 * MINUTE);
-    const { whole, step } = clock(found, 10 * MINUTE);
-    assert.deepEqual(whole, { taken: 10 * MINUTE, planned: 10 * MINUTE });
-    assert.deepEqual(step, { taken: 9 * MINUTE, planned: 5 * MINUTE });
+    const minutes = (taken, planned) => ({ taken: taken * MINUTE, planned: planned * MINUTE });
+    assert.deepEqual(clock(found, 10 * MINUTE), { whole: minutes(10, 10), step: minutes(9, 5) });
     assert.equal(spentOn(found, 1, 10 * MINUTE), MINUTE);
     found = endWalk(found, 11 * MINUTE);
-    assert.equal(spentOn(found, 0, 99 * MINUTE), 10 * MINUTE);
-    assert.equal(clock(found, 99 * MINUTE).whole.taken, 11 * MINUTE);
+    assert.deepEqual([spentOn(found, 0, 99 * MINUTE), clock(found, 99 * MINUTE).whole.taken], [10 * MINUTE, 11 * MINUTE]);
   });
 
   it("is told in words", () => {
     assert.deepEqual([0, 65_000, 3_845_000].map(time), ["0:00", "1:05", "1:04:05"]);
-    assert.equal(clockWords({ taken: 65_000, planned: 5 * MINUTE }), "1:05 of 5 min");
-    assert.equal(clockWords({ taken: 6.5 * MINUTE, planned: 5 * MINUTE }), "6:30 of 5 min, 1:30 over");
+    const words = [65_000, 6.5 * MINUTE].map((taken) => clockWords({ taken, planned: 5 * MINUTE }));
+    assert.deepEqual(words, ["1:05 of 5 min", "6:30 of 5 min, 1:30 over"]);
     assert.deepEqual([2.5, 60, 75, 119.98].map(minutesText), ["2.5 min", "1 h", "1 h 15 min", "2 h"]);
   });
 });
 
-describe("the order of a lecture", () => {
-  it("gives one entry another place", () => {
-    assert.deepEqual(moved(["a", "b", "c"], 0, 2), ["b", "c", "a"]);
-    assert.deepEqual(moved(["a", "b", "c"], 2, 0), ["c", "a", "b"]);
-  });
+it("the order of a lecture gives one entry another place", () => {
+  assert.deepEqual([[0, 2], [2, 0]].map(([from, to]) => moved([..."abc"], from, to).join("")), ["bca", "cab"]);
 });
 
 describe("a link that becomes an item", () => {
@@ -90,8 +80,7 @@ describe("a link that becomes an item", () => {
   });
 
   it("is refused where it is none", async () => {
-    const wrong = ["", "https://host/any/prefix/work", "learn/", "session/new", "http://[", "compare"];
-    for (const text of wrong) await assert.rejects(of(text), /not a link|cannot show/);
+    for (const text of ["", "https://host/any/prefix/work", "learn/", "session/new", "http://[", "compare"]) await assert.rejects(of(text), /not a link|cannot show/);
     for (const text of ["session/new#%%%", "learn/%"]) await assert.rejects(of(text), /damaged/);
   });
 });

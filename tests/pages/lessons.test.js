@@ -5,30 +5,25 @@ import { beside, checked, figure } from "../../frontend_static/learn/numbers.js"
 import { Progress } from "../../frontend_static/learn/progress.js";
 
 const PLACE = "pftrack-lessons";
+const RIGHT = { given: 2, right: true };
 
 /** Give the page a store as a browser has it, which may be full. */
-function storage(/** @type {Record<string, string>} */ held = {}, isFull = false) {
-  const setItem = (/** @type {string} */ key, /** @type {string} */ value) => {
+function storage(held = {}, isFull = false) {
+  const setItem = (key, value) => {
     if (isFull) throw new Error("full");
     held[key] = value;
   };
-  const value = { getItem: (/** @type {string} */ key) => held[key] ?? null, setItem };
-  Object.defineProperty(globalThis, "localStorage", { value, configurable: true });
+  Object.defineProperty(globalThis, "localStorage", { value: { getItem: (key) => held[key] ?? null, setItem }, configurable: true });
   return held;
 }
 
 describe("progress", () => {
   it("comes back from the store as it was put there", () => {
     storage();
-    const before = new Progress();
-    before.set("sir", { given: 2, right: true });
-    before.set("bayes", { given: "two", right: false });
-    before.set("joint", { skipped: true });
+    const [before, answers] = [new Progress(), { sir: RIGHT, bayes: { given: "two", right: false }, joint: { skipped: true } }];
+    for (const [lesson, answer] of Object.entries(answers)) before.set(lesson, answer);
     const after = new Progress();
-    assert.deepEqual(after.of("sir"), { given: 2, right: true });
-    assert.deepEqual(after.of("bayes"), { given: "two", right: false });
-    assert.deepEqual(after.of("joint"), { skipped: true });
-    assert.equal(after.of("kalman"), null);
+    for (const [lesson, answer] of Object.entries({ ...answers, kalman: null })) assert.deepEqual(after.of(lesson), answer);
     assert.equal(after.of("constructor"), null);
     assert.equal(after.done([{ id: "sir" }, { id: "bayes" }, { id: "joint" }, { id: "kalman" }]), 2);
     after.set("sir", null);
@@ -36,11 +31,10 @@ describe("progress", () => {
   });
 
   it("takes up what it can read", () => {
-    const lessons = { sir: { given: 2, right: true, stars: 5 }, kalman: { medal: "gold" }, joint: { given: null, right: true } };
+    const lessons = { sir: { ...RIGHT, stars: 5 }, kalman: { medal: "gold" }, joint: { given: null, right: true } };
     const held = storage({ [PLACE]: JSON.stringify({ version: 7, lessons }) });
     const progress = new Progress();
-    assert.deepEqual(progress.of("sir"), { given: 2, right: true, stars: 5 });
-    assert.equal(progress.of("kalman"), null);
+    assert.deepEqual(["sir", "kalman"].map((lesson) => progress.of(lesson)), [{ ...RIGHT, stars: 5 }, null]);
     progress.set("bayes", { skipped: true });
     assert.deepEqual(Object.keys(JSON.parse(held[PLACE]).lessons).sort(), ["bayes", "sir"]);
   });
@@ -50,8 +44,8 @@ describe("progress", () => {
       storage({ [PLACE]: damaged });
       const progress = new Progress();
       assert.equal(progress.of("sir"), null);
-      progress.set("sir", { given: 2, right: true });
-      assert.deepEqual(new Progress().of("sir"), { given: 2, right: true });
+      progress.set("sir", RIGHT);
+      assert.deepEqual(new Progress().of("sir"), RIGHT);
     });
   }
 
@@ -62,17 +56,16 @@ describe("progress", () => {
     for (const place of [() => storage({}, true), () => Object.defineProperty(globalThis, "localStorage", { get, configurable: true })]) {
       place();
       const progress = new Progress();
-      progress.set("sir", { given: 2, right: true });
+      progress.set("sir", RIGHT);
       progress.set("bayes", { skipped: true });
-      assert.deepEqual(progress.of("sir"), { given: 2, right: true });
+      assert.deepEqual(progress.of("sir"), RIGHT);
       assert.match(progress.remark, /is kept until you close this page/);
     }
   });
 
   it("adds to what another page has answered meanwhile", () => {
-    const held = storage();
-    const [one, other] = [new Progress(), new Progress()];
-    one.set("sir", { given: 2, right: true });
+    const [held, one, other] = [storage(), new Progress(), new Progress()];
+    one.set("sir", RIGHT);
     other.set("bayes", { skipped: true });
     assert.deepEqual(Object.keys(JSON.parse(held[PLACE]).lessons).sort(), ["bayes", "sir"]);
   });
@@ -80,24 +73,23 @@ describe("progress", () => {
 
 describe("words", () => {
   it("round to what counts", () => {
-    assert.equal(figure(0.28251, 4), "0.2825");
-    assert.equal(figure(1234.6, 3), "1235");
-    assert.equal(figure(0.1, 4, "m"), "0.1 m");
-    assert.equal(figure(null, 4), "–");
+    const given = [[0.28251, 4], [1234.6, 3], [0.1, 4, "m"], [null, 4]];
+    assert.deepEqual(given.map((number) => figure(...number)), ["0.2825", "1235", "0.1 m", "–"]);
   });
 
   it("tell whether a number is as close as it should be, without a tick as well", () => {
     const number = { exact: 0.2861, tolerance: 0.0106, digits: 4, unit: "", within: true };
-    assert.equal(beside(number), "exact 0.2861, within 0.011");
-    assert.equal(beside({ ...number, within: false }), "exact 0.2861, more than 0.011 off");
-    assert.equal(beside({ ...number, tolerance: null, within: null }), "exact 0.2861");
-    assert.equal(beside({ ...number, exact: null, within: null }), "");
+    for (const [more, words] of [
+      [{}, "exact 0.2861, within 0.011"], [{ within: false }, "exact 0.2861, more than 0.011 off"],
+      [{ tolerance: null, within: null }, "exact 0.2861"], [{ exact: null, within: null }, ""],
+    ]) assert.equal(beside({ ...number, ...more }), words);
   });
 
   it("tell a check by its value, its target and its tolerance", () => {
     const check = { check: "counting", title: "", ours: 0.2825, exact: 0.28613, tolerance: 0.0106, passed: true, problem: null };
-    assert.equal(checked(check), "checked: 0.2825, exact 0.2861, within 0.0106");
-    assert.equal(checked({ ...check, ours: 0.5, passed: false }), "fails: 0.5, exact 0.2861, not within 0.0106");
-    assert.equal(checked({ ...check, problem: "It was killed." }), "It was killed.");
+    for (const [more, words] of [
+      [{}, "checked: 0.2825, exact 0.2861, within 0.0106"], [{ ours: 0.5, passed: false }, "fails: 0.5, exact 0.2861, not within 0.0106"],
+      [{ problem: "It was killed." }, "It was killed."],
+    ]) assert.equal(checked({ ...check, ...more }), words);
   });
 });

@@ -3,35 +3,37 @@ import { it } from "node:test";
 
 import { Store } from "../../frontend_static/session/store.js";
 import { Exploration, Loss } from "../../frontend_static/session/why/loss.js";
+import { changes, hello } from "./making.js";
 
-const hello = { id: "s", state: "ready", branch: "b0", branches: [], trackers: [], parameters: {}, recipe: {}, timeline: [] };
+/** The store of a session that has begun, and the signal of its page. */
+function begun() {
+  globalThis.addEventListener = () => {};
+  const [store, end] = [new Store(), new AbortController()];
+  store.receive(hello());
+  return { store, end };
+}
 
 it("an exploration is asked for once a run, again where it failed, and is stale while the run is another one", async (context) => {
-  globalThis.addEventListener = () => {};
   const job = { id: "j", state: "failed", error: "no room", result: null, branch: "b0", stale: false };
   const asked = context.mock.method(globalThis, "fetch", async () => globalThis.Response.json(job));
-  const store = new Store();
-  store.receive({ type: "hello", diagnostics: {}, session: hello });
-  const exploration = new Exploration(store, new AbortController().signal);
+  const { store, end } = begun();
+  const exploration = new Exploration(store, end.signal);
   await exploration.begin({ kind: "what-if", frame: 5 });
   assert.equal(exploration.error.value, "no room");
   Object.assign(job, { state: "done", result: { findings: [] } });
   for (let time = 0; time < 2; time += 1) await exploration.begin({ kind: "what-if", frame: 5 });
   assert.deepEqual([asked.mock.callCount(), exploration.isStale], [2, false]);
   for (const [timeline, isStale] of [[[{ frame: 3, values: {} }], true], [[], false]]) {
-    store.receive({ type: "changes", session: { timeline }, rows: [] });
+    store.receive(changes({ timeline }));
     assert.equal(exploration.isStale, isStale);
   }
 });
 
 it("a loss that is explained after its session has left the page begins no exploration", async (context) => {
-  globalThis.addEventListener = () => {};
   let answer = () => {};
   const told = () => globalThis.Response.json({ diagnosis: { lost: true, frame: 5 } });
   const asked = context.mock.method(globalThis, "fetch", () => new Promise((resolve) => (answer = () => resolve(told()))));
-  const store = new Store();
-  store.receive({ type: "hello", diagnostics: {}, session: hello });
-  const end = new AbortController();
+  const { store, end } = begun();
   const asking = new Loss({ store, card: { value: null }, signal: end.signal }).ask(5);
   end.abort();
   answer();

@@ -5,33 +5,23 @@ import { Playback } from "../../frontend_static/session/playback.js";
 import { Store } from "../../frontend_static/session/store.js";
 import { until } from "../../frontend_static/shared/timing.js";
 import { effect } from "../../frontend_static/vendor/preact.js";
+import { hello } from "./making.js";
 
 const FRAMES = 5;
 
-const session = {
-  id: "", state: "ready", branch: "b0", branches: [], position: 0, computed: FRAMES - 1, frames: FRAMES, playing: false, speed: 0, frame_rate_hz: 30,
-};
 
 describe("a run that is played from a file", () => {
-  let playback;
-  let recording;
-  let shown;
-  let store;
+  let playback, recording, shown, store;
 
   beforeEach(() => {
     globalThis.requestAnimationFrame = (work) => setImmediate(() => work(0));
     globalThis.cancelAnimationFrame = clearImmediate;
     store = new Store({ readOnly: true });
-    store.receive({ type: "hello", session: { ...session }, diagnostics: {} });
+    store.receive(hello({ computed: FRAMES - 1, frames: FRAMES, speed: 0, frame_rate_hz: 30 }));
     shown = [];
-    const view = {
-      async prepare(data) {
-        const text = new TextDecoder().decode(data);
-        return { messages: [], show: () => shown.push(text) };
-      },
-    };
+    const prepare = async (data) => ({ messages: [], show: () => shown.push(new TextDecoder().decode(data)) });
     recording = { parts: [[[0, 1], [3, 4]], [[1, 2], [3, 4]], [[2, 3], [3, 4]]], every: 2, before_loss: 1, glossary: [] };
-    playback = new Playback(store, view, recording, new Blob(["abcP"]));
+    playback = new Playback(store, { prepare }, recording, new Blob(["abcP"]));
   });
 
   it("shows of each frame its drawing with its pictures, or the last before it", async () => {
@@ -49,11 +39,11 @@ describe("a run that is played from a file", () => {
   });
 
   it("goes to before the loss, and stays where it is without one", async () => {
-    await playback.carryOut({ kind: "before_loss" });
-    assert.equal(store.known.position, 1);
-    recording.before_loss = null;
-    await playback.carryOut({ kind: "before_loss" });
-    assert.equal(store.known.position, 1);
+    for (const known of [1, null]) {
+      recording.before_loss = known;
+      await playback.carryOut({ kind: "before_loss" });
+      assert.equal(store.known.position, 1);
+    }
   });
 
   it("plays to the end, and from there once more", async () => {

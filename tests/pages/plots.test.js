@@ -15,12 +15,11 @@ function historyOf(errors) {
 
 describe("a column", () => {
   it("reads of a history that has grown only the new frames", () => {
-    const asked = [];
+    const [asked, history] = [[], historyOf([1, 2])];
     const read = (row) => {
       asked.push(row.frame);
       return row.error;
     };
-    const history = historyOf([1, 2]);
     column(history, read);
     history.add({ frame: 2, error: null, estimate: [0], series: {} });
     assert.deepEqual(column(history, read), [1, 2, NaN]);
@@ -28,8 +27,7 @@ describe("a column", () => {
   });
 
   it("is read anew once another run has taken the place of its own", () => {
-    const read = (row) => row.error;
-    const history = historyOf([9, 9, 9]);
+    const [read, history] = [(row) => row.error, historyOf([9, 9, 9])];
     column(history, read);
     history.share(historyOf([1, 2]), 1);
     assert.deepEqual(column(history, read), [1, 2]);
@@ -40,16 +38,13 @@ describe("shades", () => {
   it("lie where something held, with their word as long as it held anywhere", () => {
     const hidden = shades("hidden", 0.2, (row) => row.hidden, { word: "hidden" });
     const found = hidden(historyOf([1, 5, 6, 1]));
-    assert.deepEqual([found.title, found.intervals], ["hidden", [{ first: 0.5, last: 2.5 }]]);
-    assert.deepEqual(hidden(historyOf([1])).title, "");
+    assert.deepEqual([found.title, found.intervals, hidden(historyOf([1])).title], ["hidden", [{ first: 0.5, last: 2.5 }], ""]);
   });
 });
 
 describe("limits", () => {
   it("are rounded up, and values that are not known leave them alone", () => {
-    assert.equal(reach(14), 15);
-    assert.equal(reach(0.95), 1);
-    assert.deepEqual(extent([[NaN, 3], [2]]), [2, 3]);
+    assert.deepEqual([reach(14), reach(0.95), extent([[NaN, 3], [2]])], [15, 1, [2, 3]]);
   });
 
   it("are never closer than the smallest span that is worth an axis, so what hardly changes looks flat", () => {
@@ -66,20 +61,15 @@ describe("limits", () => {
 describe("zooming", () => {
   it("keeps the frame under the pointer, and never leaves the run", () => {
     assert.deepEqual(scaled([0, 100], 25, 0.5), [12.5, 62.5]);
-    assert.deepEqual(clamped([-10, 40], 100), [0, 50]);
-    assert.deepEqual(clamped([80, 130], 100), [50, 100]);
-    assert.equal(clamped([-10, 200], 100), null);
+    assert.deepEqual([[-10, 40], [80, 130], [-10, 200]].map((range) => clamped(range, 100)), [[0, 50], [50, 100], null]);
     const [first, last] = scaled([10, 12], 11, 0.01);
     assert.equal(last - first, 4);
   });
 });
 
 describe("a tree of hypotheses", () => {
-  const rows = [
-    { values: [[0]], weights: [1], parents: [-1] },
-    { values: [[0], [1]], weights: [0.75, 0.25], parents: [0, 0] },
-    { values: [[0], [1]], weights: [0.4, 0.6], parents: [0, 1] },
-  ];
+  const one = { values: [[0]], weights: [1], parents: [-1] };
+  const rows = [one, ...[[0.75, 0.25, 0], [0.4, 0.6, 1]].map(([p, q, parent]) => ({ values: [[0], [1]], weights: [p, q], parents: [0, parent] }))];
 
   function found(...hypotheses) {
     const made = new History();
@@ -87,27 +77,16 @@ describe("a tree of hypotheses", () => {
     return treeOf(made, "tree");
   }
 
-  it("has a node for each, the first in row 1, the more opaque the more probable", () => {
-    const { nodes } = found(...rows);
+  it("has a node for each, the more opaque the more probable, an edge from each parent, and a way back from the most probable", () => {
+    const { nodes, links, way } = found(...rows);
     assert.deepEqual([nodes.x, nodes.y], [[0, 1, 1, 2, 2], [1, 1, 2, 1, 2]]);
     assert.ok(nodes.opacity[1] > nodes.opacity[4] && nodes.opacity[2] > 0.12);
-  });
-
-  it("has an edge from each parent, and none where a hypothesis begins", () => {
-    const ends = found(...rows).links.map(({ x0, y0, x1, y1 }) => [x0, y0, x1, y1]);
-    assert.deepEqual(ends, [[0, 1, 1, 1], [0, 1, 1, 2], [1, 1, 2, 1], [1, 2, 2, 2]]);
-  });
-
-  it("leads back from the most probable of the newest frame", () => {
-    assert.deepEqual(found(...rows).way, { x: [2, 1, 0], y: [2, 2, 1] });
-    const begun = [...rows.slice(0, 2), { values: [[0]], weights: [1], parents: [-1] }];
-    assert.deepEqual(found(...begun).way, { x: [2], y: [1] });
+    assert.deepEqual(links.map(({ x0, y0, x1, y1 }) => [x0, y0, x1, y1]), [[0, 1, 1, 1], [0, 1, 1, 2], [1, 1, 2, 1], [1, 2, 2, 2]]);
+    assert.deepEqual([way, found(...rows.slice(0, 2), one).way], [{ x: [2, 1, 0], y: [2, 2, 1] }, { x: [2], y: [1] }]);
   });
 
   it("is empty where nobody has hypotheses, and has no way back where their parents are not known", () => {
-    assert.deepEqual(found(undefined, undefined).way, { x: [], y: [] });
     const alone = { values: [[0]], weights: [1] };
-    assert.deepEqual(found(alone, alone).way, { x: [1], y: [1] });
-    assert.deepEqual(found(alone).links, []);
+    assert.deepEqual([found(undefined, undefined).way, found(alone, alone).way, found(alone).links], [{ x: [], y: [] }, { x: [1], y: [1] }, []]);
   });
 });

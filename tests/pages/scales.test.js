@@ -15,47 +15,37 @@ before(() => {
 
 describe("the colours of a map", () => {
   it("begin and end where the palette does, and clip what lies beyond", () => {
-    assert.deepEqual(viridis(0), VIRIDIS[0]);
-    assert.deepEqual(viridis(1), VIRIDIS.at(-1));
-    assert.deepEqual(viridis(7), VIRIDIS.at(-1));
-    assert.deepEqual(viridis(-1), VIRIDIS[0]);
+    assert.deepEqual([0, 1, 7, -1].map(viridis), [0, -1, -1, 0].map((place) => VIRIDIS.at(place)));
   });
 
   it("are neutral in the middle of a difference and each method's own at the ends", () => {
-    assert.deepEqual(diverging(0), DIVERGING[3].light);
-    assert.deepEqual(diverging(-1), DIVERGING[0].light);
-    assert.deepEqual(diverging(1), DIVERGING[6].light);
+    assert.deepEqual([0, -1, 1].map(diverging), [3, 0, 6].map((place) => DIVERGING[place].light));
   });
 
   it("are those of a dark page where dark was chosen, but on paper", () => {
     const { dataset } = globalThis.document.documentElement;
     dataset.theme = "dark";
-    assert.deepEqual(diverging(0), DIVERGING[3].dark);
-    medium = "print";
-    assert.deepEqual(diverging(0), DIVERGING[3].light);
-    medium = "screen";
-    dataset.theme = "light";
+    for (const [shown, scheme] of [["screen", "dark"], ["print", "light"]]) {
+      medium = shown;
+      assert.deepEqual(diverging(0), DIVERGING[3][scheme]);
+    }
+    [medium, dataset.theme] = ["screen", "light"];
   });
 
   it("carry an ink that can be read", () => {
-    assert.equal(inkOn([255, 255, 255]), "#000");
-    assert.equal(inkOn([0, 50, 79]), "#fff");
+    assert.deepEqual([[255, 255, 255], [0, 50, 79]].map(inkOn), ["#000", "#fff"]);
     assert.equal(css([1, 2, 3]), "rgb(1 2 3)");
   });
 });
 
 describe("the ends of a scale", () => {
-  const error = { isShare: false };
-
-  it("are round and not moved by a few outliers", () => {
-    assert.deepEqual(endOf(error, [1, 2, null, 2.8]), { most: 3, words: "" });
-    const many = [...Array.from({ length: 99 }, () => 1.9), 500];
-    assert.deepEqual(endOf(error, many), { most: 2, words: " or more" });
-  });
-
-  it("are 1 where nothing is known", () => {
-    assert.deepEqual(endOf(error, [null, null]), { most: 1, words: "" });
-  });
+  for (const [what, values, most, words] of [
+    ["round", [1, 2, null, 2.8], 3, ""],
+    ["not moved by a few outliers", [...Array(99).fill(1.9), 500], 2, " or more"],
+    ["1 where nothing is known", [null, null], 1, ""],
+  ]) {
+    it(`are ${what}`, () => assert.deepEqual(endOf({ isShare: false }, values), { most, words }));
+  }
 
   it("are 1 for a share, and a little above the largest value for anything else", () => {
     assert.deepEqual([true, false].map((isShare) => endOf({ isShare }, [0.2, 0.1]).most), [1, 0.2]);

@@ -58,89 +58,84 @@ describe("a stream", () => {
     test.mock.timers.enable({ apis: ["setTimeout", "setInterval"] });
     const end = new AbortController();
     const heard = [];
-    const told = (what) => (event) => heard.push(event?.code ?? event?.type ?? what);
-    const on = { message: told("message"), drawing: told("drawing"), opened: told("opened"), lost: told("lost"), closed: told("closed"), gone: told("gone") };
+    const told = (what) => [what, (event) => heard.push(event?.code ?? event?.type ?? what)];
+    const on = Object.fromEntries(["message", "drawing", "opened", "lost", "closed", "gone"].map(told));
     const stream = new Stream(on, { address: () => `ws://place/${FakeSocket.made.length}`, look, signal: end.signal });
-    const tick = (ms) => test.mock.timers.tick(ms);
-    return { stream, end, heard, tick, made: () => FakeSocket.made.length };
+    const [first] = FakeSocket.made;
+    /** Have a line break, and wait for so many ms, one after the other. */
+    const breaks = async (socket, code, ...waits) => {
+      socket.ends(code);
+      await turn();
+      for (const ms of waits) test.mock.timers.tick(ms);
+    };
+    const online = () => {
+      page.dispatchEvent(new Event("online"));
+      test.mock.timers.tick(0);
+    };
+    return { stream, first, end, heard, breaks, online, tick: (ms) => test.mock.timers.tick(ms), made: () => FakeSocket.made.length };
   }
 
   it("tells what comes, as text or as a drawing, and keeps pongs for itself", (test) => {
-    const { heard } = stage(test);
-    FakeSocket.made[0].opens();
-    FakeSocket.made[0].hears('{"type":"hello"}');
-    FakeSocket.made[0].hears(new ArrayBuffer(8));
-    FakeSocket.made[0].hears('{"type":"pong"}');
+    const { first, heard } = stage(test);
+    first.opens();
+    for (const data of ['{"type":"hello"}', new ArrayBuffer(8), '{"type":"pong"}']) first.hears(data);
     assert.deepEqual(heard, ["opened", "hello", "drawing"]);
   });
 
   it("tries again after a while, at a new address, and longer each time", async (test) => {
-    const { heard, tick, made } = stage(test);
-    FakeSocket.made[0].opens();
-    FakeSocket.made[0].hears('{"type":"hello"}');
-    FakeSocket.made[0].ends();
-    await turn();
+    const { first, heard, breaks, tick, made } = stage(test);
+    first.opens();
+    first.hears('{"type":"hello"}');
+    await breaks(first);
     assert.equal(made(), 1);
     tick(320);
     assert.deepEqual([made(), FakeSocket.made[1].address, heard], [2, "ws://place/1", ["opened", "hello", 1006, "lost"]]);
-    FakeSocket.made[1].ends();
-    await turn();
-    tick(320);
+    await breaks(FakeSocket.made[1], 1006, 320);
     assert.equal(made(), 2);
     tick(320);
     assert.equal(made(), 3);
   });
 
   it("comes back at once when the browser is online again", async (test) => {
-    const { tick, made } = stage(test);
-    FakeSocket.made[0].ends();
-    await turn();
-    page.dispatchEvent(new Event("online"));
-    tick(0);
-    assert.equal(made(), 2);
-    page.dispatchEvent(new Event("online"));
-    tick(0);
-    assert.equal(made(), 2);
+    const { first, breaks, online, made } = stage(test);
+    await breaks(first);
+    for (let time = 0; time < 2; time += 1) {
+      online();
+      assert.equal(made(), 2);
+    }
   });
 
   for (const code of [1006, 4404]) {
     it(`stays away where there is nothing to hear any more, and asks only where the code ${code} does not say so`, async (test) => {
-      const { heard, tick, made } = stage(test, () => Promise.reject(new ApiError(404, { message: `${heard.push("asked")}` })));
-      FakeSocket.made[0].ends(code);
-      await turn();
-      page.dispatchEvent(new Event("online"));
+      const look = () => Promise.reject(new ApiError(404, { message: `${heard.push("asked")}` }));
+      const { first, heard, breaks, online, tick, made } = stage(test, look);
+      await breaks(first, code);
+      online();
       tick(10_000);
       assert.deepEqual([heard, made()], [[code, "lost", ...(code === 1006 ? ["asked"] : []), "gone"], 1]);
     });
   }
 
   it("connects anew at once where it is told to, and nobody hears of that", async (test) => {
-    const { stream, heard, tick, made } = stage(test);
-    const [first] = FakeSocket.made;
+    const { stream, first, heard, breaks, made } = stage(test);
     first.opens();
     stream.again();
-    first.ends();
-    await turn();
-    tick(0);
+    await breaks(first, 1006, 0);
     assert.deepEqual([first.isClosed, heard, made()], [true, ["opened"], 2]);
   });
 
   it("ends with its signal, and nothing is told of that", async (test) => {
-    const { end, heard, tick, made } = stage(test);
+    const { first, end, heard, breaks, made } = stage(test);
     end.abort();
-    const [last] = FakeSocket.made;
-    assert.ok(!last.isClosed, "a browser would complain of one that is closed before it opens");
-    last.opens();
-    assert.ok(last.isClosed);
-    last.ends();
-    await turn();
-    tick(10_000);
+    assert.ok(!first.isClosed, "a browser would complain of one that is closed before it opens");
+    first.opens();
+    assert.ok(first.isClosed);
+    await breaks(first, 1006, 10_000);
     assert.deepEqual([heard, made()], [[], 1]);
   });
 
   it("does not wait for a farewell where pings stay unanswered, and hears nothing of that line any more", async (test) => {
-    const { heard, tick, made } = stage(test);
-    const [first] = FakeSocket.made;
+    const { first, heard, tick, made } = stage(test);
     first.opens();
     tick(15_000);
     await turn();
