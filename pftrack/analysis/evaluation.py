@@ -39,10 +39,15 @@ from pftrack.sources.truth import TruthTable
 # | VOT (Kristan et al. 2016) | the folder, or `color/` | `groundtruth.txt` | x, y, w, h, or x and y of four corners |
 #
 # Of four corners the smallest upright box around them is taken. A line whose numbers are not finite, or whose box has
-# no area, is a frame without truth. Where there are not as many lines as pictures, lines begin with the picture that
-# `cfg.json` names as `startFrame`, as in jwlim/tracker_benchmark; without it the sequence is refused.
+# no area, is a frame without truth. An empty text is no target (one of Human4's is empty). Where there are not as many
+# lines as pictures, lines begin with the picture that `cfg.json` names as `startFrame`, as in jwlim/tracker_benchmark,
+# or that the authors of OTB name for this sequence; otherwise the sequence is refused.
 
 Rectangle = tuple[float, float, float, float]
+
+OTB_STARTS = {"BlurCar1": 247, "BlurCar3": 3, "BlurCar4": 18, "David": 300, "Freeman3": 1, "Freeman4": 1}
+"""Number of the first picture with a box, of sequences of OTB with more pictures than boxes (`vot/dataset/otb.py` of
+votchallenge/toolkit has the list)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +89,7 @@ def find_sequences(folder: Path) -> list[BenchmarkSequence]:
 def _texts_in(folder: Path) -> list[Path]:
     """Return the texts of true boxes of a folder that is a sequence, one of each of its targets."""
     if (folder / "img").is_dir():
-        return sorted(folder.glob("groundtruth_rect*.txt"))
+        return sorted(text for text in folder.glob("groundtruth_rect*.txt") if text.stat().st_size)
     return [text for text in (folder / "groundtruth.txt",) if text.is_file()]
 
 
@@ -105,16 +110,16 @@ def _read(text: Path) -> BenchmarkSequence:
 
 
 def _start(folder: Path, pictures: Path, text: str, lines: int) -> int:
-    """Return the picture of the first line: its name is the number in `cfg.json`.
+    """Return the picture of the first line: its name is the number in `cfg.json` or in the list of OTB.
 
     Raises:
-        RefusedError: The numbers of lines and pictures differ, and `cfg.json` does not name the first picture.
+        RefusedError: The numbers of lines and pictures differ, and neither names the first picture.
     """
     numbers = sorted(int(path.stem) for path in pictures.iterdir() if path.stem.isdecimal())
     try:
-        wanted = int(json.loads((folder / "cfg.json").read_text(encoding="utf-8"))["startFrame"])
+        wanted: int | None = int(json.loads((folder / "cfg.json").read_text(encoding="utf-8"))["startFrame"])
     except (OSError, ValueError, KeyError, TypeError):
-        wanted = None
+        wanted = OTB_STARTS.get(folder.name) if lines != len(numbers) else None
     if wanted in numbers:
         return numbers.index(wanted)
     if numbers and lines != len(numbers):

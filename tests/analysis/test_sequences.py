@@ -63,12 +63,16 @@ def test_lines_that_nobody_can_place_are_refused(tmp_path: Path) -> None:
         find_sequences(tmp_path)
     (folder / "cfg.json").write_text('{"startFrame": 2}')
     assert find_sequences(tmp_path)[0].start == 1
+    (folder / "cfg.json").unlink()
+    folder.rename(tmp_path / "BlurCar3")
+    assert find_sequences(tmp_path)[0].start == 2
 
 
 def test_two_targets_are_two_sequences(tmp_path: Path) -> None:
-    """As Jogging of OTB has it."""
+    """As Jogging of OTB has it; a text that is empty, as one of Human4, is none."""
     folder = write_otb(tmp_path / "Clip")
     text = folder / "groundtruth_rect.txt"
     (folder / "groundtruth_rect.2.txt").write_text(text.read_text())
     text.rename(folder / "groundtruth_rect.1.txt")
+    (folder / "groundtruth_rect.3.txt").touch()
     assert [found.name for found in find_sequences(tmp_path)] == ["Clip-1", "Clip-2"]
