@@ -473,9 +473,8 @@ def _text(text: Text, canvas: NDArray[np.uint8], scale: float) -> None:
         size, room = 0.4 * max(1.0, scale), canvas.shape[1]
         words = text.title if text.title and room >= TITLES_FROM_PX * max(1.0, scale) else text.text
         length = _length(words, size)
-        x -= {"start": 0, "middle": length // 2, "end": length}[text.anchor]
-        if text.title:
-            x = max(RIM_PX, min(x, room - length - RIM_PX))
+        start = x - {"start": 0, "middle": length // 2, "end": length}[text.anchor]
+        x = max(RIM_PX, min(start, room - length - RIM_PX)) if 0 <= x <= room else start
         _write(canvas, words, (x, y), text.colour, size)
 
 

@@ -185,7 +185,7 @@ function paintText({ context, width, scale, density }, { position, text, colour,
   const long = context.measureText(words).width;
   const rim = 2.5 * size;
   let x = at - BEFORE[anchor] * long;
-  if (title !== "") x = Math.max(rim, Math.min(x, width - long - rim));
+  if (at >= 0 && at <= width) x = Math.max(rim, Math.min(x, width - long - rim));
   context.textBaseline = "alphabetic";
   context.lineWidth = rim;
   context.strokeStyle = colour[0] + colour[1] + colour[2] < BRIGHT_FROM ? "#fff" : "#000";
