@@ -39,7 +39,7 @@ from pftrack.sources.truth import TruthTable
 # | VOT (Kristan et al. 2016) | the folder, or `color/` | `groundtruth.txt` | x, y, w, h, or x and y of four corners |
 #
 # Of four corners the smallest upright box around them is taken. A line whose numbers are not finite, or whose box has
-# no area, is a frame without truth. An empty text is no target (one of Human4's is empty). Where there are not as many
+# no area, is a frame without truth. An empty text is skipped (one of Human4's is empty). Where there are not as many
 # lines as pictures, lines begin with the picture that `cfg.json` names as `startFrame`, as in jwlim/tracker_benchmark,
 # or that the authors of OTB name for this sequence; otherwise the sequence is refused.
 
