@@ -8,24 +8,20 @@ import pytest
 
 import pftrack
 from pftrack.sources.beliefs.recorder import ParticlesCollector, record_filterpy, record_pfilter, record_stone_soup
+from tests.sources.films import rows_of
 
 FRAMES, COUNT = 6, 60
 MEASURED = np.arange(FRAMES, dtype=float)
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore::SyntaxWarning"),
-    pytest.mark.filterwarnings("ignore::UserWarning"),
-]
+pytestmark = [pytest.mark.filterwarnings(f"ignore::{kind}Warning") for kind in ("Deprecation", "Syntax", "User")]
 
 
-def estimates(path: Path) -> np.ndarray:
-    run = pftrack.load(path)
-    run.finish()
-    return np.array([row.estimate for row in run.diagnostics])
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "mine.pft"
 
 
-def test_particles(tmp_path: Path) -> None:
+def test_particles(path: Path) -> None:
     """A collector says weights and ancestors of every step of `particles`."""
     library = pytest.importorskip("particles", reason="particles is not installed")
     rng = np.random.default_rng(0)
@@ -40,39 +36,30 @@ def test_particles(tmp_path: Path) -> None:
         def logG(self, t, _xp, x):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N802
             return -0.5 * (x - MEASURED[t]) ** 2
 
-    means, sizes = [], []
-    with pftrack.record(tmp_path / "mine.pft", precision="double") as rec:
+    with pftrack.record(path, precision="double") as rec:
         smc = library.SMC(fk=Walk(FRAMES), N=COUNT, collect=[ParticlesCollector(rec)], resampling="systematic")
-        for _ in smc:
-            means.append(float(smc.W @ smc.X))
-            sizes.append(float(smc.wgts.ESS))
-    run = pftrack.load(tmp_path / "mine.pft")
-    run.finish()
-    assert [row.estimate[0] for row in run.diagnostics] == pytest.approx(means)
-    assert [row.number("ess") for row in run.diagnostics] == pytest.approx(sizes)
-    assert any(row.number("resampled") for row in run.diagnostics)
+        expected = [(float(smc.W @ smc.X), float(smc.wgts.ESS)) for _ in smc]
+    rows = rows_of(path)
+    assert np.array([(row.estimate[0], row.number("ess")) for row in rows]) == pytest.approx(np.array(expected))
+    assert any(row.number("resampled") for row in rows)
 
 
-def test_filterpy(tmp_path: Path) -> None:
+def test_filterpy(path: Path) -> None:
     """Mean and covariance of a Kalman filter of FilterPy are the belief."""
     library = pytest.importorskip("filterpy.kalman", reason="FilterPy is not installed")
     kalman = library.KalmanFilter(dim_x=2, dim_z=1)
     kalman.F, kalman.H = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1.0, 0.0]])
-    means, sds = [], []
-    with pftrack.record(tmp_path / "mine.pft") as rec:
+    expected = []
+    with pftrack.record(path) as rec:
         for t in range(FRAMES):
             kalman.predict()
             kalman.update(MEASURED[t])
             record_filterpy(rec, t, kalman)
-            means.append(kalman.x.ravel().copy())
-            sds.append(np.sqrt(np.diag(kalman.P)))
-    run = pftrack.load(tmp_path / "mine.pft")
-    run.finish()
-    assert np.array([row.estimate for row in run.diagnostics]) == pytest.approx(np.array(means))
-    assert np.array([row.sigma for row in run.diagnostics]) == pytest.approx(np.array(sds))
+            expected.append((kalman.x.ravel().copy(), np.sqrt(np.diag(kalman.P))))
+    assert np.array([(row.estimate, row.sigma) for row in rows_of(path)]) == pytest.approx(np.array(expected))
 
 
-def test_pfilter(tmp_path: Path) -> None:
+def test_pfilter(path: Path) -> None:
     """Particles of pfilter are said as they were weighed, before it draws them anew."""
     library = pytest.importorskip("pfilter", reason="pfilter is not installed")
     rng = np.random.default_rng(0)
@@ -85,15 +72,15 @@ def test_pfilter(tmp_path: Path) -> None:
         n_particles=COUNT,
     )
     means = []
-    with pftrack.record(tmp_path / "mine.pft", precision="double") as rec:
+    with pftrack.record(path, precision="double") as rec:
         for t in range(FRAMES):
             tracker.update(np.array([MEASURED[t]]))
             record_pfilter(rec, t, tracker)
             means.append(tracker.mean_state.copy())
-    assert estimates(tmp_path / "mine.pft") == pytest.approx(np.array(means))
+    assert np.array([row.estimate for row in rows_of(path)]) == pytest.approx(np.array(means))
 
 
-def test_stone_soup(tmp_path: Path) -> None:
+def test_stone_soup(path: Path) -> None:
     """Gaussians, particles and tracks of Stone Soup, which are numbered as they come."""
     pytest.importorskip("stonesoup", reason="Stone Soup is not installed")
     from stonesoup.types.array import StateVectors
@@ -103,16 +90,14 @@ def test_stone_soup(tmp_path: Path) -> None:
     now = datetime(2026, 1, 1)  # noqa: DTZ001 - as the library's own examples have it
     samples = np.random.default_rng(0).standard_normal((4, COUNT))
     weights = np.log(np.random.default_rng(1).dirichlet(np.ones(COUNT)))
-    with pftrack.record(tmp_path / "particles.pft", precision="double") as rec:
+    with pftrack.record(path, precision="double") as rec:
         record_stone_soup(rec, 0, ParticleState(StateVectors(samples), log_weight=weights, timestamp=now))
-    assert estimates(tmp_path / "particles.pft")[0] == pytest.approx((samples @ np.exp(weights))[:2])
+    assert rows_of(path)[0].estimate == pytest.approx((samples @ np.exp(weights))[:2])
     tracks = [Track(), Track()]
-    with pftrack.record(tmp_path / "tracks.pft") as rec:
+    with pftrack.record(path.with_name("tracks.pft")) as rec:
         for t in range(FRAMES):
             for place, track in enumerate(tracks):
                 track.append(GaussianState([t, 10 * place], np.eye(2), timestamp=now + timedelta(seconds=t)))
             record_stone_soup(rec, t, tracks)
-    run = pftrack.load(tmp_path / "tracks.pft")
-    run.finish()
-    assert run.diagnostics[-1].number("targets") == 2
-    assert run.diagnostics[-1].estimate == (FRAMES - 1, 0)
+    last = rows_of(path.with_name("tracks.pft"))[-1]
+    assert (last.number("targets"), last.estimate) == (2, (FRAMES - 1, 0))

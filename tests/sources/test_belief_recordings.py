@@ -10,10 +10,12 @@ import pytest
 import pftrack
 from pftrack.analysis.other_seeds import ensemble
 from pftrack.core.refusal import RefusedError
+from pftrack.runs.run import Run
 from pftrack.sources.beliefs import content
 from pftrack.sources.beliefs.content import header_of
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
+from tests.sources.films import refused, rows_of
 
 FRAMES, COUNT = 6, 50
 
@@ -34,10 +36,9 @@ def record(path: Path, frames: int = FRAMES, **options: object) -> Path:
 
 def test_a_loop_opens_as_a_run(tmp_path: Path) -> None:
     """The estimate is the weighted mean, and ESS, different parents and errors are those of the loop's numbers."""
-    run = pftrack.load(record(tmp_path / "mine.pft", precision="double"))
-    run.finish()
-    assert run.frames == FRAMES
-    for t, row in enumerate(run.diagnostics):
+    rows = rows_of(record(tmp_path / "mine.pft", precision="double"))
+    assert len(rows) == FRAMES
+    for t, row in enumerate(rows):
         states, weights, ancestors = particles_of(t)
         share = np.exp(weights) / np.exp(weights).sum()
         assert row.estimate == pytest.approx(share @ states[:, :2])
@@ -65,30 +66,33 @@ def record_turn(path: Path) -> Path:
     return path
 
 
-def test_who_is_worse_than_the_middle_of_the_path_is_lost(tmp_path: Path) -> None:
-    """Where truths have no box the limit is their root mean square distance from their middle; a box says it better."""
-    run = pftrack.load(record_turn(tmp_path / "turn.pft"))
-    limit = run.parameters_at(0).lost_distance
-    assert limit == pytest.approx(np.sqrt(TURN.var(axis=0).sum()), rel=5e-3)  # it has three digits
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    run = pftrack.load(record_turn(tmp_path_factory.mktemp("turn") / "turn.pft"))
     run.finish()
-    assert [row.lost for row in run.diagnostics] == [row.error >= limit for row in run.diagnostics]
+    return run
+
+
+def test_who_is_worse_than_the_middle_of_the_path_is_lost(turned: Run, tmp_path: Path) -> None:
+    """Where truths have no box the limit is their root mean square distance from their middle; a box says it better."""
+    limit = turned.parameters_at(0).lost_distance
+    assert limit == pytest.approx(np.sqrt(TURN.var(axis=0).sum()), rel=5e-3)  # it has three digits
+    assert [row.lost for row in turned.diagnostics] == [row.error >= limit for row in turned.diagnostics]
     with pftrack.record(tmp_path / "box.pft") as rec:
         for t in range(3):
             rec(t, box=(t, 0, 10, 10), true_box=(2 * t, 0, 10, 10))
     assert pftrack.load(tmp_path / "box.pft").parameters_at(0).lost_distance == 0
 
 
-def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(tmp_path: Path) -> None:
+def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(turned: Run) -> None:
     """The law of motion is named from what was recorded; of the likelihood, which was not, nothing is said."""
-    run = pftrack.load(record_turn(tmp_path / "turn.pft"))
-    run.finish()
-    explanation = run.explain(seeds=2)
+    explanation = turned.explain(seeds=2)
     assert (explanation.diagnosis.cause, explanation.what_if) == ("wrong-dynamics", None)
     assert "fit" not in " ".join(sign.words for sign in explanation.diagnosis.signs)
     assert explanation.lines[-1].startswith("What would have saved it cannot be tried: ")
     assert "shown as it was recorded" in explanation._repr_html_()
     with pytest.raises(RefusedError):
-        ensemble(run, runs=2)
+        ensemble(turned, runs=2)
 
 
 def test_the_paper_has_room_for_the_truth(tmp_path: Path) -> None:
@@ -107,7 +111,7 @@ def test_single_precision_is_enough_for_what_is_seen(tmp_path: Path) -> None:
     """Half the bytes are written if not asked otherwise, and the estimate differs in the seventh digit at most."""
     single, double = record(tmp_path / "one.pft"), record(tmp_path / "two.pft", precision="double")
     assert single.stat().st_size < 0.75 * double.stat().st_size
-    one, two = (np.array(pftrack.load(path).finish().diagnostics.estimate) for path in (single, double))
+    one, two = (np.array(rows_of(path)[-1].estimate) for path in (single, double))
     assert one == pytest.approx(two, rel=1e-6)
 
 
@@ -116,17 +120,15 @@ def test_gaussians_and_boxes_are_beliefs(tmp_path: Path) -> None:
     with pftrack.record(tmp_path / "gaussians.pft") as rec:
         for t in range(4):
             rec(t, mean=[t, 2.0], covariance=np.diag([4.0, 9.0]))
-    row = pftrack.load(tmp_path / "gaussians.pft").finish().diagnostics
-    assert row.estimate == (3.0, 2.0)
-    assert row.sigma == (2.0, 3.0)
+    row = rows_of(tmp_path / "gaussians.pft")[-1]
+    assert (row.estimate, row.sigma) == ((3.0, 2.0), (2.0, 3.0))
     with pftrack.record(tmp_path / "boxes.pft") as rec:
         for t in range(4):
             rec(t, box=(10 + t, 20, 31, 41), target=5, true_box=(10 + t, 20, 31, 41))
             rec(t, box=(90, 20, 5, 5), target=6)
-    step = pftrack.load(tmp_path / "boxes.pft").finish()
-    assert step.diagnostics.estimate == (28.0, 40.0)  # the middle of whole pixels
-    assert step.diagnostics.number("overlap") == 1.0
-    assert step.diagnostics.number("targets") == 2.0
+    row = rows_of(tmp_path / "boxes.pft")[-1]
+    assert row.estimate == (28.0, 40.0)  # the middle of whole pixels
+    assert (row.number("overlap"), row.number("targets")) == (1.0, 2.0)
 
 
 def test_numbers_that_change_are_counted_where_they_do(tmp_path: Path) -> None:
@@ -137,10 +139,9 @@ def test_numbers_that_change_are_counted_where_they_do(tmp_path: Path) -> None:
                 box = (100 * true, 50, 20, 20)
                 rec(t, box=box, target=true if t < 5 else 3 - true)
                 rec.truth(t, box=box, target=true)
-    run = pftrack.load(tmp_path / "two.pft")
-    run.finish()
-    assert [row.number("identity_switches") for row in run.diagnostics] == [0, 0, 0, 0, 0, 2, 0, 0]
-    assert [bool(row.lost) for row in run.diagnostics] == [False] * 5 + [True] * 3
+    rows = rows_of(tmp_path / "two.pft")
+    assert [row.number("identity_switches") for row in rows] == [0, 0, 0, 0, 0, 2, 0, 0]
+    assert [bool(row.lost) for row in rows] == [False] * 5 + [True] * 3
 
 
 def test_a_target_that_is_gone_is_where_it_was_seen_last(tmp_path: Path) -> None:
@@ -162,13 +163,10 @@ def test_a_clip_goes_along(tmp_path: Path) -> None:
     path = record(tmp_path / "mine.pft", source=clip)
     clip.unlink()
     sequence = open_sequence(path)
-    assert sequence.index.kind == "beliefs"
-    assert sequence.size == (64, 48)
-    for t in (3, 0, 5):
-        assert np.array_equal(sequence.picture(t), pictures[t])
     again = open_sequence(path, index=sequence.index)
-    assert np.array_equal(again.picture(4), pictures[4])
-    assert again.index == sequence.index
+    assert (sequence.index.kind, sequence.size, again.index) == ("beliefs", (64, 48), sequence.index)
+    for seen, t in ((sequence, 3), (sequence, 0), (sequence, 5), (again, 4)):
+        assert np.array_equal(seen.picture(t), pictures[t])
 
 
 def test_pictures_can_be_given_one_by_one(tmp_path: Path) -> None:
@@ -198,11 +196,9 @@ def test_a_recording_has_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     """What would take too much memory is refused with the bound."""
     path = record(tmp_path / "mine.pft")
     monkeypatch.setattr(content, "MOST_PARTICLES", COUNT - 1)
-    with pytest.raises(RefusedError, match=f"more than the {COUNT - 1} particles"):
-        open_sequence(path)
+    refused(path, f"more than the {COUNT - 1} particles")
     monkeypatch.setattr(content, "MOST_ROWS", 3)
-    with pytest.raises(RefusedError, match="more than the 3 times"):
-        open_sequence(path)
+    refused(path, "more than the 3 times")
 
 
 @pytest.mark.parametrize(
@@ -288,8 +284,7 @@ def test_what_no_recorder_writes_is_refused(
     if words is None:
         open_sequence(tmp_path / "mine.pft").close()
     else:
-        with pytest.raises(RefusedError, match=words):
-            open_sequence(tmp_path / "mine.pft")
+        refused(tmp_path / "mine.pft", words)
 
 
 def test_a_clip_may_be_a_file_of_its_own(tmp_path: Path) -> None:
@@ -322,12 +317,12 @@ def write_clip(path: Path, shade: int = 40) -> Path:
 def test_units_are_those_of_the_loop(tmp_path: Path) -> None:
     """They stand at the plots of the chosen components, and at the error where both have the same."""
     path = record(tmp_path / "mine.pft", units=("m", "m", "m/s"))
-    run = pftrack.load(path)
-    units = {plot.id: plot.unit for plot in run.experiment.display.plots}
-    assert (run.experiment.judge.unit, units["across"], units["down"]) == ("m", "m", "m")
-    other = pftrack.run("recorded", recording=path, component_down=2)
-    units = {plot.id: plot.unit for plot in other.experiment.display.plots}
-    assert (other.experiment.judge.unit, units["across"], units["down"]) == ("", "m", "m/s")
+    for run, expected in (
+        (pftrack.load(path), ("m", "m", "m")),
+        (pftrack.run("recorded", recording=path, component_down=2), ("", "m", "m/s")),
+    ):
+        units = {plot.id: plot.unit for plot in run.experiment.display.plots}
+        assert (run.experiment.judge.unit, units["across"], units["down"]) == expected
     with pftrack.record(tmp_path / "one.pft", units=("m",)) as rec:
         rec(0, particles=np.arange(3.0))
     assert pftrack.load(tmp_path / "one.pft").experiment.judge.unit == "m"

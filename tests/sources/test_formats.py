@@ -33,46 +33,37 @@ def test_readable_formats_are_told_by_their_first_bytes(head: bytes, title: str)
     assert sniff(head).title == title
 
 
-@pytest.mark.parametrize(
-    ("header", "kind"),
-    [
-        ("frame,point,x_px,y_px,var_x,var_y", "tracks"),
-        ("u;v", "tracks"),
-        ("frame,nose_x,nose_y", "tracks"),
-        ("frame,x,y,w,h", "beliefs"),
-        ("frame,x_px,y_px,w_px,h_px", "beliefs"),
-        ("frame,x,y,right,bottom", "beliefs"),
-    ],
-)
-def test_tables_are_told_by_the_names_of_their_columns(header: str, kind: str) -> None:
+def test_tables_are_told_by_the_names_of_their_columns() -> None:
     """Places alone are tracks, places with sides or with the other edges are boxes, by any name that programs use."""
-    numbers = (";" if ";" in header else ",").join("123456"[: 1 + max(header.count(","), header.count(";"))])
-    assert sniff(f"{header}\n{numbers}\n".encode()).kind == kind
+    for table, kind in (
+        ("frame,point,x_px,y_px,var_x,var_y\n1,2,3,4,5,6\n", "tracks"),
+        ("u;v\n1;2\n", "tracks"),
+        ("frame,nose_x,nose_y\n1,2,3\n", "tracks"),
+        ("frame,x,y,w,h\n1,2,3,4,5\n", "beliefs"),
+        ("frame,x_px,y_px,w_px,h_px\n1,2,3,4,5\n", "beliefs"),
+        ("frame,x,y,right,bottom\n1,2,3,4,5\n", "beliefs"),
+    ):
+        assert sniff(table.encode()).kind == kind, table
+
+
+RAW = {
+    b"\0\0\0\1\x40\1\x0c\1": "H.265 (HEVC) in a raw stream",
+    b"\0\0\1\x46\1\x50": "H.265 (HEVC) in a raw stream",
+    b"\0\0\0\1\x67\x64\0\x0a": "H.264 in a raw stream",
+    b"\0\0\0\1\x09\xf0\0\0\1\x67": "H.264 in a raw stream",
+    b"\0\0\1\xb3\x14": "MPEG in a raw stream",
+    b"DKIF\0\0\x20\0VP80": "an IVF file",
+    b"YUV4MPEG2 W320 H180 F25:1": "raw pictures (Y4M)",
+    b"FLV\1\1\0": "Flash video (FLV)",
+    b"\x30\x26\xb2\x75\x8e\x66": "Windows Media (WMV, ASF)",
+}
+"""Raw streams and other containers, whose refusal has the command that makes an MP4 of them."""
 
 
 @pytest.mark.parametrize(
     ("head", "what"),
     [
-        (b"\0\0\0\1\x40\1\x0c\1", "H.265 (HEVC) in a raw stream"),
-        (b"\0\0\1\x46\1\x50", "H.265 (HEVC) in a raw stream"),
-        (b"\0\0\0\1\x67\x64\0\x0a", "H.264 in a raw stream"),
-        (b"\0\0\0\1\x09\xf0\0\0\1\x67", "H.264 in a raw stream"),
-        (b"\0\0\1\xb3\x14", "MPEG in a raw stream"),
-        (b"DKIF\0\0\x20\0VP80", "an IVF file"),
-        (b"YUV4MPEG2 W320 H180 F25:1", "raw pictures (Y4M)"),
-        (b"FLV\1\1\0", "Flash video (FLV)"),
-        (b"\x30\x26\xb2\x75\x8e\x66", "Windows Media (WMV, ASF)"),
-    ],
-)
-def test_videos_without_a_container_that_is_read_are_named(head: bytes, what: str) -> None:
-    """Raw streams and other containers are refused by name, with the command that makes an MP4 of them."""
-    with pytest.raises(RefusedError, match=re.escape(f"the file is {what}, which is not supported; put it into MP4")):
-        sniff(head)
-
-
-@pytest.mark.parametrize(
-    ("head", "what"),
-    [
+        *((head, f"the file is {what}, which is not supported; put it into MP4") for head, what in RAW.items()),
         (b"", "is empty"),
         (b"ffconcat version 1.0\nfile other.mp4", "list of other files"),
         (b"\xef\xbb\xbf  FFCONCAT version 1.0", "list of other files"),
@@ -91,6 +82,6 @@ def test_videos_without_a_container_that_is_read_are_named(head: bytes, what: st
 )
 def test_everything_else_is_refused_by_what_it_is(head: bytes, what: str) -> None:
     """What cannot be read is refused with a sentence that says what it is and what can."""
-    with pytest.raises(RefusedError, match=what) as refusal:
+    with pytest.raises(RefusedError, match=re.escape(what)) as refusal:
         sniff(head)
-    assert "expected an MP4" in str(refusal.value)
+    assert head in RAW or "expected an MP4" in str(refusal.value)

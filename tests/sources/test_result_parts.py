@@ -18,15 +18,10 @@ MP4, PNG = b"\x00\x00\x00\x18ftypmp42", b"\x89PNG\r\n\x1a\n"
 
 def test_names_tell_a_truth_from_results() -> None:
     """Contents tell the rest."""
-    assert part_names({"det.txt": MOT, "gt.txt": MOT, "walk.mp4": MP4}) == {
-        "clip": "walk.mp4",
-        "results": "det.txt",
-        "truth": "gt.txt",
-    }
-    assert part_names({"groundtruth_rect.txt": MOT, "walk.mp4": MP4}) == {
-        "clip": "walk.mp4",
-        "results": "groundtruth_rect.txt",
-    }
+    truth, alone = "gt.txt", "groundtruth_rect.txt"
+    three = {"clip": "walk.mp4", "results": "det.txt", "truth": truth}
+    assert part_names({"det.txt": MOT, truth: MOT, "walk.mp4": MP4}) == three
+    assert part_names({alone: MOT, "walk.mp4": MP4}) == {"clip": "walk.mp4", "results": alone}
     assert part_names({"a.png": PNG, "b.png": PNG, "gt.txt": MOT}) is None
     assert part_names({"a.mp4": MP4, "b.mp4": MP4}) is None
 
@@ -68,7 +63,6 @@ def test_a_folder_holds_them(tmp_path: Path) -> None:
         "The truth that came along is of 1 target in 2 frames.",
         "Of the truth: Its first frame was taken as 1.",
     )
-    again = open_sequence(tmp_path, index=sequence.index)
-    assert again.index == sequence.index
+    assert open_sequence(tmp_path, index=sequence.index).index == sequence.index
     (tmp_path / "gt.txt").write_bytes(MOT)
     assert open_sequence(tmp_path).sha256 != sequence.sha256

@@ -9,14 +9,11 @@ import pytest
 import pftrack
 from pftrack.sources.results.table import Box
 from pftrack.sources.results.writing import write_results
+from tests.sources.films import rows_of
 
 FRAMES = 40
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore::FutureWarning"),
-    pytest.mark.filterwarnings("ignore::UserWarning"),
-]
+pytestmark = [pytest.mark.filterwarnings(f"ignore::{kind}Warning") for kind in ("Deprecation", "Future", "User")]
 
 
 def boxes(confused: bool) -> list[Box]:
@@ -39,21 +36,20 @@ def test_motmetrics_counts_the_same_switches(tmp_path: Path, monkeypatch: pytest
     """It reads the text of MOTChallenge that is written here, and finds as many identity switches."""
     tool = pytest.importorskip("motmetrics", reason="motmetrics is not installed")
     monkeypatch.setattr(np, "asfarray", np.asarray, raising=False)  # it was written for NumPy 1
-    for name, confused in (("gt", False), ("results", True)):
+    read = []
+    for confused in (False, True):
         data = write_results("mot", boxes(confused), frames=FRAMES, size=(320, 240), rate_hz=25.0)
-        (tmp_path / f"{name}.txt").write_bytes(data)
-    truth, results = (tool.io.loadtxt(tmp_path / f"{name}.txt", fmt="mot15-2D") for name in ("gt", "results"))
-    found = tool.utils.compare_to_groundtruth(truth, results, "iou", distth=0.5)
+        (tmp_path / "boxes.txt").write_bytes(data)
+        read.append(tool.io.loadtxt(tmp_path / "boxes.txt", fmt="mot15-2D"))
+    found = tool.utils.compare_to_groundtruth(*read, "iou", distth=0.5)
     counted = tool.metrics.create().compute(found, metrics=["num_switches"])["num_switches"].item()
     with pftrack.record(tmp_path / "mine.pft") as rec:
         for box in boxes(confused=True):
             rec(box.frame, box=box[2:6], target=box.target)
         for box in boxes(confused=False):
             rec.truth(box.frame, box=box[2:6], target=box.target)
-    run = pftrack.load(tmp_path / "mine.pft")
-    run.finish()
     assert counted > 0
-    assert sum(row.number("identity_switches") for row in run.diagnostics) == counted
+    assert sum(row.number("identity_switches") for row in rows_of(tmp_path / "mine.pft")) == counted
 
 
 def test_pycocotools_reads_what_is_written(tmp_path: Path) -> None:
@@ -62,7 +58,5 @@ def test_pycocotools_reads_what_is_written(tmp_path: Path) -> None:
     path = tmp_path / "boxes.json"
     path.write_bytes(write_results("coco", boxes(confused=False), frames=FRAMES, size=(320, 240), rate_hz=25.0))
     coco = tool.COCO(str(path))
-    assert len(coco.getImgIds()) == FRAMES
-    (first, *_) = coco.loadAnns(coco.getAnnIds(imgIds=[1]))
-    assert first["bbox"] == [0.0, 20.0, 20.0, 30.0]
-    assert json.loads(path.read_text())["videos"][0]["length"] == FRAMES
+    assert len(coco.getImgIds()) == json.loads(path.read_text())["videos"][0]["length"] == FRAMES
+    assert coco.loadAnns(coco.getAnnIds(imgIds=[1]))[0]["bbox"] == [0.0, 20.0, 20.0, 30.0]

@@ -14,6 +14,7 @@ from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks import MOST_POINTS, RecordedTracks, TrackSequence, TrackTable, read_tracks, write
 from pftrack.vision.face import FEATURES, LINKS, mean_model
+from tests.sources.films import refused
 
 SQUARE = {"a": (10.0, 10.0), "b": (300.0, 12.0), "c": (305.5, 200.0), "d": (11.0, 210.25)}
 LONG = "frame,point,x_px,y_px,var_x,var_y\n" + "".join(
@@ -21,8 +22,17 @@ LONG = "frame,point,x_px,y_px,var_x,var_y\n" + "".join(
 )
 
 
-def read(text: str | bytes, most_frames: int = 100) -> TrackTable:
-    return read_tracks(text if isinstance(text, bytes) else text.encode(), most_frames)
+def read(text: str | bytes) -> TrackTable:
+    return read_tracks(text if isinstance(text, bytes) else text.encode(), 100)
+
+
+def opened(folder: Path, text: str) -> TrackSequence:
+    """Return the sequence of a table, told by its content, whatever it is called."""
+    path = folder / "clip.mp4"
+    path.write_text(text)
+    sequence = open_sequence(path)
+    assert isinstance(sequence, TrackSequence)
+    return sequence
 
 
 def test_the_long_form() -> None:
@@ -90,10 +100,7 @@ def test_the_path_of_one_point(text: str, tmp_path: Path) -> None:
     """Lines come in any order; without a column of points there is one, without frames each line is the next."""
     table = read(text)
     np.testing.assert_array_equal(table.positions[:, 0], [(1, 2), (np.nan, np.nan), (5, 6)])
-    path = tmp_path / "mouse.csv"
-    path.write_text(text)
-    sequence = open_sequence(path)
-    assert isinstance(sequence, TrackSequence)
+    sequence = opened(tmp_path, text)
     np.testing.assert_allclose(sequence.positions[0, 0] / sequence.scale + sequence.origin, (1, 2))
     assert sequence.first_frame == table.first
 
@@ -122,13 +129,10 @@ def test_programs_name_points_in_other_words(name: str) -> None:
 
 def test_without_variances_all_count_alike() -> None:
     """One square pixel is taken, and a covariance is not used; both are said."""
-    plain = LONG.replace(",var_x,var_y", "").replace(",4,9", "")
-    table = read(plain)
-    assert (table.variances[0] == 1.0).all()
-    assert table.warnings[0] == "There are no variances in the table; all positions count alike."
-    table = read(LONG.replace("var_y", "spread"))
-    assert (table.variances[0] == 1.0).all()
-    assert table.warnings[0].startswith("There are no variances in the table")
+    for text in (LONG.replace(",var_x,var_y", "").replace(",4,9", ""), LONG.replace("var_y", "spread")):
+        table = read(text)
+        assert (table.variances[0] == 1.0).all()
+        assert table.warnings[0] == "There are no variances in the table; all positions count alike."
     table = read(LONG.replace("var_y", "var_y,cov_xy").replace(",4,9", ",4,9,1"))
     assert table.warnings[0] == "The covariances of x and y are not used, only the variances."
 
@@ -141,21 +145,12 @@ def test_without_variances_all_count_alike() -> None:
             "the table has the columns frame, point, across, y_px, var_x, var_y; expected",
         ),
         (LONG.replace(",d,", ",a,", 1), "line 5 lists point a in frame 5 for the second time"),
-        (
-            LONG.replace("point", "body", 1),
-            "line 3 lists frame 5 for the second time; a table of several ",
-        ),
+        (LONG.replace("point", "body", 1), "line 3 lists frame 5 for the second time; a table of several "),
         ("\n".join(LONG.splitlines()[:5]), "expected at least 2 frames in which points are seen, got 1 in the table"),
         ("x,y\n1,2\n", "expected at least 2 frames in which points are seen, got 1 in the table"),
         ("x,y\n" + "1,2\n" * 101, "the table has more than 100 frames of point 1"),
-        (
-            LONG.replace("frame,", "picture,"),
-            "the table has the columns picture, point, x_px, y_px, var_x, var_y; expected",
-        ),
-        (
-            LONG.replace("5,a", "-1,a"),
-            "line 2: frame must be a whole number from 0 to 10,000,000, got '-1'",
-        ),
+        (LONG.replace("frame,", "picture,"), "has the columns picture, point, x_px, y_px, var_x, var_y; expected"),
+        (LONG.replace("5,a", "-1,a"), "line 2: frame must be a whole number from 0 to 10,000,000, got '-1'"),
         (LONG.replace("5,a", "1.5,a"), "frame must be a whole number from 0 to 10,000,000, got '1.5'"),
         (LONG.replace("5,a,15.0", "5,a,left"), "line 2: x must be a number, got 'left'"),
         (LONG.replace("5,a,15.0", "5,a,1e9"), "a position must lie within 1,000,000 px, got 1e+09, 10"),
@@ -176,59 +171,61 @@ def test_a_plain_sentence_for_what_is_wrong(text: str, sentence: str) -> None:
     assert sentence in str(caught.value)
 
 
-def test_too_many_points_are_refused_at_once() -> None:
-    """A hostile table is read no further than to the first point too many."""
-    lines = "".join(f"0,{number},{number},1,1,1\n" for number in range(MOST_POINTS + 1))
-    with pytest.raises(RefusedError, match=f"more than the {MOST_POINTS} points"):
-        read(LONG.splitlines()[0] + "\n" + lines + "rubbish")
-
-
-def test_a_header_of_any_length_is_refused_at_once() -> None:
-    """More columns than any spreadsheet has are not looked at one by one."""
-    header = "frame," + ",".join(f"p{number}_x,p{number}_y" for number in range(10_000))
-    with pytest.raises(RefusedError, match="at most 16,384 columns"):
-        read_tracks(f"{header}\n0{',1' * 20_000}\n".encode(), 100)
-
-
-def test_many_columns_take_time_in_proportion() -> None:
-    """A wide table of thousands of points is refused at once; searching the header for each name took minutes."""
-    count = 8_000
+def wide(count: int) -> str:
     header = ",".join(f"p{number}_x,p{number}_y" for number in range(count))
+    return f"frame,{header}\n0{',1' * 2 * count}\n"
+
+
+def test_too_much_is_refused_at_once() -> None:
+    """A hostile table is read no further than to the first point too many, and no more columns than spreadsheets have.
+
+    Searching a header for each of thousands of names took minutes.
+    """
+    lines = "".join(f"0,{number},{number},1,1,1\n" for number in range(MOST_POINTS + 1))
+    points = f"more than the {MOST_POINTS} points"
     before = time.process_time()
-    with pytest.raises(RefusedError, match=f"more than the {MOST_POINTS} points"):
-        read(f"frame,{header}\n0,{','.join(['1'] * 2 * count)}\n")
+    for text, words in (
+        (LONG.splitlines()[0] + "\n" + lines + "rubbish", points),
+        (wide(10_000), "at most 16,384 columns"),
+        (wide(8_000), points),
+    ):
+        with pytest.raises(RefusedError, match=words):
+            read(text)
     assert time.process_time() - before < 10.0
+
+
+def scaled(unit: float, variances: str) -> str:
+    """Two frames of the square in another unit."""
+    lines = [
+        f"{frame},{name},{unit * (x + frame)},{unit * y},{variances}"
+        for frame in (0, 1)
+        for name, (x, y) in SQUARE.items()
+    ]
+    return "\n".join([LONG.splitlines()[0], *lines])
 
 
 @pytest.mark.parametrize("unit", [1e-310, 1e-200, 0.0])
 def test_points_at_one_place_are_refused(tmp_path: Path, unit: float) -> None:
     """So are those whose differences are too small to be scaled to a picture."""
-    path = tmp_path / "tracks.csv"
-    lines = [
-        f"{frame},{name},{unit * (x + frame)},{unit * y},4,9" for frame in (0, 1) for name, (x, y) in SQUARE.items()
-    ]
-    path.write_text("\n".join([LONG.splitlines()[0], *lines]))
     with pytest.raises(RefusedError, match="expected points at different places, got all at one"):
-        open_sequence(path)
+        opened(tmp_path, scaled(unit, "4,9"))
 
 
 def test_variances_have_an_inverse(tmp_path: Path) -> None:
     """Those too small for that are raised, and it is said."""
-    path = tmp_path / "tracks.csv"
-    path.write_text(LONG.replace(",4,9", ",1e-320,9"))
-    sequence = open_sequence(path)
-    assert isinstance(sequence, TrackSequence)
+    sequence = opened(tmp_path, LONG.replace(",4,9", ",1e-320,9"))
     np.testing.assert_array_equal(sequence.variances[0], [(1e-12, 9)] * 4)
     assert sequence.index.warnings[-1] == "Variances below 1e-12 px² of the picture were raised to that."
 
 
 def test_a_table_is_a_sequence(tmp_path: Path) -> None:
-    """It is told by its content, opens by its index, and its frames are pictures with a dot for each point seen."""
-    path = tmp_path / "clip.mp4"
-    path.write_text(LONG)
-    found = open_sequence(path).index
+    """It is told by its content, opens by its index, and its frames are pictures with a dot for each point seen.
+
+    One that is too large is refused by its bytes before it is read, and by its frames after.
+    """
+    found = opened(tmp_path, LONG).index
     assert (found.kind, found.frame_count, found.warnings) == ("tracks", 4, ("In 1 of 4 frames no point is seen.",))
-    sequence = open_sequence(path, index=found)
+    sequence = open_sequence(tmp_path / "clip.mp4", index=found)
     assert isinstance(sequence, TrackSequence)
     assert sequence.size == (found.width, found.height)
     assert sequence.positions[0, 0].tolist() == [15.0, 10.0]
@@ -236,14 +233,13 @@ def test_a_table_is_a_sequence(tmp_path: Path) -> None:
     assert (sequence.picture(2) == 255).all()
     with pytest.raises(IndexError):
         sequence.picture(4)
+    refused(tmp_path / "clip.mp4", "at most", Limits(file_bytes=100))
+    refused(tmp_path / "clip.mp4", "reaches over 4 frames", Limits(frames=3))
 
 
 def test_recorded_tracks_begin_at_the_chosen_frame(tmp_path: Path) -> None:
     """Frame 0 of the source is that frame of the table."""
-    path = tmp_path / "tracks.csv"
-    path.write_text(LONG)
-    sequence = open_sequence(path)
-    assert isinstance(sequence, TrackSequence)
+    sequence = opened(tmp_path, LONG)
     source = RecordedTracks(sequence, named_body(sequence), 1)
     measured = source.frame(0, History(((0, Parameters()),))).measurements
     assert measured is not None
@@ -268,26 +264,7 @@ def test_points_with_the_names_of_a_face_are_one() -> None:
 @pytest.mark.parametrize("scale", [1e-3, 30.0])
 def test_other_units_are_scaled_to_a_picture(tmp_path: Path, scale: float) -> None:
     """Tracks in metres or in a huge picture come to a picture of usual size, their noise with them."""
-    lines = [LONG.splitlines()[0]]
-    lines += [
-        f"{f},{n},{scale * (x + f)},{scale * y},{4 * scale**2},{9 * scale**2}"
-        for f in (0, 1)
-        for n, (x, y) in SQUARE.items()
-    ]
-    path = tmp_path / "tracks.csv"
-    path.write_text("\n".join(lines))
-    sequence = open_sequence(path)
-    assert isinstance(sequence, TrackSequence)
+    sequence = opened(tmp_path, scaled(scale, f"{4 * scale**2},{9 * scale**2}"))
     assert 600 <= max(sequence.size) <= 660
     np.testing.assert_allclose(sequence.variances[0, 0, 0] ** 0.5, 2 * 640 / (305.5 * 1.08), rtol=0.05)
     assert sequence.index.warnings[0].startswith("The positions were scaled by")
-
-
-def test_a_table_that_is_too_large_is_refused(tmp_path: Path) -> None:
-    """By its bytes before it is read, and by its frames after."""
-    path = tmp_path / "tracks.csv"
-    path.write_text(LONG)
-    with pytest.raises(RefusedError, match="at most"):
-        open_sequence(path, Limits(file_bytes=100))
-    with pytest.raises(RefusedError, match="reaches over 4 frames"):
-        open_sequence(path, Limits(frames=3))
