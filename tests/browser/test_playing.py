@@ -132,6 +132,6 @@ def test_beside_a_scene_numbers_are_of_the_frame_that_it_shows(page: Any, server
     for frame, counter, at_ms in seen:
         begun_ms = since.setdefault(frame, at_ms)
         frames = list(since)
-        # Between two frames of the display the scene may be one picture further.
-        assert counter in frames[-2:] or at_ms - begun_ms >= PATIENCE_MS, seen
+        # Never ahead of the scene; between two looks of a busy page the scene may draw two pictures.
+        assert counter in frames[-3:] or at_ms - begun_ms >= PATIENCE_MS, seen
     assert len(since) > FRAMES

@@ -44,7 +44,8 @@ for arguments, first, _ in json.load(sys.stdin):
     os.close(theirs)
     with os.fdopen(ours) as said:
         words = said.read()
-    print(json.dumps([os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), words]))
+    # At once: what waits in a buffer would be written by the next child as well.
+    print(json.dumps([os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), words]), flush=True)
 """
 
 
