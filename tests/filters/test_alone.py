@@ -84,14 +84,21 @@ def test_wrong_answers_are_refused(function: str, answer: object, sentence: str)
         pftrack.filter(model, [0.1, 0.2, 0.3], n=50)
 
 
-def test_what_cannot_be_called_is_refused() -> None:
+class Odd(Walk):
+    def propagate(self, velocity: Any) -> Any:  # type: ignore[override]
+        return velocity
+
+
+@pytest.mark.parametrize(
+    ("model", "data", "n", "sentence"),
+    [
+        (SimpleNamespace(), [1.0], 9, "SimpleNamespace has no begin"),
+        (Odd(), [1.0], 9, "propagate asks for velocity, but it can have states, rng"),
+        (Walk(), [], 9, "there are no data"),
+        (Walk(), [1.0], 0, "n must be at least 1, got 0"),
+    ],
+)
+def test_what_cannot_be_called_is_refused(model: Any, data: list[float], n: int, sentence: str) -> None:
     """A missing function, an argument that there is not, no data and no particles are told."""
-    with pytest.raises(TypeError, match="SimpleNamespace has no begin"):
-        pftrack.filter(SimpleNamespace(), [1.0])
-    odd = type("Odd", (Walk,), {"propagate": lambda self, velocity: velocity})()
-    with pytest.raises(TypeError, match="propagate asks for velocity, but it can have states, rng"):
-        pftrack.filter(odd, [1.0])
-    with pytest.raises(ValueError, match="there are no data"):
-        pftrack.filter(Walk(), [])
-    with pytest.raises(ValueError, match="n must be at least 1, got 0"):
-        pftrack.filter(Walk(), [1.0], n=0)
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        pftrack.filter(model, data, n=n)

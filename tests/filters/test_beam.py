@@ -15,24 +15,13 @@ def near(first: float, second: float) -> bool:
     return abs(first - second) < 1.0
 
 
-def roots(count: int) -> np.ndarray:
-    """No member has a parent."""
-    return np.full(count, -1)
-
-
 def test_the_best_that_differ_are_kept() -> None:
-    """The best comes first, what is near a better one is dropped, and each keeps its own parent."""
+    """The best comes first, what is near a better one is dropped, each has its own parent; equals keep their order."""
     beam = select_best((0.0, 5.0, 5.5, 9.0), np.log([0.1, 0.2, 0.4, 0.3]), np.array([0, 1, 2, -1]), 2, near)
-    assert beam.members == (5.5, 9.0)
-    assert beam.parents.tolist() == [2, -1]
+    assert (beam.members, beam.parents.tolist()) == ((5.5, 9.0), [2, -1])
     assert np.allclose(beam.weights, [4 / 7, 3 / 7])
     assert (len(beam), beam.best) == (2, 0)
-
-
-def test_among_equals_the_first_is_kept() -> None:
-    """Equal scores keep their order, so that a beam does not depend on how sorting is done."""
-    beam = select_best((3.0, 1.0, 2.0), np.zeros(3), np.arange(3), 2, near)
-    assert beam.members == (3.0, 1.0)
+    assert select_best((3.0, 1.0, 2.0), np.zeros(3), np.arange(3), 2, near).members == (3.0, 1.0)
 
 
 def test_the_impossible_is_kept_only_where_nothing_is_possible() -> None:
@@ -44,10 +33,7 @@ def test_the_impossible_is_kept_only_where_nothing_is_possible() -> None:
     assert np.allclose(hopeless.weights, 0.5)
 
 
-@given(
-    st.lists(st.tuples(st.floats(-20, 20), st.floats(-50, 50)), min_size=1, max_size=30),
-    st.integers(1, 6),
-)
+@given(st.lists(st.tuples(st.floats(-20, 20), st.floats(-50, 50)), min_size=1, max_size=30), st.integers(1, 6))
 def test_what_is_kept_differs_and_is_as_probable_as_it_was(found: list[tuple[float, float]], width: int) -> None:
     """No two that are kept are the same, ratios of weights stay, and what is dropped is worse or near a better one."""
     members, scores = [one for one, _ in found], np.array([score for _, score in found])
@@ -64,9 +50,8 @@ def test_what_is_kept_differs_and_is_as_probable_as_it_was(found: list[tuple[flo
 
 def test_backtracking_follows_the_parents() -> None:
     """The path ends at the member asked for, and every step of it goes to the parent."""
-    parents = [roots(2), np.array([1, 0, 1]), np.array([2, 0])]
-    assert backtrack(parents, 0).tolist() == [1, 2, 0]
-    assert backtrack(parents, 1).tolist() == [1, 0, 1]
+    parents = [np.array([-1, -1]), np.array([1, 0, 1]), np.array([2, 0])]
+    assert [backtrack(parents, end).tolist() for end in (0, 1)] == [[1, 2, 0], [1, 0, 1]]
     assert backtrack([], 0).tolist() == []
 
 
@@ -74,7 +59,6 @@ def test_a_beam_of_nothing_is_refused() -> None:
     """A beam has a member at least, and so has what it is made of."""
     with pytest.raises(ValueError, match="at least one"):
         Beam((), np.zeros(0), NONE)
-    with pytest.raises(ValueError, match="got 0 and 4"):
-        select_best((), np.zeros(0), NONE, 4, near)
-    with pytest.raises(ValueError, match="got 1 and 0"):
-        select_best((1.0,), np.zeros(1), roots(1), 0, near)
+    for members, width in ((0, 4), (1, 0)):
+        with pytest.raises(ValueError, match=f"got {members} and {width}"):
+            select_best((1.0,) * members, np.zeros(members), np.full(members, -1), width, near)

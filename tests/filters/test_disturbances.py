@@ -1,18 +1,18 @@
 """Smoothed disturbances are those of the joint distribution, and noises are fitted by them."""
 
 import itertools
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from pftrack.analysis.search import maximise
 from pftrack.core.model.model import LinearChain, LinearStep, NoiseScale
 from pftrack.core.numerics.compiled import FUNCTIONS
 from pftrack.core.numerics.random import log_density
 from pftrack.filters import disturbances
-from pftrack.filters.disturbances import smooth_disturbances
+from pftrack.filters.disturbances import Disturbances, smooth_disturbances
 from pftrack.filters.dynamics import autoregression, random_walk
 from pftrack.filters.learning.online_em import fit_noise
 
@@ -48,10 +48,7 @@ def joint(it: LinearChain) -> tuple[NDArray[np.float64], NDArray[np.float64], ND
     prior = np.eye(size + frames * kicks)
     prior[:size, :size] = it.covariance
     slope = np.vstack(slopes)
-    covariance = slope @ prior @ slope.T
-    for t in range(frames):
-        covariance[2 * t : 2 * t + 2, 2 * t : 2 * t + 2] += it.covariances[t]
-    return np.concatenate(means), covariance, slope @ prior
+    return np.concatenate(means), slope @ prior @ slope.T + block_diag(*it.covariances), slope @ prior
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.7])
@@ -64,10 +61,7 @@ def test_noises_are_those_of_the_joint_distribution(spread: float) -> None:
     kicks = cross[:, 4:]
     expected = kicks.T @ np.linalg.solve(covariance, off)
     left = np.eye(len(expected)) - kicks.T @ np.linalg.solve(covariance, kicks)
-    noise = np.zeros((14, 14))
-    for t in range(7):
-        noise[2 * t : 2 * t + 2, 2 * t : 2 * t + 2] = it.covariances[t]
-    noise = noise[np.ix_(seen, seen)]
+    noise = block_diag(*it.covariances)[np.ix_(seen, seen)]
     errors = noise @ np.linalg.solve(covariance, off)
     doubt = noise - noise @ np.linalg.solve(covariance, noise)
 
@@ -83,30 +77,25 @@ def test_factors_scale_the_noises() -> None:
     """A chain whose matrices were multiplied beforehand comes to the same."""
     it = chain()
     scaled = it._replace(noises=2.0 * it.noises, covariances=0.25 * it.covariances)
-    first, second = smooth_disturbances(it, 4.0, 0.25), smooth_disturbances(scaled)
-    assert first.log_evidence.tolist() == second.log_evidence.tolist()
-    assert (first.process, first.observation) == (second.process, second.observation)
+    assert same(smooth_disturbances(it, 4.0, 0.25), smooth_disturbances(scaled))
+
+
+def same(*found: Disturbances) -> bool:
+    one, other = ((each.log_evidence.tolist(), each.process, each.observation) for each in found)
+    return one == other
 
 
 def test_nothing_is_compiled_again_for_another_order_in_memory() -> None:
     """Read-only arrays and such in Fortran's order come to the same numbers by what is compiled already."""
-    it = chain()
-    arrays = [np.array(array, order="F") for array in it]
+    arrays = [np.array(array, order="F") for array in chain()]
     for array in arrays:
         array.flags.writeable = False
-    first = smooth_disturbances(it)
-    known = [len(function.signatures) for function in compiled_functions()]
-    second = smooth_disturbances(LinearChain(*arrays))
-    assert [len(function.signatures) for function in compiled_functions()] == known
-    assert first.log_evidence.tolist() == second.log_evidence.tolist()
-    assert (first.process, first.observation) == (second.process, second.observation)
-
-
-def compiled_functions() -> list[Any]:
-    """What this module compiles."""
-    found = [function for function in FUNCTIONS if function.py_func.__module__ == disturbances.__name__]
-    assert len(found) == 2
-    return found
+    first = smooth_disturbances(chain())
+    ours = [function for function in FUNCTIONS if function.py_func.__module__ == disturbances.__name__]
+    known = [len(function.signatures) for function in ours]
+    assert same(first, smooth_disturbances(LinearChain(*arrays)))
+    assert [len(function.signatures) for function in ours] == known
+    assert len(known) == 2
 
 
 def test_a_measurement_without_noise_is_refused() -> None:
@@ -175,17 +164,13 @@ def test_it_ends_at_the_largest_evidence(chains: list[LinearChain]) -> None:
 def test_noises_that_were_there_are_found() -> None:
     """Of a long recording, within what it can tell."""
     found = fit_noise([walk(frames=3000)], WIDE)
-    assert found.factors["process"] == pytest.approx(0.25, rel=0.1)
-    assert found.factors["observation"] == pytest.approx(1.0, rel=0.1)
+    assert found.factors == pytest.approx({"process": 0.25, "observation": 1.0}, rel=0.1)
 
 
 def test_one_noise_alone_is_fitted_within_its_bounds() -> None:
     """The other stays as it is; where the best lies beyond, the bound itself comes out."""
-    free = fit_noise([walk()], {"process": (1e-6, 1e6)})
-    assert set(free.factors) == {"process"}
-    assert free.factors["process"] < 0.5
-    bounded = fit_noise([walk()], {"process": (0.5, 2.0)})
-    assert bounded.factors["process"] == pytest.approx(0.5)
+    assert fit_noise([walk()], {"process": (1e-6, 1e6)}).factors["process"] < 0.5
+    assert fit_noise([walk()], {"process": (0.5, 2.0)}).factors == {"process": pytest.approx(0.5)}
     assert fit_noise([walk()], {"process": (0.5, 2.0)}, most_steps=1).converged is False
 
 

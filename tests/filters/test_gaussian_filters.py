@@ -51,16 +51,13 @@ def test_kalman_agrees_with_the_joint_gaussian() -> None:
 def test_linear_models_make_all_three_the_same() -> None:
     """On a linear model the extended and the unscented filter are the Kalman filter."""
     exact = by_slope = by_points = Gaussian(np.zeros(4), np.eye(4))
-    for measurement in _signal():
-        exact, evidence = kalman.update(kalman.predict(exact, MODEL), measurement, OBSERVE, NOISE)
-        predicted = extended.predict(
-            by_slope, lambda x: MODEL.transition @ x, lambda _: MODEL.transition, MODEL.noise_covariance
-        )
-        by_slope, slope_evidence = extended.update(
-            predicted, measurement, lambda x: OBSERVE @ x, lambda _: OBSERVE, NOISE
-        )
-        predicted = unscented.predict(by_points, lambda x: x @ MODEL.transition.T, MODEL.noise_covariance)
-        by_points, point_evidence = unscented.update(predicted, measurement, lambda x: x @ OBSERVE.T, NOISE)
+    move, drive = MODEL.transition, MODEL.noise_covariance
+    for seen in _signal():
+        exact, evidence = kalman.update(kalman.predict(exact, MODEL), seen, OBSERVE, NOISE)
+        by_slope = extended.predict(by_slope, lambda x: move @ x, lambda _: move, drive)
+        by_slope, slope_evidence = extended.update(by_slope, seen, lambda x: OBSERVE @ x, lambda _: OBSERVE, NOISE)
+        by_points = unscented.predict(by_points, lambda x: x @ move.T, drive)
+        by_points, point_evidence = unscented.update(by_points, seen, lambda x: x @ OBSERVE.T, NOISE)
         for other, other_evidence in ((by_slope, slope_evidence), (by_points, point_evidence)):
             assert np.allclose(other.mean, exact.mean)
             assert np.allclose(other.covariance, exact.covariance)
@@ -113,38 +110,26 @@ def test_prediction_is_that_of_the_second_order_model() -> None:
     assert np.array_equal(covariance, covariance.T)
 
 
-def test_one_by_one_is_all_at_once() -> None:
-    """Independent numbers, taken in one by one, give the posterior and the evidence of the Kalman update."""
-    prior, observation = Gaussian(RNG.normal(size=5), spread(5)), RNG.normal(size=(7, 5))
-    measured, variances = RNG.normal(size=7), RNG.uniform(0.1, 2.0, 7)
-    exact, evidence = kalman.update(prior, measured, observation, np.diag(variances))
-    residuals = measured - observation @ prior.mean
-    mean, covariance, log_evidence = condition(prior.mean, prior.covariance, residuals, observation, variances)
+@pytest.mark.parametrize("correlated", [False, True])
+def test_one_by_one_is_all_at_once(correlated: bool) -> None:
+    """Numbers, made independent first if need be, give one by one the posterior and evidence of the Kalman update."""
+    prior, observation, measured = Gaussian(RNG.normal(size=5), spread(5)), RNG.normal(size=(7, 5)), RNG.normal(size=7)
+    noise = spread(7) if correlated else np.diag(RNG.uniform(0.1, 2.0, 7))
+    exact, evidence = kalman.update(prior, measured, observation, noise)
+    parts = measured - observation @ prior.mean, observation
+    parts = decorrelate(*parts, noise) if correlated else (*parts, noise.diagonal().copy())
+    mean, covariance, log_evidence = condition(prior.mean, prior.covariance, *parts)
     assert np.allclose(mean, exact.mean)
     assert np.allclose(covariance, exact.covariance)
     assert log_evidence == pytest.approx(evidence)
     assert np.array_equal(covariance, covariance.T)
 
 
-def test_dependent_numbers_are_made_independent() -> None:
-    """Numbers with correlated noise, made independent first, give the posterior of the Kalman update."""
-    prior, observation, noise = Gaussian(RNG.normal(size=3), spread(3)), RNG.normal(size=(6, 3)), spread(6)
-    measured = RNG.normal(size=6)
-    exact, evidence = kalman.update(prior, measured, observation, noise)
-    parts = decorrelate(measured - observation @ prior.mean, observation, noise)
-    mean, covariance, log_evidence = condition(prior.mean, prior.covariance, *parts)
-    assert np.allclose(mean, exact.mean)
-    assert np.allclose(covariance, exact.covariance)
-    assert log_evidence == pytest.approx(evidence)
-
-
 def test_singular_noise_stays_finite() -> None:
     """A number that another one determines, and one that is certain already, do no harm."""
-    noise = np.ones((3, 3))
-    parts = decorrelate(np.ones(3), np.eye(3), noise)
+    parts = decorrelate(np.ones(3), np.eye(3), np.ones((3, 3)))
     mean, covariance, _ = condition(np.zeros(3), np.eye(3), *parts)
-    assert np.isfinite(mean).all()
-    assert np.isfinite(covariance).all()
+    assert np.isfinite([mean, *covariance]).all()
     mean, covariance, log_evidence = condition(np.zeros(2), np.zeros((2, 2)), np.ones(1), np.ones((1, 2)), np.zeros(1))
     assert (mean.tolist(), covariance.tolist(), log_evidence) == ([0.0, 0.0], [[0.0, 0.0], [0.0, 0.0]], 0.0)
 
@@ -181,9 +166,8 @@ def test_lineages_smooth() -> None:
     particles = ParticleSet.uniform(np.random.default_rng(0).standard_normal((50_000, 1)))
     lineage = dynamics.begin_lineage(particles, 1)
     for t, seen in enumerate(SEEN):
-        particles = bootstrap.step(
-            particles, LAG_MODEL, lambda x, seen=seen: log_density(x, seen, LAG_NOISE), np.random.default_rng(t)
-        ).particles
+        near = lambda x, seen=seen: log_density(x, seen, LAG_NOISE)  # noqa: E731 - a likelihood
+        particles = bootstrap.step(particles, LAG_MODEL, near, np.random.default_rng(t)).particles
         lineage = dynamics.extend_lineage(lineage, particles, LAG)
     assert len(lineage.paths) == LAG + 1
     assert dynamics.smooth(lineage, particles, LAG)[0] == pytest.approx(_smoothed_exactly().mean[0], abs=0.03)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,36 +22,41 @@ NOISE = np.eye(2)
 COUNT = 20_000
 
 HALF = COUNT // 2
+
+
+def mixed(weights: Any, above: int) -> Callable[..., Posterior]:
+    """Return the auxiliary filter with so many particles drawn from the prediction, the others from the observation."""
+    counts: Any = {"prediction_count": above, "observation_count": COUNT - above}
+    return partial(auxiliary.step, weights=weights, **counts)
+
+
+unscented = partial(unscented_particle.step, observe=lambda x: x)
 CONSISTENT: dict[str, Callable[..., Posterior]] = {
     "bootstrap": partial(bootstrap.step, threshold=1.0),
     "bootstrap, adaptive": partial(bootstrap.step, threshold=0.5),
-    "auxiliary, corrected": partial(auxiliary.step, weights="corrected", prediction_count=0, observation_count=COUNT),
-    "mixed, corrected": partial(auxiliary.step, weights="corrected", prediction_count=HALF, observation_count=HALF),
-    "mixed, balanced": partial(auxiliary.step, weights="balanced", prediction_count=HALF, observation_count=HALF),
-    "unscented": partial(unscented_particle.step, observe=lambda x: x, noise_covariance=NOISE),
-    "unscented, recursive": partial(
-        unscented_particle.step, observe=lambda x: x, noise_covariance=NOISE, recursive=True
-    ),
+    "auxiliary, corrected": mixed("corrected", 0),
+    "mixed, corrected": mixed("corrected", HALF),
+    "mixed, balanced": mixed("balanced", HALF),
+    "unscented": partial(unscented, noise_covariance=NOISE),
+    "unscented, recursive": partial(unscented, noise_covariance=NOISE, recursive=True),
 }
+rng = np.random.default_rng
 
 
 @pytest.mark.parametrize("name", CONSISTENT)
 def test_agrees_with_the_kalman_filter(name: str) -> None:
     """On a linear Gaussian model mean, covariance and log evidence come to the exact ones (tolerance 0.03 and 0.1)."""
-    rng = np.random.default_rng(6)
     exact = Gaussian(np.zeros(2), np.eye(2))
-    particles = ParticleSet.uniform(rng.standard_normal((COUNT, 2)))
+    particles = ParticleSet.uniform(rng(6).standard_normal((COUNT, 2)))
     evidence, exact_evidence = 0.0, 0.0
     for t in range(8):
         seen = np.array([0.8 * t, -0.4 * t])
         exact, log_evidence = kalman.update(kalman.predict(exact, MODEL), seen, np.eye(2), NOISE)
         exact_evidence += log_evidence
-        measured = {"measurement": seen} if name.startswith("unscented") else {}
-        posterior = CONSISTENT[name](
-            particles, MODEL, lambda x, seen=seen: log_density(x, seen, NOISE), np.random.default_rng(t), **measured
-        )
-        particles = posterior.particles
-        evidence += posterior.log_evidence
+        measured: Any = {"measurement": seen} if name.startswith("unscented") else {}
+        near = partial(log_density, means=seen, covariance=NOISE)
+        posterior = CONSISTENT[name](particles, MODEL, near, rng(t), **measured)
+        particles, evidence = posterior.particles, evidence + posterior.log_evidence
         assert np.allclose(particles.mean, exact.mean, atol=0.03)
         assert np.allclose(particles.covariance, exact.covariance, atol=0.03)
     assert evidence == pytest.approx(exact_evidence, abs=0.1)
@@ -63,118 +69,73 @@ def test_agrees_with_a_grid_on_a_bimodal_posterior() -> None:
     def likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.log(0.3 * np.exp(-0.5 * (states[:, 0] - 3) ** 2) + 0.7 * np.exp(-0.5 * (states[:, 0] + 3) ** 2))
 
-    model = random_walk(1, 1.0)
-    density = np.exp(-0.5 * (grid - 0.3) ** 2 / 4)
-    particles = ParticleSet.uniform(0.3 + 2 * np.random.default_rng(1).standard_normal((COUNT, 1)))
-    kernel = np.exp(-0.5 * np.linspace(-6, 6, 1201) ** 2)
+    density, kernel = np.exp(-0.5 * (grid - 0.3) ** 2 / 4), np.exp(-0.5 * np.linspace(-6, 6, 1201) ** 2)
+    particles = ParticleSet.uniform(0.3 + 2 * rng(1).standard_normal((COUNT, 1)))
     for t in range(4):
         density = np.convolve(density, kernel, mode="same") * np.exp(likelihood(grid[:, None]))
         density /= density.sum()
-        particles = bootstrap.step(particles, model, likelihood, np.random.default_rng(t + 10)).particles
+        particles = bootstrap.step(particles, random_walk(1, 1.0), likelihood, rng(t + 10)).particles
         right = particles.weights[particles.states[:, 0] > 0].sum()
         assert right == pytest.approx(density[grid > 0].sum(), abs=0.02)
 
 
 def test_hopeless_frame_keeps_the_prediction() -> None:
     """If every weight is zero the particles stay where the prediction put them, with equal weights, and it is said."""
-    particles = ParticleSet.uniform(np.random.default_rng(0).standard_normal((100, 2)))
-
-    def nothing(states: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.full(len(states), -np.inf)
-
-    for posterior in (
-        bootstrap.step(particles, MODEL, nothing, np.random.default_rng(1)),
-        auxiliary.step(
-            particles,
-            MODEL,
-            nothing,
-            np.random.default_rng(1),
-            weights="sharpened",
-            prediction_count=0,
-            observation_count=100,
-        ),
-    ):
-        assert np.allclose(posterior.particles.weights, 0.01)
-        assert posterior.log_evidence == -np.inf
-        assert posterior.observation_count == 0
+    particles = ParticleSet.uniform(rng(0).standard_normal((COUNT, 2)))
+    for step in (bootstrap.step, mixed("sharpened", 0)):
+        posterior = step(particles, MODEL, lambda states: np.full(len(states), -np.inf), rng(1))
+        assert np.allclose(posterior.particles.weights, 1 / COUNT)
+        assert (posterior.log_evidence, posterior.observation_count) == (-np.inf, 0)
 
 
 def test_the_number_of_particles_can_change() -> None:
     """More or fewer particles than before are drawn on demand."""
     particles = ParticleSet.uniform(np.zeros((50, 2)))
     for count in (1, 7, 400):
-        posterior = bootstrap.step(
-            particles, MODEL, lambda x: -(x**2).sum(1), np.random.default_rng(0), count=count, threshold=0.0
-        )
-        assert len(posterior.particles) == count
-        assert posterior.resampled
+        posterior = bootstrap.step(particles, MODEL, lambda x: -(x**2).sum(1), rng(0), count=count, threshold=0.0)
+        assert (len(posterior.particles), posterior.resampled) == (count, True)
+
+
+SMOOTH = autoregression(2 * np.eye(2), -np.eye(2), np.zeros(2), 3 * np.eye(2))
 
 
 def test_unscented_filter_with_useless_measurement_is_the_bootstrap_filter() -> None:
     """With huge measurement noise the proposals are the predictions, to 1e-12 px."""
-    one = np.eye(2)
-    model = autoregression(2 * one, -one, np.zeros(2), 3 * one)
-    rng = np.random.default_rng(3)
-    positions = 160 + rng.normal(size=(800, 2))
+    positions = 160 + rng(3).normal(size=(800, 2))
     plain = nudged = ParticleSet.uniform(np.hstack([positions, positions]))
+    useless: Any = {"measurement": np.array([50.0, 60.0]), "noise_covariance": 1e26 * np.eye(2)}
     for t in range(5):
 
         def likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:
             return -0.01 * ((states[:, :2] - 165) ** 2).sum(1)
 
-        plain = bootstrap.step(plain, model, likelihood, np.random.default_rng(t)).particles
-        nudged = unscented_particle.step(
-            nudged,
-            model,
-            likelihood,
-            np.random.default_rng(t),
-            measurement=np.array([50.0, 60.0]),
-            observe=lambda x: x,
-            noise_covariance=1e26 * one,
-        ).particles
+        plain = bootstrap.step(plain, SMOOTH, likelihood, rng(t)).particles
+        nudged = unscented(nudged, SMOOTH, likelihood, rng(t), **useless).particles
         assert np.abs(plain.states - nudged.states).max() <= 1e-12
         assert np.abs(plain.mean - nudged.mean).max() <= 1e-12
 
 
 def test_the_covariance_of_a_recursive_unscented_filter_is_that_of_a_kalman_filter() -> None:
     """Handed down from one particle to the next it comes, frame by frame, to what a Kalman filter's does."""
-    one = np.eye(2)
-    model = autoregression(2 * one, -one, np.zeros(2), 3 * one)
     exact = Gaussian(np.zeros(4), np.zeros((4, 4)))
     particles = ParticleSet.uniform(np.zeros((20, 4)))
     for t in range(12):
         seen = None if t in (4, 5) else np.array([1.0 * t, 0.0])
-        exact = kalman.predict(exact, model)
+        exact = kalman.predict(exact, SMOOTH)
         if seen is not None:
-            exact, _ = kalman.update(exact, seen, np.eye(2, 4), 100.0 * one)
-        particles = unscented_particle.step(
-            particles,
-            model,
-            lambda states: np.zeros(len(states)),
-            np.random.default_rng(t),
-            measurement=seen,
-            observe=lambda x: x,
-            noise_covariance=100.0 * one,
-            recursive=True,
-        ).particles
+            exact, _ = kalman.update(exact, seen, np.eye(2, 4), 100.0 * np.eye(2))
+        given: Any = {"measurement": seen, "noise_covariance": 100.0 * np.eye(2), "recursive": True}
+        particles = unscented(particles, SMOOTH, lambda states: np.zeros(len(states)), rng(t), **given).particles
         assert particles.covariances == pytest.approx(np.broadcast_to(exact.covariance, (20, 4, 4)))
     assert exact.covariance[0, 0] > 4 * 9.0
 
 
 def test_unscented_filter_refuses_noise_it_cannot_handle() -> None:
     """Process noise on lagged coordinates is refused."""
-    model = LinearDynamics(np.eye(4), np.zeros(4), np.vstack([np.zeros((2, 2)), np.eye(2)]))
-    particles = ParticleSet.uniform(np.zeros((5, 4)))
+    model = LinearDynamics(np.eye(4), np.zeros(4), np.eye(4)[:, 2:].copy())
+    given: Any = {"measurement": np.zeros(2), "noise_covariance": np.eye(2)}
     with pytest.raises(ValueError, match="first coordinates"):
-        unscented_particle.step(
-            particles,
-            model,
-            lambda x: x[:, 0],
-            np.random.default_rng(0),
-            measurement=np.zeros(2),
-            observe=lambda x: x,
-            noise_covariance=np.eye(2),
-        )
+        unscented(ParticleSet.uniform(np.zeros((5, 4))), model, lambda x: x[:, 0], rng(0), **given)
 
 
 LOG_WEIGHTS = arrays(np.float64, st.integers(1, 50), elements=st.floats(-1e4, 1e4))
@@ -189,44 +150,30 @@ def test_normalised_weights_sum_to_one(log_weights: np.ndarray) -> None:
 
 
 def test_impossible_weights_count_as_zero() -> None:
-    """NaN and +inf become a weight of zero and leave the others alone."""
+    """NaN and +inf leave the others alone; if every weight is zero the set becomes uniform, and the log sum says so."""
     normalised, _ = normalise(np.array([0.0, np.nan, np.inf, -np.inf, 0.0]))
     assert np.exp(normalised).tolist() == [0.5, 0.0, 0.0, 0.0, 0.5]
+    for hopeless in (-np.inf, np.nan):
+        normalised, log_sum = normalise(np.full(4, hopeless))
+        assert np.allclose(np.exp(normalised), 0.25)
+        assert log_sum == -np.inf
 
 
-@pytest.mark.parametrize("hopeless", [-np.inf, np.nan])
-def test_all_zero_becomes_uniform(hopeless: float) -> None:
-    """If every weight is zero the set becomes uniform, and the log sum says so."""
-    normalised, log_sum = normalise(np.full(4, hopeless))
-    assert np.allclose(np.exp(normalised), 0.25)
-    assert log_sum == -np.inf
-
-
-def test_moments_agree_with_numpy() -> None:
-    """Mean and covariance are the weighted ones, without a divisor N - 1."""
-    rng = np.random.default_rng(1)
-    log_weights, _ = normalise(rng.normal(size=500))
-    particles = ParticleSet(rng.normal(size=(500, 4)), log_weights, np.arange(500))
+def test_a_particle_set_has_moments_a_mode_and_ancestors() -> None:
+    """Mean and covariance are the weighted ones of NumPy, the mode is the heaviest particle, ancestors count once."""
+    log_weights, _ = normalise(rng(1).normal(size=500))
+    particles = ParticleSet(rng(2).normal(size=(500, 4)), log_weights, np.arange(500) // 4)
     assert np.allclose(particles.mean, np.average(particles.states, axis=0, weights=particles.weights))
-    expected = np.cov(particles.states.T, aweights=particles.weights, ddof=0)
-    assert np.allclose(particles.covariance, expected)
+    assert np.allclose(particles.covariance, np.cov(particles.states.T, aweights=particles.weights, ddof=0))
+    assert particles.mode.tolist() == particles.states[log_weights.argmax()].tolist()
+    assert (particles.unique_ancestors, len(particles)) == (125, 500)
 
 
 def test_effective_sample_size_bounds() -> None:
     """It is N for equal weights and 1 for a single one that counts."""
-    states = np.zeros((8, 2))
-    assert ParticleSet.uniform(states).effective_sample_size == pytest.approx(8)
-    alone, _ = normalise(np.array([0.0] + [-np.inf] * 7))
-    assert ParticleSet(states, alone, np.arange(8)).effective_sample_size == pytest.approx(1)
-
-
-def test_mode_and_ancestors() -> None:
-    """The mode is the heaviest particle; ancestors are counted once each."""
-    log_weights, _ = normalise(np.log([0.2, 0.5, 0.3]))
-    particles = ParticleSet(np.array([[1.0], [2.0], [3.0]]), log_weights, np.array([4, 4, 9]))
-    assert particles.mode.tolist() == [2.0]
-    assert particles.unique_ancestors == 2
-    assert len(particles) == 3
+    for log_weights, size in ((np.zeros(8), 8), (np.array([0.0] + [-np.inf] * 7), 1)):
+        particles = ParticleSet(np.zeros((8, 2)), normalise(log_weights)[0], np.arange(8))
+        assert particles.effective_sample_size == pytest.approx(size)
 
 
 ALL = pytest.mark.parametrize("resample", RESAMPLERS.values(), ids=RESAMPLERS)
@@ -235,13 +182,10 @@ ALL = pytest.mark.parametrize("resample", RESAMPLERS.values(), ids=RESAMPLERS)
 @ALL
 def test_expected_copies(resample: Resampler) -> None:
     """Each parent is drawn count * weight times on average, within four standard errors."""
-    weights = np.array([0.05, 0.5, 0.0, 0.25, 0.2])
+    weights, count, repeats = np.array([0.05, 0.5, 0.0, 0.25, 0.2]), 12, 1000
     with np.errstate(divide="ignore"):
         log_weights = np.log(weights)
-    repeats, count = 1000, 12
-    copies = np.zeros(5)
-    for seed in range(repeats):
-        copies += np.bincount(resample(np.random.default_rng(seed), log_weights, count), minlength=5)
+    copies = sum(np.bincount(resample(rng(seed), log_weights, count), minlength=5) for seed in range(repeats))
     error = 4 * np.sqrt(count * weights * (1 - weights) / repeats)
     assert (np.abs(copies / repeats - count * weights) <= error + 1e-12).all()
 
@@ -250,46 +194,28 @@ def test_expected_copies(resample: Resampler) -> None:
 @given(st.data())
 def test_ancestors_are_valid(resample: Resampler, data: st.DataObject) -> None:
     """Ancestors are ascending, exist, and none has a weight of zero, whatever the constant of the logarithms."""
-    size = data.draw(st.integers(1, 40))
-    zero = st.just(-np.inf)
-    log_weights = np.array(data.draw(st.lists(zero | st.floats(-700, 700), min_size=size, max_size=size)))
+    size, count = data.draw(st.integers(1, 40)), data.draw(st.integers(1, 60))
+    weights = st.lists(st.just(-np.inf) | st.floats(-700, 700), min_size=size, max_size=size)
+    log_weights = np.array(data.draw(weights))
     log_weights[data.draw(st.integers(0, size - 1))] = 0.5
-    count = data.draw(st.integers(1, 60))
-    ancestors = resample(np.random.default_rng(data.draw(st.integers(0, 1000))), log_weights, count)
+    ancestors = resample(rng(data.draw(st.integers(0, 1000))), log_weights, count)
     assert ancestors.shape == (count,)
     assert (np.diff(ancestors) >= 0).all()
     assert ((ancestors >= 0) & (ancestors < size)).all()
     assert np.isfinite(log_weights[ancestors]).all()
 
 
+def is_share(copies: np.ndarray, expected: np.ndarray) -> bool:
+    """Tell whether each number is floor or ceil of its expectation."""
+    return bool(((copies >= np.floor(expected - 1e-9)) & (copies <= np.ceil(expected + 1e-9))).all())
+
+
 @given(st.integers(0, 10_000), st.integers(1, 100))
 def test_systematic_copies_are_floor_or_ceil(seed: int, count: int) -> None:
     """Systematic resampling draws each parent floor or ceil of its expectation."""
-    rng = np.random.default_rng(seed)
-    log_weights, _ = normalise(rng.normal(size=30))
-    copies = np.bincount(systematic(rng, log_weights, count), minlength=30)
-    expected = count * np.exp(log_weights)
-    assert (copies >= np.floor(expected - 1e-9)).all()
-    assert (copies <= np.ceil(expected + 1e-9)).all()
-
-
-def test_residual_keeps_whole_parts() -> None:
-    """Residual resampling leaves only fractions to chance."""
-    weights = np.array([0.6, 0.3, 0.1])
-    for seed in range(50):
-        copies = np.bincount(residual(np.random.default_rng(seed), np.log(weights), 5), minlength=3)
-        assert (copies >= [3, 1, 0]).all()
-
-
-def test_it_waits_until_the_effective_sample_size_falls() -> None:
-    """Resampling happens below the threshold, at threshold one always, and whenever the number changes."""
-    rng = np.random.default_rng(0)
-    even = ParticleSet.uniform(np.zeros((10, 1)))
-    uneven = ParticleSet(np.zeros((10, 1)), normalise(np.array([5.0] + [0.0] * 9))[0], np.arange(10))
-    assert decide(systematic, 0.5, rng, even, 10) is None
-    assert decide(systematic, 0.5, rng, uneven, 10) is not None
-    assert decide(systematic, 1.0, rng, even, 10) is not None
-    assert decide(systematic, 0.5, rng, even, 20) is not None
+    log_weights, _ = normalise(rng(seed).normal(size=30))
+    copies = np.bincount(systematic(rng(seed), log_weights, count), minlength=30)
+    assert is_share(copies, count * np.exp(log_weights))
 
 
 @pytest.mark.parametrize("count", [1, 7, 1000])
@@ -299,8 +225,23 @@ def test_offsets_at_both_ends_draw_by_weight(count: int, offset: float) -> None:
     weights = np.array([0.0, 0.3, 0.0, 0.5, 0.2, 0.0])
     copies = np.bincount(systematic_parents(weights, offset, count), minlength=6)
     assert copies.sum() == count
-    assert (copies >= np.floor(count * weights - 1e-9)).all()
-    assert (copies <= np.ceil(count * weights + 1e-9)).all()
+    assert is_share(copies, count * weights)
+
+
+def test_residual_keeps_whole_parts() -> None:
+    """Residual resampling leaves only fractions to chance."""
+    for seed in range(50):
+        copies = np.bincount(residual(rng(seed), np.log([0.6, 0.3, 0.1]), 5), minlength=3)
+        assert (copies >= [3, 1, 0]).all()
+
+
+def test_it_waits_until_the_effective_sample_size_falls() -> None:
+    """Resampling happens below the threshold, at threshold one always, and whenever the number changes."""
+    even = ParticleSet.uniform(np.zeros((10, 1)))
+    uneven = ParticleSet(np.zeros((10, 1)), normalise(np.array([5.0] + [0.0] * 9))[0], np.arange(10))
+    cases: list[Any] = [(0.5, even, 10), (0.5, uneven, 10), (1.0, even, 10), (0.5, even, 20)]
+    drawn = [decide(systematic, threshold, rng(0), *case) is not None for threshold, *case in cases]
+    assert drawn == [False, True, True, True]
 
 
 MODELS = {
@@ -315,22 +256,21 @@ MODELS = {
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 def test_samples_have_the_moments_of_the_model(model: LinearDynamics) -> None:
     """Drawn states have mean A x + d and covariance B B^T, within five standard errors."""
-    rng = np.random.default_rng(2)
-    state = rng.normal(size=(1, len(model.offset))) * 10
-    count = 200_000
-    drawn = model.diffuse(rng, model.predict(state), np.zeros(count, dtype=np.int64))
+    state, count = rng(2).normal(size=(1, len(model.offset))) * 10, 200_000
+    drawn = model.diffuse(rng(3), model.predict(state), np.zeros(count, dtype=np.int64))
     expected = model.transition @ state[0] + model.offset
     scale = np.sqrt(np.diag(model.noise_covariance))
     assert (np.abs(drawn.mean(0) - expected) <= 5 * scale / np.sqrt(count) + 1e-9).all()
     assert np.allclose(np.cov(drawn.T), model.noise_covariance, atol=5 * scale.max() ** 2 / np.sqrt(count) * 2)
 
 
-def test_ancestors_are_followed() -> None:
-    """Without noise each drawn state is the prediction of its ancestor."""
-    model = LinearDynamics(np.eye(2), np.ones(2), np.zeros((2, 1)))
-    states = np.arange(6.0).reshape(3, 2)
-    drawn = model.diffuse(np.random.default_rng(0), model.predict(states), np.array([2, 0, 2, 1]))
-    assert np.array_equal(drawn, states[[2, 0, 2, 1]] + 1)
+def test_drawn_states_follow_their_ancestors_and_their_past() -> None:
+    """Without noise each is its ancestor's prediction; the second block of an autoregression is the first of before."""
+    model, states, ancestors = MODELS["autoregression"], rng(1).normal(size=(5, 4)), np.array([2, 0, 2, 4, 1])
+    still = LinearDynamics(model.transition, model.offset, np.zeros((4, 1)))
+    assert np.array_equal(still.diffuse(rng(0), still.predict(states), ancestors), still.predict(states)[ancestors])
+    drawn = model.diffuse(rng(2), model.predict(states), ancestors)
+    assert np.array_equal(drawn[:, 2:], states[ancestors, :2])
 
 
 def test_constant_velocity_moves_by_its_velocity() -> None:
@@ -339,20 +279,10 @@ def test_constant_velocity_moves_by_its_velocity() -> None:
     assert np.allclose(model.predict(np.array([[1.0, 2.0, 4.0, -6.0]])), [[3.0, -1.0, 4.0, -6.0]])
 
 
-def test_autoregression_shifts_its_past() -> None:
-    """The second block of the next state is the first block of this one, exactly."""
-    model = MODELS["autoregression"]
-    states = np.random.default_rng(1).normal(size=(5, 4))
-    drawn = model.diffuse(np.random.default_rng(2), model.predict(states), np.arange(5))
-    assert np.array_equal(drawn[:, 2:], states[:, :2])
-
-
-@pytest.mark.parametrize(
-    ("sigma", "expected"), [((4.0, 5.0), 0), ((5.1, 0.0), 800), ((0.0, 5.1), 800), ((9.0, 9.0), 800)]
-)
-def test_hard_switch(sigma: tuple[float, float], expected: int) -> None:
+@pytest.mark.parametrize(("sigma", "all_seen"), [((4.0, 5.0), 0), ((5.1, 0.0), 1), ((0.0, 5.1), 1), ((9.0, 9.0), 1)])
+def test_hard_switch(sigma: tuple[float, float], all_seen: int) -> None:
     """All particles come from the observation as soon as any axis is wider than gamma, none before."""
-    assert auxiliary.hard(np.array(sigma), 5.0, 800) == expected
+    assert auxiliary.hard(np.array(sigma), 5.0, 800) == 800 * all_seen
 
 
 @pytest.mark.parametrize(("sigma", "expected"), [(3.0, 0), (4.0, 0), (12.0, 400), (20.0, 800), (99.0, 800), (4.01, 0)])

@@ -78,8 +78,7 @@ def test_features_are_projected_now_and_a_frame_ago() -> None:
 
 def test_an_object_at_the_camera_stays_finite() -> None:
     """Predicted into the camera, the object is projected and updated without infinities."""
-    state = np.array([0.0, 0.0, 0.0, 1.0, 1.0, -5.0])
-    belief = Gaussian(np.tile(state, 2), np.eye(12))
-    assert np.isfinite(LAYER.project(belief).covariances).all()
+    belief = Gaussian(np.tile([0.0, 0.0, 0.0, 1.0, 1.0, -5.0], 2), np.eye(12))
     updated = LAYER.update(belief, np.zeros((8, 2)), np.ones((8, 2)), Stream(0, 1, Purpose.TRACK))
+    assert np.isfinite(LAYER.project(belief).covariances).all()
     assert np.isfinite(updated.mean).all()

@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -26,9 +28,8 @@ def test_it_is_exact_where_the_kalman_filter_is(threshold: float) -> None:
         variances = np.repeat(NOISE[:, None] ** 2 + 1.0, 2, axis=1)
         predicted = LAYER.predict(exact)
         exact = LAYER.update(predicted, seen, variances, rng(t))
-        state = rao_blackwell.step(
-            state, LAYER, lambda x, seen=seen: points.log_likelihood(x, seen, NOISE), rng(t), threshold=threshold
-        )
+        near = partial(points.log_likelihood, measured=seen, noise_sd=NOISE)
+        state = rao_blackwell.step(state, LAYER, near, rng(t), threshold=threshold)
         weights = np.exp(state.log_weights)
         means = state.cameras @ weights
         known = LAYER.project(exact)
@@ -65,10 +66,8 @@ def test_it_resamples_when_it_must() -> None:
     assert fewer.effective_sample_size == pytest.approx(100.0)
     # Where the parents' points were, before and after they were drawn by weight.
     row = np.column_stack([LAYER.points_mm, np.ones(2)])
-    by_weight, by_number = (
-        row @ (state.cameras[:, :4] @ np.exp(state.log_weights)).T,
-        row @ state.cameras[:, :4].mean(2).T,
-    )
+    cameras = state.cameras[:, :4]
+    by_weight, by_number = row @ (cameras @ np.exp(state.log_weights)).T, row @ cameras.mean(2).T
     drawn = row @ fewer.cameras[:, 4:].mean(axis=2).T
     assert np.abs(drawn - by_weight).max() < 0.3 < np.abs(by_number - by_weight).max()
     lost = rao_blackwell.step(fewer, LAYER, lambda x: np.full(x.shape[:2], np.nan), rng(3))

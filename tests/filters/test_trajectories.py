@@ -1,6 +1,7 @@
 """Filters of trajectories: one against the general Kalman filter, particles against it, and each track for itself."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,19 +62,12 @@ def test_the_linear_filter_is_the_general_one() -> None:
 
 def test_the_smoother_is_the_least_squares_solution() -> None:
     """With all frames within the lag it is the mean of the joint Gaussian of all positions."""
-    track, length = REFERENCE_PX[:20], 20
-    rows, values, weights = [], [], []
-    for frame in range(length):  # positions -2, -1, 0, ..., of which the first two are the beginning
-        row = np.zeros(length + 2)
-        row[[frame, frame + 1, frame + 2]] = 1.0, -2.0, 1.0
-        rows += [row, np.eye(length + 2)[frame + 2]]
-        values += [np.zeros(2), track[frame]]
-        weights += [1.0, 0.1]
-    rows += [np.eye(length + 2)[0], np.eye(length + 2)[1]]
-    values += [track[0], track[0]]
-    weights += [1.0, 1.0]
-    root = np.sqrt(weights)[:, None]
-    exact = np.linalg.lstsq(root * np.array(rows), root * np.array(values), rcond=None)[0][2:]
+    track, all_places = REFERENCE_PX[:20], np.eye(22)  # -2, -1, 0, ..., of which the first two are the beginning
+    curvature = all_places[:-2] - 2.0 * all_places[1:-1] + all_places[2:]
+    rows = np.concatenate([curvature, all_places[2:], all_places[:2]])
+    values = np.concatenate([np.zeros((20, 2)), track, track[[0, 0]]])
+    root = np.sqrt(np.repeat([1.0, 0.1, 1.0], [20, 20, 2]))[:, None]
+    exact = np.linalg.lstsq(root * rows, root * values, rcond=None)[0][2:]
     found = follow("lg", track[:, None], replace(DOCUMENT, lag=50))
     np.testing.assert_allclose(found.smoothed[:, 0], exact, rtol=1e-9)
 
@@ -112,18 +106,23 @@ def test_heavy_tails_let_go_of_outliers(method: Method, noise: float) -> None:
 @pytest.mark.parametrize("method", ["lg", "lng", "nlng"])
 def test_a_track_does_not_know_of_the_others(method: Method) -> None:
     """Its numbers are the same to the bit alone, in another place of the batch, and while others begin late or end."""
-    settings = Settings(count=50)
-    others = np.full((12, 3, 2), np.nan)
-    others[4:8] = 300.0
-    track = REFERENCE_PX[:12, None]
+    settings, track = Settings(count=50), REFERENCE_PX[:12, None]
+    every = np.concatenate([np.full((12, 3, 2), np.nan), track], axis=1)
+    every[4:8, :3] = 300.0
     alone = follow(method, track, settings, numbers=np.array([7]))
-    together = follow(
-        method, np.concatenate([others, track], axis=1), settings, numbers=np.array([1, 2, 3, 7], np.int64)
-    )
+    together = follow(method, every, settings, numbers=np.array([1, 2, 3, 7], np.int64))
     np.testing.assert_array_equal(together.filtered[:, 3:], alone.filtered)
     np.testing.assert_array_equal(together.smoothed[:, 3:], alone.smoothed)
     assert np.isnan(together.filtered[:4, :3]).all()
     assert np.isfinite(together.filtered[4:]).all()
+
+
+def step(
+    belief: Cloud, seen: NDArray[np.float64], law: cloud.Law, seed: int, frame: int, **how: Any
+) -> tuple[Cloud, cloud.Moments]:
+    """Return the belief of particles after a frame, and its moments."""
+    more = {"numbers": np.arange(len(seen)), "stream": (seed, frame, 1), "by_mode": True, **how}
+    return cloud.step(belief, seen, law, beginnings(belief, seen, 1.0), **more)
 
 
 def test_the_tree_is_the_whole_past_of_the_particles() -> None:
@@ -132,21 +131,11 @@ def test_the_tree_is_the_whole_past_of_the_particles() -> None:
     law = cloud.Law(np.ones(1), np.ones(1))
     paths: NDArray[np.float64] | None = None
     for frame, seen in enumerate(observed):
-        start = beginnings(belief, seen[None], 1.0)
-        before = belief
-        belief, moments = cloud.step(
-            before, seen[None], law, start, count=200, lag=8, by_mode=False, numbers=np.zeros(1, np.int64),
-            stream=(3, frame, 1),
-        )  # fmt: skip
+        belief, moments = step(belief, seen[None], law, 3, frame, count=200, lag=8, by_mode=False)
         states, shares = belief.age(0, 0)
-        parents = belief.parents[slice(*belief.offsets[0, :2])]
-        older = belief.age(0, 1)[0][parents]
-        if paths is not None:
-            # Each node of today came from a path whose newest position is its parent's.
-            rows = [int(np.flatnonzero((paths[:, 0] == one).all(axis=1))[0]) for one in older]
-            older = paths[rows]
-        else:
-            older = older[:, None]
+        older = belief.age(0, 1)[0][belief.parents[slice(*belief.offsets[0, :2])]][:, None]
+        if paths is not None:  # each node of today came from a path whose newest position is its parent's
+            older = paths[[int(np.flatnonzero((paths[:, 0] == one).all(axis=1))[0]) for (one,) in older]]
         paths = np.concatenate([states[:, None], older], axis=1)[:, :9]
         for age in range(min(frame + 1, 9)):
             np.testing.assert_allclose(moments.past[age, 0], shares @ paths[:, age], rtol=1e-6)
@@ -171,11 +160,7 @@ def test_the_number_of_particles_and_the_lag_may_change() -> None:
     belief = cloud.nothing(1)
     law = cloud.Law(np.ones(1), np.ones(1), learned=True)
     for frame, (count, lag) in enumerate([(100, 5), (100, 5), (300, 5), (300, 1), (40, 9), (40, 9), (40, 0)]):
-        seen = REFERENCE_PX[frame][None]
-        belief, moments = cloud.step(
-            belief, seen, law, beginnings(belief, seen, 1.0), count=count, lag=lag, by_mode=True,
-            numbers=np.zeros(1, np.int64), stream=(0, frame, 1),
-        )  # fmt: skip
+        belief, moments = step(belief, REFERENCE_PX[frame][None], law, 0, frame, count=count, lag=lag)
         first, last = belief.offsets[0, :2]
         assert belief.counts[first:last].sum() == count
         assert len(moments.past) <= max(lag, 1) + 1
@@ -196,10 +181,7 @@ def test_a_track_may_begin_again() -> None:
     assert np.isnan(gaussian.smooth(exact)[0][:6]).any(axis=(0, 2)).tolist() == gone.tolist()
     for frame in range(6, 12):
         observed = tracks[frame] + np.outer(gone, (200.0, 0.0))
-        belief, moments = cloud.step(
-            belief, observed, law, beginnings(belief, observed, 1.0), count=60, lag=25, by_mode=True,
-            numbers=np.arange(3), stream=(0, frame, 1),
-        )  # fmt: skip
+        belief, moments = step(belief, observed, law, 0, frame, count=60, lag=25)
         exact, _ = gaussian.step(exact, observed, law.noise, law.drive, lag=25)
         assert moments.estimates[1, 0] > 290.0
         assert exact.means[0, 1, 0, 0] > 290.0
@@ -208,13 +190,12 @@ def test_a_track_may_begin_again() -> None:
 
 def test_without_drift_laws_are_only_chosen() -> None:
     """Every log sigma^2 and log tau^2 of the end was there at the start; with drift they are new."""
-    tracks = REFERENCE_PX[:10, None]
-    first, last, drifting = (
-        follow("nlng", tracks[:length], Settings(count=100, drift=drift)).last
-        for length, drift in ((1, 0.0), (10, 0.0), (10, 0.1))
-    )
-    laws = [one.laws(0) if isinstance(one, Cloud) else None for one in (first, last, drifting)]
-    known, chosen, new = ({tuple(law) for law in found[0]} for found in laws if found is not None)
+    laws = []
+    for length, drift in ((1, 0.0), (10, 0.0), (10, 0.1)):
+        last = follow("nlng", REFERENCE_PX[:length, None], Settings(count=100, drift=drift)).last
+        assert isinstance(last, Cloud)
+        laws.append({tuple(law) for law in last.laws(0)[0]})
+    known, chosen, new = laws
     assert chosen < known
     assert not new & known
 

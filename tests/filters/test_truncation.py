@@ -4,17 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.special import erfcx
 
+from pftrack.core.arrays import Floats
 from pftrack.filters.truncation import least_room, mills_ratio, truncate
 
-NOWHERE = np.array([np.inf])
 
-
-def cut(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], row: list[float], high: float, low: float = -np.inf
-) -> int:
+def cut(mean: Floats, covariance: Floats, row: list[float], high: float, low: float = -np.inf) -> int:
     return truncate(mean, covariance, (np.array([row]), np.array([low]), np.array([high])))
 
 
@@ -83,9 +79,8 @@ def test_the_bound_that_cuts_least_comes_first() -> None:
 def test_what_is_far_away_or_known_is_left_alone() -> None:
     """A bound beyond eight deviations, an infinite one, and one on what has no variance change nothing."""
     mean, covariance = np.array([0.0, 5.0]), np.array([[1.0, 0.0], [0.0, 0.0]])
-    assert cut(mean, covariance, [1.0, 0.0], 8.5) == 0
-    assert cut(mean, covariance, [1.0, 0.0], np.inf) == 0
-    assert cut(mean, covariance, [0.0, 1.0], 4.0) == 0
+    for row, high in (([1.0, 0.0], 8.5), ([1.0, 0.0], np.inf), ([0.0, 1.0], 4.0)):
+        assert cut(mean, covariance, row, high) == 0
     assert mean.tolist() == [0.0, 5.0]
 
 
@@ -94,7 +89,8 @@ def test_room_is_the_distance_from_the_nearest_bound() -> None:
     covariance = np.diag([4.0, 9.0])
     room = least_room(np.array([1.0, 1.0]), covariance, (np.eye(2), np.array([0.0, -8.0]), np.array([9.0, 10.0])))
     assert room == pytest.approx(0.5)
-    assert least_room(np.array([-5.0]), np.eye(1), (np.eye(1), np.zeros(1), NOWHERE)) == pytest.approx(-5.0)
+    beyond = least_room(np.array([-5.0]), np.eye(1), (np.eye(1), np.zeros(1), np.array([np.inf])))
+    assert beyond == pytest.approx(-5.0)
     assert least_room(np.zeros(1), np.eye(1), (np.zeros((0, 1)), np.zeros(0), np.zeros(0))) == np.inf
 
 
