@@ -1,10 +1,9 @@
-import importlib.util
 import os
+import runpy
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -45,13 +44,17 @@ def call(tmp_path: Path) -> Iterator[Callable[[str], str]]:
         yield call
 
 
+def write_both(folder: Path) -> None:
+    (folder / "inner.py").write_text(INNER.format(1))
+    (folder / "outer.py").write_text(OUTER)
+
+
 def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, call: Callable[[str], str]) -> None:
     """A compiled function has those inside that it calls, so it is compiled again when their file changes.
 
     Content counts, so that another checkout of the same files, or a copy of them, keeps what was compiled.
     """
-    (tmp_path / "inner.py").write_text(INNER.format(1))
-    (tmp_path / "outer.py").write_text(OUTER)
+    write_both(tmp_path)
     assert call(CALL) == "4 1"
     for name in ("inner.py", "outer.py"):
         os.utime(tmp_path / name, (1, 1))
@@ -62,14 +65,13 @@ def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, ca
 
 RELEASED = (
     "import pftrack.core.numerics.compiled as at; from pathlib import Path; at.PACKAGE = Path({0!r});"
-    "at.PRECOMPILED = at.PACKAGE / 'precompiled'; " + CALL
+    "at.PRECOMPILED = at.PACKAGE / 'precompiled'; "
 )
 
 
 def test_what_a_release_brings_along_is_used_first(tmp_path: Path, call: Callable[[str], str]) -> None:
     """It is loaded and not written to; what is damaged, or of another source, is compiled here and kept here."""
-    (tmp_path / "inner.py").write_text(INNER.format(1))
-    (tmp_path / "outer.py").write_text(OUTER)
+    write_both(tmp_path)
     released = RELEASED.format(str(tmp_path))
     assert call(CALL) == "4 1"
     kept, brought = tmp_path / "__pycache__", tmp_path / "precompiled"
@@ -77,48 +79,33 @@ def test_what_a_release_brings_along_is_used_first(tmp_path: Path, call: Callabl
     for file in kept.glob("*.nb?"):
         file.rename(brought / file.name)
     brought.chmod(0o555)
-    assert call(released) == "4 0"
-    assert call(released.replace(CALL, "import outer; print(at.count_precompiled(), len(at.FUNCTIONS))")) == "2 2"
+    assert call(released + CALL) == "4 0"
+    assert call(f"{released}import outer; print(at.count_precompiled(), len(at.FUNCTIONS))") == "2 2"
     assert list(kept.glob("outer.*.nb?")) == []
     (data,) = brought.glob("outer.outer*.nbc")
     data.write_bytes(data.read_bytes()[:100])
-    assert [call(released), call(released)] == ["4 1", "4 0"]
+    assert [call(released + CALL), call(released + CALL)] == ["4 1", "4 0"]
     (tmp_path / "inner.py").write_text(INNER.format(2))
-    assert [call(released), call(released)] == ["6 1", "6 0"]
-    assert sorted(file.name for file in kept.glob("outer.*.nb?")) == sorted(
-        file.name for file in brought.glob("outer.*")
-    )
+    assert [call(released + CALL), call(released + CALL)] == ["6 1", "6 0"]
+    assert {file.name for file in kept.glob("outer.*.nb?")} == {file.name for file in brought.glob("outer.*")}
 
 
 def test_where_no_folder_can_be_written_all_is_compiled_each_time(tmp_path: Path, call: Callable[[str], str]) -> None:
     """Numba finds no place for what it compiles, and the function works all the same."""
-    (tmp_path / "inner.py").write_text(INNER.format(1))
-    (tmp_path / "outer.py").write_text(OUTER)
-    nowhere = "from numba.core.caching import CacheImpl; CacheImpl._locator_classes = []; "
-    line = nowhere + "import outer; print(outer.outer(1), len(outer.outer.signatures))"
-    assert call(line) == "4 1"
+    write_both(tmp_path)
+    line = "from numba.core.caching import CacheImpl; CacheImpl._locator_classes = []; "
+    assert call(f"{line}import outer; print(outer.outer(1), len(outer.outer.signatures))") == "4 1"
     assert list(tmp_path.rglob("*.nb?")) == []
 
 
-TYPED = (
-    HEAD
-    + "from typing import NamedTuple\nclass {0}(NamedTuple):\n    x: int\n@compiled\ndef outer(x):\n    return x.x\n"
-)
-TYPED_CALL = "import typed; print(typed.outer(typed.{}(3)))"
+TYPED = "from typing import NamedTuple\nclass {0}(NamedTuple):\n    x: int\n@compiled\ndef outer(x):\n    return x.x\n"
 
 
 def test_a_type_that_was_renamed_compiles_anew(tmp_path: Path, call: Callable[[str], str]) -> None:
     """What was kept of functions of a type that exists no more is not read, but compiled again."""
     for name in ("Before", "After"):
-        (tmp_path / "typed.py").write_text(TYPED.format(name))
-        assert call(TYPED_CALL.format(name)) == "3"
-
-
-def module(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+        (tmp_path / "typed.py").write_text(HEAD + TYPED.format(name))
+        assert call(f"import typed; print(typed.outer(typed.{name}(3)))") == "3"
 
 
 def test_other_files_do_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,6 +117,7 @@ def test_other_files_do_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         (folder / "inner.py").write_text(INNER.format(change))
         (folder / "apart.py").write_text(INNER.format(7).replace("inner", "apart"))
         monkeypatch.syspath_prepend(folder)
-        marks.append([mark_of(getattr(module(folder / f"{name}.py"), name).py_func) for name in ("inner", "apart")])
+        found = (runpy.run_path(str(folder / f"{name}.py"))[name] for name in ("inner", "apart"))
+        marks.append([mark_of(function.py_func) for function in found])
     assert marks[0][0] != marks[1][0]
     assert marks[0][1] == marks[1][1]

@@ -12,27 +12,20 @@ FAMILY = [np.array([0, 1, 2, 3]), np.array([0, 0, 2, 2]), np.array([1, 1, 1, 2])
 
 
 def test_particles_are_traced_to_their_ancestors() -> None:
-    """Each line leads over the parents of the parents, and counts say how many different ones there are."""
+    """Lines lead over parents of parents and are counted; each ancestor is in the middle of its descendants."""
     found = trace(8, FAMILY, 4)
     assert list(found.frames) == [5, 6, 7, 8]
     assert found.places.tolist() == [[0, 0, 0, 2], [0, 0, 0, 2], [1, 1, 1, 2], [0, 1, 2, 3]]
     assert found.counts.tolist() == [2, 2, 2, 4]
     assert found.coalesced is None
+    assert found.heights[[0, -1]].tolist() == [[0.375, 0.375, 0.375, 0.875], [0.125, 0.375, 0.625, 0.875]]
+    assert found.lines(2).tolist()[-1] == [0.125, 0.625]
 
 
 def test_lines_coalesce_in_the_newest_frame_that_has_one_ancestor() -> None:
     """One particle of frame 6 is the ancestor of all of frame 8, and so is one of frame 5, which is older."""
     found = trace(8, [np.array([1, 1]), np.array([0, 0]), np.array([0, 0])], 2)
-    assert found.coalesced == 7
-    assert trace(8, [], 1).coalesced is None
-
-
-def test_an_ancestor_is_drawn_in_the_middle_of_its_descendants() -> None:
-    """Present particles lie equally far apart, in the order of their families."""
-    found = trace(8, FAMILY, 4)
-    assert found.heights[-1].tolist() == [0.125, 0.375, 0.625, 0.875]
-    assert found.heights[0].tolist() == [0.375, 0.375, 0.375, 0.875]
-    assert found.lines(2).tolist()[-1] == [0.125, 0.625]
+    assert (found.coalesced, trace(8, [], 1).coalesced) == (7, None)
 
 
 def test_a_particle_without_a_parent_begins_a_line() -> None:
@@ -69,12 +62,7 @@ def test_lines_never_cross(seed: int, frames: int, count: int) -> None:
 
 
 def test_descendants_are_counted_in_each_frame() -> None:
-    """Children, children's children and so on; none any more when a line has ended."""
-    assert count_descendants(0, FAMILY) == [1, 2, 3]
-    assert count_descendants(3, FAMILY) == [1, 0, 0]
-
-
-def test_the_present_generation_has_as_many_parents_as_particles() -> None:
-    """Parents of another number of particles are refused."""
+    """Children, children's children and so on, none once a line has ended; parents of another number are refused."""
+    assert [count_descendants(particle, FAMILY) for particle in (0, 3)] == [[1, 2, 3], [1, 0, 0]]
     with pytest.raises(ValueError, match="parents of 3 particles, got 4"):
         trace(8, FAMILY, 3)

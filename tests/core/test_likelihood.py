@@ -9,7 +9,6 @@ from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Cloud, Component, LikelihoodMap, lattice
 from pftrack.core.model.model import Model
 from pftrack.core.model.source import Frame
-from pftrack.core.model.tracker import Tracker
 from pftrack.experiments import find
 from pftrack.experiments.shared.filtered import Filter, PointModel
 from pftrack.experiments.shared.pose.state import PoseModel
@@ -37,12 +36,11 @@ class Hill(Model):
 HILL = Hill()
 
 
-@pytest.mark.parametrize(
-    ("size", "most", "cells"), [((320, 240), 4800, (60, 80)), ((8, 6), 12, (3, 4)), ((3, 2), 99, (2, 3))]
-)
-def test_a_lattice_covers_the_picture_with_as_many_places_as_are_allowed(
-    size: tuple[int, int], most: int, cells: tuple[int, int]
-) -> None:
+LATTICES = [((320, 240), 4800, (60, 80)), ((8, 6), 12, (3, 4)), ((3, 2), 99, (2, 3))]
+
+
+@pytest.mark.parametrize(("size", "most", "cells"), LATTICES)
+def test_a_lattice_covers_the_picture(size: tuple[int, int], most: int, cells: tuple[int, int]) -> None:
     """Places lie in the middles of equal cells, row after row, within the picture, and are not more than allowed."""
     places, found, step = lattice(size, most)
     assert found == cells
@@ -53,12 +51,14 @@ def test_a_lattice_covers_the_picture_with_as_many_places_as_are_allowed(
 
 
 def test_a_map_asks_for_states_that_differ_in_their_place_alone() -> None:
-    """The greatest number of a map is where the likelihood is greatest; other components are the estimate's."""
+    """Its greatest number is where the likelihood is greatest; one without places in the picture has no map."""
     found = HILL.map(np.array([5.0, 1.0]), np.array([1.0, 0.0, 0.0]), FRAME, None, (8, 6))
     assert found.step_px == 2
     assert np.unravel_index(found.log_likelihoods.argmax(), (3, 4)) == (0, 2)
-    assert found.log_likelihoods[0, 2] == 0.0
-    assert (found.log_likelihoods[0] == [-16.0, -4.0, 0.0, -4.0]).all()
+    assert found.log_likelihoods[0].tolist() == [-16.0, -4.0, 0.0, -4.0]
+    signal = type("Signal", (Hill,), {"axes": None, "title": "measured value"})()
+    with pytest.raises(ValueError, match="measured value has no place"):
+        signal.map(np.zeros(2), np.zeros(3), FRAME, None, (8, 6))
 
 
 def test_what_is_not_a_number_is_impossible() -> None:
@@ -73,16 +73,8 @@ def test_what_is_not_a_number_is_impossible() -> None:
 def test_levels_go_from_the_lowest_to_the_highest() -> None:
     """Colours tell a range of at most twenty apart: what is below is as good as impossible."""
     found = LikelihoodMap(np.array([[-100.0, -10.0], [0.0, -np.inf]]), 1)
-    assert found.range == (-20.0, 0.0)
-    assert (found.levels == [[0.0, 0.5], [1.0, 0.0]]).all()
+    assert (found.range, found.levels.tolist()) == ((-20.0, 0.0), [[0.0, 0.5], [1.0, 0.0]])
     assert LikelihoodMap(np.array([[-3.0, -1.0]]), 1).levels.tolist() == [[0.0, 1.0]]
-
-
-def test_a_likelihood_without_places_has_no_map() -> None:
-    """Of states that have no place in the picture no map is made, and the sentence says which."""
-    signal = type("Signal", (Hill,), {"axes": None, "title": "measured value"})()
-    with pytest.raises(ValueError, match="measured value has no place"):
-        signal.map(np.zeros(2), np.zeros(3), FRAME, None, (8, 6))
 
 
 def test_particles_have_ranks_and_samplers() -> None:
@@ -120,16 +112,12 @@ def test_what_lacks_a_function_is_refused_by_name(base: type, lacking: str) -> N
         type("Half", (base,), {})()
 
 
-def test_a_model_must_say_where_it_begins() -> None:
-    """Either of two functions will do, and both are named."""
+def test_a_model_must_say_where_it_begins_and_what_is_likely() -> None:
+    """Either of two functions will do for the beginning; a likelihood with a title is not impossible everywhere."""
     whole = {name: lambda *_: 1 for name in ("components", "log_likelihood", "propagate", "count")}
+    begun, named = type("Begun", (PointModel,), whole)(), type("Named", (Model,), {"title": "distance"})()
     with pytest.raises(TypeError, match="the model Begun must define prior or start"):
-        type("Begun", (PointModel,), whole)().start(None, FRAME, None, None)
-
-
-def test_a_model_with_a_title_must_say_what_is_likely() -> None:
-    """A likelihood that is named and not defined is refused, in place of being impossible everywhere."""
-    named = type("Named", (Model,), {"title": "distance"})()
+        begun.start(None, FRAME, None, None)
     with pytest.raises(TypeError, match="the model Named must define log_likelihood"):
         named.evaluate(None, np.zeros((1, 2)), FRAME, None)
     with pytest.raises(TypeError, match="the model Named must define components"):
@@ -142,19 +130,13 @@ BALL = find("ball")
 MODEL = type(BALL.simulate().parameters)
 
 
-def read_by(tracker: Tracker, like: str) -> set[str]:
-    """Return the parameters of the ball that a tracker reads once it has joined."""
-    joined = replace(BALL.with_trackers(tracker, like=like), id="joined")
-    declared = joined.declarations(MODEL)
-    return {each.name for each in declared if not each.trackers or tracker.id in each.trackers}
-
-
 def test_it_reads_what_another_one_reads() -> None:
     """Parameters name their readers; one that comes later has exactly those of the tracker that it is like."""
     own = replace(BALL.trackers["kalman"], id="own", title="Own")
     for name in BALL.trackers:
+        joined = replace(BALL.with_trackers(own, like=name), id="joined").declarations(MODEL)
         read = {each.name for each in BALL.declarations(MODEL) if not each.trackers or name in each.trackers}
-        assert read_by(own, name) == read
+        assert {each.name for each in joined if not each.trackers or "own" in each.trackers} == read
 
 
 def test_it_runs_and_is_drawn() -> None:

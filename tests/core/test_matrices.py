@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.arrays import check
+from pftrack.core.numerics import matrices
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms, sines_cosines
 from pftrack.core.numerics.matrices import (
@@ -14,10 +15,8 @@ from pftrack.core.numerics.matrices import (
     eigenvalues,
     inner_product,
     least_squares,
-    principal,
     product,
     singular_values,
-    solve_system,
     total,
 )
 
@@ -27,55 +26,41 @@ SIZES = st.integers(1, 6)
 
 @given(SEEDS, SIZES, SIZES, SIZES)
 def test_products_are_those_of_numpy(seed: int, rows: int, inner: int, columns: int) -> None:
-    """Products of matrices and vectors agree with NumPy's, for any layout in memory."""
+    """Products of matrices and vectors agree with NumPy's, for any layout; shapes that do not fit are refused."""
     rng = np.random.default_rng(seed)
     first, second = rng.normal(size=(inner, rows)).T, rng.normal(size=(inner, columns))
-    assert np.allclose(product(first, second), first @ second)
-    assert np.allclose(product(first, second[:, 0]), first @ second[:, 0])
-    assert np.allclose(product(first[0], second), first[0] @ second)
-
-
-def test_shapes_that_do_not_fit_are_refused() -> None:
-    """A product of shapes that do not fit says which they are."""
+    for one, other in ((first, second), (first, second[:, 0]), (first[0], second)):
+        assert np.allclose(product(one, other), one @ other)
     with pytest.raises(ValueError, match=r"\(2, 3\) and \(2, 3\)"):
         product(np.ones((2, 3)), np.ones((2, 3)))
 
 
 @given(SEEDS, SIZES, SIZES)
 def test_systems_are_solved(seed: int, size: int, columns: int) -> None:
-    """A X is B again, also where a pivot is 0 without exchanging rows."""
+    """A X is B again, also where a pivot is 0 without exchanging rows; a singular A is refused as NumPy would."""
     rng = np.random.default_rng(seed)
     matrix, wanted = rng.normal(size=(size, size)) + np.eye(size)[::-1] * 3, rng.normal(size=(size, columns))
-    assert np.allclose(matrix @ solve_system(matrix, wanted), wanted)
-    swap = np.eye(size)[::-1]
-    assert np.allclose(solve_system(swap, wanted[:, 0]), wanted[::-1, 0])
-
-
-def test_a_singular_system_is_refused() -> None:
-    """A matrix without an inverse raises as NumPy's would."""
+    assert np.allclose(matrix @ matrices.solve_system(matrix, wanted), wanted)
+    assert np.allclose(matrices.solve_system(np.eye(size)[::-1], wanted[:, 0]), wanted[::-1, 0])
     with pytest.raises(np.linalg.LinAlgError):
-        solve_system(np.ones((2, 2)), np.ones(2))
+        matrices.solve_system(np.ones((2, 2)), np.ones(2))
 
 
 @given(SEEDS, SIZES, SIZES)
 def test_roots_multiply_to_the_covariance(seed: int, size: int, rank: int) -> None:
-    """L L^T is P, of full rank and of less; of full rank L is Cholesky's."""
+    """L L^T is P, of full rank and of less; of full rank L is Cholesky's; a variance of 0 gives a column of zeros."""
     factor = np.random.default_rng(seed).normal(size=(size, rank))
     covariance = factor @ factor.T
     found = cholesky(covariance)
     assert np.allclose(found @ found.T, covariance, atol=1e-6 * covariance.max())
     if rank >= size + 2:
         assert np.allclose(found, np.linalg.cholesky(covariance))
-
-
-def test_a_certain_direction_has_no_root() -> None:
-    """A variance of 0 gives a column of zeros, and a diagonal its square roots."""
     assert np.array_equal(cholesky(np.diag([4.0, 0.0, 9.0])), np.diag([2.0, 0.0, 3.0]))
 
 
 @given(SEEDS, SIZES)
 def test_least_squares_are_those_of_numpy(seed: int, size: int) -> None:
-    """The best fit agrees with NumPy's, of one column and of several."""
+    """The best fit agrees with NumPy's; columns that depend on each other determine nothing, and this is told."""
     rng = np.random.default_rng(seed)
     slopes, wanted = rng.normal(size=(size + 5, size)), rng.normal(size=(size + 5, 2))
     expected = np.linalg.lstsq(slopes, wanted, rcond=None)[0]
@@ -83,13 +68,7 @@ def test_least_squares_are_those_of_numpy(seed: int, size: int) -> None:
     assert determined
     assert np.allclose(found, expected)
     assert np.allclose(least_squares(slopes, wanted[:, 0])[0], expected[:, 0])
-
-
-def test_what_is_not_determined_is_told() -> None:
-    """Columns that depend on each other determine nothing."""
-    slopes = np.random.default_rng(1).normal(size=(9, 3))
-    slopes[:, 2] = slopes[:, 0] - 2.0 * slopes[:, 1]
-    assert not least_squares(slopes, np.ones(9))[1]
+    assert not least_squares(np.column_stack([slopes, slopes @ rng.normal(size=size)]), wanted[:, 0])[1]
 
 
 @given(SEEDS, SIZES)
@@ -97,7 +76,7 @@ def test_the_principal_direction_is_that_of_the_greatest_eigenvalue(seed: int, s
     """It is a unit vector that the matrix stretches by its greatest eigenvalue."""
     half = np.random.default_rng(seed).normal(size=(size, size))
     symmetric = half + half.T
-    found = principal(symmetric)
+    found = matrices.principal(symmetric)
     assert np.isclose(found @ found, 1.0)
     assert np.allclose(symmetric @ found, np.linalg.eigvalsh(symmetric)[-1] * found, atol=1e-9)
 
@@ -168,10 +147,7 @@ def in_order(terms: np.ndarray) -> float:
 def test_the_order_is_the_one_that_is_defined(count: int, kind: type) -> None:
     """Sums are those of the defined order to the bit, in double and in single precision, of any length."""
     rng = np.random.default_rng(count)
-    first, second = (
-        rng.normal(size=count).astype(kind) * 10.0 ** rng.integers(-3, 4, count).astype(kind) for _ in "ab"
-    )
-    first, second = first.astype(kind), second.astype(kind)
+    first, second = (rng.normal(size=(2, count)) * 10.0 ** rng.integers(-3, 4, (2, count))).astype(kind)
     assert both(first, second) == (in_order(first * second), in_order(first))
 
 
@@ -186,28 +162,14 @@ def test_exponentials_and_logarithms_are_exact_to_the_last_place(exponents: list
         assert (np.abs(ours(np.array(given_values)) - expected) <= np.spacing(np.abs(expected))).all()
 
 
-def test_the_impossible_weighs_nothing() -> None:
-    """A log weight of -inf or NaN becomes a weight of zero, and what would overflow stays finite."""
-    results = exponentials(np.array([-INF, np.nan, -746.0, 710.0, INF]))
-    assert results[:3].tolist() == [0.0, 0.0, 0.0]
+def test_the_edges_of_exponentials_and_logarithms() -> None:
+    """The impossible weighs nothing, what would overflow is finite, tiny weights fade out, e^0 and ln 1 are exact."""
+    results = exponentials(np.array([-INF, np.nan, -746.0, 0.0, 710.0, INF]))
+    assert results[:4].tolist() == [0.0, 0.0, 0.0, 1.0]
     assert np.isfinite(results).all()
-
-
-def test_a_very_small_weight_is_not_lost() -> None:
-    """Results too small for a normal number fade out gradually, as the library's do."""
     values = np.array([-744.0, -740.0, -720.0, -709.0])
     assert np.allclose(exponentials(values), np.exp(values), rtol=0, atol=5e-324)
-
-
-def test_the_logarithm_of_nothing_is_finite() -> None:
-    """Zero and numbers below the smallest normal one count as that."""
-    assert logarithms(np.array([0.0, 5e-324])).tolist() == [np.log(2.0**-1022)] * 2
-
-
-def test_one_and_zero_are_exact() -> None:
-    """e^0 is 1 and ln 1 is 0, to the bit, so that equal weights stay equal."""
-    assert exponentials(np.zeros(3)).tolist() == [1.0] * 3
-    assert logarithms(np.ones(3)).tolist() == [0.0] * 3
+    assert logarithms(np.array([0.0, 5e-324, 1.0])).tolist() == [np.log(2.0**-1022)] * 2 + [0.0]
 
 
 # Sines and cosines of whole arrays are those of the C library to the last place.
@@ -215,17 +177,12 @@ def test_one_and_zero_are_exact() -> None:
 
 @given(st.floats(-1e6, 1e6))
 def test_they_agree_with_the_library(angle: float) -> None:
-    """Any angle up to a million radians has the sine and cosine that the library gives."""
+    """Any angle up to a million radians has the library's sine and cosine, and each quarter has its own signs."""
     sines, cosines = sines_cosines(np.array([angle]))
-    assert sines[0] == pytest.approx(np.sin(angle), abs=3e-10 if abs(angle) > 1e3 else 1e-15)
-    assert cosines[0] == pytest.approx(np.cos(angle), abs=3e-10 if abs(angle) > 1e3 else 1e-15)
-
-
-def test_the_axes_are_met() -> None:
-    """All quarters of the circle have their own signs."""
-    sines, cosines = sines_cosines(0.5 * np.pi * np.arange(-5.0, 6.0))
-    assert np.allclose(sines, [-1, 0, 1, 0, -1, 0, 1, 0, -1, 0, 1], atol=1e-15)
-    assert np.allclose(cosines, [0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0], atol=1e-15)
+    both = [np.sin(angle), np.cos(angle)]
+    assert [sines[0], cosines[0]] == pytest.approx(both, abs=3e-10 if abs(angle) > 1e3 else 1e-15)
+    quarters = sines_cosines(0.5 * np.pi * np.arange(-4.0, 4.0))
+    assert np.allclose(quarters, [[0, 1, 0, -1, 0, 1, 0, -1], [1, 0, -1, 0, 1, 0, -1, 0]], atol=1e-15)
 
 
 @pytest.mark.parametrize("value", [1e200, np.nan, np.inf, -np.inf])

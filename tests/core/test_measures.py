@@ -5,15 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.measures import (
-    HIT_RATE,
-    MEAN_IOU,
-    PICTURE_MEASURES,
-    POSE_MEASURES,
-    EvaluatedRun,
-    evaluate,
-    is_success,
-)
+from pftrack.core.model import measures
+from pftrack.core.model.measures import HIT_RATE, MEAN_IOU, PICTURE_MEASURES, EvaluatedRun, evaluate
 
 NAN = np.nan
 
@@ -51,23 +44,17 @@ def test_a_run_that_never_fails_lasts_to_its_end() -> None:
 def test_boxes_overlap_by_hand() -> None:
     """A box of 30 x 40 px: met, half a width aside, half as large in its middle, one width aside, and no number."""
     run = course([(0.0, 0.0), (15.0, 0.0), (0.0, 0.0), (30.0, 0.0), (1.0, 1.0)])
-    believed = np.array([(30.0, 40.0), (30.0, 40.0), (15.0, 20.0), (30.0, 40.0), (30.0, 40.0)])
-    estimates = run.estimates.copy()
-    estimates[4] = NAN
+    believed = np.array([30.0, 40.0]) * [[1], [1], [0.5], [1], [1]]
+    estimates = np.where(np.arange(5)[:, None] == 4, NAN, run.estimates)
     sized = replace(run, estimates=estimates, believed=believed)
     assert MEAN_IOU.values(sized) == pytest.approx([1.0, 1 / 3, 1 / 4, 0.0, 0.0])
     assert MEAN_IOU.of(sized) == pytest.approx((1 + 1 / 3 + 1 / 4) / 5)
     assert MEAN_IOU.of(run) is None
 
 
-@pytest.mark.parametrize("measure", PICTURE_MEASURES)
-def test_what_has_no_truth_has_no_measure(measure: object) -> None:
-    """Without truth a measure is absent, not 0."""
-    assert evaluate((measure,), course([(NAN, NAN)] * 3)) == {}  # type: ignore[arg-type]
-
-
-def test_what_has_no_box_is_not_inside_one() -> None:
-    """Truth without a box, such as a signal's, leaves out what needs one, and keeps the errors."""
+def test_what_has_no_truth_or_no_box_has_no_measure_of_it() -> None:
+    """Without truth a measure is absent, not 0; truth without a box, such as a signal's, keeps the errors."""
+    assert evaluate(PICTURE_MEASURES, course([(NAN, NAN)] * 3)) == {}
     bare = replace(FIVE, extents=np.full((6, 2), NAN))
     assert evaluate(PICTURE_MEASURES, bare).keys() == {"precision_20px", "median_error_px"}
 
@@ -87,18 +74,14 @@ def test_an_estimate_that_is_none_counts_as_wrong() -> None:
 
 def test_a_pose_by_hand() -> None:
     """Errors of 2, 10, 12 and 20 degrees, of which the last counts as lost."""
-    errors = np.array([2.0, 10.0, 12.0, 20.0])
-    nothing = np.full((4, 2), NAN)
+    errors, nothing = np.array([2.0, 10.0, 12.0, 20.0]), np.full((4, 2), NAN)
     turned = EvaluatedRun(errors[:, None], np.zeros((4, 1)), errors, errors > 15.0, nothing, nothing)
-    assert evaluate(POSE_MEASURES, turned) == {
-        "precision_10deg": 0.5,
-        "median_error_deg": 11.0,
-        "frames_to_failure": 3,
-    }
+    expected = {"precision_10deg": 0.5, "median_error_deg": 11.0, "frames_to_failure": 3}
+    assert evaluate(measures.POSE_MEASURES, turned) == expected
 
 
 @pytest.mark.parametrize(("allowed", "expected"), [(0.4, True), (0.39, False)])
 def test_success_counts_the_frames_that_miss(allowed: float, expected: bool) -> None:
     """Two of five labelled frames may miss at 0.4, to the frame."""
-    assert is_success(PICTURE_MEASURES[0], FIVE, allowed) is expected
-    assert is_success(PICTURE_MEASURES[0], course([(NAN, NAN)]), allowed) is None
+    assert measures.is_success(PICTURE_MEASURES[0], FIVE, allowed) is expected
+    assert measures.is_success(PICTURE_MEASURES[0], course([(NAN, NAN)]), allowed) is None

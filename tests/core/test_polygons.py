@@ -6,15 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pftrack.core.geometry import (
-    convex_hull,
-    distance_to_polygon,
-    distance_to_segment,
-    fill,
-    row_sums,
-    spans,
-    sum_within,
-)
+from pftrack.core import geometry
+from pftrack.core.geometry import convex_hull, distance_to_polygon, distance_to_segment, fill, row_sums
 
 HEIGHT, WIDTH = 40, 60
 PLACE = st.tuples(st.floats(-30.0, 90.0), st.floats(-30.0, 70.0))
@@ -47,25 +40,16 @@ def test_a_hull_is_that_of_opencv(points: np.ndarray) -> None:
 
 
 @settings(max_examples=50, deadline=None)
-@given(POINTS)
-def test_spans_hold_the_pixels_whose_centres_are_inside(points: np.ndarray) -> None:
-    """A drawn polygon has the pixels that are on the inner side of every edge; those on an edge may go either way."""
-    hull = convex_hull(points)
-    if len(hull) < 3 or cv2.contourArea(hull.astype(np.float32)) < 1.0:
-        return
-    mask = fill(hull[None], np.array([len(hull)]), HEIGHT, WIDTH)
-    assert (mask >= inside(hull, -1e-6)).all()
-    assert (mask <= inside(hull, 1e-6)).all()
-
-
-@settings(max_examples=30, deadline=None)
 @given(POINTS, st.integers(0, 99))
-def test_sums_along_rows_count_what_a_drawn_polygon_holds(points: np.ndarray, seed: int) -> None:
-    """Two look-ups a row count the same pixels as masking does."""
-    mask = np.random.default_rng(seed).random((HEIGHT, WIDTH)) < 0.4
+def test_spans_hold_the_pixels_whose_centres_are_inside(points: np.ndarray, seed: int) -> None:
+    """A drawn polygon has the pixels on the inner side of every edge, either way on one; row sums count the same."""
     hull = convex_hull(points)
-    drawn = fill(hull[None], np.array([len(hull)]), HEIGHT, WIDTH)
-    assert sum_within(row_sums(mask), *spans(hull, HEIGHT, WIDTH)) == np.count_nonzero(mask & drawn)
+    mask = fill(hull[None], np.array([len(hull)]), HEIGHT, WIDTH)
+    drawn = np.random.default_rng(seed).random((HEIGHT, WIDTH)) < 0.4
+    assert geometry.sum_within(row_sums(drawn), *geometry.spans(hull, HEIGHT, WIDTH)) == np.count_nonzero(drawn & mask)
+    if len(hull) >= 3 and cv2.contourArea(hull.astype(np.float32)) >= 1.0:
+        assert (mask >= inside(hull, -1e-6)).all()
+        assert (mask <= inside(hull, 1e-6)).all()
 
 
 def test_several_polygons_are_filled_together() -> None:
@@ -88,12 +72,10 @@ def test_a_polygon_beyond_the_picture_holds_nothing() -> None:
 
 def test_distances() -> None:
     """From a segment beside, before and behind it; from a polygon, 0 inside."""
-    first, second = np.array([0.0, 0.0]), np.array([10.0, 0.0])
-    assert distance_to_segment(np.array([4.0, 3.0]), first, second) == 3.0
-    assert distance_to_segment(np.array([-3.0, 4.0]), first, second) == 5.0
-    assert distance_to_segment(np.array([13.0, 4.0]), first, np.array([10.0, 0.0])) == 5.0
-    assert distance_to_segment(np.array([3.0, 4.0]), first, first) == 5.0
+    ends = np.array([0.0, 0.0]), np.array([10.0, 0.0])
+    places = [(4.0, 3.0), (-3.0, 4.0), (13.0, 4.0)]
+    assert [distance_to_segment(np.array(place), *ends) for place in places] == [3.0, 5.0, 5.0]
+    assert distance_to_segment(np.array([3.0, 4.0]), ends[0], ends[0]) == 5.0
     for polygon in (SQUARE, SQUARE[::-1].copy()):
-        assert distance_to_polygon(np.array([12.0, 13.0]), polygon) == 0.0
-        assert distance_to_polygon(np.array([23.0, 24.0]), polygon) == 5.0
-        assert distance_to_polygon(np.array([15.0, 4.0]), polygon) == 6.0
+        places = [(12.0, 13.0), (23.0, 24.0), (15.0, 4.0)]
+        assert [distance_to_polygon(np.array(place), polygon) for place in places] == [0.0, 5.0, 6.0]

@@ -1,6 +1,7 @@
 """Presets, references and the glossary are read from YAML, and mistakes are named with file and line."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -40,25 +41,6 @@ def test_presets_are_read_in_their_order(tmp_path: Path) -> None:
     assert second.origin.endswith("presets.yaml, line 7")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (
-            "title: works",
-            "titel: works",
-            r"presets.yaml, line 3: first has an unknown field 'titel'",
-        ),
-        ("  tracker: apf\n", "", r"presets.yaml, line 7: second lacks 'tracker'"),
-        ("[gamma_px]", "[gamma_px", r"presets.yaml is not YAML"),
-    ],
-)
-def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, old: str, new: str, message: str) -> None:
-    """A mistake of a person who mends a sentence is a sentence, not a traceback."""
-    assert old in TEXT
-    with pytest.raises(ValueError, match=message):
-        read_presets(written(tmp_path, TEXT.replace(old, new)))
-
-
 FAILURE = """
 a: {title: A, kind: weights, diagnosis: D., tracker: apf, frame: 3, cause: unclear, cure: {text: It., values: {n: 1}},
     timeline: [{frame: 3, values: {}}]}
@@ -66,17 +48,24 @@ a: {title: A, kind: weights, diagnosis: D., tracker: apf, frame: 3, cause: uncle
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("read", "text", "old", "new", "message"),
     [
-        (", values: {n: 1}", "", "line 2: a.cure lacks 'values'"),
-        ("{frame: 3, v", "{frame: 3, frames: 3, v", "line 3: a.timeline has an unknown field '0.frames'"),
+        (read_presets, TEXT, "title: works", "titel: works", "line 3: first has an unknown field 'titel'"),
+        (read_presets, TEXT, "  tracker: apf\n", "", "line 7: second lacks 'tracker'"),
+        (read_failures, FAILURE, ", values: {n: 1}", "", "line 2: a.cure lacks 'values'"),
+        (read_failures, FAILURE, "3, v", "3, frames: 3, v", "line 3: a.timeline has an unknown field '0.frames'"),
     ],
 )
-def test_what_is_wrong_with_a_failure_is_named_with_its_line(tmp_path: Path, old: str, new: str, message: str) -> None:
-    """Failures are read in the same way, with their cures and changes; a value of the wrong kind is refused, too."""
+def test_what_is_wrong_is_named_with_its_line(
+    tmp_path: Path, read: Callable[[Path], object], text: str, old: str, new: str, message: str
+) -> None:
+    """A mistake in a preset, or in a failure with its cure and changes, is a sentence, not a traceback."""
+    read(written(tmp_path, text))
+    with pytest.raises(ValueError, match=f"presets.yaml, {message}"):
+        read(written(tmp_path, text.replace(old, new)))
+    with pytest.raises(ValueError, match=r"presets.yaml is not YAML"):
+        read(written(tmp_path, f"{text}\nb: ["))
     assert read_failures(written(tmp_path, FAILURE))[0].cure.values == {"n": 1}
-    with pytest.raises(ValueError, match=message):
-        read_failures(written(tmp_path, FAILURE.replace(old, new)))
 
 
 @pytest.mark.parametrize(
@@ -101,8 +90,8 @@ def test_a_preset_names_what_the_experiment_has(changed: dict[str, object], mess
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "references.md"
 
 
-def test_a_dissertation_and_an_article_as_text() -> None:
-    """Plain text has authors, title, where it was published, year and the place that is cited."""
+def test_references_are_cited_as_text_and_bibtex() -> None:
+    """Text has authors, title, publisher, year and place; the entry has type, key and a title that keeps capitals."""
     assert cite("bando2007").short == "Bando 2007"
     assert cite("bando2007", "chapter 3: switching").text == (
         "Takashi Bando: Adaptive Sampling Method for Real-time State Estimation in the Real World. Doctoral "
@@ -110,10 +99,6 @@ def test_a_dissertation_and_an_article_as_text() -> None:
         "NAIST-IS-DD0461030, 2007. Chapter 3: switching."
     )
     assert Reference("a", "article", ("A B", "C D"), "T", 1988).short == "B and D 1988"
-
-
-def test_bibtex_is_one_entry() -> None:
-    """The entry has its type, key, the place as its note, and a title whose capitals are kept."""
     text = cite("bando2007", "chapter 2").bibtex
     assert text.startswith("@phdthesis{bando2007,\n  author = {Takashi Bando},\n  title = {{Adaptive")
 
@@ -146,38 +131,28 @@ def test_the_page_has_every_reference_and_every_experiment() -> None:
 
 # The glossary: one meaning for each word, and none missing for what pages say of a frame.
 
-SHARED = [term for section in GLOSSARY for term in section.terms]
-
 
 def forms(*sections: Section) -> list[str]:
     """All forms in which the words of sections are written."""
     return [form.lower() for section in sections for term in section.terms for form in (term.name, *term.also)]
 
 
-def test_a_word_has_one_meaning() -> None:
-    """No form is that of two words, among those that all share and among those of an experiment."""
-    for sections in (GLOSSARY, *([each.glossary] for each in EXPERIMENTS.values())):
-        found = forms(*sections)
-        assert sorted(found) == sorted(set(found))
-
-
-def test_a_meaning_is_one_sentence_without_its_end() -> None:
-    """So it can stand in a table, and after the word."""
-    own = [term for each in EXPERIMENTS.values() for term in each.glossary.terms]
-    assert [term.name for term in [*SHARED, *own] if not term.meaning or term.meaning.endswith(".")] == []
+def test_a_word_has_one_meaning_without_a_full_stop() -> None:
+    """No form is that of two words, among those that all share and of an experiment; a meaning fits into a table."""
+    own = [[each.glossary] for each in EXPERIMENTS.values()]
+    for sections in (GLOSSARY, *own):
+        assert sorted(forms(*sections)) == sorted(set(forms(*sections)))
+    every = [term for sections in (GLOSSARY, *own) for section in sections for term in section.terms]
+    assert [term.name for term in every if not term.meaning or term.meaning.endswith(".")] == []
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS.own)
 def test_every_reading_is_explained(name: str) -> None:
     """A line of figures has no sentence of its own, as a plot and a measure have: the glossary has a word of it."""
-    experiment = EXPERIMENTS[name]
-    known = forms(*GLOSSARY, experiment.glossary)
-    unknown = [
-        reading.title
-        for reading in experiment.display.readings
-        if not any(re.search(rf"(?<![\w-]){re.escape(form)}(?![\w-])", reading.title.lower()) for form in known)
-    ]
-    assert unknown == []
+    known = forms(*GLOSSARY, EXPERIMENTS[name].glossary)
+    word = re.compile(rf"(?<![\w-])({'|'.join(map(re.escape, known))})(?![\w-])")
+    titles = [reading.title for reading in EXPERIMENTS[name].display.readings]
+    assert [title for title in titles if not word.search(title.lower())] == []
 
 
 @pytest.mark.parametrize("blank", [{"name": " "}, {"meaning": ""}, {"also": ("",)}])
