@@ -6,20 +6,12 @@ import pytest
 from scipy.stats import median_abs_deviation
 
 from pftrack.core.numerics.random import log_density
-from pftrack.vision.likelihoods import chromaticity, points
+from pftrack.vision.likelihoods import chromaticity, histogram, points
 from pftrack.vision.likelihoods.chromaticity import ColourModel
 from pftrack.vision.likelihoods.counting import BINS, bin_table
 from pftrack.vision.likelihoods.edges import log_likelihood
-from pftrack.vision.likelihoods.histogram import (
-    NO_BACKGROUND,
-    Background,
-    Window,
-    background_of,
-    fit,
-    roots_of,
-    shares,
-    similarity,
-)
+from pftrack.vision.likelihoods.histogram import Background, Window, background_of, fit, roots_of, shares, similarity
+from tests.vision.refusing import refuse
 
 REDNESS = ColourModel((2 / 3, 1 / 6), (0.05, np.inf))
 
@@ -32,10 +24,8 @@ def picture() -> np.ndarray:
 
 def test_likelihood_is_eleven_to_one() -> None:
     """On the target the likelihood is 1.1, elsewhere and outside the picture 0.1."""
-    states = np.array(
-        [[10, 7, 0, 0], [0, 0, 0, 0], [-5, 7, 0, 0], [10, 400, 0, 0], [np.nan, 1, 0, 0], [np.inf, 1, 0, 0]]
-    )
-    values = np.exp(chromaticity.log_likelihood(picture(), states, REDNESS, 0.1))
+    states = np.array([[10, 7], [0, 0], [-5, 7], [10, 400], [np.nan, 1], [np.inf, 1]])
+    values = np.exp(chromaticity.log_likelihood(picture(), np.pad(states, ((0, 0), (0, 2))), REDNESS, 0.1))
     assert np.allclose(values, [1.1, 0.1, 0.1, 0.1, 0.1, 0.1], atol=1e-6)
 
 
@@ -74,23 +64,17 @@ def test_centroid_of_the_target() -> None:
 def test_fit_finds_mean_and_spread() -> None:
     """Mean and spread are fitted to the ellipse in the box, whatever lies in its corners or on a fifth of it."""
     rng = np.random.default_rng(0)
-    image = np.full((60, 60, 3), 200, dtype=np.uint8)
     rows, columns = np.mgrid[:60, :60]
     disc = np.hypot(rows - 29.5, columns - 29.5) <= 20
     green = np.array([60, 140, 50]) + rng.normal(0, 6, size=(60, 60, 3))
-    image[disc] = np.clip(green, 0, 255).astype(np.uint8)[disc]
+    image = np.where(disc[..., None], np.clip(green, 0, 255), 200).astype(np.uint8)
     image[25:31, 10:50] = (220, 170, 140)  # a finger
     model = chromaticity.fit(image, (9.5, 9.5, 40, 40))
     assert np.allclose(model.mean, (0.24, 0.56), atol=0.01)
     assert all(0.01 <= spread <= 0.05 for spread in model.spread)
     assert chromaticity.median_colour(image, (9.5, 9.5, 40, 40)).startswith("#3")
-
-
-def test_fit_refuses_what_it_cannot_see() -> None:
-    """A box outside the picture or on black is refused."""
-    for box in ((100, 100, 5, 5), (0, 0, 4, 4)):
-        with pytest.raises(ValueError, match="at least one pixel"):
-            chromaticity.fit(np.zeros((20, 20, 3), dtype=np.uint8), box)
+    for box in ((100, 100, 5, 5), (0, 0, 4, 4)):  # outside the picture, and on black
+        refuse("at least one pixel", chromaticity.fit, np.zeros((20, 20, 3), dtype=np.uint8), box)
 
 
 def test_the_spread_is_that_of_a_gaussian_with_this_median_deviation() -> None:
@@ -99,8 +83,7 @@ def test_the_spread_is_that_of_a_gaussian_with_this_median_deviation() -> None:
     image = np.clip(rng.normal([150, 60, 60], [25, 12, 12], (60, 80, 3)), 1, 255).astype(np.uint8)
     box = (0.0, 0.0, 80.0, 60.0)
     pixels = chromaticity._pixels(image, box)
-    shares = pixels[:, :2] / pixels.sum(axis=1, keepdims=True)
-    expected = median_abs_deviation(shares, axis=0, scale="normal")
+    expected = median_abs_deviation(pixels[:, :2] / pixels.sum(axis=1, keepdims=True), axis=0, scale="normal")
     assert chromaticity.fit(image, box).spread == pytest.approx(expected, rel=1e-4)
 
 
@@ -122,23 +105,21 @@ def test_the_outline_is_most_likely_where_the_disc_is() -> None:
 
 
 def test_no_point_costs_more_than_the_cap() -> None:
-    """Far from all edges, outside the picture and at NaN every point has the cap; so has a picture without edges."""
+    """Far from all edges, outside the picture and at NaN every point has the cap; so has a picture without edges.
+
+    What is no outline is refused, and so is a spread of nothing.
+    """
     worst = -0.5 * (10.0 / 3.0) ** 2
-    states = np.array([[-500.0, 20.0], [np.nan, 3.0], [np.inf, -np.inf]])
-    assert log_likelihood(IMAGE, states, CIRCLE) == pytest.approx(worst)
-    assert log_likelihood(IMAGE, np.array([[87.0, 65.0]]), CIRCLE) == pytest.approx(worst)
-    beside = np.zeros_like(IMAGE)
+    beside, nothing = np.zeros_like(IMAGE), np.zeros_like(IMAGE)
     beside[:, :2] = 255  # the nearest pixels of the picture are edges, and the outline is not in it
-    assert log_likelihood(beside, np.array([[-20.0, 40.0]]), CIRCLE) == pytest.approx(worst)
-    assert log_likelihood(np.zeros_like(IMAGE), np.array([[40.0, 30.0]]), CIRCLE) == pytest.approx(worst)
-
-
-def test_what_is_no_outline_is_refused() -> None:
-    """Shapes and a spread of nothing are named."""
-    with pytest.raises(ValueError, match="outline_px must"):
-        log_likelihood(IMAGE, np.zeros((3, 2)), np.zeros(4))
-    with pytest.raises(ValueError, match="spread must be above 0 px, got 0"):
-        log_likelihood(IMAGE, np.zeros((3, 2)), CIRCLE, spread_px=0.0)
+    for image, states in (
+        (IMAGE, [[-500.0, 20.0], [np.nan, 3.0], [np.inf, -np.inf], [87.0, 65.0]]),
+        (beside, [[-20.0, 40.0]]),
+        (nothing, [[40.0, 30.0]]),
+    ):
+        assert log_likelihood(image, np.array(states), CIRCLE) == pytest.approx(worst)
+    refuse("outline_px must", log_likelihood, IMAGE, np.zeros((3, 2)), np.zeros(4))
+    refuse("spread must be above 0 px, got 0", log_likelihood, IMAGE, np.zeros((3, 2)), CIRCLE, spread_px=0.0)
 
 
 def test_each_point_has_its_own_noise() -> None:
@@ -207,7 +188,7 @@ def test_weights_make_light_of_what_is_around() -> None:
     assert similarity(bare, MIDDLE, window, "hsv", model, background) < similarity(bare, MIDDLE, window, "hsv", model)
     assert similarity(scene(), MIDDLE, window, "hsv", model, background) == pytest.approx(1.0)
     assert np.square(roots_of(model, background)).sum() == pytest.approx(1.0)
-    assert np.array_equal(roots_of(model, NO_BACKGROUND), np.sqrt(model))
+    assert np.array_equal(roots_of(model, histogram.NO_BACKGROUND), np.sqrt(model))
 
 
 def test_contrast_tells_the_size() -> None:
@@ -218,23 +199,18 @@ def test_contrast_tells_the_size() -> None:
     assert background.inside > 0.9
     assert background.around < 0.1
 
-    def cost(seen: Window, place: np.ndarray, known: Background = background) -> float:
+    def cost(seen: Window, place: np.ndarray = MIDDLE, known: Background = background) -> float:
         return similarity(scene(), place, seen, "hsv", model) - similarity(scene(), place, seen, "hsv", model, known)
 
-    assert cost(window, MIDDLE) == pytest.approx(0.0, abs=1e-9)
-    larger, smaller, beside = (
-        cost(Window(15, 18), MIDDLE),
-        cost(Window(6, 7), MIDDLE),
-        cost(window, MIDDLE + np.array([12.0, 0.0])),
-    )
-    assert min(larger, smaller, beside) > 0.05
+    smaller = cost(Window(6, 7))
+    assert cost(window) == pytest.approx(0.0, abs=1e-9)
+    assert min(cost(Window(15, 18)), smaller, cost(window, MIDDLE + np.array([12.0, 0.0]))) > 0.05
     # By hand: a part of the frame around the small window is the target's.
     sides = (2 * 6 + 1) * (2 * 7 + 1)
     frame = (2 * 10 + 1) * (2 * 11 + 1) - sides
     chance = background.chances / 65536
-    around = chance[[bin_of(RED), bin_of(BLUE)]]
+    assert chance[[bin_of(RED), bin_of(BLUE)]].min() > 0.9
     counted = shares(scene(), MIDDLE, Window(10, 11), "hsv") * (frame + sides)
     within = shares(scene(), MIDDLE, Window(6, 7), "hsv") * sides
     expected = float(((counted - within) * chance).sum()) / frame
-    assert around.min() > 0.9
     assert smaller == pytest.approx(0.5 * (expected - background.around), abs=1e-6)

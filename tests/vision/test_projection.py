@@ -1,45 +1,23 @@
 """Worlds are seen without perspective: turned, at one scale, with all that is near before all that is far."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import (
-    COLOURS,
-    Arrows,
-    Axes,
-    Drawing,
-    Ellipse,
-    Ellipsoids,
-    Links,
-    Mesh,
-    Points,
-    Polyline,
-    Primitive,
-    Text,
-    Viewpoint,
-    World,
-    WorldDrawing,
-)
+from pftrack.core.model import drawing as shapes
+from pftrack.core.model.drawing import Drawing, Ellipse, Ellipsoids, Points, Viewpoint, World, WorldDrawing
 from pftrack.vision.rendering import Projection, look_at, render, render_beside
+from tests.vision.ink import BLUE, centre, f32
 
-BLUE = COLOURS["estimate"]
 WORLD = World("w", "World", "mm", 50.0, middle=(10.0, 20.0, 30.0))
-
-
-def f32(*values: object) -> NDArray[np.float32]:
-    return np.array(values, np.float32)
 
 
 def blue(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
     return np.clip(picture[..., 2].astype(float) - picture[..., 0], 0, None)
-
-
-def centre(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    found: NDArray[np.float64] = (np.indices(weights.shape)[::-1] * weights).sum(axis=(1, 2)) / weights.sum()
-    return found
 
 
 def test_the_middle_of_a_world_is_the_middle_of_its_picture() -> None:
@@ -58,35 +36,30 @@ def test_turning_keeps_distances(azimuth: float, elevation: float) -> None:
     points = f32([0, 0, 0], [30, 0, 0], [0, 40, 0], [0, 0, 25])
     mapped = view.points(points)
     for one in range(4):
-        np.testing.assert_allclose(
-            np.linalg.norm(mapped - mapped[one], axis=1),
-            view.scale * np.linalg.norm(points - points[one], axis=1),
-            atol=1e-3,
-        )
+        near, far = (np.linalg.norm(each - each[one], axis=1) for each in (mapped, points))
+        np.testing.assert_allclose(near, view.scale * far, atol=1e-3)
 
 
 def test_every_primitive_is_mapped_like_its_points() -> None:
     """Positions, sizes in the world's unit and directions follow; widths of lines and colours stay."""
     view = Projection.of(WORLD, 40, 25, 300)
     ends = f32([0, 10, 20], [30, 5, 12])
-    axes = Axes(f32(1, 2, 3), np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "l")
+    axes = shapes.Axes(f32(1, 2, 3), np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "l")
     seen = view.primitive(axes)
     tips = seen.origin + seen.length * seen.rotation.T
     np.testing.assert_allclose(tips, view.points(f32(1, 2, 3) + 10 * np.eye(3, dtype=np.float32)), atol=1e-3)
     points = view.primitive(Points(ends, np.tile(np.uint8([BLUE]), (2, 1)), 3.0))
     assert points.size == pytest.approx(3.0 * view.scale)
-    for item in (Links(ends[None], BLUE, 2.0, "l"), Arrows(ends[None], BLUE, 2.0, "l")):
-        mapped = view.primitive(item)
-        np.testing.assert_allclose(mapped.segments[0], view.points(ends))
-        assert mapped.width == 2.0
-    line, text = view.primitive(Polyline(ends, BLUE, 1.0, "l")), view.primitive(Text(ends[0], "a", BLUE, "l"))
-    named = view.primitive(Text(ends[0], "a", BLUE, "l", point=ends[1]))
-    mesh = view.primitive(Mesh(f32(*ends, [0, 0, 0]), np.array([[0, 1, 2]], np.int32), BLUE, 1.0, "l"))
-    np.testing.assert_allclose(line.positions, view.points(ends))
-    np.testing.assert_allclose(text.position, view.points(ends[0]))
-    assert text.point is None
-    np.testing.assert_allclose(named.point, view.points(ends[1]))
-    np.testing.assert_allclose(mesh.vertices[:2], view.points(ends))
+    pairs = [view.primitive(kind(ends[None], BLUE, 2.0, "l")) for kind in (shapes.Links, shapes.Arrows)]
+    assert [pair.width for pair in pairs] == [2.0, 2.0]
+    line, text = view.primitive(shapes.Polyline(ends, BLUE, 1.0, "l")), shapes.Text(ends[0], "a", BLUE, "l")
+    named = view.primitive(replace(text, point=ends[1]))
+    triangle = np.array([[0, 1, 2]], np.int32)
+    mesh = view.primitive(shapes.Mesh(f32(*ends, [0, 0, 0]), triangle, BLUE, 1.0, "l"))
+    for found in (*(pair.segments[0] for pair in pairs), line.positions, mesh.vertices[:2]):
+        np.testing.assert_allclose(found, view.points(ends))
+    assert view.primitive(text).point is None
+    np.testing.assert_allclose([view.primitive(text).position, named.point], view.points(ends))
 
 
 def test_an_ellipsoid_keeps_its_spread() -> None:
@@ -131,7 +104,7 @@ def test_a_film_shows_worlds_beside_the_picture() -> None:
 
 def test_a_picture_has_no_place_in_a_world() -> None:
     """What lies in the picture's plane cannot be looked at from aside there, and is refused."""
-    flat: Primitive = Ellipse(f32(0, 0, 0), np.eye(2, dtype=np.float32), BLUE, 1.0, "l")
+    flat = Ellipse(f32(0, 0, 0), np.eye(2, dtype=np.float32), BLUE, 1.0, "l")
     with pytest.raises(TypeError, match="a Ellipse belongs to a picture"):
         WorldDrawing(WORLD, {"it": flat})
     with pytest.raises(TypeError, match="belongs to a picture"):

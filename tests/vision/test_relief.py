@@ -36,52 +36,42 @@ def turned(degrees: float, scale: float = 1.0) -> np.ndarray:
     return scale * np.array([[[np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0]]])
 
 
+VIEWS = separation.project_views(plate(), FRONTAL)
+SEEN = picture(FRONTAL[0])
+
+
+def correlation(seen: np.ndarray, place: np.ndarray = PLACE, views: separation.Views = VIEWS) -> float:
+    return float(separation.correlations(seen, place, views)[0, 0])
+
+
 def test_as_it_was_seen_it_fits() -> None:
-    views = separation.project_views(plate(), FRONTAL)
-    assert separation.correlations(picture(FRONTAL[0]), PLACE, views)[0, 0] == pytest.approx(1.0, abs=1e-6)
-    assert views.levels.sum() == pytest.approx(0.0, abs=1e-9)
-    assert np.square(views.levels).sum() == pytest.approx(1.0)
+    """Gain and offset change nothing, and a flat picture fits nothing."""
+    assert correlation(SEEN) == pytest.approx(1.0, abs=1e-6)
+    assert VIEWS.levels.sum() == pytest.approx(0.0, abs=1e-9)
+    assert np.square(VIEWS.levels).sum() == pytest.approx(1.0)
+    assert correlation((0.5 * SEEN.astype(float) + 20).astype(np.uint8)) > 0.999
+    assert correlation(np.full((100, 120), 77, np.uint8)) == -1.0
 
 
 @pytest.mark.parametrize(("degrees", "scale"), [(45.0, 1.0), (-50.0, 1.2), (0.0, 1.5)])
 def test_bent_with_the_surface_it_fits_where_a_flat_one_does_not(degrees: float, scale: float) -> None:
     slopes = turned(degrees, scale)
     seen = picture(slopes[0])
-    bent = separation.correlations(seen, PLACE, separation.project_views(plate(), slopes))[0, 0]
-    flat = separation.correlations(seen, PLACE, separation.project_views(plate(), FRONTAL))[0, 0]
-    assert bent > 0.85
-    assert flat < 0.75
-
-
-def test_gain_and_offset_change_nothing() -> None:
-    seen = picture(FRONTAL[0]).astype(float)
-    views = separation.project_views(plate(), FRONTAL)
-    darker = (0.5 * seen + 20).astype(np.uint8)
-    assert separation.correlations(darker, PLACE, views)[0, 0] > 0.999
+    assert correlation(seen, views=separation.project_views(plate(), slopes)) > 0.85
+    assert correlation(seen) < 0.75
 
 
 def test_what_has_turned_away_says_nothing() -> None:
-    """Seen from the edge or from behind there is no template, and every place is as good as any other."""
-    for degrees in (85.0, 180.0):
-        views = separation.project_views(plate(), turned(degrees))
+    """Seen from the edge, from behind or without contrast there is no template, and every place is as good."""
+    for plane, degrees in ((plate(), 85.0), (plate(), 180.0), (plate(np.full(SIDE * SIDE, 90.0)), 0.0)):
+        views = separation.project_views(plane, turned(degrees))
         assert np.diff(views.ends).tolist() == [0]
-        assert (separation.correlations(picture(FRONTAL[0]), PLACE, views) == 0.0).all()
-
-
-def test_what_has_no_contrast_says_nothing() -> None:
-    views = separation.project_views(plate(np.full(SIDE * SIDE, 90.0)), FRONTAL)
-    assert np.diff(views.ends).tolist() == [0]
+        assert (separation.correlations(SEEN, PLACE, views) == 0.0).all()
 
 
 @pytest.mark.parametrize("place", [(3.0, 50.0), (60.0, 97.0), (-1e9, 0.0), (np.nan, 20.0), (np.inf, 20.0)])
 def test_beyond_the_picture_nothing_fits(place: tuple[float, float]) -> None:
-    views = separation.project_views(plate(), FRONTAL)
-    assert separation.correlations(picture(FRONTAL[0]), np.array([[place]]), views)[0, 0] == -1.0
-
-
-def test_a_flat_picture_fits_nothing() -> None:
-    views = separation.project_views(plate(), FRONTAL)
-    assert separation.correlations(np.full((100, 120), 77, np.uint8), PLACE, views)[0, 0] == -1.0
+    assert correlation(SEEN, np.array([[place]])) == -1.0
 
 
 @pytest.mark.parametrize("count", [1, 2, 7])
@@ -122,4 +112,4 @@ def test_beyond_its_reach_the_picture_does_not_matter() -> None:
     ],
 )
 def test_the_reach_ends_with_the_picture(place: tuple[float, float], part: separation.Part) -> None:
-    assert separation.reach(np.array([[place]]), separation.project_views(plate(), FRONTAL), (100, 120)) == part
+    assert separation.reach(np.array([[place]]), VIEWS, (100, 120)) == part

@@ -12,26 +12,22 @@ RADIUS = np.hypot(COLUMNS, ROWS)
 TARGET = RADIUS <= 10
 
 
-@pytest.mark.parametrize(("around", "expected"), [(0.0, 1.0), (0.25, 0.75), (1.0, 0.0), (2.0, 0.0)])
-def test_contrast_is_what_is_missing_around(around: float, expected: float) -> None:
+def test_contrast_is_what_is_missing_around() -> None:
     """Surroundings as likely as the target, or more, leave none; impossible ones leave all."""
-    assert contrast(1.0, around) == expected
-    assert contrast(0.0, around) == 0.0
+    for around, expected in ((0.0, 1.0), (0.25, 0.75), (1.0, 0.0), (2.0, 0.0)):
+        assert (contrast(1.0, around), contrast(0.0, around)) == (expected, 0.0)
 
 
 def test_means_are_taken_on_the_target_and_around_it() -> None:
-    """1 on the disc, 0.25 around it: that is what is found; beyond three times its size nothing counts as around."""
+    """1 on the disc, 0.25 around it: that is what is found; beyond three times its size nothing counts as around.
+
+    What lies between the disc and the circle through the corners of the box may be anything.
+    """
     picture = np.where(TARGET, 1.0, 0.25)
     picture[RADIUS > 30] = 1.0
     found = separation(picture, (), BOX)
-    assert found.on == 1.0
-    assert found.around == pytest.approx(0.25)
-    assert found.contrast == pytest.approx(0.75)
+    assert (found.on, found.around, found.contrast) == pytest.approx((1.0, 0.25, 0.75))
     assert found.alike == 1.0  # all the rest of the picture looks like it
-
-
-def test_the_corners_of_the_box_count_for_neither() -> None:
-    """What lies between the disc and the circle through the corners may be anything."""
     picture = np.where(TARGET, 1.0, 0.2)
     picture[(RADIUS > 10) & (RADIUS <= 14.1)] = 0.9
     assert separation(picture, (), BOX).around == pytest.approx(0.2)
@@ -40,8 +36,8 @@ def test_the_corners_of_the_box_count_for_neither() -> None:
 def test_what_comes_by_later_counts() -> None:
     """The surroundings are those of the first picture, or of all of them if these are more alike."""
     first = np.where(TARGET, 1.0, 0.1)
-    assert separation(first, [np.full((100, 100), 0.7)], BOX).around == pytest.approx(0.4)
-    assert separation(first, [np.full((100, 100), 0.0)], BOX).around == pytest.approx(0.1)
+    for later, around in ((0.7, 0.4), (0.0, 0.1)):
+        assert separation(first, [np.full((100, 100), later)], BOX).around == pytest.approx(around)
 
 
 def test_a_cut_around_the_target_gives_the_same() -> None:
@@ -70,10 +66,6 @@ def test_the_map_is_the_likelihood_of_every_pixel() -> None:
     states = np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64)
     weighed = np.exp(chromaticity.log_likelihood(picture, states, model, 0.05)).reshape(12, 9)
     np.testing.assert_allclose(chromaticity.likelihood_map(picture, model, 0.05), weighed / 1.05, rtol=1e-12)
-
-
-def test_redness_alone_leaves_green_out() -> None:
-    """An infinite spread of green counts for nothing in the map, too."""
     picture = np.array([[[100, 100, 0], [100, 0, 100]]], np.uint8)
-    model = chromaticity.ColourModel((0.5, 0.9), (0.1, np.inf))
-    np.testing.assert_allclose(chromaticity.likelihood_map(picture, model, 0.0), 1.0)
+    redness = chromaticity.ColourModel((0.5, 0.9), (0.1, np.inf))  # alone, as green counts for nothing
+    np.testing.assert_allclose(chromaticity.likelihood_map(picture, redness, 0.0), 1.0)

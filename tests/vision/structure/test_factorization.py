@@ -6,19 +6,15 @@ import pytest
 from pftrack.core.geometry import rotation
 from pftrack.core.numerics.matrices import product
 from pftrack.reproduce.structure import prism_tracks
-from pftrack.vision.structure.factorization import (
-    Factorization,
-    Tracks,
-    align,
-    factorize,
-    metric_transform,
-    residuals,
-    shape_error,
-)
+from pftrack.vision.structure import factorization
+from pftrack.vision.structure.factorization import Tracks, align, factorize, metric_transform, shape_error
 from pftrack.vision.structure.recursive import accumulate, empty, principal_shape
+from tests.vision.refusing import refuse
 from tests.vision.structure.bodies import body, cameras, seen
 
 BODY = body()
+ROUND = seen(BODY, cameras())
+STILL = np.tile(cameras(1), (20, 1))
 
 
 def gram(points: np.ndarray) -> np.ndarray:
@@ -39,7 +35,7 @@ def test_noise_free_tracks_are_recovered(points: int, frames: int) -> None:
 
 def test_the_metric_map_is_exact() -> None:
     """On noise-free tracks distances between points are right to 1e-8, in px, up to a mirror image."""
-    found = factorize(seen(BODY, cameras()))
+    found = factorize(ROUND)
     transform = metric_transform(found.motion)
     shape, motion = found.shape @ np.linalg.inv(transform).T, found.motion @ transform
     assert np.abs(gram(shape) - gram(BODY)).max() < 1e-8 * gram(BODY).max()
@@ -47,63 +43,49 @@ def test_the_metric_map_is_exact() -> None:
     assert (motion[::2] * motion[1::2]).sum(axis=1) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_body_that_does_not_turn_has_no_depth() -> None:
-    """Without rotation, and for a flat body that turns, there is no third direction, and the sentence says why."""
-    still = np.tile(cameras(1), (6, 1)) + np.column_stack([np.zeros((12, 3)), np.arange(12.0)])
-    for tracks in (seen(BODY, still), seen(BODY * [1.0, 1.0, 0.0], cameras())):
-        with pytest.raises(ValueError, match="a body that turns and points that do not lie in one plane"):
-            factorize(tracks)
-
-
-def depth_ratio(found: Factorization) -> float:
-    """Return the third singular value over the fourth; near 1 the depth cannot be told from noise."""
-    return float(found.strengths[2] / max(float(found.strengths[3]), 1e-300))
-
-
 def test_depth_that_noise_hides_is_told() -> None:
     """With noise the third singular value of a body that does not turn is like the fourth; otherwise it stands out."""
-    still = np.tile(cameras(1), (20, 1))
-    assert depth_ratio(factorize(seen(BODY, still, 1.0, noise=1.0))) < 1.5
-    assert depth_ratio(factorize(seen(BODY, cameras(), 1.0, noise=1.0))) > 5.0
-    assert depth_ratio(factorize(seen(BODY, cameras()))) > 1e8
+    ratios = []
+    for tracks in (seen(BODY, STILL, 1.0, noise=1.0), seen(BODY, cameras(), 1.0, noise=1.0), ROUND):
+        strengths = factorize(tracks).strengths
+        ratios.append(float(strengths[2] / max(float(strengths[3]), 1e-300)))
+    assert ratios[0] < 1.5
+    assert ratios[1] > 5.0
+    assert ratios[2] > 1e8
 
 
-def test_views_that_do_not_differ_give_no_metric_shape() -> None:
-    """Two views are too few, and one that is repeated does not count twice."""
-    with pytest.raises(ValueError, match="at least 3 views for a metric shape, got 2"):
-        metric_transform(factorize(seen(BODY, cameras(2))).motion)
-    repeated = np.tile(cameras(2), (3, 1))
-    with pytest.raises(ValueError, match="differ in rotation"):
-        metric_transform(factorize(seen(BODY, repeated)).motion)
+def test_tracks_that_give_no_shape_are_refused() -> None:
+    """Without rotation, and for a flat body that turns, there is no third direction, and the sentence says why.
 
-
-def test_a_missing_point_is_refused_by_its_number() -> None:
-    """Positions that were not seen are for the variational method."""
+    Two views are too few, and one that is repeated does not count twice; missing positions are for another method.
+    """
+    moved = np.tile(cameras(1), (6, 1)) + np.column_stack([np.zeros((12, 3)), np.arange(12.0)])
+    for tracks in (seen(BODY, moved), seen(BODY * [1.0, 1.0, 0.0], cameras())):
+        refuse("a body that turns and points that do not lie in one plane", factorize, tracks)
+    two, repeated = (factorize(seen(BODY, np.tile(cameras(2), (times, 1)))).motion for times in (1, 3))
+    refuse("at least 3 views for a metric shape, got 2", metric_transform, two)
+    refuse("differ in rotation", metric_transform, repeated)
     sd = np.full((20, 9), 1e-4)
     sd[3, 5] = np.inf
-    with pytest.raises(ValueError, match="point 5 is missing in some"):
-        factorize(seen(BODY, cameras(), sd))
+    refuse("point 5 is missing in some", factorize, seen(BODY, cameras(), sd))
 
 
 def test_it_is_the_factorization_of_all_frames() -> None:
-    """Frame by frame it comes to the singular values and, up to an affine map, the shape of all frames at once."""
+    """Frame by frame it comes to the singular values and, up to an affine map, the shape of all frames at once.
+
+    Nothing is made of one frame, nor of the same frame twice.
+    """
     tracks = prism_tracks(3, frames=30).tracks
     known = empty(14)
     for positions in tracks.positions:
         known = accumulate(known, positions)
-    found, whole = principal_shape(known), factorize(tracks)
-    shape, strengths = found
+    (shape, strengths), whole = principal_shape(known), factorize(tracks)
     np.testing.assert_allclose(strengths, whole.strengths, rtol=1e-9, atol=1e-4)
     assert shape_error(shape, whole.shape) < 1e-8
     assert known.frames == 30
-
-
-def test_a_single_view_has_no_depth() -> None:
-    """Nothing is made of one frame, nor of the same frame twice."""
     positions = prism_tracks(3, frames=2).true_px[0]
     once = accumulate(empty(14), positions)
-    assert principal_shape(once) is None
-    assert principal_shape(accumulate(once, positions)) is None
+    assert [principal_shape(known) for known in (once, accumulate(once, positions))] == [None, None]
 
 
 TRUTH = np.random.default_rng(0).normal(size=(8, 3)) * 20.0 + [100.0, 0.0, 700.0]
@@ -126,7 +108,7 @@ def test_a_similarity_may_mirror_but_not_stretch() -> None:
 def test_the_error_is_relative_to_the_centred_truth() -> None:
     """What is left is compared with the size about the centre (eq. 4.19); a point's own is in the truth's unit."""
     estimate = TRUTH + np.random.default_rng(2).normal(size=TRUTH.shape)
-    left = residuals(estimate, TRUTH)
+    left = factorization.residuals(estimate, TRUTH)
     size = np.linalg.norm(TRUTH - TRUTH.mean(axis=0))
     assert shape_error(estimate, TRUTH) == pytest.approx(np.linalg.norm(left) / size)
     full = np.column_stack([estimate, np.ones(8)])
@@ -136,12 +118,9 @@ def test_the_error_is_relative_to_the_centred_truth() -> None:
 
 def test_shapes_that_cannot_be_compared_are_refused() -> None:
     """Another number of points, NaN and a flat estimate are refused."""
-    with pytest.raises(ValueError, match=r"got \(7, 3\) and \(8, 3\)"):
-        shape_error(TRUTH[:7], TRUTH)
-    with pytest.raises(ValueError, match="finite shapes"):
-        shape_error(np.nan * TRUTH, TRUTH)
-    with pytest.raises(ValueError, match="one plane"):
-        shape_error(TRUTH * [1.0, 1.0, 0.0], TRUTH)
+    refuse(r"got \(7, 3\) and \(8, 3\)", shape_error, TRUTH[:7], TRUTH)
+    refuse("finite shapes", shape_error, np.nan * TRUTH, TRUTH)
+    refuse("one plane", shape_error, TRUTH * [1.0, 1.0, 0.0], TRUTH)
 
 
 ONE = np.ones((3, 5, 2))
@@ -153,29 +132,21 @@ def test_rows_are_coordinates_in_turn() -> None:
     variances = 4.0 * ONE
     positions[1, 2], variances[1, 2] = np.nan, np.inf
     tracks = Tracks(positions, variances)
-    assert np.array_equal(tracks.matrix[0], positions[0, :, 0])
-    assert np.array_equal(tracks.matrix[5], positions[2, :, 1])
-    assert tracks.matrix[2, 2] == tracks.precisions[2, 2] == 0.0
-    assert tracks.precisions[0, 0] == 0.25
+    assert np.array_equal(tracks.matrix[[0, 5]], [positions[0, :, 0], positions[2, :, 1]])
+    assert (tracks.matrix[2, 2], tracks.precisions[2, 2], tracks.precisions[0, 0]) == (0.0, 0.0, 0.25)
     assert tracks.seen.all()
     assert not Tracks(positions, np.where(np.arange(5)[:, None] == 3, np.inf, variances)).seen[3]
 
 
-@pytest.mark.parametrize(
-    ("positions", "variances", "said"),
-    [
-        (ONE, ONE[:2], r"expected positions and variances \(frames, points, 2\), got \(3, 5, 2\) and \(2, 5, 2\)"),
-        (ONE[:, :3], ONE[:, :3], "at least 4 points in 2 frames, got 3 points in 3"),
-        (ONE[:1], ONE[:1], "at least 4 points in 2 frames, got 5 points in 1"),
-        (ONE, 0.0 * ONE, "variances above 0"),
-        (ONE, np.nan * ONE, "variances above 0, got one that is not, or NaN"),
-        (np.nan * ONE, ONE, "finite positions where the variance is finite"),
-    ],
-)
-def test_what_are_no_tracks_is_refused(positions: np.ndarray, variances: np.ndarray, said: str) -> None:
+def test_what_are_no_tracks_is_refused() -> None:
     """Wrong shapes, too few points or frames, variances that are none and NaN that counts are refused."""
-    with pytest.raises(ValueError, match=said):
-        Tracks(positions, variances)
+    shapes = r"expected positions and variances \(frames, points, 2\), got \(3, 5, 2\) and \(2, 5, 2\)"
+    refuse(shapes, Tracks, ONE, ONE[:2])
+    refuse("at least 4 points in 2 frames, got 3 points in 3", Tracks, ONE[:, :3], ONE[:, :3])
+    refuse("at least 4 points in 2 frames, got 5 points in 1", Tracks, ONE[:1], ONE[:1])
+    refuse("variances above 0", Tracks, ONE, 0.0 * ONE)
+    refuse("variances above 0, got one that is not, or NaN", Tracks, ONE, np.nan * ONE)
+    refuse("finite positions where the variance is finite", Tracks, np.nan * ONE, ONE)
 
 
 def test_tracks_keep_what_they_were_given() -> None:

@@ -6,6 +6,7 @@ import pytest
 from pftrack.vision.structure import growing
 from pftrack.vision.structure.factorization import shape_error
 from pftrack.vision.structure.growing import Growing, Settings
+from tests.vision.refusing import refuse
 from tests.vision.structure.views import FOCAL_PX, covariance, own, usual, views
 
 SETTINGS = Settings(FOCAL_PX)
@@ -67,7 +68,5 @@ def test_frames_without_points_change_nothing() -> None:
 
 def test_settings_without_sense_are_refused() -> None:
     """Probabilities outside of 0 to 1 are refused."""
-    with pytest.raises(ValueError, match="a first probability between 0 and 1"):
-        Settings(FOCAL_PX, first=0.0)
-    with pytest.raises(ValueError, match="at least one frame"):
-        Settings(FOCAL_PX, frames=0)
+    refuse("a first probability between 0 and 1", Settings, FOCAL_PX, first=0.0)
+    refuse("at least one frame", Settings, FOCAL_PX, frames=0)

@@ -1,3 +1,6 @@
+from collections.abc import Iterable
+from typing import TypeAlias
+
 import numpy as np
 import pytest
 
@@ -6,16 +9,29 @@ from pftrack.vision.structure import recursive
 from pftrack.vision.structure.cameras import Sight, fit_camera, frontal, residuals_and_slopes, steady_camera
 from pftrack.vision.structure.factorization import Tracks, shape_error
 from pftrack.vision.structure.recursive import Recursive, Settings, from_window
+from tests.vision.refusing import refuse
 from tests.vision.structure.views import FOCAL_PX, covariance, own, usual, views
 
+Viewed: TypeAlias = tuple[np.ndarray, np.ndarray]
 SETTINGS = Settings(FOCAL_PX)
+
+
+def steps(state: Recursive, frames: Iterable[Viewed], hidden: int | None = None) -> Recursive:
+    """Return what is learned from frames, of which one point may be hidden in all."""
+    for positions, variances in frames:
+        if hidden is not None:
+            positions[hidden], variances[hidden] = np.nan, np.inf
+        state = recursive.step(state, positions, variances)
+    return state
 
 
 def learned(shape: np.ndarray, frames: int, settings: Settings = SETTINGS, **how: float) -> Recursive:
     state = recursive.begin(usual(), covariance(), settings)
-    for positions, variances in views(shape, frames, **how):  # type: ignore[arg-type] # a seed is whole
-        state = recursive.step(state, positions, variances)
-    return state
+    return steps(state, views(shape, frames, **how))  # type: ignore[arg-type] # a seed is whole
+
+
+def tracks_of(frames: Iterable[Viewed]) -> Tracks:
+    return Tracks(*(np.array(each) for each in zip(*frames, strict=True)))
 
 
 def depths(state: Recursive) -> np.ndarray:
@@ -33,17 +49,20 @@ def test_slopes_are_those_of_central_differences() -> None:
     def seen(camera: np.ndarray, shape: np.ndarray) -> np.ndarray:
         return -residuals_and_slopes(nowhere, camera, shape)[0]
 
+    def slope(turn: np.ndarray, shift: np.ndarray, move: np.ndarray) -> np.ndarray:
+        """By central differences, of a small turn, shift and move of the points."""
+        ends = []
+        for sign in (1, -1):
+            moved = np.column_stack([(np.eye(3) + sign * turn) @ camera[:, :3], camera[:, 3] + sign * shift])
+            ends.append(seen(moved, shape + sign * move))
+        return (ends[0] - ends[1]) / (2 * step)
+
     for axis in range(3):
-        change = step * np.eye(3)[axis]
-        slope = (seen(camera, shape + change) - seen(camera, shape - change)) / (2 * step)
-        assert np.abs(slope - by_point[:, :, axis]).max() < 1e-6
-        moved = [np.column_stack([camera[:, :3], camera[:, 3] + sign * change]) for sign in (1, -1)]
-        slope = (seen(moved[0], shape) - seen(moved[1], shape)) / (2 * step)
-        assert np.abs(slope - by_camera[:, :, 3 + axis]).max() < 1e-6
-        cross = np.cross(np.eye(3), np.eye(3)[axis]).T * step
-        turned = [np.column_stack([(np.eye(3) + sign * cross.T) @ camera[:, :3], camera[:, 3]]) for sign in (-1, 1)]
-        slope = (seen(turned[0], shape) - seen(turned[1], shape)) / (2 * step)
-        assert np.abs(np.abs(slope) - np.abs(by_camera[:, :, axis])).max() < 1e-3
+        change, none = step * np.eye(3)[axis], np.zeros(3)
+        cross = np.cross(np.eye(3), np.eye(3)[axis]) * step
+        assert np.abs(slope(0 * cross, none, change) - by_point[:, :, axis]).max() < 1e-6
+        assert np.abs(slope(0 * cross, change, none) - by_camera[:, :, 3 + axis]).max() < 1e-6
+        assert np.abs(np.abs(slope(cross, none, none)) - np.abs(by_camera[:, :, axis])).max() < 1e-3
 
 
 def test_a_camera_is_found_exactly() -> None:
@@ -105,26 +124,18 @@ def test_the_mirror_image_is_told_by_perspective() -> None:
     """Without a prior the first frames give the metric shape, not its mirror image, and later frames improve it."""
     body = own()
     frames = list(views(body, 80, sd=0.5))
-    window = Tracks(np.array([one[0] for one in frames[:60]]), np.array([one[1] for one in frames[:60]]))
-    state = from_window(window, SETTINGS)
+    state = from_window(tracks_of(frames[:60]), SETTINGS)
     first = shape_error(state.shape, body)
-    for positions, variances in frames[60:]:
-        state = recursive.step(state, positions, variances)
+    state = steps(state, frames[60:])
     assert shape_error(state.shape, body) < max(first, 0.02)
     cross = (state.shape - state.shape.mean(axis=0)).T @ (body - body.mean(axis=0))
     assert np.linalg.det(cross) > 0.0
-    still = [frame for frame, _ in zip(views(body, 30, turn=0.0, approach=0.0), range(30), strict=True)]
-    with pytest.raises(ValueError, match="a body that turns"):
-        from_window(Tracks(np.array([one[0] for one in still]), np.array([one[1] for one in still])), SETTINGS)
+    refuse("a body that turns", from_window, tracks_of(views(body, 30, turn=0.0, approach=0.0)), SETTINGS)
 
 
 def test_points_that_are_not_seen_stay_as_they_were() -> None:
     """A point never seen keeps its prior's uncertainty, and a frame in which nothing is seen changes nothing."""
-    state = recursive.begin(usual(), covariance(), SETTINGS)
-    for positions, variances in views(own(), 60):
-        variances[3] = np.inf
-        positions[3] = np.nan
-        state = recursive.step(state, positions, variances)
+    state = steps(recursive.begin(usual(), covariance(), SETTINGS), views(own(), 60), hidden=3)
     assert np.sqrt(np.trace(state.shape_covariances[3])) > 1.2 * np.sqrt(np.trace(state.shape_covariances[4]))
     nothing = recursive.step(state, np.full((8, 2), np.nan), np.full((8, 2), np.inf))
     assert np.allclose(nothing.shape, state.shape)
@@ -133,14 +144,10 @@ def test_points_that_are_not_seen_stay_as_they_were() -> None:
 
 def test_what_is_hidden_is_not_forgotten() -> None:
     """With forgetting, a point that is hidden keeps its precision, while one that is seen has a bounded one."""
-    state = recursive.begin(usual(), covariance(), Settings(FOCAL_PX, memory=0.9))
     frames = list(views(own(), 80))
-    for positions, variances in frames[:40]:
-        state = recursive.step(state, positions, variances)
+    state = steps(recursive.begin(usual(), covariance(), Settings(FOCAL_PX, memory=0.9)), frames[:40])
     before = np.trace(state.precision[9:12, 9:12])
-    for positions, variances in frames[40:]:
-        variances[3] = np.inf
-        state = recursive.step(state, positions, variances)
+    state = steps(state, frames[40:], hidden=3)
     assert np.trace(state.precision[9:12, 9:12]) == pytest.approx(before, rel=0.3)
     assert shape_error(state.shape, own(), "similarity") < shape_error(usual(), own(), "similarity")
     seen = np.arange(8) != 3
@@ -149,27 +156,19 @@ def test_what_is_hidden_is_not_forgotten() -> None:
 
 def test_bad_input_is_refused() -> None:
     """Too few points, arrays that do not fit, NaN and settings without sense are refused with a sentence."""
-    with pytest.raises(ValueError, match="at least 4 points"):
-        recursive.begin(usual()[:3], covariance()[:3], SETTINGS)
-    with pytest.raises(ValueError, match=r"expected a covariance \(24, 24\), got \(7, 3, 3\)"):
-        recursive.begin(usual(), covariance()[:7], SETTINGS)
-    with pytest.raises(ValueError, match="finite numbers"):
-        recursive.begin(usual() * np.nan, covariance(), SETTINGS)
-    with pytest.raises(ValueError, match=r"expected a camera \(3, 4\), got \(2, 4\)"):
-        recursive.begin(usual(), covariance(), SETTINGS, np.zeros((2, 4)))
-    with pytest.raises(ValueError, match="expected a focal length and a deviation of the rotation above 0"):
-        Settings(0.0)
+    refuse("at least 4 points", recursive.begin, usual()[:3], covariance()[:3], SETTINGS)
+    wrong = r"expected a covariance \(24, 24\), got \(7, 3, 3\)"
+    refuse(wrong, recursive.begin, usual(), covariance()[:7], SETTINGS)
+    refuse("finite numbers", recursive.begin, usual() * np.nan, covariance(), SETTINGS)
+    wrong = r"expected a camera \(3, 4\), got \(2, 4\)"
+    refuse(wrong, recursive.begin, usual(), covariance(), SETTINGS, np.zeros((2, 4)))
+    refuse("expected a focal length and a deviation of the rotation above 0", Settings, 0.0)
     state = recursive.begin(usual(), covariance(), SETTINGS)
-    with pytest.raises(ValueError, match="finite positions"):
-        recursive.step(state, np.full((8, 2), np.nan), np.ones((8, 2)))
+    refuse("finite positions", recursive.step, state, np.full((8, 2), np.nan), np.ones((8, 2)))
 
 
 def test_the_first_frame_forgets_nothing() -> None:
     """There the belief is the prior, so a memory below 1 changes shape and precision by no more than rounding does."""
-    positions, variances = next(iter(views(own(), 1)))
-    states = [
-        recursive.step(recursive.begin(usual(), covariance(), Settings(FOCAL_PX, memory=memory)), positions, variances)
-        for memory in (1.0, 0.5)
-    ]
-    np.testing.assert_allclose(states[0].shape, states[1].shape, atol=1e-9)
-    np.testing.assert_allclose(states[0].precision, states[1].precision, atol=1e-9)
+    one, other = (learned(own(), 1, Settings(FOCAL_PX, memory=memory)) for memory in (1.0, 0.5))
+    np.testing.assert_allclose(one.shape, other.shape, atol=1e-9)
+    np.testing.assert_allclose(one.precision, other.precision, atol=1e-9)
