@@ -37,13 +37,11 @@ def truth(seen: Frame) -> HandTarget:
 def test_a_motion_begins_with_an_open_hand_within_its_limits(motion: str) -> None:
     """Where the reference scene puts it; all angles stay within what a hand can do."""
     target = truth(frame({"motion": motion}))
-    assert target.pose[:2].tolist() == [100.0, 137.0]
+    assert target.pose[:5] == pytest.approx([100.0, 137.0, 0.0, 0.0, 0.0])
     assert target.scale == 52.0
-    assert target.pose[2:5] == pytest.approx(0.0)
     for time in np.arange(0, FRAMES[motion], 0.5):
         pose = pose_at(motion, time)  # type: ignore[arg-type]
-        assert (pose >= LOW).all()
-        assert (pose <= HIGH).all()
+        assert ((pose >= LOW) & (pose <= HIGH)).all()
 
 
 def test_the_motions_are_those_of_the_reference() -> None:
@@ -63,10 +61,9 @@ def test_the_motions_are_those_of_the_reference() -> None:
 
 def test_speed_and_passes_give_the_number_of_frames() -> None:
     """Twice as fast takes half the frames; a second pass goes back to the beginning."""
-    assert HandSource(0, revise(DEFAULTS, {"motion": "wrist"})).frame_count == 30
-    assert HandSource(0, revise(DEFAULTS, {"motion": "wrist", "speed": 2})).frame_count == 16
-    there_and_back = HandSource(0, revise(DEFAULTS, {"motion": "bend", "passes": 2}))
-    assert there_and_back.frame_count == 59
+    cases = (({"motion": "wrist"}, 30), ({"motion": "wrist", "speed": 2}, 16), ({"motion": "bend", "passes": 2}, 59))
+    for values, count in cases:
+        assert HandSource(0, revise(DEFAULTS, values)).frame_count == count
     assert truth(frame({"motion": "bend", "passes": 2}, 58)).pose == pytest.approx(truth(frame({})).pose)
     assert folded_time("wrist", 31.0) == 27.0
 
@@ -106,29 +103,19 @@ def test_a_left_hand_is_the_mirror_image() -> None:
 
 @pytest.mark.parametrize("turn", [-90, 0, 45, 180])
 def test_a_turned_hand_turns_about_the_middle_of_the_picture(turn: float) -> None:
-    """Its tips are those of the upright hand, turned counter-clockwise; it fills as many pixels, but for the arm."""
+    """Its tips are those of the upright hand, turned counter-clockwise; everything grows with the picture's side."""
     upright, turned = (truth(frame({"turn_deg": angle})) for angle in (0, turn))
-    off = upright.tips - 100
-    angle = np.deg2rad(turn)
-    expected = np.stack(
-        [np.cos(angle) * off[:, 0] + np.sin(angle) * off[:, 1], np.cos(angle) * off[:, 1] - np.sin(angle) * off[:, 0]],
-        axis=1,
-    )
-    assert turned.tips - 100 == pytest.approx(expected)
-
-
-def test_a_larger_picture_shows_the_same_hand_larger() -> None:
-    """Everything grows with the picture's side."""
-    small, large = truth(frame({})), truth(frame({"picture_side_px": 600}))
-    assert large.tips == pytest.approx(3 * small.tips)
+    cosine, sine = np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))
+    assert turned.tips - 100 == pytest.approx((upright.tips - 100) @ [[cosine, -sine], [sine, cosine]])
+    large = truth(frame({"turn_deg": turn, "picture_side_px": 600}))
+    assert large.tips == pytest.approx(3 * turned.tips)
     assert large.scale == 156
 
 
 def test_the_occluder_and_look_alikes_lie_over_the_hand() -> None:
     """A strip as wide as the picture hides it, and the truth says so; a disc has the hand's colour."""
-    hidden = frame({"occlusion_width_px": 400})
+    hidden, more = frame({"occlusion_width_px": 400}), frame({"distracter_radius_px": 8, "slot_spacing_px": 80})
     assert truth(hidden).hidden
     assert not mask(hidden).any()
     assert not truth(frame({"occlusion_width_px": 20})).hidden
-    more = frame({"distracter_radius_px": 8, "slot_spacing_px": 80})
     assert mask(more).sum() > mask(frame({})).sum()

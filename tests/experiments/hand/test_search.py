@@ -1,75 +1,43 @@
 """A frame of the search: which palms and fingers are tried, by what they are scored, and which hands are kept."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import convex_hull, distance_to_polygon, fill
-from pftrack.experiments.hand.beams import (
-    NO_PALM_COST,
-    Hands,
-    alike,
-    differences,
-    follow,
-    log_score,
-    predictions,
-    search,
-)
-from pftrack.experiments.hand.candidates import (
-    HIDDEN,
-    chain_rate,
-    contour_rate,
-    finger_candidates,
-    flexion_rates,
-    half_steps,
-    palm_candidates,
-)
-from pftrack.experiments.hand.likelihood import (
-    MARGIN,
-    PictureTables,
-    cell_log_fit,
-    finger_fit,
-    ideals_of,
-    postures,
-    reaches,
-    tables_of,
-    x_p,
-)
-from pftrack.experiments.hand.model import (
-    PALM_FIT_SD,
-    SPREAD_SD,
-    TILT_SD,
-    TURN_SD,
-    HandTrackerParameters,
-    Predictions,
-    Task,
-    log_prior,
-    log_shares,
-    palm_log_shares,
-    settings,
-)
-from pftrack.experiments.hand.shape import (
-    HIGH,
-    LOW,
-    MODEL,
-    finger_slice,
-    joints,
-    open_pose,
-    palm_points,
-    parts,
-    silhouette,
-)
+from pftrack.experiments.hand import beams, candidates, likelihood, model
+from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, palm_points, parts
 from pftrack.filters.beam import Beam
 from tests.experiments.hand.seen import SCALE, SIDE, sight
 
-REFERENCE = Task(SCALE, MODEL, settings(HandTrackerParameters(ranking="reference", scoring="reference"), SCALE))
-POSE = open_pose((100.0, 137.0))
-POSE[3] = 0.3
+
+def task_of(**values: Any) -> model.Task:
+    return model.Task(SCALE, MODEL, model.settings(model.HandTrackerParameters(**values), SCALE))
 
 
-def around(predicted: np.ndarray, seen: PictureTables, task: Task = REFERENCE) -> Hands:
+def pose_of(tilt: float) -> NDArray[np.float64]:
+    pose = open_pose((100.0, 137.0))
+    pose[3] = tilt
+    return pose
+
+
+def alone(pose: NDArray[np.float64]) -> model.Predictions:
+    return model.Predictions(pose[None], np.zeros(1))
+
+
+REFERENCE, POINTS = task_of(ranking="reference", scoring="reference"), task_of()
+CELLS = task_of(scoring="cells")
+POSE, OPEN = pose_of(0.3), pose_of(0.0)
+NO_MOVES, NO_IDEALS = np.empty((0, 4, 2)), np.empty((1, 6, 0))
+BELOW = np.array([120.0, 180.0]) + np.column_stack([np.arange(15.0), np.zeros(15)])
+"""What looks like a finger where no finger can be."""
+
+
+def around(predicted: NDArray[np.float64], seen: likelihood.PictureTables, task: model.Task = REFERENCE) -> beams.Hands:
     """Return the hands near one prediction."""
-    return search(Predictions(predicted[None], np.zeros(1)), ideals_of(predicted[None], seen, task), seen, task)
+    return beams.search(alone(predicted), likelihood.ideals_of(predicted[None], seen, task), seen, task)
 
 
 def test_a_hand_that_is_as_predicted_is_found_with_its_fingers() -> None:
@@ -90,7 +58,7 @@ def test_a_finger_that_no_protrusion_shows_is_hidden() -> None:
     pose[14:17], predicted[14:17] = 1.3, 0.7
     hands = around(predicted, sight(pose, fingers=(0, 1, 3, 4), length=35))
     best = int(np.argmax(hands.scores))
-    assert hands.assignments[best].tolist() == [0, 1, HIDDEN, 2, 3]
+    assert hands.assignments[best].tolist() == [0, 1, candidates.HIDDEN, 2, 3]
     assert hands.poses[best, 14] > 0.9
 
 
@@ -100,36 +68,35 @@ def test_a_score_of_the_search_is_that_of_the_whole_hand_without_its_silhouette(
     task = REFERENCE._replace(settings=REFERENCE.settings._replace(cover_sd=np.inf, cells=False))
     hands = around(POSE, seen, task)
     for n in np.argsort(-hands.scores)[:3]:
-        whole = log_score(hands.poses[n], 0, Predictions(POSE[None], np.zeros(1)), hands.assignments[n], seen, task)
+        whole = beams.log_score(hands.poses[n], 0, alone(POSE), hands.assignments[n], seen, task)
         assert whole == pytest.approx(hands.scores[n], abs=0.3)
 
 
 def test_where_no_palm_fits_the_best_prediction_stays_at_a_price() -> None:
     """So a beam never runs dry."""
-    nothing = tables_of(np.zeros((SIDE, SIDE), bool), [])
-    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), nothing, REFERENCE, 4)
-    assert len(found.beam) == 1
-    assert (found.beam.members[0] == POSE).all()
-    assert found.log_evidence < -NO_PALM_COST
+    nothing = likelihood.tables_of(np.zeros((SIDE, SIDE), bool), [])
+    found = beams.follow(Beam.of(POSE), beams.predictions(POSE[None], POSE[None]), nothing, REFERENCE, 4)
+    assert np.array_equal(found.beam.members, [POSE])
+    assert found.log_evidence < -beams.NO_PALM_COST
 
 
 def test_hands_of_a_frame_are_ranked_with_their_silhouettes() -> None:
     """What is kept differs, the best differs least, and each says by how much."""
     seen = sight(POSE, length=35)
-    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), seen, REFERENCE, 4)
+    found = beams.follow(Beam.of(POSE), beams.predictions(POSE[None], POSE[None]), seen, REFERENCE, 4)
     members = np.array(found.beam.members)
     assert len(members) == 4
-    assert (found.fit == differences(members, seen, REFERENCE) / seen.area).all()
+    assert (found.fit == beams.differences(members, seen, REFERENCE) / seen.area).all()
     assert np.argmin(found.fit) == 0
     assert found.beam.parents.tolist() == [0, 0, 0, 0]
-    assert not any(alike(members[i], members[j]) for i in range(4) for j in range(i))
+    assert not any(beams.alike(members[i], members[j]) for i in range(4) for j in range(i))
 
 
 def test_a_prediction_goes_on_or_stays_within_limits() -> None:
     """Twice the pose less that of before, and the pose itself; no angle goes beyond its limits."""
     before, now = POSE.copy(), POSE.copy()
     before[3], now[3], before[10], now[10] = 0.1, 0.3, 0.2, 1.2
-    on, still = predictions(now[None], before[None])
+    on, still = beams.predictions(now[None], before[None])
     assert on[3] == pytest.approx(0.5)
     assert on[10] == HIGH[10]
     assert (still == now).all()
@@ -137,16 +104,6 @@ def test_a_prediction_goes_on_or_stays_within_limits() -> None:
 
 
 # What the search scores a hand by: terms over cells and over all predictions, against sums of their own.
-
-POINTS = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
-CELLS = Task(SCALE, MODEL, settings(HandTrackerParameters(scoring="cells"), SCALE))
-NO_MOVES = np.empty((0, 4, 2))
-
-
-def pose_of(tilt: float) -> NDArray[np.float64]:
-    pose = open_pose((100.0, 137.0))
-    pose[3] = tilt
-    return pose
 
 
 def moves_by_half_steps(pose: NDArray[np.float64], finger: int, halves: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -160,94 +117,69 @@ def moves_by_half_steps(pose: NDArray[np.float64], finger: int, halves: NDArray[
 
 
 @pytest.mark.parametrize("task", [POINTS, CELLS], ids=["points", "cells"])
-def test_a_score_is_the_sum_of_its_terms(task: Task) -> None:
+def test_a_score_is_the_sum_of_its_terms(task: model.Task) -> None:
     """Prior of all predictions, palm, fingers that are seen, and one that is hidden; each over its cell, if it has one.
 
     A hand goes on from the prediction that gives most of its prior.
     """
-    poses, cells = np.array([pose_of(0.2), pose_of(0.33), pose_of(0.6)]), task.settings.cells
-    expected = Predictions(poses, np.log([0.2, 0.5, 0.3]))
-    pose = pose_of(0.3)
-    pose[14:17] = 1.3  # the middle finger is folded
-    poses[:, 14:17] = 1.1
+    poses, pose = np.array([pose_of(0.2), pose_of(0.33), pose_of(0.6)]), pose_of(0.3)
+    poses[:, 14:17], pose[14:17] = 1.1, 1.3  # the middle finger is folded
+    expected = model.Predictions(poses, np.log([0.2, 0.5, 0.3]))
     seen = sight(pose, fingers=(0, 1, 3, 4), length=30)
-    ideals = ideals_of(poses, seen, task)
-    hands = search(expected, ideals, seen, task)
+    ideals = likelihood.ideals_of(poses, seen, task)
+    hands = beams.search(expected, ideals, seen, task)
     assert len(hands.scores) > 5
-    compared = 0
     for n in np.argsort(-hands.scores)[:6]:
-        one = hands.poses[n]
-        shares = log_shares(one, expected, task.settings)
+        one, assignment = hands.poses[n], hands.assignments[n]
+        shares = model.log_shares(one, expected, task.settings)
         assert hands.predictions[n] == shares.argmax()
-        assert list(hands.assignments[n]) == [0, 1, HIDDEN, 2, 3]
+        assert assignment.tolist() == [0, 1, candidates.HIDDEN, 2, 3]
         wanted = np.log(np.exp(shares).sum()) - 0.5 * (one[4] / task.settings.straight_sd) ** 2
+        misfit = likelihood.x_p(convex_hull(palm_points(one, SCALE, MODEL)), seen, SCALE)
         # Steps are those around the prediction near which it was found, of which the score knows; any of them may be.
         totals = []
-        for near in range(3):
-            halves, own = half_steps(poses[near], task), ideals[near]
-            misfit = x_p(convex_hull(palm_points(one, SCALE, MODEL)), seen, SCALE)
-            total = wanted + cell_log_fit(misfit**2, own[0], PALM_FIT_SD)
-            for finger in range(5):
-                moves = moves_by_half_steps(one, finger, halves) if cells else NO_MOVES
-                place = joints(one, SCALE, MODEL)[finger]
-                total += finger_fit(
-                    place,
-                    moves,
-                    own[1 + finger],
-                    MODEL.radii[finger],
-                    hands.assignments[n, finger],
-                    seen,
-                    task,
-                    -np.inf,
-                )
+        for near, own in zip(poses, ideals, strict=True):
+            halves = candidates.half_steps(near, task)
+            total = wanted + likelihood.cell_log_fit(misfit**2, own[0], model.PALM_FIT_SD)
+            for finger, places in enumerate(joints(one, SCALE, MODEL)):
+                moves = moves_by_half_steps(one, finger, halves) if task is CELLS else NO_MOVES
+                radii, given = MODEL.radii[finger], assignment[finger]
+                total += likelihood.finger_fit(places, moves, own[1 + finger], radii, given, seen, task, -np.inf)
             totals.append(total)
-        compared += bool(np.abs(np.array(totals) - hands.scores[n]).min() < 1e-6)
-    assert compared == 6
+        assert np.abs(np.array(totals) - hands.scores[n]).min() < 1e-6
 
 
 def test_palms_on_which_predictions_agree_are_looked_at_first() -> None:
     """Two of 0.3 that are near each other outweigh one of 0.4 alone; with shares of their own they do not."""
-    nothing = tables_of(np.ones((SIDE, SIDE), bool), [])
+    nothing = likelihood.tables_of(np.ones((SIDE, SIDE), bool), [])
     poses = np.array([pose_of(0.2), pose_of(0.22), pose_of(-0.7)])
-    expected, chosen = Predictions(poses, np.log([0.3, 0.3, 0.4])), {}
-    for reference in (False, True):
+    expected = model.Predictions(poses, np.log([0.3, 0.3, 0.4]))
+    for reference, chosen in ((False, pytest.approx(0.21, abs=0.06)), (True, pytest.approx(-0.7))):
         task = POINTS._replace(settings=POINTS.settings._replace(palm_count=1, reference=reference))
-        hands = search(expected, np.empty((3, 6, 0)), nothing, task)
-        chosen[reference] = hands.poses[0, 3]
-    assert chosen[False] == pytest.approx(0.21, abs=0.06)
-    assert chosen[True] == pytest.approx(-0.7)
+        assert beams.search(expected, np.empty((3, 6, 0)), nothing, task).poses[0, 3] == chosen
 
 
 def test_all_palms_that_are_looked_at_reach_what_is_seen() -> None:
     """Of palms around a prediction some do not, and these are not among them."""
-    pose = pose_of(0.0)
-    seen, turned = sight(pose, fingers=(0, 1, 3, 4), length=30), pose_of(0.0)
+    seen, turned = sight(OPEN, fingers=(0, 1, 3, 4), length=30), pose_of(0.0)
     turned[2] = 0.35
-    one = Predictions(turned[None], np.zeros(1))
-    without = POINTS._replace(settings=POINTS.settings._replace(reference=True))
-    reached = {}
-    for task in (POINTS, without):
-        poses = search(one, np.empty((1, 6, 0)), seen, task).poses
-        reached[task.settings.reference] = [reaches(hand, seen, task) for hand in poses]
-    assert all(reached[False])
-    assert not all(reached[True])
+    for reference in (False, True):
+        task = POINTS._replace(settings=POINTS.settings._replace(reference=reference))
+        poses = beams.search(alone(turned), NO_IDEALS, seen, task).poses
+        assert all(likelihood.reaches(hand, seen, task) for hand in poses) != reference
 
 
 def test_both_ends_of_a_protrusion_are_in_reach_of_one_finger() -> None:
     """One whose tip is, and whose other end is not, is no finger."""
-    pose = pose_of(0.0)
-    tip = joints(pose, SCALE, MODEL)[4, 3, :2]
+    root, tip = joints(OPEN, SCALE, MODEL)[4, [0, 3], :2]
     for way, wanted in ((-1.0, False), (1.0, True)):
-        root = joints(pose, SCALE, MODEL)[4, 0, :2]
         axis = tip + way * np.linspace(0.0, 1.0, 40)[:, None] * (root - tip)
-        seen = tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), [axis])
-        assert reaches(pose, seen, POINTS) is wanted
+        assert likelihood.reaches(OPEN, sight(OPEN, axis, fingers=()), POINTS) is wanted
 
 
 # Which palms and fingers are tried, and how far apart.
 
-CANDIDATES_SCALE, CANDIDATES_SIDE, TURN = 312.0, 1200, 0.03
-INDEX = 1
+LARGE, LARGE_SIDE, TURN, INDEX = 312.0, 1200, 0.03, 1
 
 
 def posed(b: float) -> np.ndarray:
@@ -259,25 +191,22 @@ def posed(b: float) -> np.ndarray:
 
 
 def index_finger(pose: np.ndarray) -> np.ndarray:
-    corners, counts = parts(pose, CANDIDATES_SCALE, MODEL)
-    return fill(corners[5:8], counts[5:8], CANDIDATES_SIDE, CANDIDATES_SIDE)
+    corners, counts = parts(pose, LARGE, MODEL)
+    return fill(corners[5:8], counts[5:8], LARGE_SIDE, LARGE_SIDE)
 
 
 @pytest.mark.parametrize("b", [0.0, 1.0])
 @pytest.mark.parametrize("angle", [9, 10])
 def test_the_predicted_change_of_area_is_the_measured_one(b: float, angle: int) -> None:
     """D dtheta is the area by which the finger's silhouette changes, within 20 %, for spread and for flexion."""
-    pose = posed(b)
-    moved = pose.copy()
+    pose, moved = posed(b), posed(b)
     moved[angle] += TURN
     measured = np.count_nonzero(index_finger(moved) ^ index_finger(pose)) / TURN
-    velocities = (joints(moved, CANDIDATES_SCALE, MODEL) - joints(pose, CANDIDATES_SCALE, MODEL))[INDEX] / TURN
-    rate = chain_rate(
-        joints(pose, CANDIDATES_SCALE, MODEL)[INDEX], velocities, CANDIDATES_SCALE * MODEL.radii[INDEX, 3]
-    )
+    before, after = (joints(each, LARGE, MODEL)[INDEX] for each in (pose, moved))
+    rate = candidates.chain_rate(before, (after - before) / TURN, LARGE * MODEL.radii[INDEX, 3])
     assert rate == pytest.approx(measured, rel=0.2)
     if angle == 10:
-        assert flexion_rates(pose, CANDIDATES_SCALE, MODEL)[INDEX] == pytest.approx(rate, rel=0.05)
+        assert candidates.flexion_rates(pose, LARGE, MODEL)[INDEX] == pytest.approx(rate, rel=0.05)
 
 
 @pytest.mark.parametrize("angle", [2, 3, 4])
@@ -285,29 +214,26 @@ def test_a_palms_change_of_area_is_the_measured_one(angle: int) -> None:
     """The same for the palm's three angles, within 5 %."""
     pose, moved = posed(0.6), posed(0.6)
     moved[angle] += TURN
-    before, after = (palm_points(each, CANDIDATES_SCALE, MODEL) for each in (pose, moved))
-    masks = [
-        fill(hull[None], np.array([len(hull)]), CANDIDATES_SIDE, CANDIDATES_SIDE)
-        for hull in map(convex_hull, (before, after))
-    ]
-    measured = np.count_nonzero(masks[0] ^ masks[1]) / TURN
-    assert contour_rate(before, (after - before) / TURN) == pytest.approx(measured, rel=0.05)
+    before, after = (palm_points(each, LARGE, MODEL) for each in (pose, moved))
+    hulls = [convex_hull(each) for each in (before, after)]
+    one, other = (fill(hull[None], np.array([len(hull)]), LARGE_SIDE, LARGE_SIDE) for hull in hulls)
+    measured = np.count_nonzero(one ^ other) / TURN
+    assert candidates.contour_rate(before, (after - before) / TURN) == pytest.approx(measured, rel=0.05)
 
 
 def test_candidates_are_within_limits_and_the_most_probable_come_first() -> None:
     """The prediction is among the fingers that are tried, with a prior of 0; so is that of the palm."""
-    task = Task(52.0, MODEL, settings(HandTrackerParameters(wrist_prior=False), 52.0))
-    predicted = np.clip(posed(0.3), LOW, HIGH)
-    angles, log_priors, counts = finger_candidates(predicted, task)
-    for finger in range(5):
-        size, at = counts[finger], 5 + 4 * finger
-        assert (np.diff(log_priors[finger, :size]) <= 0.0).all()
-        assert log_priors[finger, 0] == 0.0
-        assert (angles[finger, :size] >= LOW[at : at + 4]).all()
-        assert (angles[finger, :size] <= HIGH[at : at + 4]).all()
-        assert any((each == predicted[at : at + 4]).all() for each in angles[finger, :size])
-        assert angles[finger, :size, 1].max() > 0.95  # as far as it goes from 0.5
-    poses, priors = palm_candidates(predicted, task)
+    task, predicted = task_of(wrist_prior=False), np.clip(posed(0.3), LOW, HIGH)
+    for finger, (angles, log_priors, size) in enumerate(
+        zip(*candidates.finger_candidates(predicted, task), strict=True)
+    ):
+        tried, at = angles[:size], slice(5 + 4 * finger, 9 + 4 * finger)
+        assert (np.diff(log_priors[:size]) <= 0.0).all()
+        assert log_priors[0] == 0.0
+        assert ((LOW[at] <= tried) & (tried <= HIGH[at])).all()
+        assert (tried == predicted[at]).all(axis=1).any()
+        assert tried[:, 1].max() > 0.95  # as far as it goes from 0.5
+    poses, priors = candidates.palm_candidates(predicted, task)
     assert poses.shape == (175, 25)
     assert (poses[np.argmax(priors)] == predicted).all()
     assert priors.max() == 0.0
@@ -315,95 +241,74 @@ def test_candidates_are_within_limits_and_the_most_probable_come_first() -> None
 
 # Palms whose fingers can be where fingers are seen (Shimada 1997, section 2.6.1).
 
-TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
-REACH_POSE = open_pose((100.0, 137.0))
-
 
 @pytest.mark.parametrize("tilt", [-0.8, 0.0, 0.8])
 def test_a_region_holds_a_finger_in_all_that_it_can_do(tilt: float) -> None:
     """Whatever its joints do within their limits, if they bend alike as those of candidates do."""
-    palm = REACH_POSE.copy()
-    palm[3] = tilt
-    regions = [convex_hull(points) for points in postures(palm, TASK)]
-    rng = np.random.default_rng(0)
+    regions = [convex_hull(points) for points in likelihood.postures(pose_of(tilt), POINTS)]
+    rng, pose = np.random.default_rng(0), pose_of(tilt)
+    low, high = LOW[5:].reshape(5, 4), HIGH[5:].reshape(5, 4)
     for _ in range(100):
-        pose = palm.copy()
-        for finger in range(5):
-            at = finger_slice(finger)
-            pose[at] = LOW[at] + np.repeat(rng.uniform(size=2), (1, 3)) * (HIGH[at] - LOW[at])
+        pose[5:] = (low + np.repeat(rng.uniform(size=(5, 2)), (1, 3), axis=1) * (high - low)).ravel()
         places = joints(pose, SCALE, MODEL)[:, :, :2]
         off = [[distance_to_polygon(place, regions[f]) for place in places[f]] for f in range(5)]
-        assert np.max(off) < 0.8 * MARGIN * SCALE
+        assert np.max(off) < 0.8 * likelihood.MARGIN * SCALE
 
 
 def test_a_palm_is_refused_from_which_no_finger_reaches_what_is_seen() -> None:
     """The own palm reaches all its fingers; one that is turned by a right angle does not."""
-    seen = sight(REACH_POSE, length=30)
-    assert reaches(REACH_POSE, seen, TASK)
+    seen = sight(OPEN, length=30)
+    assert likelihood.reaches(OPEN, seen, POINTS)
     for turn in (-1.5, 1.5):
-        pose = REACH_POSE.copy()
+        pose = pose_of(0.0)
         pose[2] = turn
-        assert not reaches(pose, seen, TASK)
-    below = np.array([120.0, 180.0]) + np.column_stack([np.arange(15.0), np.zeros(15)])
-    assert not reaches(REACH_POSE, sight(REACH_POSE, below, length=30), TASK)
+        assert not likelihood.reaches(pose, seen, POINTS)
+    assert not likelihood.reaches(OPEN, sight(OPEN, BELOW, length=30), POINTS)
 
 
 def test_where_every_palm_is_refused_all_are_tried() -> None:
     """Then something that looks like a finger is none: the hand is found all the same, and pays for it."""
-    below = np.array([120.0, 180.0]) + np.column_stack([np.arange(15.0), np.zeros(15)])
-    one, ideals = Predictions(REACH_POSE[None], np.zeros(1)), np.empty((1, 6, 0))
-    hands = search(one, ideals, sight(REACH_POSE, below, length=30), TASK)
+    hands = beams.search(alone(OPEN), NO_IDEALS, sight(OPEN, BELOW, length=30), POINTS)
     best = int(np.argmax(hands.scores))
-    assert hands.poses[best, 2:5] == pytest.approx(REACH_POSE[2:5])
+    assert hands.poses[best, 2:5] == pytest.approx(OPEN[2:5])
     assert hands.assignments[best].tolist() == [0, 1, 2, 3, 4]
-    alone = search(one, ideals, sight(REACH_POSE, length=30), TASK)
-    assert hands.scores[best] < alone.scores.max() - 1.0
+    without = beams.search(alone(OPEN), NO_IDEALS, sight(OPEN, length=30), POINTS)
+    assert hands.scores[best] < without.scores.max() - 1.0
 
 
 # The prior of a hand of which several predictions speak: eq. 2.13 against a direct sum.
 
-SETTINGS = settings(HandTrackerParameters(), 52.0)
-RNG = np.random.default_rng(3)
-PRIOR_POSE = open_pose((100.0, 137.0))
-POSES = PRIOR_POSE + 0.05 * RNG.standard_normal((6, 25))
-WEIGHTS = np.log(RNG.dirichlet(np.ones(6)))
-PREDICTIONS = Predictions(POSES, WEIGHTS)
-
-
-def densities() -> np.ndarray:
-    """Return exp(-d^2 / 2) of the pose from each prediction, a finger's flexions being one number, their mean."""
-    away = PRIOR_POSE - POSES
-    fingers = away[:, 5:].reshape(6, 5, 4)
-    squares = np.square(away[:, :2] / SETTINGS.wrist_sd).sum(axis=1)
-    squares += np.square(away[:, 2:5] / [TURN_SD, TILT_SD, TURN_SD]).sum(axis=1)
-    squares += np.square(fingers[:, :, 0] / SPREAD_SD).sum(axis=1)
-    squares += np.square(fingers[:, :, 1:].mean(axis=2) / SETTINGS.flexion_sd).sum(axis=1)
-    return np.exp(-0.5 * squares)
+SETTINGS, RNG = POINTS.settings, np.random.default_rng(3)
+PREDICTIONS = model.Predictions(OPEN + 0.05 * RNG.standard_normal((6, 25)), np.log(RNG.dirichlet(np.ones(6))))
+SHARES = model.log_shares(OPEN, PREDICTIONS, SETTINGS)
 
 
 def test_the_prior_is_the_sum_over_all_predictions() -> None:
-    """Each with the probability of the hand that it comes from."""
-    shares = log_shares(PRIOR_POSE, PREDICTIONS, SETTINGS)
-    assert log_prior(shares, 2, False) == pytest.approx(np.log((np.exp(WEIGHTS) * densities()).sum()))
-    assert shares == pytest.approx(WEIGHTS + np.log(densities()))
+    """Each with the probability of the hand that it comes from; a finger's flexions are one number, their mean."""
+    away = OPEN - PREDICTIONS.poses
+    fingers = away[:, 5:].reshape(6, 5, 4)
+    squares = np.square(away[:, :2] / SETTINGS.wrist_sd).sum(axis=1)
+    squares += np.square(away[:, 2:5] / [model.TURN_SD, model.TILT_SD, model.TURN_SD]).sum(axis=1)
+    squares += np.square(fingers[:, :, 0] / model.SPREAD_SD).sum(axis=1)
+    squares += np.square(fingers[:, :, 1:].mean(axis=2) / SETTINGS.flexion_sd).sum(axis=1)
+    assert pytest.approx(PREDICTIONS.log_weights - 0.5 * squares) == SHARES
+    assert model.log_prior(SHARES, 2, False) == pytest.approx(np.log(np.exp(SHARES).sum()))
 
 
 def test_a_prior_of_one_prediction_is_its_share_and_less_than_the_sum() -> None:
     """By no more than how many predictions there are; where there is one, both ways are the same."""
-    shares = log_shares(PRIOR_POSE, PREDICTIONS, SETTINGS)
-    own, whole = log_prior(shares, int(shares.argmax()), True), log_prior(shares, 0, False)
-    assert own == shares.max()
+    own, whole = model.log_prior(SHARES, int(SHARES.argmax()), True), model.log_prior(SHARES, 0, False)
+    assert own == SHARES.max()
     assert own < whole <= own + np.log(6.0)
-    assert log_prior(shares[:1], 0, True) == pytest.approx(log_prior(shares[:1], 0, False))
+    assert model.log_prior(SHARES[:1], 0, True) == pytest.approx(model.log_prior(SHARES[:1], 0, False))
 
 
 def test_the_prior_of_a_palm_has_its_three_angles_alone() -> None:
     """Neither the wrist nor fingers count."""
-    moved = PRIOR_POSE.copy()
+    moved, same = OPEN.copy(), PREDICTIONS.poses.copy()
     moved[:2] += 5.0
     moved[5:] += 0.3
-    palm = palm_log_shares(PRIOR_POSE, PREDICTIONS)
-    assert (palm_log_shares(moved, PREDICTIONS) == palm).all()
-    same = POSES.copy()
-    same[:, :2], same[:, 5:] = PRIOR_POSE[:2], PRIOR_POSE[5:]
-    assert palm == pytest.approx(log_shares(PRIOR_POSE, Predictions(same, WEIGHTS), SETTINGS))
+    palm = model.palm_log_shares(OPEN, PREDICTIONS)
+    assert (model.palm_log_shares(moved, PREDICTIONS) == palm).all()
+    same[:, :2], same[:, 5:] = OPEN[:2], OPEN[5:]
+    assert palm == pytest.approx(model.log_shares(OPEN, PREDICTIONS._replace(poses=same), SETTINGS))
