@@ -1,6 +1,7 @@
 """Chains on the paths of the simulated scene, measured without a picture."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,22 +16,14 @@ from pftrack.experiments.linkage.trackers import TRACKERS, contains
 
 Array = NDArray[np.float64]
 
+SPACE: dict[str, Value] = {"motion_bound_rad": 0.035, "error_bound_px": 0.5, "start_angle_bound_rad": 0.08}
 RUNS: dict[str, tuple[PathName, tuple[int, int, int], dict[str, Value]]] = {
     "static": ("static", (70, 60, 50), {}),
     "mirror3": ("mirror3", (70, 60, 50), {}),
     "mirror2": ("mirror2", (70, 60, 50), {"motion_bound_rad": 0.1}),
     "two-1": ("two", (65, 55, 45), {"motion_bound_rad": 0.08}),
     "two-2": ("two", (75, 65, 55), {"motion_bound_rad": 0.08}),
-    "3d": (
-        "3d",
-        (68, 58, 48),
-        {
-            "motion_bound_rad": 0.035,
-            "error_bound_px": 0.5,
-            "start_angle_bound_rad": 0.08,
-            "start_length_bound_px": 15,
-        },
-    ),
+    "3d": ("3d", (68, 58, 48), {**SPACE, "start_length_bound_px": 15}),
 }
 """Path, lengths and parameters that differ from the defaults."""
 
@@ -47,8 +40,8 @@ CAREFUL = {
 
 def told(target: LinkageTarget) -> Array:
     """Its (theta, r) or (omega, t, theta, r), rad and px."""
-    parts = [target.theta, target.r]
-    return np.concatenate(parts if target.omega is None or target.t is None else [target.omega, target.t, *parts])
+    parts = [part for part in (target.omega, target.t, target.theta, target.r) if part is not None]
+    return np.concatenate(parts)
 
 
 def frame_of(target: LinkageTarget, index: int, noise: Array) -> Frame:
@@ -61,8 +54,7 @@ def frames(
     name: str, seed: int, count: int | None = None, spread: float = 1.0
 ) -> Iterator[tuple[LinkageTarget, Frame]]:
     """Truth and frames of a run; errors are normal, drawn again beyond three deviations."""
-    path, lengths, parameters = RUNS[name]
-    one, two, three = lengths
+    path, (one, two, three), parameters = RUNS[name]
     scene = LinkageSceneParameters(chain_path=path, true_length_1_px=one, true_length_2_px=two, true_length_3_px=three)
     source = LinkageSource(seed, scene)
     deviation = spread * float(parameters.get("error_bound_px", 3)) / 3
@@ -81,28 +73,37 @@ def tracked(
 ) -> tuple[list[LinkageState], list[bool]]:
     """The states of a run, and whether each holds the truth."""
     parameters = LinkageTrackerParameters(**{**RUNS[name][2], **changes})
-    states: list[LinkageState] = []
-    held = []
-    for target, frame in frames(name, seed, count):
-        following = step(tracker, states, target, frame, parameters)
-        states.append(following)
-        held.append(contains(following, told(target)))
+    return follow(tracker, frames(name, seed, count), parameters)
+
+
+def follow(
+    tracker: str,
+    shown: Iterable[tuple[LinkageTarget, Frame]],
+    parameters: LinkageTrackerParameters = LinkageTrackerParameters(),  # noqa: B008 - frozen
+) -> tuple[list[LinkageState], list[bool]]:
+    """The states from that of the start on, and whether each holds the truth."""
+    chosen, states, held = TRACKERS[tracker], [], []
+    for target, frame in shown:
+        rng = Stream(0, frame.index, Purpose.TRACK)
+        state = (
+            chosen.step(states[-1], frame, parameters, rng) if states else chosen.start(target, frame, parameters, rng)
+        )
+        assert isinstance(state, LinkageState)
+        chosen.measure(state)
+        states.append(state)
+        held.append(contains(state, told(target)))
     return states, held
 
 
-def step(
-    tracker: str,
-    states: Sequence[LinkageState],
-    target: LinkageTarget,
-    frame: Frame,
-    parameters: LinkageTrackerParameters,
-) -> LinkageState:
-    """The state after a further frame; the first is that of the start."""
-    chosen, rng = TRACKERS[tracker], Stream(0, frame.index, Purpose.TRACK)
-    state = chosen.step(states[-1], frame, parameters, rng) if states else chosen.start(target, frame, parameters, rng)
-    assert isinstance(state, LinkageState)
-    chosen.measure(state)
-    return state
+def outliers(states: Sequence[LinkageState]) -> list[bool]:
+    return [state.events.outlier for state in states]
+
+
+def blind(frame: Frame, gone: slice) -> Frame:
+    """The frame without some of its points."""
+    points = frame.measurements.points_px.copy()
+    points[gone] = np.nan
+    return replace(frame, measurements=Measurements(points, frame.measurements.sd_px))
 
 
 def lengths_of(state: LinkageState) -> Array:

@@ -2,6 +2,7 @@
 
 import json
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,6 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.tracker import Diagnostics
 from pftrack.experiments import find
 from pftrack.experiments.linkage.experiment import direction_error
-from pftrack.runs.run import Run
 from tests.making import whole_run
 
 LINKAGE = find("linkage")
@@ -30,17 +30,6 @@ def rows(preset: str, tracker: str = "", seed: int = -1) -> tuple[Diagnostics, .
 
 def errors(preset: str) -> list[float]:
     return [row.error or 0.0 for row in rows(preset)]
-
-
-def length(row: Diagnostics, link: int) -> tuple[float, float]:
-    interval = row.vector(f"length_{link}")
-    low, high = interval
-    return low, high
-
-
-def width(row: Diagnostics, link: int) -> float:
-    low, high = length(row, link)
-    return high - low
 
 
 @pytest.mark.parametrize(("preset", "split", "refuted"), [("mirror3", 63, 75), ("mirror2", 50, 54)])
@@ -73,25 +62,23 @@ def test_both_sides_are_followed_until_bounds_leave_one_behind() -> None:
 
 def test_a_filter_is_sure_of_a_wrong_length_and_a_region_is_not() -> None:
     """Of the same frames the filter makes half a pixel about 48 px, the region 14 px that hold the 50."""
-    low, high = length(rows("static")[-1], 3)
+    (low, high), (least, most) = (rows(preset)[-1].vector("length_3") for preset in ("static", "static-regions"))
     assert round(low) == round(high) == 48
     assert 0.3 < high - low < 0.6
-    assert 13.0 < width(rows("static-regions")[-1], 3) < 15.0
+    assert 13.0 < most - least < 15.0
 
 
 def test_lengths_in_space_come_within_a_pixel() -> None:
     """Of the truth, all three."""
-    last = rows("3d")[-1]
-    for link, true in enumerate((68.0, 58.0, 48.0), 1):
-        assert np.abs(np.array(length(last, link)) - true).max() < 1.0
+    found = np.array([rows("3d")[-1].vector(f"length_{link}") for link in (1, 2, 3)])
+    assert np.abs(found - [[68.0], [58.0], [48.0]]).max() < 1.0
 
 
-def said(*options: str) -> dict[str, object]:
+def said(*options: str) -> dict[str, Any]:
     """Return what `pftrack run linkage --json` says."""
     done = CliRunner().invoke(app, ["run", "linkage", "--json", *options])
     assert done.exit_code == 0, done.output
-    found: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    return dict(json.loads(done.stdout.splitlines()[-1]))
 
 
 def test_a_run_says_what_it_came_to() -> None:
@@ -99,9 +86,7 @@ def test_a_run_says_what_it_came_to() -> None:
     regions = said("--tracker", "ellipsoids", "--frames", "12")
     assert regions["contained_share"] == 1.0
     assert np.shape(regions["intervals_px"]) == (3, 2)
-    worst = regions["max_angle_error_rad"]
-    assert isinstance(worst, float)
-    assert worst == pytest.approx(np.deg2rad(max(errors("mirror3")[:12])))
+    assert regions["max_angle_error_rad"] == pytest.approx(np.deg2rad(max(errors("mirror3")[:12])))
     assert "contained_share" not in said("--tracker", "ekf", "--frames", "4")
 
 
@@ -109,18 +94,16 @@ def test_a_run_says_what_it_came_to() -> None:
 def test_all_trackers_cope_with_what_is_not_seen_and_with_outliers(tracker: str) -> None:
     """Points behind a strip are left out, frames that contradict all bounds are marked, and nothing ever ends a run."""
     values: dict[str, Value] = {"motion_bound_rad": 0, "outlier_share": 0.5, "outlier_px": 200, "sample_count": 200}
-    strip = {"occlusion_width_px": 640}
-    timeline = (Change(0, values), Change(8, strip), Change(10, {"occlusion_width_px": 0}))
-    run = Run(LINKAGE, LINKAGE.simulate(), tracker=tracker, seed=2, frames=14, timeline=timeline).finish()
-    assert np.isfinite(run.diagnostics.estimate).all()
+    timeline = (Change(8, {"occlusion_width_px": 640}), Change(10, {"occlusion_width_px": 0}))
+    run = whole_run(LINKAGE, values=values, tracker=tracker, seed=2, frames=14, timeline=timeline)
+    assert np.isfinite(run.diagnostics[-1].estimate).all()
 
 
 def test_errors_of_directions_are_those_of_vectors() -> None:
     """A turn of one joint turns all that follow; in space a rotation turns all alike, and a full turn none."""
     straight = np.array([10.0, 20.0, 30.0, 70.0, 60.0, 50.0])
-    bent = straight + np.array([0.0, 5.0, 10.0, 0.0, 0.0, 0.0])
-    assert direction_error(bent, straight) == pytest.approx(15.0)
-    assert direction_error(straight + np.array([360.0, 0, 0, 0, 0, 0]), straight) == pytest.approx(0.0, abs=1e-9)
+    for change, error in (([0, 5, 10, 0, 0, 0], 15.0), ([360, 0, 0, 0, 0, 0], 0.0)):
+        assert direction_error(straight + np.array(change), straight) == pytest.approx(error, abs=1e-9)
     space = np.concatenate([np.zeros(5), straight - np.array([10.0, 0, 0, 0, 0, 0])])
     turned = space + np.array([0.0, 0.0, 25.0, *np.zeros(8)])
     np.testing.assert_allclose(direction_error(np.stack([turned, space]), space), [25.0, 0.0], atol=1e-9)
@@ -131,9 +114,9 @@ def test_particles_are_drawn_around_the_estimate(preset: str) -> None:
     """Both worlds show a cloud, of joints in depth and of lengths, where the estimate is."""
     values = {**LINKAGE.preset_named(preset).parameters, "sample_count": 60}
     run = whole_run(LINKAGE, values=values, tracker="particles", seed=1, frames=2)
-    depth, lengths = LINKAGE.draw(run.current, run.diagnostics).worlds
-    for world, size in ((depth, 0.4), (lengths, 2.0)):
-        cloud, estimate = (world.primitives[name] for name in ("particles", "joints" if world is depth else "estimate"))
+    worlds = LINKAGE.draw(run.current, run.diagnostics).worlds
+    for world, name, size in zip(worlds, ("joints", "estimate"), (0.4, 2.0), strict=True):
+        cloud, estimate = world.primitives["particles"], world.primitives[name]
         assert 20 < len(cloud.positions) <= 300
         apart = np.linalg.norm(cloud.positions[:, None] - estimate.positions[None], axis=2).min(axis=1)
         assert np.median(apart) < size
