@@ -36,6 +36,7 @@ export function LostCard({ loss }) {
         <button type="button" onClick=${() => loss.open()}>Why</button>
         ${loss.offersChanges && html`<button type="button" onClick=${() => (view.card.value = "what-if")}>What if…</button>`}
         <button type="button" title="Shortly before the loss" onClick=${() => view.steering.seek(before ?? 0)}>Go to frame ${before}</button>
+        ${loss.offersChanges && html`<span class="hint">${without(loss)}</span>`}
       </footer>
     </details>
   </section>`;
@@ -47,29 +48,26 @@ export function LostCard({ loss }) {
  */
 function Cure({ loss, ofScene }) {
   const { exploration: { isStale }, report } = loss;
-  const findings = report.value?.findings.filter(({ kind }) => (ofScene ? kind === "world" : !["world", "seeds"].includes(kind))) ?? [];
-  // The scene of a recording cannot change.
-  if (ofScene && findings.length === 0) return null;
-  const best = findings.find(({ verdict }) => verdict === "better");
-  const isOpen = findings.length === 0 || findings.some(({ verdict }) => verdict === "few");
-  return html`<li data-stale=${String(best !== undefined && isStale)}>
+  const best = report.value?.findings.find(({ kind, verdict }) => (kind === "world") === ofScene && verdict === "better");
+  if (best === undefined) return null;
+  return html`<li data-stale=${String(isStale)}>
     <span class="of">${ofScene ? "Scene" : "Tracker"}</span>
-    ${best === undefined && html`<span class="hint">${without(loss, isOpen)}</span>`}
-    ${best && html`<span class="change"><strong>${best.title}</strong> ${best.shares} ${isStale && h(Stale, {})}</span>`}
-    ${best && h(TryOut, { loss, finding: best })}
+    <span class="change"><strong>${best.title}</strong> ${best.shares} ${isStale && h(Stale, {})}</span>
+    ${h(TryOut, { loss, finding: best })}
   </li>`;
 }
 
 /**
- * Why no change is shown.
+ * Why no change is shown, or nothing if one is.
  *
  * @param {Loss} loss
- * @param {boolean} isOpen Whether there are too few seeds to decide.
  */
-function without({ exploration }, isOpen) {
+function without({ exploration, report }) {
+  const verdicts = report.value?.findings.filter(({ kind }) => kind !== "seeds").map(({ verdict }) => verdict) ?? [];
+  if (verdicts.includes("better")) return "";
   if (exploration.error.value !== "") return exploration.error.value;
-  if (exploration.isWorking) return isOpen ? "Too few seeds to tell. Trying…" : "No change is clearly better so far. Trying…";
-  return isOpen ? "Too few seeds to tell" : "No change is clearly better";
+  if (exploration.isWorking) return "Trying changes…";
+  return verdicts.length === 0 || verdicts.includes("few") ? "Too few seeds to tell" : "No change is clearly better";
 }
 
 /** @param {{loss: Loss, finding: ToldFinding}} props */
