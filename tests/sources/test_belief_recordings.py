@@ -10,7 +10,6 @@ import pytest
 import pftrack
 from pftrack.analysis.other_seeds import ensemble
 from pftrack.core.refusal import RefusedError
-from pftrack.runs.run import Run
 from pftrack.sources.beliefs import content
 from pftrack.sources.beliefs.content import header_of
 from pftrack.sources.sequence import open_sequence
@@ -66,33 +65,27 @@ def record_turn(path: Path) -> Path:
     return path
 
 
-@pytest.fixture(scope="module")
-def turned(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    run = pftrack.load(record_turn(tmp_path_factory.mktemp("turn") / "turn.pft"))
+def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(tmp_path: Path) -> None:
+    """The law of motion is named from what was recorded; of the likelihood, which was not, nothing is said.
+
+    Where truths have no box the limit is their root mean square distance from their middle; a box says it better.
+    """
+    run = pftrack.load(record_turn(tmp_path / "turn.pft"))
     run.finish()
-    return run
-
-
-def test_who_is_worse_than_the_middle_of_the_path_is_lost(turned: Run, tmp_path: Path) -> None:
-    """Where truths have no box the limit is their root mean square distance from their middle; a box says it better."""
-    limit = turned.parameters_at(0).lost_distance
+    limit = run.parameters_at(0).lost_distance
     assert limit == pytest.approx(np.sqrt(TURN.var(axis=0).sum()), rel=5e-3)  # it has three digits
-    assert [row.lost for row in turned.diagnostics] == [row.error >= limit for row in turned.diagnostics]
-    with pftrack.record(tmp_path / "box.pft") as rec:
-        for t in range(3):
-            rec(t, box=(t, 0, 10, 10), true_box=(2 * t, 0, 10, 10))
-    assert pftrack.load(tmp_path / "box.pft").parameters_at(0).lost_distance == 0
-
-
-def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(turned: Run) -> None:
-    """The law of motion is named from what was recorded; of the likelihood, which was not, nothing is said."""
-    explanation = turned.explain(seeds=2)
+    assert [row.lost for row in run.diagnostics] == [row.error >= limit for row in run.diagnostics]
+    explanation = run.explain(seeds=2)
     assert (explanation.diagnosis.cause, explanation.what_if) == ("wrong-dynamics", None)
     assert "fit" not in " ".join(sign.words for sign in explanation.diagnosis.signs)
     assert explanation.lines[-1].startswith("What would have saved it cannot be tried: ")
     assert "shown as it was recorded" in explanation._repr_html_()
     with pytest.raises(RefusedError):
-        ensemble(turned, runs=2)
+        ensemble(run, runs=2)
+    with pftrack.record(tmp_path / "box.pft") as rec:
+        for t in range(3):
+            rec(t, box=(t, 0, 10, 10), true_box=(2 * t, 0, 10, 10))
+    assert pftrack.load(tmp_path / "box.pft").parameters_at(0).lost_distance == 0
 
 
 def test_the_paper_has_room_for_the_truth(tmp_path: Path) -> None:
@@ -201,29 +194,23 @@ def test_a_recording_has_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     refused(path, "more than the 3 times")
 
 
-@pytest.mark.parametrize(
-    ("said", "sentence"),
-    [
-        ({"particles": np.zeros((3, 2)), "log_weights": np.zeros(2)}, "log_weights must be"),
-        ({"particles": np.zeros((3, 4))}, "particles must be"),
-        ({"box": (0, 0, -1, 2)}, "box must be"),
-        ({}, "has no belief"),
-        ({"particles": np.array([[0.0, 1.0], [np.nan, 2.0]])}, "particles must be finite, got NaN or infinity"),
-        ({"mean": [np.inf, 0.0]}, "mean must be finite, got NaN or infinity"),
-        ({"mean": [0.0, 0.0], "covariance": np.full((2, 2), np.nan)}, "covariance must be finite"),
-    ],
-)
-def test_what_does_not_fit_is_refused_at_once(tmp_path: Path, said: dict[str, object], sentence: str) -> None:
-    """Shapes are checked when they are said, with what was expected."""
+def test_what_does_not_fit_is_refused_at_once(tmp_path: Path) -> None:
+    """Shapes are checked when they are said, with what was expected.
+
+    A frame before the last of its target is refused; other targets and truths have their own order.
+    """
     with pftrack.record(tmp_path / "mine.pft", components=("x", "y")) as rec:
-        with pytest.raises(ValueError, match=sentence):
-            rec(0, **said)
-        rec(0, mean=[0.0, 0.0])
-
-
-def test_frames_of_a_target_rise(tmp_path: Path) -> None:
-    """A frame before the last of its target is refused; other targets and truths have their own order."""
-    with pftrack.record(tmp_path / "mine.pft") as rec:
+        for said, sentence in (
+            ({"particles": np.zeros((3, 2)), "log_weights": np.zeros(2)}, "log_weights must be"),
+            ({"particles": np.zeros((3, 4))}, "particles must be"),
+            ({"box": (0, 0, -1, 2)}, "box must be"),
+            ({}, "has no belief"),
+            ({"particles": np.array([[0.0, 1.0], [np.nan, 2.0]])}, "particles must be finite, got NaN or infinity"),
+            ({"mean": [np.inf, 0.0]}, "mean must be finite, got NaN or infinity"),
+            ({"mean": [0.0, 0.0], "covariance": np.full((2, 2), np.nan)}, "covariance must be finite"),
+        ):
+            with pytest.raises(ValueError, match=sentence):
+                rec(0, **said)
         rec(5, mean=[0.0, 0.0])
         with pytest.raises(ValueError, match="frames of a target must rise, got 3 of target 0 after 5"):
             rec(3, mean=[0.0, 0.0])
