@@ -7,6 +7,7 @@ ball, a look-alike and a pillar that hides the ball for a while: the posterior h
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ MARGIN, PER_PX = 12, 4
 X = np.arange(-MARGIN * PER_PX, (WIDTH + MARGIN) * PER_PX) / PER_PX - 0.5 + 0.5 / PER_PX
 Y = np.arange(-MARGIN * PER_PX, (HEIGHT + MARGIN) * PER_PX) / PER_PX - 0.5 + 0.5 / PER_PX
 
+NARROW: dict[str, Value] = {"gamma_min_px": 1.0, "gamma_max_px": 12.0}
 VALID: dict[str, tuple[str, dict[str, Value]]] = {
     "condensation": ("condensation", {}),
     "condensation that resamples when it must": ("condensation", {"resampling_threshold": 0.5}),
@@ -36,11 +38,8 @@ VALID: dict[str, tuple[str, dict[str, Value]]] = {
     "apf, corrected": ("apf", {"apf_weights": "corrected"}),
     "apf, balanced, stratified": ("apf", {"apf_weights": "balanced", "resampling": "stratified"}),
     "h-spf, corrected": ("h-spf", {"apf_weights": "corrected", "gamma_px": 4.0}),
-    "s-spf, corrected": ("s-spf", {"apf_weights": "corrected", "gamma_min_px": 1.0, "gamma_max_px": 12.0}),
-    "s-spf, balanced, multinomial": (
-        "s-spf",
-        {"apf_weights": "balanced", "gamma_min_px": 1.0, "gamma_max_px": 12.0, "resampling": "multinomial"},
-    ),
+    "s-spf, corrected": ("s-spf", {"apf_weights": "corrected", **NARROW}),
+    "s-spf, balanced, multinomial": ("s-spf", {"apf_weights": "balanced", "resampling": "multinomial", **NARROW}),
     "upf": ("upf", {"measurement_noise_px": 8.0}),
 }
 """All that sample the posterior itself; `sharpened` weights sample something else, and say so."""
@@ -84,21 +83,26 @@ def by_grid(given: BallTrackerParameters, noises_px: tuple[float, ...] = (3.0,) 
         weighed = (down @ density @ across.T) * np.exp(scores).reshape(len(Y), len(X))
         evidence = weighed.sum()
         density = weighed / evidence
-        by_axis = (density.sum(axis=0), X), (density.sum(axis=1), Y)
-        mean = np.array([shares @ side for shares, side in by_axis])
-        second = np.array([shares @ side**2 for shares, side in by_axis])
+        mean, second = (np.array([density.sum(axis=0) @ X**n, density.sum(axis=1) @ Y**n]) for n in (1, 2))
         exact.append(Exact(mean, np.sqrt(second - mean**2), float(np.log(evidence))))
     return exact
 
 
-def followed(tracker: str, given: BallTrackerParameters, seed: int = 1, frames: int = 5) -> list[PointState]:
-    member = TRACKERS[tracker]
+def check_exact(states: list[PointState], exact: list[Exact]) -> None:
+    """Check that mean, deviation and evidence are the grid's in each frame: to 0.3 px, 5 % and 0.06 (four errors)."""
+    for state, known in zip(states, exact, strict=True):
+        assert state.estimate == pytest.approx(known.mean, abs=0.3)
+        assert state.sigma == pytest.approx(known.sigma, rel=0.05)
+        assert state.log_evidence == pytest.approx(known.log_evidence, abs=0.06)
+
+
+def followed(tracker: str, given: BallTrackerParameters, seed: int = 1, frames: int = 5) -> list[Any]:
+    member, states = TRACKERS[tracker], []
     state = member.start(Target(START, 8.0), FRAMES[0], given, Stream(seed, 0, Purpose.START))
-    states = []
     for frame in FRAMES[1 : frames + 1]:
         state = member.step(state, frame, given, Stream(seed, frame.index, Purpose.TRACK))
         states.append(state)
-    return states  # type: ignore[return-value] # of points, all of them
+    return states
 
 
 def test_the_grid_is_fine_enough() -> None:
@@ -111,14 +115,10 @@ def test_the_grid_is_fine_enough() -> None:
 
 @pytest.mark.parametrize("name", VALID)
 def test_every_valid_sampler_comes_to_the_posterior(name: str) -> None:
-    """With many particles mean, deviation and evidence are the grid's: to 0.3 px, 5 % and 0.06 (four errors)."""
+    """With many particles mean, deviation and evidence are the grid's."""
     tracker, values = VALID[name]
     given = parameters(sample_count=20_000, **values)
-    states = followed(tracker, given)
-    for state, known in zip(states, by_grid(given), strict=True):
-        assert state.estimate == pytest.approx(known.mean, abs=0.3)
-        assert state.sigma == pytest.approx(known.sigma, rel=0.05)
-        assert state.log_evidence == pytest.approx(known.log_evidence, abs=0.06)
+    check_exact(followed(tracker, given), by_grid(given))
 
 
 @pytest.mark.parametrize("gamma_px", [0.0, 5.0])
@@ -127,14 +127,10 @@ def test_process_noise_control_is_exact_with_the_noise_that_it_chose(gamma_px: f
     given = parameters(sample_count=20_000, gamma_px=gamma_px, large_process_noise_px=6.0)
     states = followed("pc-pf", given)
     widths = [SPREAD, *(float(state.sigma.max()) for state in states[:-1])]
-    noises = [6.0 if width > gamma_px else 3.0 for width in widths]
+    noises = tuple(6.0 if width > gamma_px else 3.0 for width in widths)
     assert [state.alert for state in states] == [noise == 6.0 for noise in noises]
-    if gamma_px:
-        assert len(set(noises)) == 2
-    for state, known in zip(states, by_grid(given, tuple(noises)), strict=True):
-        assert state.estimate == pytest.approx(known.mean, abs=0.3)
-        assert state.sigma == pytest.approx(known.sigma, rel=0.05)
-        assert state.log_evidence == pytest.approx(known.log_evidence, abs=0.06)
+    assert not gamma_px or len(set(noises)) == 2
+    check_exact(states, by_grid(given, noises))
 
 
 @pytest.mark.parametrize(

@@ -34,15 +34,15 @@ def course(shift: tuple[int, int] = (0, 0)) -> list[Frame]:
     """A ball that goes to the right, is away for some frames, and is there again beside another."""
     frames = []
     for index in range(14):
-        ball = (50 + 4 * index + shift[0], 60 + shift[1])
-        hidden = 5 <= index < 8
-        beside = (ball[0] + 20, ball[1] + 16)
-        balls = () if hidden else (ball, beside) if index > 10 else (ball,)
+        x, y = 50 + 4 * index + shift[0], 60 + shift[1]
+        balls = () if 5 <= index < 8 else ((x, y), (x + 20, y + 16))[: 1 + (index > 10)]
         frames.append(Frame(index, index / 30, image_rgb=picture(*balls)))
     return frames
 
 
-def followed(name: str, frames: list[Frame], start: tuple[float, float], parameters: BallTrackerParameters) -> list:
+def followed(
+    name: str, frames: list[Frame], start: tuple[float, float], parameters: BallTrackerParameters = PARAMETERS
+) -> list:
     tracker = TRACKERS[name]
     states = [tracker.start(Target(np.array(start)), frames[0], parameters, Stream(3, 0, Purpose.START))]
     for frame in frames[1:]:
@@ -53,23 +53,22 @@ def followed(name: str, frames: list[Frame], start: tuple[float, float], paramet
 @pytest.mark.parametrize("name", TRACKERS)
 def test_a_shift_of_the_picture_shifts_everything(name: str) -> None:
     """With the same random numbers the estimates are shifted by as much, and nothing else changes."""
-    here = followed(name, course(), (50, 60), PARAMETERS)
-    there = followed(name, course((24, 18)), (74, 78), PARAMETERS)
+    here, there = followed(name, course(), (50, 60)), followed(name, course((24, 18)), (74, 78))
     assert here[4].estimate == pytest.approx((66, 60), abs=8)
     for one, other in zip(here, there, strict=True):
         assert other.estimate - one.estimate == pytest.approx((24, 18), abs=1e-6)
         assert other.sigma == pytest.approx(one.sigma, abs=1e-6)
         assert other.log_evidence == pytest.approx(one.log_evidence, abs=1e-6)
-        measured = TRACKERS[name].measure
-        assert measured(other).keys() == measured(one).keys()
-        assert measured(other).get("samples") == measured(one).get("samples")
+        measured, expected = (TRACKERS[name].measure(state) for state in (other, one))
+        assert measured.keys() == expected.keys()
+        assert measured.get("samples") == expected.get("samples")
 
 
 @pytest.mark.parametrize("name", PARTICLES)
 def test_what_is_reported_is_what_the_particles_are(name: str) -> None:
     """ESS, numbers, samplers, mean and deviation follow from the particles of each state but the first."""
     tracker = TRACKERS[name]
-    for state in followed(name, course(), (50, 60), PARAMETERS)[1:]:
+    for state in followed(name, course(), (50, 60))[1:]:
         found = tracker.measure(state)
         assert found.keys() == {series.name for series in tracker.series}
         weights = np.exp(state.particles.log_weights)
@@ -86,39 +85,35 @@ def test_what_is_reported_is_what_the_particles_are(name: str) -> None:
 
 
 def test_the_sampler_is_the_one_that_the_name_says() -> None:
-    """Prediction draws all by prediction, the auxiliary filter all by observation, the switching ones by sigma."""
-    samples = {
-        name: [TRACKERS[name].measure(state)["samples"] for state in followed(name, course(), (50, 60), PARAMETERS)[1:]]
-        for name in ("condensation", "pc-pf", "apf", "h-spf", "s-spf")
-    }
+    """Prediction draws all by prediction, the auxiliary filter all by observation, the switching ones by sigma.
+
+    A switch is reported in the frames whose sampler is another than in the frame before, and there alone.
+    """
+    states = {name: followed(name, course(), (50, 60)) for name in ("condensation", "pc-pf", "apf", "h-spf", "s-spf")}
+    rows = {name: [TRACKERS[name].measure(state) for state in course[1:]] for name, course in states.items()}
+    samples = {name: [row["samples"] for row in measured] for name, measured in rows.items()}
     assert set(samples["condensation"]) == set(samples["pc-pf"]) == {(400.0, 0.0)}
     # Where no parent can have given the picture, there is nothing to draw by: the ball is away.
     assert set(samples["apf"][:4]) == {(0.0, 400.0)}
     assert set(samples["h-spf"]) <= {(400.0, 0.0), (0.0, 400.0)}
     assert len(set(samples["s-spf"])) > 2
-
-
-def test_a_switch_is_reported_where_the_rule_changes_its_mind() -> None:
-    """The flag is set in the frames whose sampler is another than in the frame before, and there alone."""
-    states = followed("h-spf", course(), (50, 60), PARAMETERS)
-    rows = [TRACKERS["h-spf"].measure(state) for state in states]
-    changed = [before.alert is not None and before.alert != after.alert for before, after in pairwise(states)]
-    assert [row["switched"] for row in rows[1:]] == [float(flag) for flag in changed]
+    changed = [before.alert not in {None, after.alert} for before, after in pairwise(states["h-spf"])]
+    assert [row["switched"] for row in rows["h-spf"]] == [float(flag) for flag in changed]
     assert any(changed)
 
 
 def test_of_a_ball_at_rest_the_kalman_filter_comes_to_the_steady_state() -> None:
     """Its mean comes to the centroid of the disc, its covariance to the solution of the Riccati equation."""
     frames = [Frame(index, index / 30, image_rgb=picture((90, 70))) for index in range(200)]
-    state: PointState = followed("kalman", frames, (80, 75), PARAMETERS)[-1]
+    state: PointState = followed("kalman", frames, (80, 75))[-1]
     assert state.estimate == pytest.approx((90, 70), abs=1e-3)
-    kept = PARAMETERS.velocity_retention
-    transition = np.array([[1 + kept, -kept], [1.0, 0.0]])
-    noise, seen = PARAMETERS.process_noise_px**2, PARAMETERS.measurement_noise_px**2
-    observation = np.array([[1.0, 0.0]])
+    kept, (noise, seen) = (
+        PARAMETERS.velocity_retention,
+        np.square([PARAMETERS.process_noise_px, PARAMETERS.measurement_noise_px]),
+    )
+    transition, observation = np.array([[1 + kept, -kept], [1.0, 0.0]]), np.array([[1.0, 0.0]])
     prior = solve_discrete_are(transition.T, observation.T, np.diag([noise, 0.0]), np.array([[seen]]))
-    posterior = prior - prior @ observation.T @ observation @ prior / (prior[0, 0] + seen)
-    assert state.sigma == pytest.approx(np.sqrt(posterior[0, 0]), abs=1e-6)
+    assert state.sigma**2 == pytest.approx(prior[0, 0] * seen / (prior[0, 0] + seen), abs=1e-6)
     assert TRACKERS["kalman"].measure(state)["nis"] == pytest.approx(0, abs=1e-12)
 
 

@@ -1,8 +1,5 @@
 """The loop with another likelihood than the ball's colour, as another family of trackers uses it."""
 
-import subprocess
-import sys
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,12 +10,11 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.model import Coloured, LoopParameters
+from pftrack.experiments.ball.model import COLOURED, Coloured, LoopParameters
 from pftrack.experiments.ball.model import dynamics_of as dynamics
 from pftrack.experiments.shared.filtered import filtered
 from pftrack.experiments.shared.sampling import AUXILIARY, CONDENSATION, HARD
 from pftrack.filters import auxiliary, bootstrap
-from pftrack.process.child import environment
 
 SIZE = (160, 120)
 ROWS, COLUMNS = np.mgrid[: SIZE[1], : SIZE[0]]
@@ -65,7 +61,7 @@ FRAME = Frame(1, 0.0, image_rgb=PICTURE)
 @pytest.mark.parametrize(("tracker", "observed"), [("condensation", 0), ("apf", 300), ("h-spf", 300)])
 def test_the_loop_weighs_by_any_likelihood(tracker: str, observed: int) -> None:
     """With a likelihood of one's own the loop gives the particles of the filters with that likelihood, to the bit."""
-    member = TRACKERS[tracker]
+    member, counts = TRACKERS[tracker], {"prediction_count": 0, "observation_count": observed}
     state = member.start(Target(np.array([74.0, 63.0]), 12.0), FRAME, PARAMETERS, Stream(1, 0, Purpose.START))
     stepped = member.step(state, FRAME, PARAMETERS, Stream(9, 1, Purpose.TRACK))
     rng, model = Stream(9, 1, Purpose.TRACK), dynamics(state, PARAMETERS, SIZE)
@@ -73,29 +69,18 @@ def test_the_loop_weighs_by_any_likelihood(tracker: str, observed: int) -> None:
     def weigh(states: NDArray[np.float64]) -> NDArray[np.float64]:
         return log_likelihood(PICTURE, states, PACKED)
 
-    expected = (
-        auxiliary.step(
-            state.particles, model, weigh, rng, weights="corrected", prediction_count=0, observation_count=observed
-        )
-        if observed
-        else bootstrap.step(state.particles, model, weigh, rng)
-    )
+    if observed:
+        expected = auxiliary.step(state.particles, model, weigh, rng, weights="corrected", **counts)
+    else:
+        expected = bootstrap.step(state.particles, model, weigh, rng)
     assert np.array_equal(stepped.particles.states, expected.particles.states)
     assert np.array_equal(stepped.particles.log_weights, expected.particles.log_weights)
-    assert stepped.log_evidence == expected.log_evidence
-    assert stepped.observation_count == observed
+    assert (stepped.log_evidence, stepped.observation_count) == (expected.log_evidence, observed)
 
 
 def test_each_likelihood_has_a_compiled_loop_of_its_own() -> None:
     """A second likelihood neither replaces the first one's loop nor shares its place in the cache on disk."""
-    program = (
-        "from pftrack.experiments.ball.model import COLOURED as first;"
-        "from tests.experiments.ball.test_ball_likelihood import TRACKERS;"
-        "second = TRACKERS['apf'].model;"
-        "print(len({first.loop.__qualname__, second.loop.__qualname__, first.loop is second.loop}))"
-    )
-    root = Path(__file__).parents[3]
-    result = subprocess.run(
-        [sys.executable, "-c", program], env=environment(), cwd=root, capture_output=True, text=True, check=False
-    )
-    assert result.stdout.strip() == "3", result.stderr
+    first, second = COLOURED, TRACKERS["apf"].model
+    assert isinstance(second, Coloured)
+    assert first.loop is not second.loop
+    assert first.loop.__qualname__ != second.loop.__qualname__

@@ -1,6 +1,9 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
@@ -26,28 +29,18 @@ def begun(parameters: BallTrackerParameters, spread: float) -> PointState:
 
 def by_filters(state: PointState, parameters: BallTrackerParameters, observed: int, rng: Stream) -> Posterior:
     assert state.particles is not None
-    model = colour_model(parameters)
+    colours, dynamics = colour_model(parameters), model_of(state, parameters, (160, 120))
+    resample, threshold = RESAMPLERS[parameters.resampling], parameters.resampling_threshold
 
-    def log_likelihood(
-        states: np.ndarray[tuple[int, int], np.dtype[np.float64]],
-    ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        return chromaticity.log_likelihood(PICTURE, states, model, parameters.background_level)
+    def weigh(states: Floats) -> Floats:
+        return chromaticity.log_likelihood(PICTURE, states, colours, parameters.background_level)
 
-    dynamics = model_of(state, parameters, (160, 120))
-    resample = RESAMPLERS[parameters.resampling]
     if observed == 0:
-        return bootstrap.step(
-            state.particles,
-            dynamics,
-            log_likelihood,
-            rng,
-            resample=resample,
-            threshold=parameters.resampling_threshold,
-        )
+        return bootstrap.step(state.particles, dynamics, weigh, rng, resample=resample, threshold=threshold)
     return auxiliary.step(
         state.particles,
         dynamics,
-        log_likelihood,
+        weigh,
         rng,
         weights=parameters.apf_weights,
         prediction_count=parameters.sample_count - observed,
@@ -56,14 +49,17 @@ def by_filters(state: PointState, parameters: BallTrackerParameters, observed: i
     )
 
 
+def stepped(tracker: str, state: PointState, parameters: BallTrackerParameters, rng: Stream) -> Any:
+    return TRACKERS[tracker].step(state, Frame(rng.frame, 0.0, image_rgb=PICTURE), parameters, rng)
+
+
 @pytest.mark.parametrize("resampling", list(RESAMPLERS))
 @pytest.mark.parametrize("weights", ["sharpened", "corrected", "balanced"])
 @pytest.mark.parametrize("tracker", ["condensation", "apf", "h-spf", "s-spf"])
 def test_the_loop_is_the_filters_put_together(tracker: str, weights: str, resampling: str) -> None:
     """One frame of the compiled loop gives the particles and weights of the filters called one by one, to the bit."""
-    parameters = revise(
-        BallTrackerParameters(), {"sample_count": 300, "apf_weights": weights, "resampling": resampling}
-    )
+    values = {"sample_count": 300, "apf_weights": weights, "resampling": resampling}
+    parameters = revise(BallTrackerParameters(), values)
     for spread in (3.0, 12.0):
         state = begun(parameters, spread)
         observed = {
@@ -73,41 +69,29 @@ def test_the_loop_is_the_filters_put_together(tracker: str, weights: str, resamp
             "s-spf": auxiliary.soft(state.sigma, parameters.gamma_min_px, parameters.gamma_max_px, 300),
         }[tracker]
         expected = by_filters(state, parameters, observed, Stream(9, 1, Purpose.TRACK))
-        stepped = TRACKERS[tracker].step(
-            state, Frame(1, 0.0, image_rgb=PICTURE), parameters, Stream(9, 1, Purpose.TRACK)
-        )
-        assert np.array_equal(stepped.particles.ancestors, expected.particles.ancestors)
-        assert np.array_equal(stepped.particles.states, expected.particles.states)
-        assert np.array_equal(stepped.particles.log_weights, expected.particles.log_weights)
-        assert stepped.log_evidence == expected.log_evidence
-        assert stepped.observation_count == observed
+        after = stepped(tracker, state, parameters, Stream(9, 1, Purpose.TRACK))
+        for name in ("ancestors", "states", "log_weights"):
+            assert np.array_equal(getattr(after.particles, name), getattr(expected.particles, name))
+        assert (after.log_evidence, after.observation_count) == (expected.log_evidence, observed)
 
 
 @pytest.mark.parametrize("threshold", [0.0, 0.3, 0.9])
 def test_resampling_only_when_it_is_needed_is_the_filters_own(threshold: float) -> None:
     """With a threshold the loop keeps weights where the bootstrap filter does, over several frames."""
     parameters = revise(BallTrackerParameters(), {"sample_count": 200, "resampling_threshold": threshold})
-    state = begun(parameters, 5.0)
-    particles = state.particles
-    decisions = []
+    state, decisions = begun(parameters, 5.0), []
     for frame in range(1, 8):
         expected = by_filters(state, parameters, 0, Stream(2, frame, Purpose.TRACK))
-        state = TRACKERS["condensation"].step(
-            state, Frame(frame, 0.0, image_rgb=PICTURE), parameters, Stream(2, frame, Purpose.TRACK)
-        )
+        state = stepped("condensation", state, parameters, Stream(2, frame, Purpose.TRACK))
         assert np.array_equal(state.particles.log_weights, expected.particles.log_weights)
         assert state.resampled == expected.resampled
         decisions.append(state.resampled)
-    assert particles is not None
     assert any(decisions) == (threshold > 0)
 
 
 def test_the_loop_is_compiled_once() -> None:
     """Values from a person have the loop compiled no second time: in a live session that would take half a minute."""
-    for values in ({}, {"gamma_px": 6, "gamma_max_px": 21, "resampling_threshold": 1, "background_level": 0}):
-        parameters = (
-            revise(BallTrackerParameters(), {"sample_count": 50, **values}) if values else BallTrackerParameters()
-        )
-        state = begun(parameters, 1.0)
-        TRACKERS["h-spf"].step(state, Frame(1, 0.0, image_rgb=PICTURE), parameters, Stream(0, 1, Purpose.TRACK))
+    typed = {"sample_count": 50, "gamma_px": 6, "gamma_max_px": 21, "resampling_threshold": 1, "background_level": 0}
+    for parameters in (BallTrackerParameters(), revise(BallTrackerParameters(), typed)):
+        stepped("h-spf", begun(parameters, 1.0), parameters, Stream(0, 1, Purpose.TRACK))
     assert len(COLOURED.loop.signatures) == 1

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History
 from pftrack.experiments.ball.experiment import SimulatedBallParameters
 from pftrack.experiments.ball.scene import BallSource
 from pftrack.experiments.shared.recording import LAYOUTS
@@ -12,9 +12,13 @@ def scene(**values: object) -> SimulatedBallParameters:
     return revise(SimulatedBallParameters(), values)
 
 
-def shown(index: int, seed: int = 0, **values: object) -> np.ndarray:
+def seen(index: int, seed: int = 0, **values: object) -> Frame:
     parameters = scene(**values)
-    return BallSource(seed, parameters).frame(index, History(((0, parameters),))).image_rgb
+    return BallSource(seed, parameters).frame(index, History(((0, parameters),)))
+
+
+def shown(index: int, seed: int = 0, **values: object) -> np.ndarray:
+    return seen(index, seed, **values).image_rgb
 
 
 def red(image: np.ndarray) -> np.ndarray:
@@ -23,13 +27,10 @@ def red(image: np.ndarray) -> np.ndarray:
 
 def test_path_is_a_swing_about_the_middle() -> None:
     """U = 160 - 100 cos(2 pi t / 30), v = 120."""
-    parameters = scene()
-    source = BallSource(0, parameters)
     for t in range(60):
-        frame = source.frame(t, History(((0, parameters),)))
+        frame = seen(t)
         assert np.allclose(frame.target.position, [160 - 100 * np.cos(2 * np.pi * t / 30), 120])
-        assert frame.time_s == pytest.approx(t / 30)
-        assert frame.target.size == 10
+        assert (frame.time_s, frame.target.size) == (pytest.approx(t / 30), 10)
 
 
 def test_occluder_covers_its_columns() -> None:
@@ -44,32 +45,26 @@ def test_occluder_covers_its_columns() -> None:
 def test_distracters_sit_in_three_of_six_slots() -> None:
     """Each of the twenty layouts shows three discs of the ball's colour around its slots."""
     assert len(set(LAYOUTS)) == 20
-    slots = [(100 + 60 * column, 70 + 100 * row) for row in range(2) for column in range(3)]
+    rows, columns = np.mgrid[:240, :320]
+    slots = [(rows - 70 - 100 * row) ** 2 + (columns - 100 - 60 * at) ** 2 <= 64 for row in range(2) for at in range(3)]
     for layout, chosen in enumerate(LAYOUTS):
         image = red(shown(0, layout=layout, distracter_radius_px=8, occlusion_width_px=0))
-        for slot, (u, v) in enumerate(slots):
-            rows, columns = np.mgrid[:240, :320]
-            disc = (rows - v) ** 2 + (columns - u) ** 2 <= 64
-            assert image[disc].all() == (slot in chosen)
-        image[:, :70] = False  # the ball itself
-        assert image.sum() == 3 * 197
+        assert [bool(image[disc].all()) for disc in slots] == [slot in chosen for slot in range(6)]
+        assert image[:, 70:].sum() == 3 * 197  # the ball itself is left of them
 
 
 def test_hidden_means_wholly_covered() -> None:
     """The ball counts as hidden only while all of it is behind the occluder."""
-    parameters = scene(occlusion_width_px=100, distracter_radius_px=0)
-    source = BallSource(0, parameters)
     for t in range(31):
-        frame = source.frame(t, History(((0, parameters),)))
+        frame = seen(t, occlusion_width_px=100, distracter_radius_px=0)
         assert frame.target.hidden == (not red(frame.image_rgb).any())
 
 
 def test_noise_belongs_to_seed_and_frame() -> None:
     """Pixel noise has the spread asked for, and is the same for the same seed and frame only."""
-    first = shown(3, seed=1, image_noise_sd=5)
-    assert np.array_equal(first, shown(3, seed=1, image_noise_sd=5))
-    assert not np.array_equal(first, shown(3, seed=2, image_noise_sd=5))
-    assert not np.array_equal(first, shown(33, seed=1, image_noise_sd=5))
+    first = shown(3, 1, image_noise_sd=5)
+    for index, seed, same in ((3, 1, True), (3, 2, False), (33, 1, False)):
+        assert np.array_equal(first, shown(index, seed, image_noise_sd=5)) == same
     assert (first[:60, :100].astype(float) - 100).std() == pytest.approx(5, rel=0.02)
 
 
@@ -93,17 +88,9 @@ def test_frames_cannot_be_spoiled() -> None:
 
 def test_other_reading_of_the_scene() -> None:
     """Picture size, amplitude and slots can be set to the other reading of Bando 2007, ch. 3 section 3."""
-    values = {
-        "image_width_px": 640,
-        "image_height_px": 480,
-        "amplitude_px": 200,
-        "frame_rate_hz": 60,
-        "slot_spacing_px": 120,
-        "slot_offset_px": 30,
-        "layout": 0,
-        "occlusion_width_px": 0,
-    }
-    image = red(shown(30, **values))
+    larger = {"image_width_px": 640, "image_height_px": 480, "amplitude_px": 200, "frame_rate_hz": 60}
+    slots = {"slot_spacing_px": 120, "slot_offset_px": 30, "layout": 0, "occlusion_width_px": 0}
+    image = red(shown(30, **larger, **slots))
     assert image.shape == (480, 640)
     assert image[240, 520]
     assert image[210, [200, 320, 440]].all()
@@ -111,26 +98,23 @@ def test_other_reading_of_the_scene() -> None:
 
 def test_a_bouncing_ball_flies_evenly_between_four_walls() -> None:
     """Its speed is the same in all frames but those of a bounce; it stays within its walls, in the picture."""
-    parameters = scene(ball_path="bounces", period_s=3, amplitude_px=100)
-    source = BallSource(0, parameters)
-    places = np.array([source.frame(t, History(((0, parameters),))).target.position for t in range(400)])
+    values = {"ball_path": "bounces", "period_s": 3, "amplitude_px": 100}
+    places = np.array([seen(t, **values).target.position for t in range(400)])
     assert places[0, 0] == 60
     assert (np.abs(places - [160, 120]) <= 100 + 1e-9).all()
     turns = np.abs(np.diff(places, 2, axis=0)).max(axis=1) > 1e-9
     assert 10 < turns.sum() < 40
     assert np.abs(np.diff(places, axis=0)).max(axis=0) == pytest.approx([400 / 90, 0.618 * 400 / 90])
-    low = scene(ball_path="bounces", image_height_px=60, amplitude_px=100)
-    assert np.ptp([BallSource(0, low).frame(t, History(((0, low),))).target.position[1] for t in range(60)]) <= 50
+    low = {"ball_path": "bounces", "image_height_px": 60, "amplitude_px": 100}
+    assert np.ptp([seen(t, **low).target.position[1] for t in range(60)]) <= 50
 
 
 def test_clutter_lies_clear_of_the_swing() -> None:
     """Each thing more leaves the others where they are, none touches the ball's way, and another seed has others."""
     bare, few, many = (shown(0, clutter_count=count) for count in (0, 10, 30))
-    added = (few != bare).any(axis=-1)
+    added, all_added = ((image != bare).any(axis=-1) for image in (few, many))
     assert added.any()
-    assert (many[added] != bare[added]).any(axis=-1).all()
-    rows = np.flatnonzero((many != bare).any(axis=(1, 2)))
-    assert np.abs(rows - 120).min() > 5
-    assert not np.array_equal(many, shown(0, seed=1, clutter_count=30))
-    shares = many[(many != bare).any(axis=-1)] @ [1.0, 0.0, 0.0] / many[(many != bare).any(axis=-1)].sum(axis=-1)
-    assert shares == pytest.approx(2 / 3, abs=0.01)
+    assert all_added[added].all()
+    assert np.abs(np.flatnonzero(all_added.any(axis=1)) - 120).min() > 5
+    assert not np.array_equal(many, shown(0, 1, clutter_count=30))
+    assert many[all_added][:, 0] / many[all_added].sum(axis=-1) == pytest.approx(2 / 3, abs=0.01)
