@@ -3,6 +3,7 @@
 import os
 import pickle
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,14 +11,13 @@ import pytest
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS
 from pftrack.runs import checkpoint
+from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.run import Run
 
-FRAMES, FAR = 24, 17
+FAR = 17
 
 
-def begun(
-    name: str = "ball", tracker: str | None = None, *timeline: Change, seed: int = 3, frames: int = FRAMES
-) -> Run:
+def begun(name: str = "ball", tracker: str | None = None, *timeline: Change, seed: int = 3, frames: int = 24) -> Run:
     experiment = EXPERIMENTS[name]
     return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=timeline)
 
@@ -27,9 +27,16 @@ def kept(tmp_path: Path) -> Path:
     """The checkpoint of a ball's run that stands at frame 17."""
     run = begun()
     run.seek(FAR)
-    path = tmp_path / "run.states"
-    checkpoint.write(run.checkpoint(), path)
-    return path
+    checkpoint.write(run.checkpoint(), tmp_path / "run.states")
+    return tmp_path / "run.states"
+
+
+@pytest.fixture
+def found(kept: Path) -> Checkpoint:
+    """What was read of it."""
+    read = checkpoint.read(kept, "pftrack")
+    assert read is not None
+    return read
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
@@ -49,49 +56,28 @@ def test_a_run_goes_on_to_the_same_numbers(name: str, tmp_path: Path) -> None:
     assert again.estimates_sha256 == run.estimates_sha256
 
 
-def test_coming_back_repeats_no_step(kept: Path) -> None:
+def test_coming_back_repeats_no_step(found: Checkpoint) -> None:
     """The furthest frame of a checkpoint is reached without a step."""
     run = begun()
-    found = checkpoint.read(kept, "pftrack")
-    assert found is not None
     run.recall(found)
     assert [step.diagnostics.frame for step in run.seeking(FAR)] == [FAR]
 
 
 @pytest.mark.parametrize(
-    "other",
-    [
-        begun(seed=4),
-        begun("ball", "apf"),
-        begun("ball", None, Change(FAR, {"sample_count": 90})),
-    ],
+    "other", [begun(seed=4), begun("ball", "apf"), begun("ball", None, Change(FAR, {"sample_count": 90}))]
 )
-def test_another_run_does_not_take_it(kept: Path, other: Run) -> None:
+def test_another_run_does_not_take_it(found: Checkpoint, other: Run) -> None:
     """A checkpoint of another seed, tracker or past is left alone."""
-    found = checkpoint.read(kept, "pftrack")
-    assert found is not None
-    assert not other.recall(found)
-    assert other.computed == 0
+    assert (other.recall(found), other.computed) == (False, 0)
 
 
-def test_other_numbers_are_not_believed(kept: Path) -> None:
-    """A checkpoint from which one more step leads elsewhere than it says is left alone."""
-    found = checkpoint.read(kept, "pftrack")
-    states = dict(found.states)
-    states[16] = states[8]
-    run = begun()
-    assert not run.recall(checkpoint.Checkpoint(found.recipe, found.diagnostics, states))
-    assert run.computed == 0
-
-
-def test_a_run_that_has_not_moved_has_nothing_to_recall() -> None:
-    """A checkpoint of frame 0 alone, or of states without the furthest frame, is left alone."""
-    assert not begun().recall(begun().checkpoint())
-    far = begun()
-    far.seek(FAR)
-    whole = far.checkpoint()
-    cut = {frame: state for frame, state in whole.states.items() if frame < FAR}
-    assert not begun().recall(checkpoint.Checkpoint(whole.recipe, whole.diagnostics, cut))
+def test_what_leads_elsewhere_or_nowhere_is_not_believed(found: Checkpoint) -> None:
+    """A checkpoint with other numbers, without the furthest frame, or of frame 0 alone, is left alone."""
+    elsewhere = {**found.states, 16: found.states[8]}
+    cut = {frame: state for frame, state in found.states.items() if frame < FAR}
+    for wrong in (replace(found, states=elsewhere), replace(found, states=cut), begun().checkpoint()):
+        run = begun()
+        assert (run.recall(wrong), run.computed) == (False, 0)
 
 
 def test_a_damaged_file_is_none(kept: Path) -> None:

@@ -34,13 +34,16 @@ def on_clip(start: int, frames: int) -> Run:
 
 
 def test_runs_on_simulated_scenes_are_compared_frame_by_frame() -> None:
-    """They have the frames of the shortest in common."""
+    """They have the frames of the shortest in common; one has nothing beside it, and five are too many to look at."""
     found = align([sine(30), sine(20), sine(25)])
     assert (found.frames, found.firsts) == (20, (0, 0, 0))
+    for count in (0, 1, 5):
+        with pytest.raises(RefusedError, match=f"expected two to four runs to compare, got {count}"):
+            align([sine()] * count)
 
 
 def test_runs_on_one_recording_are_compared_picture_by_picture() -> None:
-    """A run that begins at picture 3 is beside frame 3 of one that begins at picture 0."""
+    """A run from picture 3 on is beside frame 3 of one from picture 0; without a common picture they are refused."""
     early, late = on_clip(0, 12), on_clip(3, 17)
     found = align([early, late])
     assert (found.frames, found.firsts) == (9, (3, 0))
@@ -49,19 +52,8 @@ def test_runs_on_one_recording_are_compared_picture_by_picture() -> None:
     assert [len(rows) for rows in compared.rows] == [9, 9]
     assert [rows[0].frame for rows in compared.rows] == [3, 0]
     assert [(it.name, it.values) for it in compared.settings] == [("start", ("0", "3"))]
-
-
-def test_runs_without_a_common_picture_are_refused() -> None:
-    """The sentence names the pictures of both."""
     with pytest.raises(RefusedError, match=r"no picture of the recording in common.* 0 to 4, 10 to 19; compare"):
         align([on_clip(0, 5), on_clip(10, 10)])
-
-
-@pytest.mark.parametrize("count", [0, 1, 5])
-def test_a_comparison_has_two_to_four_runs(count: int) -> None:
-    """One has nothing beside it, and five are too many to look at."""
-    with pytest.raises(RefusedError, match=f"expected two to four runs to compare, got {count}"):
-        align([sine()] * count)
 
 
 # ---------------------------------------------------------------- what differs
@@ -72,18 +64,17 @@ def test_only_what_differs_is_listed_in_words() -> None:
     one = sine(changes=(Change(0, {"sample_count": 100}),))
     other = sine(seed=5, changes=(Change(0, {"sample_count": 50}), Change(7, {"tracker": "kalman"})))
     found = {it.name: it.values for it in Comparison.of(one, other).settings}
-    titles = [SINE.trackers[name].title for name in ("condensation", "kalman")]
-    assert found == {
-        "tracker": (titles[0], f"{titles[0]}, {titles[1]} from frame 7 on"),
-        "seed": ("4", "5"),
-        "sample_count": ("100", "50"),
-    }
+    tracker = TITLES[0], f"{TITLES[0]}, {TITLES[1]} from frame 7 on"
+    assert found == {"tracker": tracker, "seed": ("4", "5"), "sample_count": ("100", "50")}
+
+
+TITLES = tuple(SINE.trackers[name].title for name in ("condensation", "kalman"))
 
 
 def test_what_changes_nothing_or_comes_later_is_no_difference() -> None:
     """A value set to what it was, and a change behind the frames that are compared, are not listed."""
-    default = SINE.simulate().parameters.sample_count  # type: ignore[attr-defined]
-    same = sine(changes=(Change(0, {"sample_count": default}), Change(5, {"sample_count": default})))
+    default = {"sample_count": SINE.simulate().parameters.sample_count}  # type: ignore[attr-defined]
+    same = sine(changes=(Change(0, default), Change(5, default)))
     later = sine(60, changes=(Change(45, {"sample_count": 50}),))
     assert Comparison.of(sine(), same, later).settings == ()
 
@@ -101,9 +92,8 @@ def test_parameters_of_other_experiments_are_listed_where_somebody_has_set_them(
 
 def test_runs_are_called_by_what_is_special_about_them() -> None:
     """By their trackers, or by a parameter with its title, or by a number where nothing is special."""
-    by_tracker = Comparison.of(sine(), sine(tracker="kalman"))
-    assert by_tracker.names == tuple(SINE.trackers[name].title for name in ("condensation", "kalman"))
-    assert Comparison.of(sine(), sine(seed=9)).names == ("Seed 4", "Seed 9")
+    for other, names in ((sine(tracker="kalman"), TITLES), (sine(seed=9), ("Seed 4", "Seed 9"))):
+        assert Comparison.of(sine(), other).names == names
     assert Comparison.of(sine(), sine()).names == ("Run (1)", "Run (2)")
     assert len(set(Comparison.of(*[sine(seed=seed) for seed in range(4)]).colours)) == 4
 
@@ -148,24 +138,27 @@ def test_what_is_not_known_is_left_out() -> None:
     assert told["frames"] == 40
 
 
-def test_success_is_compared_by_the_measure_that_decides() -> None:
+@pytest.fixture(scope="module", params=[{}])
+def poor(request: pytest.FixtureRequest) -> Comparison:
+    """Two trackers of few particles that lose the ball behind a wide pillar."""
+    values = (Change(0, {"sample_count": 100, "occlusion_width_px": 150, **request.param}),)
+    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=values) for name in ("h-spf", "condensation")]
+    return Comparison.of(*runs).finish()
+
+
+def test_success_is_compared_by_the_measure_that_decides(poor: Comparison) -> None:
     """A tracker that is lost for some frames keeps fewer of them."""
-    poor = (Change(0, {"sample_count": 100, "occlusion_width_px": 150}),)
-    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=poor) for name in ("h-spf", "condensation")]
-    compared = Comparison.of(*runs).finish()
-    kept = [1 - run.summary().verdict.lost_frames / run.frames for run in runs]  # type: ignore[operator]
-    assert [it.success_share for it in compared.outcomes] == pytest.approx(kept)
-    [share] = [it for it in compared.paired if it.name == "hit_rate"]
+    kept = [1 - run.summary().verdict.lost_frames / run.frames for run in poor.runs]  # type: ignore[operator]
+    assert [it.success_share for it in poor.outcomes] == pytest.approx(kept)
+    [share] = [it for it in poor.paired if it.name == "hit_rate"]
     assert share.mean == pytest.approx(kept[1] - kept[0])
 
 
-def test_the_first_loss_is_watched_from_before_it_was_hidden() -> None:
+@pytest.mark.parametrize("poor", [{"period_s": 4}], indirect=True)
+def test_the_first_loss_is_watched_from_before_it_was_hidden(poor: Comparison) -> None:
     """What led to it is seen, and a target that is followed well: both are lost 5 frames after frame 16."""
-    slow = (Change(0, {"sample_count": 100, "occlusion_width_px": 150, "period_s": 4}),)
-    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=slow) for name in ("h-spf", "condensation")]
-    compared = Comparison.of(*runs).finish()
-    assert [it.first_lost_frame for it in compared.outcomes] == [21, 21]
-    assert compared.before_loss == 6
+    assert [it.first_lost_frame for it in poor.outcomes] == [21, 21]
+    assert poor.before_loss == 6
 
 
 def test_computing_tells_how_far_it_is_and_does_nothing_twice() -> None:

@@ -5,11 +5,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pftrack.core.model.likelihood import Cloud
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
 from pftrack.experiments.prism.scene import NAMES
 from pftrack.runs.inspection import GENERATIONS, Inspection
 from pftrack.runs.run import Run
+from tests.making import whole_run
 
 BALL, PRISM = find("ball"), find("prism")
 
@@ -19,6 +21,13 @@ def steps() -> tuple[Run, list]:
     """Return a run of 45 frames and its steps."""
     run = Run(BALL, BALL.simulate(), tracker="h-spf", seed=3, frames=45)
     return run, list(run)
+
+
+def prism(tracker: str, frames: int) -> tuple[Run, list[Cloud]]:
+    """Return a finished run of the prism, and the particles of its frames."""
+    run = whole_run(PRISM, tracker=tracker, seed=3, frames=frames, values={"joint_sample_count": 500})
+    found = [PRISM.trackers[tracker].cloud(step.state) for step in run.replay(0, frames - 1)]
+    return run, [cloud for cloud in found if cloud is not None]
 
 
 def test_a_particle_is_followed_to_its_ancestors(steps: tuple[Run, list]) -> None:
@@ -41,9 +50,7 @@ def test_a_particle_is_followed_to_its_ancestors(steps: tuple[Run, list]) -> Non
 
 def test_joint_particles_are_weighed_by_their_likelihood() -> None:
     """A weight is the likelihood that is told, times the parent's weight where no parents were drawn."""
-    run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=8)
-    run.change({"joint_sample_count": 500})
-    clouds = [PRISM.trackers["rb-pf"].cloud(step.state) for step in run]
+    run, clouds = prism("rb-pf", 8)
     assert clouds[0].log_likelihoods is None
     for before, cloud in pairwise(clouds[1:]):
         prior = 0.0 if cloud.resampled else before.log_weights[cloud.ancestors]
@@ -98,8 +105,7 @@ def test_a_place_is_asked_with_the_values_in_force(steps: tuple[Run, list]) -> N
 
 def test_each_feature_has_a_genealogy_of_its_own() -> None:
     """Features that follow their own past descend from the particles of theirs alone, and were where these are."""
-    run = Run(PRISM, PRISM.simulate(), tracker="alpha-0", seed=3, frames=12)
-    clouds = [PRISM.trackers["alpha-0"].cloud(step.state) for step in run]
+    run, clouds = prism("alpha-0", 12)
     for before, cloud in pairwise(clouds):
         assert np.array_equal(cloud.states[:, 2:], before.states[cloud.ancestors, :2])
         assert np.array_equal(cloud.ancestors // 50, np.arange(400) // 50)
@@ -108,21 +114,17 @@ def test_each_feature_has_a_genealogy_of_its_own() -> None:
     own = found.particle
     assert (own.filter, own.number, own.count, own.sampler) == (NAMES[3], 20, 50, "the feature's own past")
     assert own.rank <= 50
-    assert len(own.ancestors) == 11
-    assert own.begins is None
+    assert (len(own.ancestors), own.begins) == (11, None)
     assert np.array_equal(own.path[1], clouds[-1].states[170, 2:])
     assert found.log_likelihood == clouds[-1].log_likelihoods[170]
     lineage = looked.genealogy(170)
-    assert lineage.places.shape == (12, 50)
-    assert looked.genealogy().places.shape == (12, 400)
+    assert (lineage.places.shape, looked.genealogy().places.shape) == ((12, 50), (12, 400))
     assert set(np.unique(lineage.places[0] // 50)) == {3}
 
 
 def test_particles_from_the_solid_have_no_parents() -> None:
     """Where all particles are drawn from the solid's pose each is the beginning of its line."""
-    run = Run(PRISM, PRISM.simulate(), tracker="alpha-1", seed=3, frames=5)
-    run.seek(4)
-    looked = Inspection(run)
+    looked = Inspection(prism("alpha-1", 5)[0])
     own = looked.at_particle(7).particle
     assert (own.sampler, own.ancestors, own.begins) == ("the solid's pose", (), 4)
     assert list(looked.genealogy().frames) == [4]
@@ -130,9 +132,8 @@ def test_particles_from_the_solid_have_no_parents() -> None:
 
 def test_frame_0_has_no_frame_before(steps: tuple[Run, list]) -> None:
     """At the beginning the estimate can be asked, particles have no ancestors, and the genealogy is one frame long."""
-    run, _ = steps
-    run.seek(0)
-    looked = Inspection(run)
+    steps[0].seek(0)
+    looked = Inspection(steps[0])
     assert looked.at_estimate().log_likelihood is not None
     assert looked.at_particle(1).particle.ancestors == ()
     assert list(looked.genealogy().frames) == [0]
@@ -140,13 +141,10 @@ def test_frame_0_has_no_frame_before(steps: tuple[Run, list]) -> None:
 
 def test_what_cannot_be_asked_is_refused(steps: tuple[Run, list]) -> None:
     """A particle that is not there and a tracker without a likelihood are refused by a sentence."""
-    run, _ = steps
-    run.seek(3)
     with pytest.raises(ParameterError, match="below 800"):
-        Inspection(run).at_particle(800)
+        Inspection(steps[0]).at_particle(800)
     sine = find("sine")
     signal = Inspection(Run(sine, sine.simulate(), tracker="kalman", frames=3))
     with pytest.raises(ParameterError, match="no likelihood of places"):
         signal.at_place(np.zeros(2))
-    assert signal.genealogy() is None
-    assert signal.map((10, 10)) is None
+    assert (signal.genealogy(), signal.map((10, 10))) == (None, None)

@@ -1,5 +1,6 @@
 """Where a target is lost: by the truth, by marks and the tracker's own account, and where to look."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 
@@ -15,6 +16,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Target
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import Loss, approach, loss_start, loss_words
 from pftrack.runs.loss_probability import columns_of, loss_probabilities, measure_loss_probability
 from pftrack.runs.many import outcomes
@@ -36,14 +38,13 @@ def film() -> tuple[list[NDArray[np.uint8]], list[Target]]:
     return [image for image, _ in shown if image is not None], [target for _, target in shown if target is not None]
 
 
-def on_clip(marked: tuple[int, ...] = (), tracker: str = "h-spf", frames: int = FRAMES) -> Run:
+def on_clip(marked: Iterable[int] = (), tracker: str = "h-spf", experiment: Experiment = BALL) -> Run:
     """Return a finished run on that clip, whose truth is known of some pictures."""
     pictures, targets = film()
     boxes = [(*(target.position - 5), 11.0, 11.0) for target in targets]
     truth = TruthTable({frame: boxes[frame] for frame in marked}) if marked else None
-    run = Run(
-        BALL, BALL.video.on_video(Pictures(pictures), Box.of(*boxes[0]), truth=truth), tracker=tracker, frames=frames
-    )
+    setup = experiment.video.on_video(Pictures(pictures), Box.of(*boxes[0]), truth=truth)
+    run = Run(experiment, setup, tracker=tracker, frames=FRAMES)
     run.finish()
     return run
 
@@ -70,7 +71,7 @@ def test_marks_have_the_word_in_their_frames_alone() -> None:
 
 def test_other_seeds_and_changes_are_judged_as_runs_that_are_opened() -> None:
     """What the runs of an ensemble and of what-if come to is what a branch with their settings says of itself."""
-    run = on_clip(marked=tuple(range(0, FRAMES, 3)))
+    run = on_clip(range(0, FRAMES, 3))
     *_, report = what_if(run, rounds=(1, 2))
     assert report.loss == find_loss(run)[0]
     known = [finding for finding in report.findings if finding.held]
@@ -89,18 +90,13 @@ def test_other_seeds_and_changes_are_judged_as_runs_that_are_opened() -> None:
 @pytest.mark.parametrize("experiment", ["ball", "histogram"])
 def test_on_a_recording_held_means_inside_the_true_box(experiment: str) -> None:
     """Loss, hit rate and the share that decides on success have one threshold, in single runs and in batches."""
-    pictures, targets = film()
-    found = find(experiment)
-    truth = TruthTable({frame: (*(target.position - 5), 11.0, 11.0) for frame, target in enumerate(targets)})
-    setup = found.video.on_video(Pictures(pictures), Box.of(*truth.boxes[0]), truth=truth)
-    run = Run(found, setup, tracker="condensation", frames=FRAMES)
-    run.finish()
+    run = on_clip(range(FRAMES), "condensation", find(experiment))
     inside = [np.abs(np.subtract(row.estimate, row.truth or ())).max() <= 5.5 for row in run.diagnostics]
     assert [not row.is_lost for row in run.diagnostics] == inside
     assert not all(inside)
     summary = run.summary()
     assert summary.hit_rate == summary.measures["inside_share"] == pytest.approx(np.mean(inside))
-    ((row,),) = outcomes(found, setup, values={}, trackers=["condensation"], seeds=[0], frames=FRAMES)
+    ((row,),) = outcomes(run.experiment, run.setup, values={}, trackers=["condensation"], seeds=[0], frames=FRAMES)
     assert (row.lost_frames, row.first_lost_frame) == (inside.count(False), inside.index(False))
 
 
@@ -125,39 +121,43 @@ def said(lost: list[bool], judged: int | None = None) -> Loss:
     return Loss(np.array(lost, np.bool_), tuple("truth" if frame < known else "" for frame in range(len(lost))))
 
 
+Spans = list[tuple[int, int]]
+
+
 def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:
     return [any(first <= frame <= last for first, last in spans) for frame in range(frames)]
+
+
+END = (60, 70)
 
 
 @pytest.mark.parametrize(
     ("lost", "hidden", "frame", "expected"),
     [
         ([], [], 50, None),
-        ([(60, 70)], [], 99, 50),
-        ([(60, 70)], [], 0, 50),
-        ([(60, 70), (80, 99)], [], 79, 50),
-        ([(60, 70), (80, 99)], [], 80, 73),
+        ([END], [], 99, 50),
+        ([END], [], 0, 50),
+        ([END, (80, 99)], [], 79, 50),
+        ([END, (80, 99)], [], 80, 73),
         ([(4, 9)], [], 50, 2),
         ([(8, 9)], [], 50, 2),
         ([(13, 20)], [], 50, 3),
         ([(2, 9)], [], 50, 1),
         ([(0, 9)], [], 50, 0),
-        ([(60, 70)], [(40, 55)], 99, 30),
-        ([(60, 70)], [(10, 15)], 99, 50),
-        ([(60, 70)], [(10, 15), (58, 90)], 99, 48),
-        ([(60, 70)], [(61, 65)], 99, 50),
-        ([(60, 70)], [(5, 25)], 99, 2),
-        ([(60, 70)], [(50, 50), (54, 90)], 99, 44),
-        ([(60, 70)], [(0, 55)], 99, 58),
-        ([(60, 70), (75, 99)], [], 99, 73),
-        ([(60, 70), (73, 99)], [], 99, 50),
+        ([END], [(40, 55)], 99, 30),
+        ([END], [(10, 15)], 99, 50),
+        ([END], [(10, 15), (58, 90)], 99, 48),
+        ([END], [(61, 65)], 99, 50),
+        ([END], [(5, 25)], 99, 2),
+        ([END], [(50, 50), (54, 90)], 99, 44),
+        ([END], [(0, 55)], 99, 58),
+        ([END, (75, 99)], [], 99, 73),
+        ([END, (73, 99)], [], 99, 50),
         ([(60, 62), (64, 66), (68, 99)], [], 99, 50),
-        ([(20, 40), (60, 70)], [(45, 55)], 99, 43),
+        ([(20, 40), END], [(45, 55)], 99, 43),
     ],
 )
-def test_the_approach_to_a_loss(
-    lost: list[tuple[int, int]], hidden: list[tuple[int, int]], frame: int, expected: int | None
-) -> None:
+def test_the_approach_to_a_loss(lost: Spans, hidden: Spans, frame: int, expected: int | None) -> None:
     """It leads to a frame with the target held for three: ten before the last loss, or before what hid it, or later."""
     assert said(flags(*lost)).approach(flags(*hidden), frame) == expected
 
@@ -195,25 +195,22 @@ def test_a_loss_goes_on_until_the_target_is_not_lost() -> None:
         ([], None, None),
     ],
 )
-def test_the_loss_to_ask_about_is_the_first_that_lasts(
-    lost: list[bool], first: int | None, lasting: int | None
-) -> None:
+def test_the_loss_to_ask_about_is_the_first_that_lasts(lost: list[bool], first: object, lasting: object) -> None:
     """Five frames or to the end is lasting; failing that it is the first, and without a loss none."""
     assert (said(lost).first_lost_frame, said(lost).lasting) == (first, lasting)
 
 
 def test_losses_are_spans_of_frames() -> None:
     """Each has its first and its last frame; of a frame in one the loss begins with the first."""
-    assert said([True, False, True, True]).spans == [(0, 0), (2, 3)]
-    assert [said([True, False, True, True]).begin(frame) for frame in range(4)] == [0, 1, 2, 2]
-    assert said([]).spans == []
+    two = said([True, False, True, True])
+    assert (two.spans, said([]).spans) == ([(0, 0), (2, 3)], [])
+    assert [two.begin(frame) for frame in range(4)] == [0, 1, 2, 2]
 
 
 def test_a_target_is_held_at_the_end_if_it_is_lost_in_none_of_the_last_judged_frames() -> None:
     """Ten frames that somebody judges decide; where nobody judges any, nothing is known of the run."""
-    assert said(flags((80, 89))).held_at_end is True
-    assert said(flags((80, 90))).held_at_end is False
-    assert said(flags((50, 55), frames=100), judged=60).held_at_end is False
+    for span, judged, held in (((80, 89), None, True), ((80, 90), None, False), ((50, 55), 60, False)):
+        assert said(flags(span), judged).held_at_end is held
     nobody = said(flags(), judged=0)
     assert (nobody.held_at_end, nobody.lost_frames, nobody.witness) == (None, None, "")
 

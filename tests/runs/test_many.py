@@ -21,6 +21,7 @@ from tests.making import whole_run
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
 BALL = find("ball")
+Rows = list[list[many.Outcome]]
 
 
 class Silent:
@@ -37,6 +38,13 @@ class Silent:
 
 def live(tracker: str, seed: int, values: Mapping[str, Value], frames: int = 60) -> Run:
     return whole_run(BALL, tracker=tracker, seed=seed, frames=frames, values=values)
+
+
+def batch(trackers: list[str], seeds: list[int], frames: int, ball: Experiment = BALL, **more: Any) -> Rows:
+    """Return the outcomes of runs of the ball, without the times that their steps took."""
+    given = {"values": CONDITION, "trackers": trackers, "seeds": seeds, "frames": frames, **more}
+    rows = many.outcomes(ball, ball.simulate(), **given)
+    return [[replace(outcome, step_ms=0.0) for outcome in row] for row in rows]
 
 
 @pytest.mark.parametrize(
@@ -73,49 +81,29 @@ def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value],
 
 def test_a_batch_is_asked_how_probable_a_loss_is() -> None:
     """It is the mean of the live run's probabilities, of trackers that can tell, and nothing else changes for it."""
-
-    def carry_out(experiment: Experiment, trackers: list[str], *, asked: bool) -> list[many.Outcome]:
-        (row,) = many.outcomes(
-            experiment,
-            experiment.simulate(),
-            values=CONDITION,
-            trackers=trackers,
-            seeds=[3],
-            frames=40,
-            loss_probability=asked,
-        )
-        return [replace(outcome, step_ms=0.0) for outcome in row]
-
     told = [loss_probabilities(live(name, 3, CONDITION, 40)) for name in ("h-spf", "kalman")]
-    silent = carry_out(BALL, ["h-spf", "kalman"], asked=False)
-    for plain, asked, values in zip(silent, carry_out(BALL, ["h-spf", "kalman"], asked=True), told, strict=True):
+    (silent,) = batch(["h-spf", "kalman"], [3], 40)
+    (every,) = batch(["h-spf", "kalman"], [3], 40, loss_probability=True)
+    for plain, asked, values in zip(silent, every, told, strict=True):
         assert asked.measures == {**plain.measures, "mean_loss_probability": pytest.approx(np.nanmean(values))}
         assert replace(asked, measures=plain.measures) == plain
     unable = replace(BALL, quality=replace(BALL.quality, loss_probability=NOTHING_DECLARED))
-    assert carry_out(unable, ["h-spf"], asked=True) == silent[:1]
+    assert batch(["h-spf"], [3], 40, unable, loss_probability=True) == [silent[:1]]
 
 
 def test_blocks_of_pictures_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run too long for memory is taken in several blocks, to the same numbers."""
-
-    def outcomes() -> list[list[many.Outcome]]:
-        rows = many.outcomes(
-            BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf", "s-spf"], seeds=[1, 2], frames=40
-        )
-        return [[replace(outcome, step_ms=0.0) for outcome in row] for row in rows]
-
-    whole = outcomes()
+    whole = batch(["h-spf", "s-spf"], [1, 2], 40)
     for held in (1, 7):
         monkeypatch.setattr(many, "BLOCK_BYTES", held * 320 * 240 * 3)
-        assert outcomes() == whole
+        assert batch(["h-spf", "s-spf"], [1, 2], 40) == whole
 
 
 @pytest.mark.parametrize("frames", [1, 2])
 def test_the_shortest_runs_are_judged_too(frames: int) -> None:
     """A run of one or two frames has an outcome."""
-    [[outcome]] = many.outcomes(BALL, BALL.simulate(), values=CONDITION, trackers=["h-spf"], seeds=[0], frames=frames)
-    assert outcome.labelled_frames == frames
-    assert outcome.success is True
+    [[outcome]] = batch(["h-spf"], [0], frames)
+    assert (outcome.labelled_frames, outcome.success) == (frames, True)
 
 
 def test_a_short_recording_ends_earlier_for_every_tracker() -> None:
@@ -148,7 +136,7 @@ def test_an_estimate_that_is_none_is_no_success() -> None:
     found = []
     for changed in (replace(tracker, step=lost_for_words, fold=None), replace(tracker, fold=fold)):
         ball = replace(BALL, trackers={"condensation": changed}, quality=Quality(Calibration()))
-        ((outcome,),) = many.outcomes(ball, ball.simulate(), values={}, trackers=["condensation"], seeds=[1], frames=8)
+        ((outcome,),) = batch(["condensation"], [1], 8, ball, values={})
         assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (8, 4, 4)
         assert (outcome.success, outcome.mean_error) == (False, None)
         assert outcome.measures["frames_to_failure"] == 4
@@ -159,8 +147,8 @@ def test_an_estimate_that_is_none_is_no_success() -> None:
 def test_what_is_missed_by_the_target_is_judged_alike_in_a_batch() -> None:
     """A fold knows places alone: an experiment with its own notion of a miss has its runs made one by one."""
     ball = replace(BALL, judge=replace(BALL.judge, missed=lambda _state, _target: True))
-    trackers = [name for name, tracker in ball.trackers.items() if tracker.fold is not None][:1]
-    ((outcome,),) = many.outcomes(ball, ball.simulate(), values={}, trackers=trackers, seeds=[1], frames=4)
+    assert ball.trackers["h-spf"].fold is not None
+    ((outcome,),) = batch(["h-spf"], [1], 4, ball, values={})
     assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (4, 4, 0)
 
 
@@ -183,11 +171,8 @@ def test_runs_side_by_side_are_live_runs_and_end_where_they_are_told_to() -> Non
     setup = replace(hand_made, open_source=open_source, parameters=parameters)
     cases = [("h-spf", 3), ("kalman", 3), ("h-spf", 4)]
     runs = list(many.side_by_side(BALL, setup, cases, frames=20, watch=watch))
-    assert [(run.tracker, run.seed, run.computed) for run in runs] == [
-        ("h-spf", 3, 19),
-        ("kalman", 3, 19),
-        ("h-spf", 4, 7),
-    ]
+    ends = [(*case, end) for case, end in zip(cases, (19, 19, 7), strict=True)]
+    assert [(run.tracker, run.seed, run.computed) for run in runs] == ends
     for run in runs:
         alone = live(run.tracker, run.seed, CONDITION, run.computed + 1)
         assert run.estimates_sha256 == alone.estimates_sha256
@@ -200,9 +185,7 @@ def test_a_batch_has_the_measures_that_were_asked_for() -> None:
     counted = np.arange(30) >= 20
     late = Measure("late_error", "Late", "Mean error.", "median", lambda run: np.where(counted, run.errors, np.nan))
     trackers = ["h-spf", "kalman"]
-    (row,) = many.outcomes(
-        BALL, BALL.simulate(), values=CONDITION, trackers=trackers, seeds=[3], frames=30, measures=[late]
-    )
+    (row,) = batch(trackers, [3], 30, measures=[late])
     for tracker, outcome in zip(trackers, row, strict=True):
         errors = [step.error or 0.0 for step in live(tracker, 3, CONDITION, 30).diagnostics[20:]]
         assert outcome.measures["late_error"] == pytest.approx(np.median(errors))

@@ -18,8 +18,10 @@ from pftrack.runs.run import Run
 FRAMES = 16
 
 
-def run_at(experiment: str, frame: int, **more: Any) -> Run:
-    run = make(Recipe(experiment=experiment, frames=FRAMES, seed=3, **more))
+def run_at(experiment: str, frame: int, tracker: str | None = None, **values: Any) -> Run:
+    """Return a run that stands in a frame, with values from frame 0 on."""
+    timeline = ({"frame": 0, "values": values},) if values else ()
+    run = make(Recipe(experiment=experiment, frames=FRAMES, seed=3, tracker=tracker, timeline=timeline))
     run.seek(frame)
     return run
 
@@ -100,15 +102,16 @@ def test_refuses_where_nothing_moves() -> None:
         kalman.change({"move": {"particle": 0, "place": (1, 2)}})
     kalman.change({"move": {"place": (1, 2)}})
     with pytest.raises(RefusedError, match="move must be made before frame 1 or later"):
-        run_at("ball", 0, timeline=({"frame": 0, "values": {"move": {"place": (1, 2)}}},))
+        run_at("ball", 0, move={"place": (1, 2)})
     recorded = find("structure")
+    timeline = ({"frame": 1, "values": {"move": {"place": (1, 2)}}},)
     with pytest.raises(RefusedError, match=f"move must be left out: {recorded.title} has nothing"):
-        run_at("structure", 0, timeline=({"frame": 1, "values": {"move": {"place": (1, 2)}}},))
+        make(Recipe(experiment="structure", frames=FRAMES, timeline=timeline))
 
 
 def test_what_is_dragged_in_a_drawing_lands_within_its_bounds() -> None:
     """A place of the drawing is the value that it shows, of the first copy alone, and clipped; others are refused."""
-    ball, sine = run_at("ball", 6), run_at("sine", 6, timeline=({"frame": 0, "values": {"dimension": 2}},))
+    ball, sine = run_at("ball", 6), run_at("sine", 6, dimension=2)
     assert ball.landing(6, 3, (-50, 100))["move"].words == "Particle 3 moved to (0, 100)"
     signal = sine.landing(6, 3, (44.0, 200.0))["move"]
     assert signal.place == (0.0, sine.current.state.particles.states[3, 1])

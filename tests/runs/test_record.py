@@ -34,9 +34,23 @@ BALL = find("ball")
 CHANGES = (Change(0, {"sample_count": 150}), Change(12, {"occlusion_width_px": 80, "tracker": "s-spf"}))
 
 
-@pytest.fixture
-def run() -> Run:
+@pytest.fixture(scope="module")
+def whole() -> Run:
     return whole_run(BALL, seed=9, frames=30, timeline=CHANGES)
+
+
+@pytest.fixture
+def run(whole: Run) -> Run:
+    """The run at its end, from which a test may seek."""
+    whole.seek(whole.computed)
+    return whole
+
+
+@pytest.fixture
+def path(run: Run, tmp_path: Path) -> Path:
+    """Its file."""
+    save(run, tmp_path / "a.pft")
+    return tmp_path / "a.pft"
 
 
 def _rewritten(path: Path, **changes: object) -> Path:
@@ -49,42 +63,38 @@ def _rewritten(path: Path, **changes: object) -> Path:
     return path
 
 
-def test_a_saved_run_keeps_the_defaults_that_it_had(run: Run, tmp_path: Path) -> None:
+def test_a_saved_run_keeps_the_defaults_that_it_had(run: Run, path: Path, tmp_path: Path) -> None:
     """Where a default was another one when the run was saved, it counts; what was chosen counts more."""
-    save(run, tmp_path / "a.pft")
-    defaults = read(tmp_path / "a.pft").recipe.defaults
-    assert defaults["gamma_px"] == run.parameters_at(0).gamma_px
+    defaults, today = read(path).recipe.defaults, run.parameters_at(0)
+    assert defaults["gamma_px"] == today.gamma_px
     assert "sample_count" not in defaults
-    assert load(tmp_path / "a.pft").timeline == run.timeline
+    assert load(path).timeline == run.timeline
     older = {**defaults, "gamma_px": 7.5, "sample_count": 9, "given_up": 3}
-    again = load(_rewritten(tmp_path / "a.pft", defaults=older))
+    again = load(_rewritten(path, defaults=older))
     first = again.parameters_at(0)
-    assert (first.gamma_px, first.sample_count, first.ball_radius_px) == (7.5, 150, run.parameters_at(0).ball_radius_px)
+    assert (first.gamma_px, first.sample_count, first.ball_radius_px) == (7.5, 150, today.ball_radius_px)
     assert again.recipe.timeline[0].values == {"gamma_px": 7.5, "sample_count": 150}
     assert again.parameters_at(12).gamma_px == 7.5
-    bare = Run(BALL, BALL.simulate(), seed=9, frames=30, timeline=CHANGES[1:])
-    save(bare, tmp_path / "b.pft")
+    save(Run(BALL, BALL.simulate(), seed=9, frames=30, timeline=CHANGES[1:]), tmp_path / "b.pft")
     assert load(_rewritten(tmp_path / "b.pft", defaults={"gamma_px": 7.5})).parameters_at(0).gamma_px == 7.5
 
 
 @pytest.mark.parametrize("computed", [0, -3, "many"])
-def test_a_run_has_a_frame(run: Run, tmp_path: Path, computed: object) -> None:
+def test_a_run_has_a_frame(path: Path, computed: object) -> None:
     """One that says that less was computed, or nothing, could be kept and never opened."""
-    save(run, tmp_path / "a.pft")
     with pytest.raises(RefusedError, match="computed is missing or wrong"):
-        read(_rewritten(tmp_path / "a.pft", computed=computed))
+        read(_rewritten(path, computed=computed))
 
 
-def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
-    """The file holds every frame's numbers and, on request, every frame's particles."""
+def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file holds every frame's numbers and, on request, every frame's particles, and takes no time from a clock."""
+    monkeypatch.setattr("time.time", lambda: 0.0)  # before 1980, which an archive could not hold
     run.seek(4)
     save(run, tmp_path / "a.pft", states=True)
     with zipfile.ZipFile(tmp_path / "a.pft") as archive:
-        with archive.open("diagnostics.npz") as file:
-            columns = dict(np.load(file))
-        with archive.open("states.npz") as file:
-            states = dict(np.load(file))
+        columns, states = (dict(np.load(archive.open(f"{name}.npz"))) for name in ("diagnostics", "states"))
         assert archive.getinfo("states.npz").compress_type == zipfile.ZIP_STORED  # compressed within, and only there
+        assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
     assert columns["estimate"].tolist() == [list(row.estimate) for row in run.diagnostics]
     assert columns["series_samples"].tolist() == [list(row.vector("samples") or ()) for row in run.diagnostics]
     assert np.array_equal(states["states_20"], run.seek(20).state.particles.states)
@@ -104,22 +114,11 @@ def test_a_run_is_a_dataset(run: Run) -> None:
     """With titles and units, and the particles if wanted, for which xarray has to be there."""
     pytest.importorskip("xarray", reason="xarray is an extra")
     made = run.to_xarray(particles=True)
-    assert made["estimate_0"].attrs["units"] == "px"
-    assert made["cloud"].dims == ("frame", "particle", "component")
+    assert (made["estimate_0"].attrs["units"], made["cloud"].dims) == ("px", ("frame", "particle", "component"))
 
 
-def test_the_clock_may_be_before_1980(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file takes no time from the clock, which an archive could not hold."""
-    monkeypatch.setattr("time.time", lambda: 0.0)
-    save(run, tmp_path / "a.pft", states=True)
-    with zipfile.ZipFile(tmp_path / "a.pft") as archive:
-        assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
-
-
-def test_saving_replaces_whole_files_only(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_saving_replaces_whole_files_only(run: Run, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """When writing fails, what was there before is still there, and nothing else."""
-    path = tmp_path / "a.pft"
-    save(run, path)
     before = path.read_bytes()
 
     def fail(*_: object) -> None:
@@ -129,40 +128,30 @@ def test_saving_replaces_whole_files_only(run: Run, tmp_path: Path, monkeypatch:
     with pytest.raises(OSError, match="No space"):
         save(run, path)
     assert path.read_bytes() == before
-    assert [file.name for file in tmp_path.iterdir()] == ["a.pft"]
+    assert list(path.parent.iterdir()) == [path]
 
 
-def test_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
+def test_foreign_files_are_refused(path: Path, tmp_path: Path) -> None:
     """A file that is missing, foreign, cut short or of a later format is refused with one sentence."""
-    good = tmp_path / "good.pft"
-    save(run, good)
-    cut = tmp_path / "cut.pft"
-    cut.write_bytes(good.read_bytes()[:400])
-    text = tmp_path / "text.pft"
-    text.write_text("hello")
-    foreign = tmp_path / "foreign.pft"
+    foreign = io.BytesIO()
     with zipfile.ZipFile(foreign, "w") as archive:
         archive.writestr("other.json", "{}")
-    for path, word in (
-        (tmp_path / "missing.pft", "does not exist"),
-        (cut, "cut short"),
-        (text, "not a saved run"),
-        (foreign, "not a saved run"),
-    ):
+    with pytest.raises(RefusedError, match="does not exist"):
+        load(tmp_path / "missing.pft")
+    cut = path.read_bytes()[:400]
+    for content, word in ((cut, "cut short"), (b"hello", "not a saved run"), (foreign.getvalue(), "not a saved run")):
+        path.write_bytes(content)
         with pytest.raises(RefusedError, match=word):
             load(path)
 
 
 @pytest.mark.parametrize("member", ["run.json", "diagnostics.npz"])
-def test_a_damaged_archive_is_told_from_a_whole_one(run: Run, tmp_path: Path, member: str) -> None:
+def test_a_damaged_archive_is_told_from_a_whole_one(path: Path, member: str) -> None:
     """Bytes that do not unpack any more make a description unreadable; without the numbers a run is still a run."""
-    path = tmp_path / "a.pft"
-    save(run, path)
     with zipfile.ZipFile(path) as archive:
         start = archive.getinfo(member).header_offset + 30 + len(member)
-    data = bytearray(path.read_bytes())
-    data[start : start + 40] = bytes([0xFF]) * 40
-    path.write_bytes(data)
+    data = path.read_bytes()
+    path.write_bytes(data[:start] + bytes([0xFF]) * 40 + data[start + 40 :])
     if member == "run.json":
         with pytest.raises(RefusedError, match=r"a\.pft is not a saved run, or was cut short"):
             read(path)
@@ -171,22 +160,19 @@ def test_a_damaged_archive_is_told_from_a_whole_one(run: Run, tmp_path: Path, me
         assert read_saved(path).estimates is None
 
 
-def test_numbers_that_unpack_to_too_much_are_left_out(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A small archive in the archive may hold a thousand times as much; its run can be computed again all the same."""
+def test_what_unpacks_to_too_much_is_not_read(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A small archive may hold a thousand times as much; a run without numbers can be computed again all the same."""
     monkeypatch.setattr(record, "LARGEST_DIAGNOSTICS_BYTES", 20_000)
-    path, packed = tmp_path / "a.pft", io.BytesIO()
-    save(run, path)
+    packed = io.BytesIO()
     assert read_saved(path).estimates is not None
     np.savez_compressed(packed, estimate=np.zeros((10_000, 2)))
     assert len(packed.getvalue()) < 20_000
-    with zipfile.ZipFile(path) as archive:
-        description = archive.read("run.json")
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("run.json", description)
+    with zipfile.ZipFile(_rewritten(path), "a") as archive:
         archive.writestr("diagnostics.npz", packed.getvalue())
     assert read_saved(path).estimates is None
+    monkeypatch.setattr(record, "LARGEST_RECORD_BYTES", 10)
+    with pytest.raises(RefusedError, match=r"a\.pft is not a saved run: its description is larger"):
+        read(path)
 
 
 @pytest.mark.parametrize(
@@ -204,11 +190,10 @@ def test_numbers_that_unpack_to_too_much_are_left_out(
         ({"footage": {"reference": "clip.mp4"}}, "footage"),
     ],
 )
-def test_wrong_descriptions_are_refused(run: Run, tmp_path: Path, changes: dict[str, object], word: str) -> None:
+def test_wrong_descriptions_are_refused(path: Path, changes: dict[str, object], word: str) -> None:
     """A description that does not fit is refused with what does not fit."""
-    save(run, tmp_path / "a.pft")
     with pytest.raises(RefusedError, match=word):
-        load(_rewritten(tmp_path / "a.pft", **changes))
+        load(_rewritten(path, **changes))
 
 
 @pytest.mark.parametrize("row", [[1, 2, float("nan"), 4], [1, 2, 1e300, 4], [1, 2, 3], [1, 2, 0, 4]])
@@ -223,47 +208,25 @@ def test_a_truth_that_no_file_could_give_is_refused(tmp_path: Path, row: list[fl
         load(path, open_sequence=lambda _: Pictures(pictures(2, width=160)))
 
 
-@pytest.fixture
-def oblong(tmp_path: Path) -> Path:
-    """A clip of a red disc whose stored pixels are twice as wide as high."""
+def test_a_run_on_oblong_pixels_says_that_they_were_made_square(tmp_path: Path) -> None:
+    """A run of today is made again on square ones, also where the recording was indexed by an earlier version."""
     shown = []
     rows, columns = np.mgrid[0:90, 0:80]
     for number in range(8):
-        picture = np.full((90, 80, 3), 180, np.uint8)
-        picture[((columns - 30 - number) * 2) ** 2 + (rows - 45) ** 2 <= 144] = (208, 32, 32)
-        shown.append(picture)
+        shown.append(np.full((90, 80, 3), 180, np.uint8))  # a red disc in pixels that are twice as wide as high
+        shown[-1][((columns - 30 - number) * 2) ** 2 + (rows - 45) ** 2 <= 144] = (208, 32, 32)
     lossless = {"qp": "0", "x264-params": "sar=2/1"}
-    return film(tmp_path / "oblong.mkv", shown, "libx264rgb", "rgb24", codec_options=lossless)
-
-
-def tracked(clip: Path, mark: Box, *, square: bool | None = None) -> Run:
-    made = Run(BALL, BALL.video.on_video(open_sequence(clip, square=square), mark), seed=2)
-    made.finish()
-    return made
-
-
-def test_a_run_on_oblong_pixels_says_that_they_were_made_square(oblong: Path, tmp_path: Path) -> None:
-    """A run of today is made again on square ones, also where the recording was indexed by an earlier version."""
-    today = tracked(oblong, Box(x=48, y=33, width=24, height=24))
+    clip = film(tmp_path / "oblong.mkv", shown, "libx264rgb", "rgb24", codec_options=lossless)
+    today = Run(BALL, BALL.video.on_video(open_sequence(clip), Box(x=48, y=33, width=24, height=24)), seed=2)
+    today.finish()
     save(today, tmp_path / "today.pft")
     assert read(tmp_path / "today.pft").recipe.footage.square is True
-    stored = open_sequence(oblong, square=False).index
-    again = load(
-        tmp_path / "today.pft",
-        open_sequence=lambda footage: open_sequence(oblong, index=stored, square=footage.square),
-    )
+    stored = open_sequence(clip, square=False).index
+    again = load(tmp_path / "today.pft", open_sequence=lambda it: open_sequence(clip, index=stored, square=it.square))
     assert again.source.size == (160, 90)
     again.finish()
     assert again.estimates_sha256 == today.estimates_sha256
     assert today.diagnostics[-1].estimate[0] == pytest.approx(74, abs=3)
-
-
-def test_a_large_description_is_not_read(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A small archive may hold a thousand times as much."""
-    save(run, tmp_path / "a.pft")
-    monkeypatch.setattr(record, "LARGEST_RECORD_BYTES", 10)
-    with pytest.raises(RefusedError, match=r"a\.pft is not a saved run: its description is larger"):
-        read(tmp_path / "a.pft")
 
 
 # Runs that were saved long ago: computed again from their recipes, they come to the same bits.
@@ -311,19 +274,8 @@ def test_numbers_that_are_constants_now_open(experiment: str, former: Mapping[st
 
 TEXT = "def should_resample(log_weights):\n    return True\n"
 
-NO_HASHES = [
-    f"sha256:{said}"
-    for said in (
-        "",
-        "../../../Downloads/evil",
-        "A" * 64,
-        "a" * 63,
-        "a" * 65,
-        "a" * 64 + "\n",
-        "/" + "a" * 63,
-        "a" * 9000,
-    )
-]
+WRONG = ("", "../../../Downloads/evil", "A" * 64, "a" * 63, "a" * 65, "a" * 64 + "\n", "/" + "a" * 63, "a" * 9000)
+NO_HASHES = [f"sha256:{said}" for said in WRONG]
 
 FULL = Recipe(
     experiment="ball",
@@ -381,10 +333,10 @@ def test_it_is_whole_wherever_a_run_is_kept(tmp_path: Path) -> None:
 
 def test_a_person_may_leave_out_all_but_the_experiment() -> None:
     """The defaults are those of a run without options, and the short form has none of them."""
-    recipe = Recipe.read({"experiment": "sine"})
+    recipe, sine = Recipe.read({"experiment": "sine"}), find("sine")
     assert recipe.as_dict() == {"experiment": "sine"}
     made = make(recipe)
-    assert (made.tracker, made.seed, made.frames) == (find("sine").default_tracker, 0, find("sine").frames)
+    assert (made.tracker, made.seed, made.frames) == (sine.default_tracker, 0, sine.frames)
 
 
 @pytest.mark.parametrize(
