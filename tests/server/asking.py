@@ -1,8 +1,13 @@
 """What tests ask of a session."""
 
+import os
+import signal
 from typing import Any
 
 import httpx
+
+from tests.server.host import Server
+from tests.waiting import wait_for
 
 
 def get(client: httpx.Client, session: str) -> dict[str, Any]:
@@ -17,3 +22,20 @@ def timeline_of(session: dict[str, Any]) -> list[dict[str, Any]]:
 def columns(client: httpx.Client, session: str, branch: str | None = None) -> dict[str, list[Any]]:
     query = {"branch": branch} if branch else {}
     return client.get(f"/api/v1/sessions/{session}/diagnostics", params=query).json()["columns"]
+
+
+def diagnostics(client: httpx.Client, session: str) -> dict[str, list[Any]]:
+    """Return all columns but the time that a step took, which is the only thing that is not the same each time."""
+    return {name: column for name, column in columns(client, session).items() if name != "step_ms"}
+
+
+def kill(server: Server, client: httpx.Client, session: str) -> None:
+    """Kill a session's worker, and wait until the session knows."""
+    os.kill(server.pid_of(session), signal.SIGKILL)
+    wait_for(lambda: get(client, session)["state"] == "crashed")
+
+
+def resume(client: httpx.Client, session: str) -> dict[str, Any]:
+    answer = client.post(f"/api/v1/sessions/{session}/resume")
+    assert answer.status_code == 200, answer.text
+    return answer.json()

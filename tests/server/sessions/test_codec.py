@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from pftrack_server.sessions.worker.codec import DrawingEncoder
 from tests.server.drawings import decode, messages_of
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
-extent = st.floats(0, 1e3)
+extent, share = st.floats(0, 1e3), st.floats(0, 1)
 byte = st.integers(0, 255)
 colour = st.tuples(byte, byte, byte)
 layer = st.text(max_size=20)
@@ -29,82 +30,54 @@ def floats(*shape: int) -> st.SearchStrategy[Any]:
 
 def placed(rows: int) -> st.SearchStrategy[model.Primitive]:
     """All primitives whose number of points may vary, with so many."""
+    places, colours = floats(rows, 3), arrays(np.uint8, (rows, 3))
     faces = arrays(np.int32, (rows, 3), elements=st.integers(0, max(rows - 1, 0)))
+    opacity = share | arrays(np.float32, rows, elements=st.floats(0, 1, width=32))
     return st.one_of(
-        st.builds(model.Points, floats(rows, 3), arrays(np.uint8, (rows, 3)), extent, layer),
-        st.builds(model.Polyline, floats(rows, 3), colour, extent, layer),
+        st.builds(model.Points, places, colours, extent, layer),
+        st.builds(model.Polyline, places, colour, extent, layer),
         *(st.builds(kind, floats(rows, 2, 3), colour, extent, layer) for kind in (model.Links, model.Arrows)),
-        st.builds(
-            model.Ellipsoids,
-            floats(rows, 3),
-            floats(rows, 3, 3),
-            arrays(np.uint8, (rows, 3)),
-            st.floats(0, 1),
-            layer,
-            extent,
-        ),
-        st.builds(
-            model.Mesh,
-            floats(rows, 3),
-            faces,
-            colour | arrays(np.uint8, (rows, 3)),
-            st.floats(0, 1) | arrays(np.float32, rows, elements=st.floats(0, 1, width=32)),
-            layer,
-        ),
+        st.builds(model.Ellipsoids, places, floats(rows, 3, 3), colours, share, layer, extent),
+        st.builds(model.Mesh, places, faces, colour | colours, opacity, layer),
     )
 
 
+anchor = st.sampled_from(["start", "middle", "end"])
 single = st.one_of(
     st.builds(model.Ellipse, floats(3), floats(2, 2), colour, extent, layer, st.booleans()),
     st.builds(model.Axes, floats(3), floats(3, 3), extent, colour, extent, layer),
-    st.builds(
-        model.Text,
-        floats(3),
-        st.text(max_size=20),
-        colour,
-        layer,
-        st.sampled_from(["start", "middle", "end"]),
-        st.text(max_size=30),
-        st.none() | floats(3),
-    ),
+    st.builds(model.Text, floats(3), layer, colour, layer, anchor, st.text(max_size=30), st.none() | floats(3)),
     st.builds(model.Frustum, floats(3), floats(4, 3), colour, extent, layer),
 )
 anywhere = st.one_of(single, st.integers(0, 40).flatmap(placed))
 number = st.floats(-1e3, 1e3)
-worlds = st.builds(
-    model.World,
-    *(st.text(max_size=10) for _ in range(3)),
-    st.floats(1e-3, 1e6),
-    st.tuples(number, number, number),
-    viewpoints=st.lists(
-        st.builds(model.Viewpoint, st.text(), st.text(), number, st.floats(-90, 90)),
-        min_size=1,
-        max_size=4,
-        unique_by=lambda viewpoint: viewpoint.name,
-    ).map(tuple),
-)
+viewpoint = st.builds(model.Viewpoint, st.text(), st.text(), number, st.floats(-90, 90))
+viewpoints = st.lists(viewpoint, min_size=1, max_size=4, unique_by=lambda viewpoint: viewpoint.name).map(tuple)
+name, scale = st.text(max_size=10), st.floats(1e-3, 1e6)
+middle = st.tuples(number, number, number)
+world = st.builds(model.World, name, name, name, scale, middle, viewpoints=viewpoints)
 in_world = anywhere.filter(lambda item: not isinstance(item, model.Ellipse | model.Frustum))
+worlds = st.lists(st.builds(model.WorldDrawing, world, st.dictionaries(name, in_world, max_size=4)), max_size=2)
 drawings = st.builds(
     model.Drawing,
     st.integers(1, 4000),
     st.integers(1, 4000),
-    st.dictionaries(st.text(max_size=10), anywhere, max_size=8),
+    st.dictionaries(name, anywhere, max_size=8),
     st.text(max_size=60),
-    st.lists(
-        st.builds(model.WorldDrawing, worlds, st.dictionaries(st.text(max_size=10), in_world, max_size=4)), max_size=2
-    ).map(tuple),
+    worlds.map(tuple),
 )
 
 
-def assert_same(first: model.Primitive, second: model.Primitive) -> None:
-    assert type(first) is type(second)
-    for field in dataclasses.fields(first):
-        one, other = getattr(first, field.name), getattr(second, field.name)
-        if isinstance(one, np.ndarray):
-            assert one.dtype == other.dtype
-            np.testing.assert_array_equal(one, other)
-        else:
-            assert one == other
+def assert_same(first: Mapping[str, model.Primitive], second: Mapping[str, model.Primitive]) -> None:
+    assert [(name, type(item)) for name, item in first.items()] == [(name, type(it)) for name, it in second.items()]
+    for name, item in first.items():
+        for field in dataclasses.fields(item):
+            one, other = getattr(item, field.name), getattr(second[name], field.name)
+            if isinstance(one, np.ndarray):
+                assert one.dtype == other.dtype
+                np.testing.assert_array_equal(one, other)
+            else:
+                assert one == other
 
 
 @given(drawings, st.integers(0, 100_000))
@@ -112,14 +85,10 @@ def test_a_drawing_comes_back_as_it_was(drawing: model.Drawing, frame: int) -> N
     """Every primitive arrives with its name, its order and the bits of its arrays, whatever they hold."""
     number, read, pictures = decode(DrawingEncoder().encode(drawing, frame).message())
     assert (number, read.width, read.height, read.caption) == (frame, drawing.width, drawing.height, drawing.caption)
-    assert list(read.primitives) == list(drawing.primitives)
-    for name, item in drawing.primitives.items():
-        assert_same(item, read.primitives[name])
+    assert_same(drawing.primitives, read.primitives)
     assert [each.world for each in read.worlds] == [each.world for each in drawing.worlds]
     for one, other in zip(drawing.worlds, read.worlds, strict=True):
-        assert list(one.primitives) == list(other.primitives)
-        for name, item in one.primitives.items():
-            assert_same(item, other.primitives[name])
+        assert_same(one.primitives, other.primitives)
     assert pictures == {}
 
 
@@ -130,14 +99,16 @@ def picture(seed: int) -> NDArray[np.uint8]:
     return np.where(inside[..., None], (213, 94, 0), (90, 140, 200)).astype(np.uint8)
 
 
+def of_picture(seed: int) -> model.Drawing:
+    return model.Drawing(80, 60, {"picture": model.Picture(picture(seed))})
+
+
 def test_a_picture_keeps_its_colours_and_edges() -> None:
     """JPEG leaves flat colours within two levels, and the centre of a shape within a twentieth of a pixel."""
     shown = picture(0)
-    _, read, _ = decode(DrawingEncoder().encode(model.Drawing(80, 60, {"picture": model.Picture(shown)}), 0).message())
-    item = read.primitives["picture"]
-    assert isinstance(item, model.Picture)
-    assert abs(item.image_rgb[25, 30].astype(int) - shown[25, 30]).max() <= 2
-    assert abs(item.image_rgb[5, 5].astype(int) - shown[5, 5]).max() <= 2
+    item: Any = decode(DrawingEncoder().encode(of_picture(0), 0).message())[1].primitives["picture"]
+    for place in ((25, 30), (5, 5)):
+        assert abs(item.image_rgb[place].astype(int) - shown[place]).max() <= 2
 
     def centre(image: NDArray[np.uint8]) -> NDArray[np.float64]:
         weights = image[..., 0].astype(float) - 90
@@ -150,15 +121,13 @@ def test_a_picture_keeps_its_colours_and_edges() -> None:
 def test_a_picture_that_stays_is_sent_once() -> None:
     """A page that has the picture gets the rest alone; another picture has another key."""
     encoder = DrawingEncoder()
-    first = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 0)
-    same = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 1)
-    other = encoder.encode(model.Drawing(80, 60, {"picture": model.Picture(picture(9))}), 2)
+    first, same, other = (encoder.encode(of_picture(seed), frame) for frame, seed in enumerate((0, 0, 9)))
     keys = [[it.key for it in each.pictures] for each in (first, same, other)]
     assert keys[0] == keys[1] != keys[2]
     assert len(same.message(keys[0])) < 300 < len(same.message())
     _, before, held = decode(first.message())
     _, after, still_held = decode(same.message(keys[0]), held)
-    assert_same(before.primitives["picture"], after.primitives["picture"])
+    assert_same(before.primitives, after.primitives)
     assert list(still_held) == keys[0]
     assert list(decode(other.message(keys[0]), still_held)[2]) == keys[2]
 
@@ -184,7 +153,7 @@ def test_numbers_can_be_rounded_to_a_share_of_themselves(places: NDArray[np.floa
 def test_what_was_told_up_to_it_is_in_its_head() -> None:
     """A page takes over the messages of the stream together with the picture, which they leave as it is."""
     told = [{"type": "changes", "session": {"position": 3}}, {"type": "changes", "session": {"name": "Δ"}}]
-    encoded = DrawingEncoder().encode(model.Drawing(80, 60, {"picture": model.Picture(picture(0))}), 3)
+    encoded = DrawingEncoder().encode(of_picture(0), 3)
     alone, message = encoded.message(), encoded.message(texts=map(json.dumps, told))
     assert (messages_of(alone), messages_of(message)) == ([], told)
     assert decode(message)[2] == decode(alone)[2]

@@ -5,6 +5,7 @@ import json
 import time
 from collections.abc import AsyncIterator, Callable
 from typing import Any, Self
+from unittest.mock import AsyncMock
 
 import httpx
 import pytest
@@ -13,6 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from pftrack.core.model.drawing import Drawing, Picture, Points
 from pftrack_server.sessions import duplex
+from tests.server.asking import columns, get, resume
 from tests.server.drawings import Reader
 from tests.server.host import Server, begin, change_values, command, steer
 from tests.waiting import wait_for
@@ -97,21 +99,22 @@ def test_hello_comes_first(client: httpx.Client, session: dict[str, Any], addres
     with connect(address) as socket:
         hello = hear(socket)
     assert hello["type"] == "hello"
-    assert hello["session"] == client.get(f"/api/v1/sessions/{session['id']}").json()
+    assert hello["session"] == get(client, session["id"])
     assert hello["diagnostics"]["frame"] == [0, 1, 2, 3, 4, 5]
 
 
 def test_every_computed_frame(client: httpx.Client, session: dict[str, Any], address: str) -> None:
-    """Every computed frame is told once, in order, whatever the speed."""
+    """Every computed frame is told once, in order, whatever the speed, in thirty messages a second at most."""
     with connect(address) as socket:
         hear(socket)
         steer(client, session["id"], "speed", speed=0)
+        began = time.monotonic()
         steer(client, session["id"], "play")
         heard = until(socket, has_changed(state="ended"))
+        assert sum(message["type"] != "pong" for message in heard) <= 45 * (time.monotonic() - began) + 5
         heard += until(socket, at(239)) if not any(at(239)(message) for message in heard) else []
     rows = [row["frame"] for message in heard for row in message.get("rows", ())]
-    whole = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
-    assert whole["frame"] == list(range(240))
+    assert columns(client, session["id"])["frame"] == list(range(240))
     assert rows == list(range(1, rows[-1] + 1))
 
 
@@ -139,42 +142,35 @@ def test_what_is_changed_is_told_to_everybody(client: httpx.Client, session: dic
             assert (hello["diagnostics"]["frame"], hello["session"]["computed"]) == ([0], 0)
 
 
-def test_ping(address: str) -> None:
-    """A ping is answered with its own time."""
+def test_a_page_may_ask_for_the_time_and_give_no_commands(
+    server: Server, client: httpx.Client, session: dict[str, Any], address: str
+) -> None:
+    """A ping is answered with its own time; all else closes the connection with a reason.
+
+    So do a drawing painted that was not sent, a session that is not there, and one that is ended.
+    """
     with connect(address) as socket:
         hear(socket)
         socket.send('{"version": 1, "type": "ping", "sent": 12.5}')
         assert hear(socket) == {"version": 1, "type": "pong", "sent": 12.5}
-
-
-def test_commands_are_not_taken(client: httpx.Client, session: dict[str, Any], address: str) -> None:
-    """What a page may not say, such as a drawing painted that was not sent, closes the connection with a reason."""
     wrong = ["", '{"version": 2, "type": "ping", "sent": 1}', '{"type": "seek"}', PAINTED, b"\0", "x" * 100_000]
     for text in wrong:
         with connect(address) as socket:
             hear(socket)
             socket.send(text)
-            with pytest.raises(ConnectionClosed, match="takes no commands" if len(text) < 100_000 else "1009"):
-                until(socket, lambda _: False)
-    assert client.get(f"/api/v1/sessions/{session['id']}").json()["position"] == 0
-
-
-def test_unknown_session(server: Server) -> None:
-    """The stream of a session that is not there is closed with a reason."""
-    with (
-        connect(f"{server.ws}/api/v1/sessions/0123456789abcdef/stream") as socket,
-        pytest.raises(ConnectionClosed, match="session does not exist"),
-    ):
-        hear(socket)
-
-
-def test_an_ended_session(client: httpx.Client, session: dict[str, Any], address: str) -> None:
-    """Who listens to a session that is ended is told so."""
+            is_closed(socket, "takes no commands" if len(text) < 100_000 else "1009")
+    assert get(client, session["id"])["position"] == 0
+    with connect(f"{server.ws}/api/v1/sessions/0123456789abcdef/stream") as socket:
+        is_closed(socket, "session does not exist")
     with connect(address) as socket:
         hear(socket)
         client.delete(f"/api/v1/sessions/{session['id']}")
-        with pytest.raises(ConnectionClosed, match="ended"):
-            until(socket, lambda _: False)
+        is_closed(socket, "ended")
+
+
+def is_closed(socket: ClientConnection, reason: str) -> None:
+    with pytest.raises(ConnectionClosed, match=reason):
+        until(socket, lambda _: False)
 
 
 def test_a_browser_that_vanishes(server: Server, client: httpx.Client, session: dict[str, Any], address: str) -> None:
@@ -192,42 +188,18 @@ def test_a_browser_that_vanishes(server: Server, client: httpx.Client, session: 
 
 async def test_a_stream_that_fails_is_closed() -> None:
     """A page that would hear nothing more is sent away, so that it comes back and is told what is wrong."""
-    closed: list[int] = []
 
     async def fail() -> AsyncIterator[str]:
         yield "hello"
         raise OSError("no such file")
 
-    class Page:
-        """A page that says nothing."""
-
-        scope = {"type": "websocket", "path": "/stream"}  # noqa: RUF012 - read alone
-
-        async def send_text(self, text: str) -> None:
-            assert text == "hello"
-
-        async def receive(self) -> None:
-            await asyncio.Event().wait()
-
-        async def close(self, code: int, reason: str) -> None:
-            assert "no such file" not in reason
-            closed.append(code)
-
-    page: Any = Page()
-    await asyncio.wait_for(duplex.converse(page, fail(), "farewell"), 10)
-    assert closed == [1011]
-
-
-def test_messages_come_at_thirty_a_second_at_most(client: httpx.Client, address: str, session: dict[str, Any]) -> None:
-    """However fast a run computes, its listeners hear of it thirty times a second at most."""
-    with connect(address) as socket:
-        hear(socket)
-        steer(client, session["id"], "speed", speed=10)
-        steer(client, session["id"], "play")
-        began = time.monotonic()
-        heard = until(socket, has_changed(state="ended"))
-        moves = [message for message in heard if message["type"] != "pong"]
-        assert len(moves) <= 45 * (time.monotonic() - began) + 5
+    page = AsyncMock(scope={"type": "websocket", "path": "/stream"})
+    page.receive = asyncio.Event().wait  # it says nothing
+    await asyncio.wait_for(duplex.converse(page, fail(), "farewell"), 60)
+    page.send_text.assert_awaited_once_with("hello")
+    (told,) = page.close.await_args_list
+    assert told.args[0] == 1011
+    assert "no such file" not in str(told)
 
 
 # ------------------------------------------------------------ drawings
@@ -294,8 +266,8 @@ def test_drawings_go_on_after_a_crash(client: httpx.Client, server: Server, look
         steer(client, session, "seek", frame=6)
         page.until(6)
         server.manager.get(session).worker.kill("The test killed it.")
-        wait_for(lambda: client.get(f"/api/v1/sessions/{session}").json()["state"] == "crashed")
-        client.post(f"/api/v1/sessions/{session}/resume").raise_for_status()
+        wait_for(lambda: get(client, session)["state"] == "crashed")
+        resume(client, session)
         assert isinstance(page.until(6).primitives["picture"], Picture)
         steer(client, session, "step")
         page.until(7)

@@ -13,11 +13,19 @@ from pftrack_server.core.errors import unavailable
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.spec import Phase
 from pftrack_server.store.database import SessionRow
-from tests.server.asking import columns, get
+from tests.server.asking import columns, get, kill, resume
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.teaching.class_room import follower, lead
 from tests.session_requests import session_request
 from tests.waiting import wait_for
+
+BODY = session_request({"experiment": "ball"})
+
+
+def refused(client: httpx.Client) -> str:
+    """Ask for a session for which there is no place, and return why."""
+    message: str = error_of(client.post("/api/v1/sessions", json=BODY), 503)["message"]
+    return message
 
 
 class Gate:
@@ -45,9 +53,7 @@ def test_places_are_taken_once(start_server: Any) -> None:
     """Of several that come at the same moment as many get a place as there are."""
     with start_server(max_sessions=1) as (server, client), ThreadPoolExecutor(3) as pool:
         gate = Gate(server)
-        asked = [
-            pool.submit(client.post, "/api/v1/sessions", json=session_request({"experiment": "ball"})) for _ in range(3)
-        ]
+        asked = [pool.submit(client.post, "/api/v1/sessions", json=BODY) for _ in range(3)]
         wait_for(lambda: gate.waiting == 3)
         gate.open()
         assert sorted(each.result().status_code for each in asked) == [201, 503, 503]
@@ -76,8 +82,8 @@ def test_what_nobody_watches_gives_way(start_server: Any) -> None:
         assert states() == ["ready", "ready", "suspended"]
         assert get(client, left)["position"] == 12
         assert columns(client, left)["estimate"] == before
-        refused = error_of(client.post(f"/api/v1/sessions/{new}/resume"), 503)
-        assert "All 2 places are taken by sessions that somebody watches" in refused["message"]
+        full = error_of(client.post(f"/api/v1/sessions/{new}/resume"), 503)["message"]
+        assert "All 2 places are taken by sessions that somebody watches" in full
         assert states() == ["ready", "ready", "suspended"]
         client.delete(f"/api/v1/sessions/{watched}")
         assert client.post(f"/api/v1/sessions/{new}/resume").json()["state"] == "ready"
@@ -89,7 +95,7 @@ def test_who_waits_for_an_answer_keeps_the_place(start_server: Any) -> None:
         session = begin(client, frames=20_000, parameters={"sample_count": 5000})["id"]
         asked = pool.submit(client.post, f"/api/v1/sessions/{session}/commands", json={"kind": "seek", "frame": 19_999})
         wait_for(lambda: get(client, session)["goal"])
-        error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 503)
+        refused(client)
         steer(client, session, "pause")
         asked.result()
         begin(client)
@@ -130,7 +136,7 @@ def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: p
 
     monkeypatch.setattr(Session, "wait_until_open", lost)
     with start_server() as (server, client):
-        error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 503)
+        refused(client)
         assert client.get("/api/v1/sessions").json() == []
         assert server.app.state.services.store.all(SessionRow) == []
 
@@ -165,10 +171,9 @@ def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -
         nonlocal busy, most
         busy += 1
         most = max(most, busy)
-        try:
-            return await answer(self, *arguments)
-        finally:
-            busy -= 1
+        answered = await answer(self, *arguments)
+        busy -= 1
+        return answered
 
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(8) as pool:
         patch.setattr(type(tasks), "run_beside", counted)
@@ -177,54 +182,48 @@ def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -
     assert most == 1
 
 
+def suspend(server: Server, *sessions: str) -> None:
+    for name in sessions:
+        server.run(server.manager.get(name).suspend("Nobody needs it."))
+
+
 def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
     """At the limit a plain suspended session ends for a new one, but neither for a copy nor for a name in use."""
     with start_server(max_stored_sessions=2) as (server, client):
         named, plain = (begin(client)["id"] for _ in range(2))
         client.patch(f"/api/v1/sessions/{named}", json={"name": "Keep"})
-        body = session_request({"experiment": "ball"})
-        assert "My work" in error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
-        for name in (named, plain):
-            server.run(server.manager.get(name).suspend("Nobody is here."))
-        error_of(client.post("/api/v1/sessions", json={**body, "id": named}), 409)
+        assert "My work" in refused(client)
+        suspend(server, named, plain)
+        error_of(client.post("/api/v1/sessions", json={**BODY, "id": named}), 409)
         assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {named, plain}
         with follower(server, lead(client, named)) as one, one.socket():
-            refused = error_of(one.ask("POST", "follow/fork", session=named), 503)
-        assert "Ask the lecturer" in refused["message"]
+            message = error_of(one.ask("POST", "follow/fork", session=named), 503)["message"]
+        assert "Ask the lecturer" in message
         newest = begin(client)["id"]
         assert [each["id"] for each in client.get("/api/v1/sessions").json()] == [newest, named]
 
 
-def test_a_session_that_somebody_holds_stays(start_server: Any) -> None:
-    """At the limit a suspended session ends neither while a page is open on it nor while a class follows it."""
-    with start_server(max_stored_sessions=2) as (server, client):
+def test_what_somebody_holds_and_what_is_made_stay(start_server: Any) -> None:
+    """At the limit a suspended session ends neither while a page is open on it nor while a class follows it.
+
+    Nor does a crashed one with an open page, nor one that still waits for its first worker.
+    """
+    with start_server(max_stored_sessions=2) as (server, client), ThreadPoolExecutor(1) as pool:
         watched, followed = (begin(client)["id"] for _ in range(2))
         follow = lead(client, followed)
-        body = session_request({"experiment": "ball"})
-        with connect(f"{server.ws}/api/v1/sessions/{watched}/stream") as socket:
-            socket.recv(timeout=30)
-            for name in (watched, followed):
-                server.run(server.manager.get(name).suspend("Nobody needs it."))
-            refused = error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
-            assert "followed by a class" in refused
+        with connect(f"{server.ws}/api/v1/sessions/{watched}/stream") as page:
+            page.recv(timeout=60)
+            suspend(server, watched, followed)
+            assert "followed by a class" in refused(client)
             client.delete(f"/api/v1/follows/{follow['id']}").raise_for_status()
             newest = begin(client)["id"]
             assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {newest, watched}
-
-
-def test_what_somebody_looks_at_and_what_is_made_stay(start_server: Any) -> None:
-    """At the limit neither a crashed session with an open page ends, nor one that still waits for its first worker."""
-    body = session_request({"experiment": "ball"})
-    with start_server(max_stored_sessions=2) as (server, client), ThreadPoolExecutor(1) as pool:
-        crashed = begin(client)["id"]
-        with connect(f"{server.ws}/api/v1/sessions/{crashed}/stream") as page:
-            page.recv(timeout=20)
-            session = server.manager.get(crashed)
-            session.worker.kill("On purpose.")
-            wait_for(lambda: session.phase is Phase.CRASHED)
+            resume(client, watched)
+            kill(server, client, watched)
+            client.delete(f"/api/v1/sessions/{newest}")
             gate = Gate(server)
-            made = pool.submit(client.post, "/api/v1/sessions", json=body)
+            made = pool.submit(client.post, "/api/v1/sessions", json=BODY)
             wait_for(lambda: gate.waiting == 1)
-            assert "My work" in error_of(client.post("/api/v1/sessions", json=body), 503)["message"]
+            assert "My work" in refused(client)
             gate.open()
             assert made.result().status_code == 201

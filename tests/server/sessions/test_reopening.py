@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -18,10 +17,9 @@ from websockets.sync.client import connect
 from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.run_tree import RunTree
 from pftrack_server.sessions.worker.worker import KEEP_AFTER_S, Checkpoints
-from tests.server.asking import get
+from tests.server.asking import diagnostics, get, kill, resume
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
 from tests.server.host import Server, begin, steer
-from tests.server.sessions.test_crashes import diagnostics, state
 from tests.server.sessions.test_duplex import hear
 from tests.server.sessions.test_run_tree import config
 from tests.waiting import wait_for
@@ -31,31 +29,16 @@ HELD = 5
 """The frame at which workers stand still."""
 
 
-def resume(client: httpx.Client, session: str) -> dict[str, Any]:
-    answer = client.post(f"/api/v1/sessions/{session}/resume")
-    assert answer.status_code == 200, answer.text
-    return answer.json()
-
-
-def states_of(data: Path, session: dict[str, Any]) -> Path:
-    return data / "data" / "states" / session["id"]
-
-
-def kill(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
-    os.kill(server.pid_of(session["id"]), signal.SIGKILL)
-    wait_for(lambda: state(client, session["id"]) == "crashed")
-
-
 @contextmanager
-def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[dict[str, Any]]:
+def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[str]:
     """A session that had gone back by five frames when its worker was killed; its next one is held."""
-    session = begin(client)
-    steer(client, session["id"], "seek", frame=FAR)
-    steer(client, session["id"], "seek", frame=FAR - 5)
+    session = begin(client)["id"]
+    steer(client, session, "seek", frame=FAR)
+    steer(client, session, "seek", frame=FAR - 5)
     kill(server, client, session)
     allow(data / "data", HELD)
     yield session
-    client.delete(f"/api/v1/sessions/{session['id']}")
+    client.delete(f"/api/v1/sessions/{session}")
 
 
 @pytest.mark.usefixtures("impatient", "server", "held")
@@ -66,13 +49,13 @@ class TestResuming:
             start_server(start_seconds=2, hang_seconds=5) as (server, client),
             stopped(server, client, tmp_path) as session,
         ):
-            before = diagnostics(client, session["id"])
-            resumed = resume(client, session["id"])
+            before = diagnostics(client, session)
+            resumed = resume(client, session)
             begun = time.monotonic()
             assert (resumed["state"], resumed["goal"]) == ("ready", FAR)
             assert resumed["computed"] <= HELD
-            wait_for(lambda: server.manager.get(session["id"]).worker.heard > begun + 3, 60)
-            with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
+            wait_for(lambda: server.manager.get(session).worker.heard > begun + 3, 60)
+            with connect(f"{server.ws}/api/v1/sessions/{session}/stream") as socket:
                 hear(socket)
                 told = []
                 for frames in [*range(HELD + 1, HELD + 7), FAR]:
@@ -82,32 +65,29 @@ class TestResuming:
             computed = [frame for frame in told if frame > 0]
             assert computed == sorted(computed)
             assert len(set(computed)) > 5
-            wait_for(lambda: get(client, session["id"])["goal"] is None)
-            arrived = get(client, session["id"])
+            wait_for(lambda: get(client, session)["goal"] is None)
+            arrived = get(client, session)
             assert (arrived["position"], arrived["computed"], arrived["goal"]) == (FAR - 5, FAR, None)
-            assert diagnostics(client, session["id"]) == before
+            assert diagnostics(client, session) == before
 
     def test_it_can_be_interrupted(self, start_server: Any, tmp_path: Path) -> None:
         """A killed worker leaves the goal, a pause stops where it has come to, and on its way it can be deleted."""
-        with (
-            start_server() as (server, client),
-            stopped(server, client, tmp_path) as session,
-        ):
+        with start_server() as (server, client), stopped(server, client, tmp_path) as session:
             for _ in range(2):
-                assert resume(client, session["id"])["goal"] == FAR
+                assert resume(client, session)["goal"] == FAR
                 kill(server, client, session)
-            assert resume(client, session["id"])["goal"] == FAR
-            paused = steer(client, session["id"], "pause")
+            assert resume(client, session)["goal"] == FAR
+            paused = steer(client, session, "pause")
             assert paused["goal"] is None
             assert paused["position"] == paused["computed"] <= HELD
             allow(tmp_path / "data")
-            assert steer(client, session["id"], "step")["position"] == paused["position"] + 1
-            steer(client, session["id"], "seek", frame=FAR)
+            assert steer(client, session, "step")["position"] == paused["position"] + 1
+            steer(client, session, "seek", frame=FAR)
             kill(server, client, session)
             allow(tmp_path / "data", HELD)
-            assert resume(client, session["id"])["goal"] == FAR
-            pid = server.pid_of(session["id"])
-            assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204
+            assert resume(client, session)["goal"] == FAR
+            pid = server.pid_of(session)
+            assert client.delete(f"/api/v1/sessions/{session}").status_code == 204
             wait_for(lambda: not psutil.pid_exists(pid))
 
     def test_a_step_on_the_way_gives_up_no_frame(self, start_server: Any, tmp_path: Path) -> None:
@@ -117,13 +97,13 @@ class TestResuming:
             stopped(server, client, tmp_path) as session,
             ThreadPoolExecutor(2) as pool,
         ):
-            assert resume(client, session["id"])["goal"] == FAR
-            assert steer(client, session["id"], "speed", speed=2)["goal"] == FAR
-            first = pool.submit(steer, client, session["id"], "step")
-            wait_for(lambda: get(client, session["id"])["goal_position"] == FAR - 4)
-            second = pool.submit(steer, client, session["id"], "seek", frame=2)
+            assert resume(client, session)["goal"] == FAR
+            assert steer(client, session, "speed", speed=2)["goal"] == FAR
+            first = pool.submit(steer, client, session, "step")
+            wait_for(lambda: get(client, session)["goal_position"] == FAR - 4)
+            second = pool.submit(steer, client, session, "seek", frame=2)
             assert first.result()["goal"] == FAR
-            wait_for(lambda: get(client, session["id"])["goal_position"] == 2)
+            wait_for(lambda: get(client, session)["goal_position"] == 2)
             allow(tmp_path / "data")
             arrived = second.result()
             assert (arrived["position"], arrived["computed"], arrived["goal"]) == (2, FAR, None)
@@ -134,18 +114,19 @@ class TestResuming:
         """What took long is kept on the disk while it is computed, and is not computed again."""
         monkeypatch.setattr("pftrack_server.sessions.worker_handle.main", held_worker_that_keeps_all)
         with start_server() as (server, client):
-            session = begin(client)
-            steer(client, session["id"], "seek", frame=FAR)
-            assert list(states_of(tmp_path, session).glob("b0.states"))
-            before = diagnostics(client, session["id"])
+            session = begin(client)["id"]
+            steer(client, session, "seek", frame=FAR)
+            states = tmp_path / "data" / "states" / session
+            assert list(states.glob("b0.states"))
+            before = diagnostics(client, session)
             kill(server, client, session)
             allow(tmp_path / "data", 0)
-            assert resume(client, session["id"])["computed"] == FAR
-            wait_for(lambda: get(client, session["id"])["goal"] is None, 30)
-            assert get(client, session["id"])["position"] == FAR
-            assert diagnostics(client, session["id"]) == before
-            client.delete(f"/api/v1/sessions/{session['id']}")
-            assert not states_of(tmp_path, session).exists()
+            assert resume(client, session)["computed"] == FAR
+            wait_for(lambda: get(client, session)["goal"] is None, 30)
+            assert get(client, session)["position"] == FAR
+            assert diagnostics(client, session) == before
+            client.delete(f"/api/v1/sessions/{session}")
+            assert not states.exists()
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import asyncio
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -18,9 +19,7 @@ from pftrack_server.viewer import Endpoint
 DESCRIPTION = SessionDescription(
     title="Ball", trackers=[TrackerPublic(id="apf", title="APF")], width=320, height=240, frame_rate_hz=30.0, frames=100
 )
-
 ENDPOINT = Endpoint()
-
 NOTHING = SceneDrawing(Drawing(1, 1), {})
 
 
@@ -116,31 +115,18 @@ async def test_one_viewer_for_all(theatre: Theatre) -> None:
 
 async def test_a_panel_that_fails_ends_nothing(theatre: Theatre, monkeypatch: pytest.MonkeyPatch) -> None:
     """What cannot be shown in it ends neither the session nor the panel."""
-
-    def fail(*_: object) -> None:
-        raise RuntimeError("on purpose")
-
     puppet = theatre.open()
-    monkeypatch.setattr(puppet, "tell", fail)
+    monkeypatch.setattr(puppet, "tell", Mock(side_effect=RuntimeError("on purpose")))
     theatre.scene_feed.tell(PanelValues({"n": 1}, "apf", 7))
     theatre.scene_feed.refuse("still here")
     assert puppet.told == ["still here"]
 
 
-async def test_what_waits_goes_together(theatre: Theatre) -> None:
-    """While another command is under way the newest value of each parameter waits."""
-    ask = theatre.open().requests["on_command"]
-    async with theatre.door:
-        for number in range(3):
-            ask({"kind": "change", "values": {"n": number}})
-        ask({"kind": "change", "values": {"m": 1}})
-        await asyncio.sleep(0)
-    await asyncio.sleep(0.01)
-    assert theatre.sent == [ChangeValues(values={"n": 2, "m": 1})]
+async def test_what_waits_goes_together_and_keeps_its_place(theatre: Theatre) -> None:
+    """While another command is under way the newest value of each parameter waits.
 
-
-async def test_a_change_keeps_its_place(theatre: Theatre) -> None:
-    """What a page asks for meanwhile comes after it; values that come once it is sent are another change."""
+    What a page asks for meanwhile comes after it; values that come once it is sent are another change.
+    """
     ask = theatre.open().requests["on_command"]
 
     async def ask_from_page() -> None:
@@ -149,14 +135,16 @@ async def test_a_change_keeps_its_place(theatre: Theatre) -> None:
             ask({"kind": "change", "values": {"n": 3}})
 
     async with theatre.door:
-        ask({"kind": "change", "values": {"n": 1}})
+        for number in range(2):
+            ask({"kind": "change", "values": {"n": number}})
         await asyncio.sleep(0)
         page = asyncio.create_task(ask_from_page())
         await asyncio.sleep(0)
-        ask({"kind": "change", "values": {"n": 2}})
+        for values in ({"n": 2}, {"m": 1}):
+            ask({"kind": "change", "values": values})
     await page
     await asyncio.sleep(0.01)
-    assert theatre.sent == [ChangeValues(values={"n": 2}), "page", ChangeValues(values={"n": 3})]
+    assert theatre.sent == [ChangeValues(values={"n": 2, "m": 1}), "page", ChangeValues(values={"n": 3})]
 
 
 @pytest.mark.parametrize(

@@ -83,40 +83,31 @@ def stays(server: Server) -> Iterator[tuple[httpx.Client, dict[str, Any]]]:
         client.delete(f"/api/v1/sessions/{session['id']}")
 
 
-def refusal(client: httpx.Client, path: str, body: Any) -> dict[str, Any]:
-    said = {"content": body} if isinstance(body, str) else {"json": body}
+REFUSED = [
+    *(("begin", body, field) for body, field in BEGUN),
+    *(("change", values, field) for values, field in CHANGES),
+    *(("command", body, field) for body, field in COMMANDS),
+]
+
+
+@pytest.mark.parametrize(("what", "body", "field"), REFUSED)
+def test_what_cannot_be_is_refused(
+    stays: tuple[httpx.Client, dict[str, Any]], what: str, body: Any, field: str | None
+) -> None:
+    """A session, values, which have a bound, or a command: with the name of the field, where it has one."""
+    client, session = stays
+    before, path = client.get("/api/v1/sessions").json(), f"/{session['id']}/commands"
+    is_text = isinstance(body, str)
+    if what == "begin":
+        path, body = "", session_request(body if is_text or not body else {"experiment": "ball", **body})
+    elif what == "change":
+        body = f'{{"kind": "change", "values": {body}}}' if is_text else {"kind": "change", "values": body}
+    said = {"content": body} if is_text else {"json": body}
     error = error_of(client.post(f"/api/v1/sessions{path}", headers=HEADERS, **said), 422)
     assert LONG not in str(body) or "at most 4300 digits" in error["message"]
-    return error
-
-
-@pytest.mark.parametrize(("body", "field"), BEGUN)
-def test_a_session_that_cannot_be(stays: tuple[httpx.Client, dict[str, Any]], body: Any, field: str) -> None:
-    """It is refused with the field's name, and leaves no session behind."""
-    client, _ = stays
-    before = client.get("/api/v1/sessions").json()
-    wish = body if isinstance(body, str) else session_request({"experiment": "ball", **body} if body else body)
-    assert refusal(client, "", wish)["field"] == field
-    assert client.get("/api/v1/sessions").json() == before
-
-
-@pytest.mark.parametrize(("values", "field"), CHANGES)
-def test_values_that_cannot_be(stays: tuple[httpx.Client, dict[str, Any]], values: Any, field: str) -> None:
-    """A value that cannot be accepted is refused whole, with field and bound."""
-    client, session = stays
-    body = {"kind": "change", "values": values}
-    text = f'{{"kind": "change", "values": {values}}}' if isinstance(values, str) else body
-    error = refusal(client, f"/{session['id']}/commands", text)
-    assert error["field"] == field
-    assert error.get("bound") or isinstance(values, str)
-
-
-@pytest.mark.parametrize(("body", "field"), COMMANDS)
-def test_commands_that_cannot_be(stays: tuple[httpx.Client, dict[str, Any]], body: Any, field: str | None) -> None:
-    """A wrong command is refused with the field's name, where it has one."""
-    client, session = stays
-    error = refusal(client, f"/{session['id']}/commands", body)
     assert field is None or error["field"] == field
+    assert error.get("bound") or is_text or what != "change"
+    assert client.get("/api/v1/sessions").json() == before
 
 
 def test_particles_and_branches_have_limits_of_the_server(start_server: Any) -> None:

@@ -15,7 +15,7 @@ from pftrack_server.core.panel import TrackerPublic
 from pftrack_server.core.settings import Settings
 from pftrack_server.sessions import spec as snapshots
 from pftrack_server.sessions.session import Session
-from pftrack_server.sessions.spec import BranchSpec, Phase, SessionSpec
+from pftrack_server.sessions.spec import Phase
 from pftrack_server.sessions.state import MOST_BOOKMARKS, History, SessionState
 from pftrack_server.sessions.worker.description import threshold_views, timeline_view
 from pftrack_server.sessions.worker.protocol import Described, Ready
@@ -34,14 +34,17 @@ RECIPE = Recipe(experiment="ball", tracker="apf")
 START = snapshots.RunSnapshot(recipe=RECIPE, tracker="apf", parameters={"n": 1, "m": 2})
 
 
+def new_spec() -> snapshots.SessionSpec:
+    return snapshots.SessionSpec(id="s", branches={"b0": snapshots.BranchSpec(title="Main", run=START)})
+
+
 class Ear:
     """Hears what a state tells."""
 
     def __init__(self) -> None:
-        spec = snapshots.SessionSpec(id="s", branches={"b0": snapshots.BranchSpec(title="Main", run=START)})
         self.panel = 0
-        self.state = SessionState(spec, lambda: None, self._count)
-        self.state.enter(snapshots.Phase.STARTING)
+        self.state = SessionState(new_spec(), lambda: None, self._count)
+        self.state.enter(Phase.STARTING)
         self.heard: list[dict[str, Any]] = []
         self.state.begin(Ready(DESCRIPTION, START, [row(0)]))
         self.state.stream.emit = self._hear  # type: ignore[method-assign]
@@ -64,6 +67,11 @@ class Ear:
         """Tell the state what has changed; return the fields that are news."""
         return [message["session"] for message in self.advance(*rows, **changes)]
 
+    def is_dirty(self) -> bool:
+        """Tell whether the state is to be written down, and take it for written."""
+        dirty, self.state.dirty = self.state.dirty, False
+        return dirty
+
 
 def row(frame: int, **more: Any) -> dict[str, Any]:
     return {"frame": frame, "error": 1.0, **more}
@@ -74,22 +82,14 @@ def ear() -> Ear:
     return Ear()
 
 
-@pytest.mark.parametrize("before", snapshots.Phase)
-@pytest.mark.parametrize("after", snapshots.Phase)
-def test_only_what_the_table_has_is_made_of_a_session(before: snapshots.Phase, after: snapshots.Phase) -> None:
+@pytest.mark.parametrize("before", Phase)
+@pytest.mark.parametrize("after", Phase)
+def test_only_what_the_table_has_is_made_of_a_session(before: Phase, after: Phase) -> None:
     """A phase is entered from those that lead to it; from any other the session stays what it is."""
-    state = SessionState(
-        snapshots.SessionSpec(id="s", branches={"b0": snapshots.BranchSpec(title="Main", run=START)}),
-        lambda: None,
-        lambda: None,
-    )
-    ways = {
-        snapshots.Phase.SUSPENDED: [],
-        snapshots.Phase.STARTING: [snapshots.Phase.STARTING],
-        **{one: [snapshots.Phase.STARTING, one] for one in snapshots.AWAKE},
-    }
-    for phase in ways.get(before, [snapshots.Phase.STARTING, before]):
-        state.enter(phase)
+    state = SessionState(new_spec(), lambda: None, lambda: None)
+    if before is not Phase.SUSPENDED:
+        state.enter(Phase.STARTING)
+        state.enter(before)
     assert state.snapshot.state is before
     state.enter(after)
     assert state.snapshot.state is (after if after in snapshots.TRANSITIONS[before] | {before} else before)
@@ -97,7 +97,7 @@ def test_only_what_the_table_has_is_made_of_a_session(before: snapshots.Phase, a
 
 def test_a_worker_that_was_given_up_says_nothing_more(ear: Ear) -> None:
     """What it still reports after its session is suspended or closed neither wakes it nor moves it."""
-    for phase in (snapshots.Phase.SUSPENDED, snapshots.Phase.CLOSED):
+    for phase in (Phase.SUSPENDED, Phase.CLOSED):
         ear.state.enter(phase)
         assert ear.advance(row(1), position=1, computed=1, playing=True) == []
         assert (ear.state.snapshot.state, ear.state.spec.run.position) == (phase, 0)
@@ -106,43 +106,51 @@ def test_a_worker_that_was_given_up_says_nothing_more(ear: Ear) -> None:
 def test_frames_are_told_with_all_that_moves(ear: Ear) -> None:
     """One message has the rows and the fields of one moment: no page ever stands on a frame it knows nothing of."""
     plays = {"position": 2, "computed": 2, "playing": True}
-    (told,) = ear.advance(row(1), row(2), **plays)
-    assert told["session"] == {**plays, "state": "playing"}
-    assert [each["frame"] for each in told["rows"]] == [1, 2]
-    (told,) = ear.advance(row(3), position=3, computed=3)
-    assert (told["session"], len(told["rows"])) == ({"position": 3, "computed": 3}, 1)
-    (told,) = ear.advance(position=2)
-    assert (told["session"], told["rows"]) == ({"position": 2}, [])
-    assert ear.state.view().position == 2
-    assert ear.state.frames_computed == 3
+    for rows, changes, news in (
+        ([row(1), row(2)], plays, {**plays, "state": "playing"}),
+        ([row(3)], {"position": 3, "computed": 3}, {"position": 3, "computed": 3}),
+        ([], {"position": 2}, {"position": 2}),
+    ):
+        (told,) = ear.advance(*rows, **changes)
+        assert (told["session"], [each["frame"] for each in told["rows"]]) == (news, [each["frame"] for each in rows])
+    assert (ear.state.view().position, ear.state.frames_computed) == (2, 3)
 
 
-def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> None:
-    """A new worker, of a run that is another preset's by now, puts no other controls under a person's hands."""
-    begun = DESCRIPTION.model_copy(update={"about": ["n"], "watch": "the pillar"})
+def test_the_description_stays_that_of_the_beginning_but_for_what_is_new(ear: Ear) -> None:
+    """A new worker, of a run that is another preset's by now, puts no other controls under a person's hands.
+
+    The sliders of a filter that was saved come before those of the beginning, each once, to panel and pages.
+    """
+    begun = DESCRIPTION.model_copy(update={"about": ["n", "m"], "watch": "the pillar"})
     ear.state.spec.description = None
     ear.state.begin(Ready(begun, START, [row(0)]))
-    ear.state.begin(Ready(begun.model_copy(update={"about": ["m"], "watch": "", "frames": 50}), START, [row(0)]))
+    ear.state.begin(Ready(begun.model_copy(update={"about": ["o"], "watch": "", "frames": 50}), START, [row(0)]))
     told = ear.state.view()
-    assert (told.about, told.watch, told.frames) == (["n"], "the pillar", 50)
+    assert (told.about, told.watch, told.frames) == (["n", "m"], "the pillar", 50)
+    ear.heard.clear()
+    panel = ear.panel
+    ear.state.describe(DESCRIPTION.model_copy(update={"about": ["own", "m"]}))
+    assert ear.state.view().about == ["own", "m", "n"]
+    assert (ear.panel, ear.heard) == (panel + 1, [{"type": "hello"}])
 
 
-def test_the_same_again_is_no_news(ear: Ear) -> None:
-    """A worker without changes tells nothing, and what pages know is not told again."""
-    ear.state.dirty = False
-    assert ear.told() == ear.told(position=0, playing=False) == []
-    ear.state.dirty = False
+def test_whatever_changes_is_told_once_as_it_is(ear: Ear) -> None:
+    """Nothing between worker and pages knows the fields by name: each travels by itself, and to later pages, too.
+
+    A worker without changes tells nothing; what the panel shows is told to it as well.
+    """
+    ear.is_dirty()
     assert ear.told() == []
-    assert (ear.panel, ear.state.dirty) == (0, False)
-
-
-def test_whatever_changes_is_told_as_it_is(ear: Ear) -> None:
-    """Nothing between worker and pages knows the fields by name: each travels by itself, and to later pages, too."""
-    assert ear.told(position=1, computed=1) == [{"position": 1, "computed": 1}]
-    assert ear.told(goal=40, goal_position=9) == [{"goal": 40, "goal_position": 9}]
-    assert ear.told(measured={"inside_share": 0.5}) == [{"measured": {"inside_share": 0.5}}]
+    assert (ear.told(position=0, playing=False), ear.panel) == ([], 0)
+    ear.is_dirty()
+    assert (ear.told(), ear.is_dirty()) == ([], False)
+    for same in ({"position": 1, "computed": 1}, {"goal": 40, "goal_position": 9}, {"measured": {"inside_share": 0.5}}):
+        assert ear.told(**same) == [same]
     assert ear.state.view().measured == {"inside_share": 0.5}
     assert ear.told(measured={"inside_share": math.inf}) == [{"measured": {"inside_share": None}}]
+    assert (ear.told(speed=2.0), ear.panel) == ([{"speed": 2.0}], 1)
+    (told,) = ear.told(tracker="kalman")
+    assert (told["tracker"], told["branches"][0]["tracker"], ear.panel) == ("kalman", "kalman", 2)
 
 
 def test_playing_is_told_once(ear: Ear) -> None:
@@ -152,7 +160,7 @@ def test_playing_is_told_once(ear: Ear) -> None:
     assert ear.told(position=99, computed=99) == [{"position": 99, "computed": 99, "state": "ended"}]
     ear.advance(position=3, playing=True)
     ear.heard.clear()
-    ear.state.enter(snapshots.Phase.CRASHED, "it ended")
+    ear.state.enter(Phase.CRASHED, "it ended")
     (told,) = ear.heard
     assert told["session"] == {"state": "crashed", "message": "it ended", "playing": False}
 
@@ -165,21 +173,7 @@ def test_a_change_is_echoed(ear: Ear) -> None:
     assert told["parameters"] == {"n": 5, "m": 2}
     assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {"n": 1}, "moved": []}]
     assert told["recipe"]["timeline"] == [{"frame": 1, "values": {"n": 5}}]
-    assert ear.panel == 1
-    assert ear.state.spec.recipe.timeline[0].values == {"n": 5}
-
-
-def test_a_tracker_is_told_to_the_branches(ear: Ear) -> None:
-    """Another tracker is told, also where the branches are listed, and to the panel."""
-    (told,) = ear.told(tracker="kalman")
-    assert (told["tracker"], told["branches"][0]["tracker"]) == ("kalman", "kalman")
-    assert ear.panel == 1
-
-
-def test_a_speed_reaches_the_panel(ear: Ear) -> None:
-    """Another speed is told to the panel, too."""
-    assert ear.told(speed=2.0) == [{"speed": 2.0}]
-    assert ear.panel == 1
+    assert (ear.panel, ear.state.spec.recipe.timeline[0].values) == (1, {"n": 5})
 
 
 def test_a_branch_shares_its_past(ear: Ear) -> None:
@@ -211,57 +205,34 @@ def test_a_new_beginning_forgets(ear: Ear) -> None:
 
 def test_what_is_worth_writing_down(ear: Ear) -> None:
     """Playing on is written down now and then; a pause, a change and a bookmark at once."""
-    state = ear.state
-
-    def is_dirty() -> bool:
-        dirty, state.dirty = state.dirty, False
-        return dirty
-
-    is_dirty()
+    state, changed = ear.state, RECIPE.model_copy(update={"timeline": (Change(2, {"n": 7}),)})
     ear.advance(playing=True)
-    is_dirty()
+    ear.is_dirty()
     ear.advance(row(1), position=1, computed=1, measured={"inside_share": 0.5})
-    assert not is_dirty()
-    assert state.moved
-    ear.advance(parameters={"n": 7, "m": 2}, recipe=RECIPE.model_copy(update={"timeline": (Change(2, {"n": 7}),)}))
-    assert is_dirty()
-    ear.advance(playing=False)
-    assert is_dirty()
-    state.bookmark("m", "")
-    assert is_dirty()
-    state.begin(Ready(DESCRIPTION, START, [row(0)]))
-    assert is_dirty()
-    state.describe(DESCRIPTION)
-    assert is_dirty()
+    assert (ear.is_dirty(), state.moved) == (False, True)
+    for act in (
+        lambda: ear.advance(parameters={"n": 7, "m": 2}, recipe=changed),
+        lambda: ear.advance(playing=False),
+        lambda: state.bookmark("m", ""),
+        lambda: state.begin(Ready(DESCRIPTION, START, [row(0)])),
+        lambda: state.describe(DESCRIPTION),
+    ):
+        act()
+        assert ear.is_dirty()
 
 
-def test_another_description_reaches_panel_and_pages(ear: Ear) -> None:
-    """The sliders of a filter that was saved come before those of the beginning, each once."""
-    ear.state.spec.description = DESCRIPTION.model_copy(update={"about": ["n", "m"]})
-    ear.heard.clear()
-    panel = ear.panel
-    ear.state.describe(DESCRIPTION.model_copy(update={"about": ["own", "m"]}))
-    assert ear.state.view().about == ["own", "m", "n"]
-    assert (ear.panel, ear.heard) == (panel + 1, [{"type": "hello"}])
-
-
-def test_bookmarks_have_a_limit(ear: Ear) -> None:
+def test_bookmarks_are_few_and_in_the_order_of_frames(ear: Ear) -> None:
     """The last one that is allowed is kept, the next refused."""
-    for number in range(MOST_BOOKMARKS):
-        ear.state.bookmark(f"m{number}", "")
-    with pytest.raises(ConflictError, match=str(MOST_BOOKMARKS)):
-        ear.state.bookmark("m", "")
-    assert len(ear.state.spec.bookmarks) == MOST_BOOKMARKS
-
-
-def test_bookmarks_in_the_order_of_frames(ear: Ear) -> None:
-    """Bookmarks are told in the order of their frames."""
     for frame in (9, 3, 5):
         ear.advance(position=frame, computed=10)
         ear.state.bookmark(f"m{frame}", "")
     assert [mark.frame for mark in ear.state.spec.bookmarks] == [3, 5, 9]
-    assert ear.state.unbookmark("m5")
-    assert not ear.state.unbookmark("m5")
+    assert [ear.state.unbookmark("m5") for _ in range(2)] == [True, False]
+    for number in range(2, MOST_BOOKMARKS):
+        ear.state.bookmark(f"more {number}", "")
+    with pytest.raises(ConflictError, match=str(MOST_BOOKMARKS)):
+        ear.state.bookmark("m", "")
+    assert len(ear.state.spec.bookmarks) == MOST_BOOKMARKS
 
 
 def test_history_replaces_what_it_knows() -> None:
@@ -269,12 +240,8 @@ def test_history_replaces_what_it_knows() -> None:
     history = History()
     history.put([row(0), row(1), row(2)])
     history.put([row(1, error=9.0), row(7)])
-    assert history.columns == {
-        "frame": [0, 1, 2],
-        "error": [1.0, 9.0, 1.0],
-        "lost_by": [""] * 3,
-        "lost_since": [None] * 3,
-    }
+    told = {"frame": [0, 1, 2], "error": [1.0, 9.0, 1.0], "lost_by": [""] * 3, "lost_since": [None] * 3}
+    assert history.columns == told
 
 
 def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
@@ -286,9 +253,8 @@ def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     ear.state.begin(Ready(DESCRIPTION, START, [row(0, searching=False, lost=False, hidden=False)]))
     ear.advance(*rows)
     ear.advance(position=29, computed=29)
-    told = ear.state.columns("b0")["lost_since"]
-    assert told == [None] * 18 + [18] * 12
-    assert ear.state.columns("b0")["lost_by"] == ["truth"] * 30
+    told = ear.state.columns("b0")
+    assert (told["lost_since"], told["lost_by"]) == ([None] * 18 + [18] * 12, ["truth"] * 30)
 
 
 class Curtain:
@@ -310,10 +276,7 @@ class Curtain:
 
 
 def session_with(curtain: Curtain) -> Session:
-    async def config_of(spec: SessionSpec) -> Any:
-        raise AssertionError(spec)
-
-    made = Session(SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)}), Settings(), config_of)
+    made = Session(new_spec(), Settings(), pytest.fail)  # type: ignore[arg-type]  # it begins no worker
     made.enter(Phase.STARTING)
     made.begin(Ready(DESCRIPTION, START, [row(0)]))
     made.scene_feed._viewer = curtain  # type: ignore[assignment]
@@ -348,21 +311,13 @@ async def test_a_scene_ends_with_its_session_or_its_worker() -> None:
 
 
 DECLARATIONS = [
-    Declaration(
-        name="gate",
-        title="Gate",
-        description="",
-        unit="",
-        kind="number",
-        default=5.0,
-        role="threshold",
-        threshold_of="sigma",
-        trackers=("hard",),
-    ),
-    Declaration(name="count", title="Count", description="", unit="", kind="integer", default=800, role="particles"),
+    Declaration.model_validate({"description": "", "unit": "", **each})
+    for each in (
+        {"name": "gate", "title": "Gate", "kind": "number", "default": 5.0}
+        | {"role": "threshold", "threshold_of": "sigma", "trackers": ("hard",)},
+        {"name": "count", "title": "Count", "kind": "integer", "default": 800, "role": "particles"},
+    )
 ]
-
-
 FIRST: dict[str, Any] = {"gate": 5.0, "count": 800, "tracker": "hard"}
 
 
@@ -370,32 +325,32 @@ def changes(*all_of_them: tuple[int, dict[str, Any]]) -> list[Change]:
     return [Change(frame, values) for frame, values in all_of_them]
 
 
-def test_a_change_is_told_with_what_it_replaced() -> None:
-    """Each change names the values before it: those of the beginning, or those of the change before."""
+def test_a_change_is_told_with_what_it_replaced_and_moved() -> None:
+    """Each change names the values before it: those of the beginning, or those of the change before.
+
+    What was moved has no value before; one of the estimate is told without a particle.
+    """
     told = timeline_view(
         changes((0, {"gate": 4.0}), (10, {"gate": 3.0, "count": 200}), (20, {"gate": 2.0, "tracker": "soft"})),
         {**FIRST, "gate": 4.0},
     )
-    assert [change.before for change in told] == [
-        {},
-        {"gate": 4.0, "count": 800},
-        {"gate": 3.0, "tracker": "hard"},
-    ]
-
-
-def test_what_was_moved_is_told_in_words() -> None:
-    """It has no value before; one of the estimate is told without a particle."""
+    assert [change.before for change in told] == [{}, {"gate": 4.0, "count": 800}, {"gate": 3.0, "tracker": "hard"}]
     moves = [{"particle": 7, "place": [312.0, 140.25]}, {"particle": None, "place": [0.42]}]
-    (told,) = timeline_view(changes((10, {"gate": 3.0, "move": moves})), FIRST)
-    assert told.moved == ["Particle 7 moved to (312, 140.2)", "Estimate moved to 0.42"]
-    assert (told.values, told.before) == ({"gate": 3.0}, {"gate": 5.0})
+    (one,) = timeline_view(changes((10, {"gate": 3.0, "move": moves})), FIRST)
+    assert one.moved == ["Particle 7 moved to (312, 140.2)", "Estimate moved to 0.42"]
+    assert (one.values, one.before) == ({"gate": 3.0}, {"gate": 5.0})
 
 
-def test_a_threshold_holds_while_its_tracker_is_in_charge() -> None:
+@pytest.mark.parametrize(
+    ("first", "timeline", "steps"),
+    [
+        ({}, [(10, {"gate": 3.0}), (20, {"tracker": "soft"})], [(0, 5.0), (10, 3.0), (20, None)]),
+        ({"tracker": "soft"}, [(0, {"tracker": "soft"})], None),
+        ({"gate": 7.0}, [], [(0, 7.0)]),
+    ],
+)
+def test_a_threshold_holds_while_its_tracker_is_in_charge(first: Any, timeline: Any, steps: Any) -> None:
     """A threshold has a step for each change, and none where another tracker is in charge; others are not told."""
-    (view,) = threshold_views(changes((10, {"gate": 3.0}), (20, {"tracker": "soft"})), FIRST, DECLARATIONS)
-    assert (view.name, view.of) == ("gate", "sigma")
-    assert [(step.frame, step.value) for step in view.steps] == [(0, 5.0), (10, 3.0), (20, None)]
-    assert threshold_views(changes((0, {"tracker": "soft"})), {**FIRST, "tracker": "soft"}, DECLARATIONS) == []
-    (view,) = threshold_views([], {**FIRST, "gate": 7.0}, DECLARATIONS)
-    assert [(step.frame, step.value) for step in view.steps] == [(0, 7.0)]
+    views = threshold_views(changes(*timeline), FIRST | first, DECLARATIONS)
+    told = [(view.name, view.of, [(step.frame, step.value) for step in view.steps]) for view in views]
+    assert told == ([] if steps is None else [("gate", "sigma", steps)])
