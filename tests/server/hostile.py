@@ -8,7 +8,9 @@ import socket
 import subprocess
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -70,53 +72,37 @@ def hang_up(*_: object) -> None:
     time.sleep(60)
 
 
-def answer_nonsense(*_: object) -> str:
-    """Answer with something other than an index."""
-    return "nonsense"
+def answer(what: object, *_: object) -> object:
+    """Answer with what is not an index."""
+    return what
 
 
-def answer_half(*_: object) -> str:
-    """Answer with half an index."""
-    return '{"kind": "video"}'
-
-
-def answer_a_number(*_: object) -> int:
-    """Answer with what is not even text."""
-    return 7
-
-
-def say(*parts: bytes) -> None:
-    """Write bytes to the pipe of the answer, past our own program."""
-    pipe = socket.socket(fileno=_pipe())
-    for part in parts:
-        pipe.sendall(part)
+def say(length: bytes, text: bytes, *_: object) -> None:
+    """Write to the pipe of the answer, past our own program."""
+    pipe = socket.socket(fileno=next(int(name) for name, target in _descriptors() if target.startswith("socket:")))
+    pipe.sendall(length + text)
     time.sleep(60)
-
-
-def say_no_json(*_: object) -> None:
-    """Say something other than JSON."""
-    say((7).to_bytes(8, "big"), b"no json")
-
-
-def say_a_pickle(*_: object) -> None:
-    """Say a pickle, which would run a command in its reader."""
-    text = f"cos\nsystem\n(S'touch {HARM}'\ntR.".encode()
-    say(len(text).to_bytes(8, "big"), text)
-
-
-def flood(*_: object) -> None:
-    """Announce, and begin to say, more than anybody wants to hear."""
-    say((20_000_000).to_bytes(8, "big"), bytes(20_000_000))
-
-
-def announce(*_: object) -> None:
-    """Announce more than anybody wants to hear, and say nothing."""
-    say((20_000_000).to_bytes(8, "big"))
 
 
 def flood_a_reply(*_: object) -> str:
     """Answer in due form, and at far too great a length."""
     return "x" * 20_000_000
+
+
+def said(text: bytes, length: int | None = None) -> Callable[..., None]:
+    """Return a task that announces a message, of another length where told, and says it."""
+    return partial(say, (len(text) if length is None else length).to_bytes(8, "big"), text)
+
+
+ANSWERS: tuple[Callable[..., object], ...] = (
+    *(partial(answer, what) for what in ("nonsense", '{"kind": "video"}', 7)),
+    said(b"no json"),
+    said(f"cos\nsystem\n(S'touch {HARM}'\ntR.".encode()),  # a pickle, which would run a command in its reader
+    said(b"", 20_000_000),
+    said(bytes(20_000_000)),
+    flood_a_reply,
+)
+"""What answers with nonsense, half an index, what is not even text, and more than anybody wants to hear."""
 
 
 def unfold(*_: object) -> int:
@@ -133,7 +119,6 @@ def limits() -> dict[str, Any]:
 
 def surroundings() -> dict[str, Any]:
     """Tell what this process has of its parent's."""
-    links = {each.name: _target(each) for each in Path("/proc/self/fd").iterdir()}
     return {
         "pid": os.getpid(),
         "parent": os.getppid(),
@@ -141,7 +126,7 @@ def surroundings() -> dict[str, Any]:
         "session": os.getsid(0),
         "threads": threading.active_count(),
         "threads_of_parent": len(list(Path(f"/proc/{os.getppid()}/task").iterdir())),
-        "descriptors": {number: target for number, target in links.items() if not target.startswith("/proc/")},
+        "descriptors": dict(_descriptors()),
         "dispositions": [str(signal.getsignal(each)) for each in (signal.SIGALRM, signal.SIGXCPU, signal.SIGTERM)],
         "blocked": len(signal.pthread_sigmask(signal.SIG_BLOCK, ())),
     }
@@ -196,16 +181,12 @@ def decode_and_look_around(path: str) -> dict[str, str]:
     return dict(os.environ)
 
 
-def _pipe() -> int:
-    """Return the descriptor of the pipe: the one socket that is open."""
-    return next(int(each.name) for each in Path("/proc/self/fd").iterdir() if _target(each).startswith("socket:"))
-
-
-def _target(link: Path) -> str:
-    try:
-        return str(link.readlink())
-    except OSError:  # that of the listing itself
-        return "/proc/"
+def _descriptors() -> Iterator[tuple[str, str]]:
+    """Yield the open descriptors with what they are of, but for that of the listing itself."""
+    for each in Path("/proc/self/fd").iterdir():
+        with suppress(OSError):
+            if not (target := str(each.readlink())).startswith("/proc/"):
+                yield each.name, target
 
 
 def _written(path: Path) -> str:

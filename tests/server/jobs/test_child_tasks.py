@@ -38,9 +38,7 @@ def test_the_process_limits_itself() -> None:
     # Memory is counted from what the process had when it was forked.
     assert abs(found["AS"][0] - BUDGET.memory_bytes - found["size"]) < 64 * MEBIBYTE
     assert 120 <= found["CPU"][0] < 130
-    assert found["FSIZE"] == [0, 0]
-    assert found["NOFILE"] == [BUDGET.open_files, BUDGET.open_files]
-    assert found["CORE"] == [0, 0]
+    assert [found[name] for name in ("FSIZE", "NOFILE", "CORE")] == [[0, 0], [BUDGET.open_files] * 2, [0, 0]]
 
 
 def test_the_process_has_nothing_of_its_parents() -> None:
@@ -68,22 +66,17 @@ def test_the_process_has_nothing_of_its_parents() -> None:
     assert found["blocked"] == 0
 
 
-def test_the_process_writes_nothing(tmp_path: Path) -> None:
-    """No file becomes longer, whether it was there or not."""
+def test_the_process_writes_nothing_and_reaches_nobody(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """No file becomes longer, whether it was there or not, and what a decoder prints fills no log.
+
+    It cannot reach even a server on this machine, where the system lets a process leave the network.
+    """
     (tmp_path / "there").write_bytes(b"before")
     assert ask(hostile.write, str(tmp_path)) == ["OSError", "OSError"]
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"there": b"before", "new": b""}
-
-
-def test_the_process_reaches_nobody() -> None:
-    """Not even a server on this machine, where the system lets a process leave the network."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         found = ask(hostile.reach, server.getsockname()[1])
     assert found["reached"] is not found["alone"]
-
-
-def test_the_process_is_silent(capfd: pytest.CaptureFixture[str]) -> None:
-    """What a decoder prints, which a file may decide, fills no log."""
     assert ask(hostile.talk) == "quiet"
     assert "COMPLAINT" not in "".join(capfd.readouterr())
 
@@ -91,23 +84,18 @@ def test_the_process_is_silent(capfd: pytest.CaptureFixture[str]) -> None:
 def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
     """A process that a decoder has managed to start does not outlive it."""
     told = tmp_path / "child"
-
-    def started() -> bool:
-        return told.exists() and told.read_text() != ""
-
+    work = ChildTasks(Queues()).run_beside(
+        hostile.start_another, str(told), stopped=lambda: told.exists() and told.read_text() != ""
+    )
     with pytest.raises(ApiError, match="was killed"):
-        run(ChildTasks(Queues()).run_beside(hostile.start_another, str(told), stopped=started))
+        run(work)
     wait_for(lambda: ended(int(told.read_text())))
 
 
 def test_short_work_ends_with_its_client() -> None:
     """Nobody waits for what nobody wants any more."""
-
-    async def leave() -> None:
-        await asyncio.sleep(0.3)
-
     with pytest.raises(ApiError, match="hung up"):
-        run(ChildTasks(Queues(), leave).run(hostile.hang))
+        run(ChildTasks(Queues(), lambda: asyncio.sleep(0.3)).run(hostile.hang))
 
 
 def test_work_that_goes_on_is_not_silent() -> None:

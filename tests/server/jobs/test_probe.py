@@ -48,20 +48,20 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_a_probe_tells_what_a_survey_finds(clip: Path) -> None:
-    """A good file gives the same index as opening it would."""
-    found = probe(clip)
+def test_a_probe_tells_what_a_survey_finds(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A good file gives the same index as opening it would, and spares the next reader of the file the survey.
+
+    The process that asks could not even open a file.
+    """
     with closing(open_sequence(clip)) as sequence:
-        assert found == sequence.index
+        survey = sequence.index
+    monkeypatch.setattr("pftrack_server.jobs.functions.open_sequence", None)
+    monkeypatch.setattr("pftrack.sources.video.VideoSequence._survey", None)
+    found = probe(clip)
+    assert found == survey
     assert (found.kind, found.frame_count, found.width, found.height) == ("video", 24, 64, 48)
     assert (found.frame_rate_hz, found.duration_s, found.warnings) == (25.0, pytest.approx(0.96), ())
-
-
-def test_a_probed_file_opens_at_once(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The probe's index spares the next reader of the file the survey."""
-    index = probe(clip)
-    monkeypatch.setattr("pftrack.sources.video.VideoSequence._survey", None)
-    with closing(open_sequence(clip, index=index)) as sequence:
+    with closing(open_sequence(clip, index=found)) as sequence:
         assert sequence.picture(20).shape == (48, 64, 3)
 
 
@@ -77,12 +77,6 @@ def test_folders_animations_and_tables_are_probed_too(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("\n".join(("frame,point,x_px,y_px", *rows)))
     kinds = [(index.kind, index.frame_count) for index in map(probe, (folder, tmp_path / "a.gif", tmp_path / "a.csv"))]
     assert kinds == [("images", 3), ("gif", 3), ("tracks", 2)]
-
-
-def test_no_file_is_decoded_here(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The process that asks could not even open a file."""
-    monkeypatch.setattr("pftrack_server.jobs.functions.open_sequence", None)
-    assert probe(clip).frame_count == 24
 
 
 def test_columns_are_named_in_the_confined_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -128,16 +122,21 @@ def test_any_name_may_be_probed(clip: Path, tmp_path: Path) -> None:
 # ---------------------------------------------------------------- harm
 
 
-def test_a_decoder_without_end_runs_out_of_processor_time(endless: Path) -> None:
-    """A file that keeps its decoder busy is given up after the processor time allowed."""
-    with pytest.raises(RefusedError, match=r"needs more than the 0\.9 s of processor time that it may use"):
-        probe(endless, cpu_seconds=0.9)  # the system counts whole seconds, from what was used already
-
-
-def test_a_decoder_without_end_runs_out_of_time(endless: Path) -> None:
-    """A file that takes long is given up after the time allowed."""
-    with pytest.raises(ApiError, match=r"did not respond for 0\.5 s and was stopped"):
-        probe(endless, silence_s=0.5)
+@pytest.mark.parametrize(
+    ("budget", "error", "sentence"),
+    [
+        # The system counts whole seconds, from what was used already.
+        ({"cpu_seconds": 0.9}, RefusedError, r"needs more than the 0\.9 s of processor time that it may use"),
+        ({"silence_s": 0.5}, ApiError, r"did not respond for 0\.5 s and was stopped"),
+        ({"memory_bytes": 20 * MEBIBYTE}, RefusedError, "needs more than the allowed 20 MiB of memory"),
+    ],
+)
+def test_a_decoder_without_end_is_given_up(
+    endless: Path, budget: dict[str, Any], error: type[Exception], sentence: str
+) -> None:
+    """After the processor time, the time or the memory that it may use, which is told."""
+    with pytest.raises(error, match=sentence):
+        probe(endless, **budget)
 
 
 def test_a_probe_may_be_stopped(endless: Path) -> None:
@@ -162,41 +161,23 @@ def test_a_probe_may_be_dropped(endless: Path) -> None:
         run(drop(after_s))
 
 
-def test_a_memory_bomb_is_told(endless: Path) -> None:
-    """A file that unfolds to more memory than allowed is refused by saying so."""
-    with pytest.raises(RefusedError, match="needs more than the allowed 20 MiB of memory"):
-        probe(endless, memory_bytes=20 * MEBIBYTE)
+SENTENCES = {
+    hostile.fail: "see the server's log",
+    hostile.be_killed: "its process was killed",
+    hostile.unfold: "needs more memory than the 1024 MiB",
+    hostile.hang: "did not respond for 1 s",
+}
+DAMAGING = (hostile.crash, hostile.abort, hostile.leave, hostile.leave_with_status, *hostile.ANSWERS, hostile.hang_up)
 
 
-@pytest.mark.parametrize(
-    ("harm", "sentence"),
-    [
-        (hostile.crash, "Its input may be damaged"),
-        (hostile.abort, "Its input may be damaged"),
-        (hostile.fail, "see the server's log"),
-        (hostile.be_killed, "its process was killed"),
-        (hostile.leave, "Its input may be damaged"),
-        (hostile.leave_with_status, "Its input may be damaged"),
-        (hostile.unfold, "needs more memory than the 1024 MiB"),
-        (hostile.answer_nonsense, "Its input may be damaged"),
-        (hostile.answer_half, "Its input may be damaged"),
-        (hostile.answer_a_number, "Its input may be damaged"),
-        (hostile.say_no_json, "Its input may be damaged"),
-        (hostile.say_a_pickle, "Its input may be damaged"),
-        (hostile.announce, "Its input may be damaged"),
-        (hostile.flood, "Its input may be damaged"),
-        (hostile.flood_a_reply, "Its input may be damaged"),
-        (hostile.hang_up, "Its input may be damaged"),
-        (hostile.hang, "did not respond for 1 s"),
-    ],
-)
+@pytest.mark.parametrize("harm", [*SENTENCES, *DAMAGING])
 def test_a_process_that_goes_wrong_becomes_a_sentence(
-    clip: Path, monkeypatch: pytest.MonkeyPatch, harm: Callable[..., Any], sentence: str
+    clip: Path, monkeypatch: pytest.MonkeyPatch, harm: Callable[..., Any]
 ) -> None:
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "index_frames", harm)
     monkeypatch.setattr("pftrack.process.pool.LAST_WORDS_S", 0.3)
-    with pytest.raises(RefusedError, match=sentence):
+    with pytest.raises(RefusedError, match=SENTENCES.get(harm, "Its input may be damaged")):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()
 

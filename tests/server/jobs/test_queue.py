@@ -16,7 +16,6 @@ from pftrack_server.jobs.child_tasks import ChildTasks, Queue, Queues, unless_go
 from pftrack_server.jobs.functions import do_nothing
 from pftrack_server.jobs.jobs import Jobs
 from pftrack_server.work.runs import FitJob, ImportJob
-from tests.apart import run
 from tests.conftest import BASE
 from tests.server.host import Server
 from tests.server.uploads.test_uploads import png, send
@@ -49,65 +48,54 @@ def send_film(server: Server, ticket: str) -> httpx.Response:
         return client.post("/api/v1/uploads", params={"ticket": ticket}, files={"file": ("film.mp4", FILM)})
 
 
-async def take_turns() -> list[str]:
-    queue, order = Queue(1), list[str]()
+async def stand_in_line(queue: Queue, *weights_s: float) -> tuple[list[asyncio.Task[None]], list[str]]:
+    """Have work called a, b, ... wait for its turn in a queue, each so heavy; return it, and the order of its turns."""
+    order: list[str] = []
 
-    async def work(name: str) -> None:
-        async with queue.place(name):
+    async def work(name: str, weight_s: float) -> None:
+        async with queue.place(name, weight_s=weight_s):
             order.append(name)
             await asyncio.sleep(0)
 
-    async with queue.place():
-        waiting = [asyncio.create_task(work(name)) for name in "abcd"]
+    waiting = []
+    for name, weight_s in zip("abcd", weights_s, strict=True):
+        waiting.append(asyncio.create_task(work(name, weight_s)))
         await asyncio.sleep(0)
+    return waiting, order
+
+
+async def test_the_first_to_come_is_the_first_to_be_served() -> None:
+    """Each is told how many are before it, and one that gives up is passed over.
+
+    One that gives up at the moment at which its turn comes hands it on.
+    """
+    queue = Queue(1)
+    async with queue.place():
+        waiting, order = await stand_in_line(queue, 0.0, 0.0, 0.0, 0.0)
         assert [queue.before(name) for name in "abcd"] == [1, 2, 3, 4]
         waiting[1].cancel()
         await asyncio.gather(waiting[1], return_exceptions=True)
         assert [queue.before(name) for name in "abcd"] == [1, None, 2, 3]
     await asyncio.gather(*waiting, return_exceptions=True)
+    assert order == ["a", "c", "d"]
     async with queue.place("e"):
         assert queue.before("e") is None
-    return order
-
-
-async def give_up_as_ones_turn_comes() -> None:
-    queue = Queue(1)
-    first = queue.place()
-    await first.__aenter__()
-    second = asyncio.create_task(queue.place().__aenter__())
-    await asyncio.sleep(0)
-    await first.__aexit__(None, None, None)
-    second.cancel()
-    await asyncio.gather(second, return_exceptions=True)
-    async with asyncio.timeout(10), queue.place():
+        late = asyncio.create_task(queue.place().__aenter__())
+        await asyncio.sleep(0)
+    late.cancel()
+    await asyncio.gather(late, return_exceptions=True)
+    async with asyncio.timeout(60), queue.place():
         pass
 
 
-def test_the_first_to_come_is_the_first_to_be_served() -> None:
-    """Each is told how many are before it, and one that gives up is passed over."""
-    assert run(take_turns()) == ["a", "c", "d"]
-
-
-async def pass_by() -> list[str]:
-    queue, order = Queue(1), list[str]()
-
-    async def work(name: str, weight_s: float) -> None:
-        async with queue.place(name, weight_s=weight_s):
-            order.append(name)
-
-    async with queue.place():
-        waiting = []
-        for name, weight_s in (("film", 500.0), ("clip", 20.0), ("other film", 500.0), ("picture", 0.0)):
-            waiting.append(asyncio.create_task(work(name, weight_s)))
-            await asyncio.sleep(0)
-        assert [queue.before(name) for name in ("picture", "film")] == [1, 3]
-    await asyncio.gather(*waiting)
-    return order
-
-
-def test_small_ones_pass_large_ones() -> None:
+async def test_small_ones_pass_large_ones() -> None:
     """What takes less time comes before what has come earlier by less than that."""
-    assert run(pass_by()) == ["picture", "clip", "film", "other film"]
+    queue = Queue(1)
+    async with queue.place():
+        waiting, order = await stand_in_line(queue, 500.0, 20.0, 500.0, 0.0)
+        assert [queue.before(name) for name in ("d", "a")] == [1, 3]
+    await asyncio.gather(*waiting)
+    assert order == ["d", "b", "a", "c"]
 
 
 class Works:
@@ -131,76 +119,39 @@ class Works:
         return name
 
 
-async def turn_out_heavy() -> list[str]:
+async def test_what_takes_a_moment_does_not_wait_for_what_turns_out_heavy() -> None:
+    """One goes on among heavy work, the next has to begin again when its turn comes, and both make room."""
     queues, works = Queues(light=1, heavy=1, moment_s=0.05), Works()
     one, two = (
         asyncio.create_task(queues.take_turn(lambda name=name: works.do(name), name)) for name in ("one", "two")
     )
-    assert await asyncio.wait_for(queues.take_turn(lambda: works.do("light")), 10) == "light"
+    assert await asyncio.wait_for(queues.take_turn(lambda: works.do("light")), 60) == "light"
     assert (queues.before("one"), queues.before("two")) == (0, 1)
     assert works.given_up == ["two"]
     works.ends["one"].set()
     works.ends["two"].set()
     assert await asyncio.gather(one, two) == ["one", "two"]
-    assert queues.light.is_free
-    assert queues.heavy.is_free
-    return works.begun
+    assert (queues.light.is_free, queues.heavy.is_free) == (True, True)
+    assert works.begun == ["one", "two", "light", "two"]
 
 
-def test_what_takes_a_moment_does_not_wait_for_what_turns_out_heavy() -> None:
-    """One goes on among heavy work, the next has to begin again when its turn comes, and both make room."""
-    assert run(turn_out_heavy()) == ["one", "two", "light", "two"]
-
-
-async def leave() -> list[str]:
+async def test_a_client_that_leaves_takes_the_work_along() -> None:
+    """Work whose client is gone is cancelled, and has ended when that is said."""
     queues, works = Queues(light=1, heavy=1, moment_s=60.0), Works()
     one = asyncio.create_task(queues.take_turn(lambda: works.do("one")))
     await works.is_begun.wait()
     one.cancel()
     await asyncio.gather(one, return_exceptions=True)
-    assert queues.light.is_free
-    return works.given_up
-
-
-def test_a_client_that_leaves_takes_the_work_along() -> None:
-    """Work whose client is gone is not computed."""
-    assert run(leave()) == ["one"]
-
-
-def test_a_place_is_not_lost() -> None:
-    """One that gives up at the moment at which its turn comes hands it on."""
-    run(give_up_as_ones_turn_comes())
-
-
-async def hang_up() -> bool:
-    ended = False
-
-    async def work() -> None:
-        nonlocal ended
-        try:
-            await asyncio.Event().wait()
-        finally:
-            ended = True
-
+    assert (queues.light.is_free, works.given_up) == (True, ["one"])
     with pytest.raises(ApiError, match="hung up"):
-        await unless_gone(work(), lambda: asyncio.sleep(0))
-    return ended
+        await unless_gone(works.do("two"), lambda: asyncio.sleep(0))
+    assert works.given_up == ["one", "two"]
 
 
-def test_work_ends_with_its_client() -> None:
-    """What nobody waits for is cancelled, and has ended when that is said."""
-    assert run(hang_up())
-
-
-async def drop_as_it_begins(tasks: ChildTasks) -> None:
-    for wait_s in (0.0, 0.001, 0.003, 0.01) * 10:
-        begun = asyncio.create_task(tasks.run(do_nothing))
-        await asyncio.sleep(wait_s)
-        begun.cancel()
-        await asyncio.gather(begun, return_exceptions=True)
-
-
-async def begin_too_many() -> None:
+async def test_jobs_are_bounded_and_end_when_nobody_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One more of a kind than may be under way is refused, one of another kind begins; a list of all asks for none."""
+    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.05)
+    monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_AT_WORK", 1)
     jobs = Jobs()
 
     async def work(_: Any) -> None:
@@ -211,48 +162,42 @@ async def begin_too_many() -> None:
         jobs.begin(FitJob(id="two", name="gain"), work)
     jobs.begin(ImportJob(id="three", name="run.pft"), work)
     assert [job.id for job in jobs.all()] == ["three", "one"]
-    for _ in range(3000):
-        if first in jobs.all() and first.state == "failed":
-            break
-        await asyncio.sleep(0.01)
+    await asyncio.to_thread(wait_for, lambda: first in jobs.all() and first.state == "failed")
     assert "Nobody asked" in str(first.error)
     await jobs.close()
 
 
-def test_jobs_are_bounded_and_end_when_nobody_asks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One more of a kind than may be under way is refused, one of another kind begins; a list of all asks for none."""
-    monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.05)
-    monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_AT_WORK", 1)
-    run(begin_too_many())
-
-
 def test_a_task_that_is_dropped_as_it_begins_harms_no_other(server: Server, client: httpx.Client) -> None:
     """Its process is made to the end first: who makes processes would die of half a request."""
+
+    async def drop_as_it_begins(tasks: ChildTasks) -> None:
+        for wait_s in (0.0, 0.001, 0.003, 0.01) * 5:
+            begun = asyncio.create_task(tasks.run(do_nothing))
+            await asyncio.sleep(wait_s)
+            begun.cancel()
+            await asyncio.gather(begun, return_exceptions=True)
+
     server.run(drop_as_it_begins(server.app.state.services.tasks))
     assert client.get("/readyz").status_code == 200
 
 
-def test_readiness_waits_for_nobody(server: Server, client: httpx.Client) -> None:
-    """However much is being worked on, the server says at once that it can work."""
-    with occupied(server, "light", "heavy"):
-        assert client.get("/readyz").status_code == 200
-
-
-def test_a_small_upload_does_not_wait_for_films(server: Server, client: httpx.Client) -> None:
-    """While films are looked through, a picture is taken in."""
+def test_small_work_waits_for_nobody(server: Server, client: httpx.Client) -> None:
+    """While films are looked through a picture is taken in, and whatever is worked on, the server says it can work."""
     with occupied(server, "heavy"):
         assert send(client, ("a.png", png(20)), ("b.png", png(30))).status_code == 201
+        with occupied(server, "light"):
+            assert client.get("/readyz").status_code == 200
 
 
 def test_who_waits_is_told_how_many_are_before(server: Server, client: httpx.Client) -> None:
     """Two films behind others know their places; then each gets its answer."""
     with ThreadPoolExecutor(2) as pool:
+        films = []
         with occupied(server, "heavy"):
-            one = pool.submit(send_film, server, "ticket-one")
-            wait_for(lambda: before(client, "ticket-one") == 1)
-            two = pool.submit(send_film, server, "ticket-two")
-            wait_for(lambda: before(client, "ticket-two") == 2)
-        assert [film.result(60).status_code for film in (one, two)] == [422, 422]
+            for place, ticket in enumerate(("ticket-one", "ticket-two"), 1):
+                films.append(pool.submit(send_film, server, ticket))
+                wait_for(lambda place=place, ticket=ticket: before(client, ticket) == place)
+        assert [film.result(60).status_code for film in films] == [422, 422]
     assert before(client, "ticket-two") == 0
     assert client.get("/api/v1/queue/no%20ticket").status_code == 422
 
