@@ -23,62 +23,62 @@ HOST = "127.0.0.1:8000"
 FORWARDED = {"x-forwarded-proto": "https", "x-forwarded-host": "lab.example", "x-forwarded-prefix": "/out%20side"}
 
 
-class TestReading:
-    @pytest.mark.parametrize(
-        ("text", "path"),
-        [
-            ("", ""),
-            ("/", ""),
-            ("/any/prefix", "/any/prefix"),
-            ("/any/prefix/", "/any/prefix"),
-            ("/@/space%20word/", "/@/space word"),
-            ("/@/space word", "/@/space word"),
-            ("/m%C3%BCller;1", "/müller;1"),
-        ],
-    )
-    def test_what_is_one(self, text: str, path: str) -> None:
-        """It is kept decoded, and comes back encoded in one way, which is read as the same again."""
-        assert read_base_path(text) == path
-        assert read_base_path(encode_path(path)) == path
-        assert not set(encode_path(path)) & set(' ;,"<>ü')
+PATHS = {
+    "": "",
+    "/": "",
+    "/any/prefix": "/any/prefix",
+    "/any/prefix/": "/any/prefix",
+    "/@/space%20word/": "/@/space word",
+    "/@/space word": "/@/space word",
+    "/m%C3%BCller;1": "/müller;1",
+}
+NONE = {
+    "prefix": 'begins with "/"',
+    "https://lab.example/prefix": 'begins with "/"',
+    "//lab.example": "no empty part",
+    "/a//b": "no empty part",
+    "/a/../b": 'no ".."',
+    "/a/%2e%2e/b": 'no ".."',
+    "/.": 'no "."',
+    "/a?b": r'without "\?"',
+    "/a#b": 'without "#"',
+    "/a%2Fb": "no slash within a part",
+    "/a\\b": "no backslash",
+    "/a%0d%0ab": "no control character",
+    "/a%ff": "UTF-8",
+}
 
-    @pytest.mark.parametrize(
-        ("text", "reason"),
-        [
-            ("prefix", 'begins with "/"'),
-            ("https://lab.example/prefix", 'begins with "/"'),
-            ("//lab.example", "no empty part"),
-            ("/a//b", "no empty part"),
-            ("/a/../b", 'no ".."'),
-            ("/a/%2e%2e/b", 'no ".."'),
-            ("/.", 'no "."'),
-            ("/a?b", r'without "\?"'),
-            ("/a#b", 'without "#"'),
-            ("/a%2Fb", "no slash within a part"),
-            ("/a\\b", "no backslash"),
-            ("/a%0d%0ab", "no control character"),
-            ("/a%ff", "UTF-8"),
-        ],
-    )
-    def test_what_is_none(self, text: str, reason: str) -> None:
-        """A setting that is none is refused with what is wrong, and with what was given."""
-        with pytest.raises(ValidationError, match=reason) as refusal:
-            Settings(base_path=text)
-        assert repr(text) in str(refusal.value)
 
-    def test_an_address_and_its_route(self) -> None:
-        """What a route is called by stands behind the base, which is encoded in addresses."""
-        scope = {"root_path": "/space word", "path": "/space word/session/1"}
-        assert route_path(scope) == "/session/1"
-        assert address_of(scope) == "/space%20word/"
-        assert address_of(scope, "session/1") == "/space%20word/session/1"
-        assert (route_path({"path": "/x"}), address_of({"path": "/x"})) == ("/x", "/")
+@pytest.mark.parametrize(("text", "path"), PATHS.items())
+def test_what_is_a_base_path(text: str, path: str) -> None:
+    """It is kept decoded, and comes back encoded in one way, which is read as the same again."""
+    assert read_base_path(text) == path
+    assert read_base_path(encode_path(path)) == path
+    assert not set(encode_path(path)) & set(' ;,"<>ü')
 
-    @pytest.mark.parametrize("proxies", ["proxy.example", "10.0.0.1/8", "127.0.0.1, *"])
-    def test_a_proxy_has_an_address(self, proxies: str) -> None:
-        """A name may belong to anybody."""
-        with pytest.raises(ValidationError, match="address or network"):
-            Settings(trusted_proxies=proxies)  # type: ignore[arg-type]  # read from a text
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        *(("base_path", text, reason) for text, reason in NONE.items()),
+        # A name may belong to anybody.
+        *(("trusted_proxies", text, "address or network") for text in ("proxy.example", "10.0.0.1/8", "127.0.0.1, *")),
+    ],
+)
+def test_a_setting_that_is_none(name: str, text: str, reason: str) -> None:
+    """It is refused with what is wrong, and with what was given."""
+    with pytest.raises(ValidationError, match=reason) as refusal:
+        Settings.model_validate({name: text})
+    assert repr(text) in str(refusal.value)
+
+
+def test_an_address_and_its_route() -> None:
+    """What a route is called by stands behind the base, which is encoded in addresses."""
+    scope = {"root_path": "/space word", "path": "/space word/session/1"}
+    assert route_path(scope) == "/session/1"
+    assert address_of(scope) == "/space%20word/"
+    assert address_of(scope, "session/1") == "/space%20word/session/1"
+    assert (route_path({"path": "/x"}), address_of({"path": "/x"})) == ("/x", "/")
 
 
 def _seen(path: str, headers: dict[str, str], *, client: str = PROXY, kind: str = "http", **settings: Any) -> Any:
@@ -113,61 +113,61 @@ def _told(scope: Any) -> tuple[str, str, str, str]:
     return scope["scheme"], dict(scope["headers"])[b"host"].decode(), scope["root_path"], scope["path"]
 
 
-class TestProxies:
-    @pytest.mark.parametrize("client", [PROXY, f"::ffff:{PROXY}"])
-    def test_a_named_one_is_believed(self, client: str) -> None:
-        """Scheme, host and what was taken off the path are those that the browser has used."""
-        seen = _seen("/work", FORWARDED, client=client)
-        assert _told(seen) == ("https", "lab.example", "/out side", "/out side/work")
-        assert seen["raw_path"] == b"/out%20side/work"
+OUT = ("https", "lab.example", "/out side", "/out side/work")
+HERE = ("http", HOST, "", "/work")
+EVIL = ("http", "evil.example", "", "/work")
+"""What an app is told of a request: scheme, host, base and path."""
 
-    def test_its_prefix_comes_before_the_servers_own(self) -> None:
-        """A proxy that takes off a part of the path leaves the server's own part in it."""
-        seen = _seen("/in/side/work", FORWARDED, base_path="/in/side")
-        assert _told(seen)[2:] == ("/out side/in/side", "/out side/in/side/work")
 
-    @pytest.mark.parametrize("proto", ["https", "wss", "http, HTTPS"])
-    def test_a_websocket_is_as_secure_as_its_page(self, proto: str) -> None:
-        """Its scheme goes by either name, and the nearest proxy has the last word."""
-        assert _seen("/x", {"x-forwarded-proto": proto}, kind="websocket")["scheme"] == "wss"
+@pytest.mark.parametrize(
+    ("who", "told"),
+    [
+        ({"client": PROXY}, OUT),
+        ({"client": f"::ffff:{PROXY}"}, OUT),
+        ({"trusted_proxies": "198.51.100.1,192.0.2.0/24"}, OUT),  # a network stands for all its addresses
+        ({"trusted_proxies": "192.0.2.8/31,2001:db8::/32"}, HERE),
+        ({"client": STRANGER}, HERE),
+        ({"client": "127.0.0.1"}, HERE),
+        ({"client": "testclient"}, HERE),
+        ({"trusted_proxies": ""}, HERE),
+        ({"headers": {"host": "evil.example"}}, EVIL),  # a page of a stranger, on the machine of the proxy
+    ],
+)
+def test_a_named_proxy_is_believed_and_nobody_else(who: dict[str, Any], told: tuple[str, ...]) -> None:
+    """Scheme, host and what was taken off the path are those that the browser has used.
 
-    @pytest.mark.parametrize(
-        "who",
-        [
-            {"client": STRANGER},
-            {"client": "127.0.0.1"},
-            {"client": "testclient"},
-            {"trusted_proxies": ""},
-            {"headers": {"host": "evil.example"}},  # a page of a stranger, on the machine of the proxy
-        ],
-    )
-    def test_nobody_else_is(self, who: dict[str, Any]) -> None:
-        """From any address but a named proxy's, or for another server, the request's own word counts."""
-        headers = FORWARDED | who.pop("headers", {})
-        seen = _seen("/work", headers, **who)
-        assert _told(seen) == ("http", headers.get("host", HOST), "", "/work")
+    From any address but a named proxy's, or for another server, the request's own word counts.
+    """
+    seen = _seen("/work", FORWARDED | who.pop("headers", {}), **who)
+    assert _told(seen) == told
+    assert seen["raw_path"] == encode_path(told[-1]).encode()
 
-    def test_a_page_tells_which_setting_is_missing(self) -> None:
-        """Its addresses would lead nowhere; one whose own path comes through, or of another server, is not refused."""
-        page = {"x-forwarded-prefix": "/user/ann/proxy/8000", "accept": "text/html"}
-        assert _seen("/", page, trusted_proxies="") == (400, "")
-        assert _seen("/", page, client="testclient")["root_path"] == ""
-        assert _seen("/in/", {**page, "x-forwarded-prefix": "/in"}, client=STRANGER, base_path="/in")["path"] == "/in/"
-        assert _seen("/", {**page, "host": "evil.example"}, client=STRANGER)["path"] == "/"
 
-    def test_networks(self) -> None:
-        """A network is named by its prefix, and stands for all its addresses."""
-        assert _seen("/", FORWARDED, trusted_proxies="198.51.100.1,192.0.2.0/24")["scheme"] == "https"
-        assert _seen("/", FORWARDED, trusted_proxies="192.0.2.8/31,2001:db8::/32")["scheme"] == "http"
+def test_its_prefix_comes_before_the_servers_own() -> None:
+    """A proxy that takes off a part of the path leaves the server's own part in it; without its slash it leads there.
 
-    @pytest.mark.parametrize("prefix", ["outside", "//evil.example", "/a/../b"])
-    def test_a_prefix_that_is_none(self, prefix: str) -> None:
-        """The proxy is told so, rather than leading browsers elsewhere."""
+    The proxy is told of a prefix that is none, rather than leading browsers elsewhere.
+    """
+    seen = _seen("/in/side/work", FORWARDED, base_path="/in/side")
+    assert _told(seen)[2:] == ("/out side/in/side", "/out side/in/side/work")
+    assert _seen("/in", FORWARDED, base_path="/in/") == (307, "/out%20side/in/")
+    for prefix in ("outside", "//evil.example", "/a/../b"):
         assert _seen("/", {"x-forwarded-prefix": prefix}) == (400, "")
 
-    def test_the_prefix_without_its_slash(self) -> None:
-        """It leads to the start page, with the token that a link may carry."""
-        assert _seen("/in", FORWARDED, base_path="/in/") == (307, "/out%20side/in/")
+
+@pytest.mark.parametrize("proto", ["https", "wss", "http, HTTPS"])
+def test_a_websocket_is_as_secure_as_its_page(proto: str) -> None:
+    """Its scheme goes by either name, and the nearest proxy has the last word."""
+    assert _seen("/x", {"x-forwarded-proto": proto}, kind="websocket")["scheme"] == "wss"
+
+
+def test_a_page_tells_which_setting_is_missing() -> None:
+    """Its addresses would lead nowhere; one whose own path comes through, or of another server, is not refused."""
+    page = {"x-forwarded-prefix": "/user/ann/proxy/8000", "accept": "text/html"}
+    assert _seen("/", page, trusted_proxies="") == (400, "")
+    assert _seen("/", page, client="testclient")["root_path"] == ""
+    assert _seen("/in/", {**page, "x-forwarded-prefix": "/in"}, client=STRANGER, base_path="/in")["path"] == "/in/"
+    assert _seen("/", {**page, "host": "evil.example"}, client=STRANGER)["path"] == "/"
 
 
 class TestServer:

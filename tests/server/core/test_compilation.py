@@ -77,13 +77,8 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     assert answer.status_code == 503
     assert answer.json()["error"]["message"] == f"The server is not ready: {sentence}."
     told = client.get("/api/v1/compilation").json()
-    assert {name: told[name] for name in ("finished", "done", "total", "sentence", "ready")} == {
-        "finished": False,
-        "done": 14,
-        "total": 41,
-        "sentence": sentence,
-        "ready": ["ball"],
-    }
+    expected = {"finished": False, "done": 14, "total": 41, "sentence": sentence, "ready": ["ball"]}
+    assert {name: told[name] for name in expected} == expected
     refused = start(client, "sine")
     assert refused.status_code == 503
     assert sentence in refused.json()["error"]["message"]
@@ -129,33 +124,21 @@ async def test_who_waits_is_told_when_the_server_stops(warming: list[Pretended])
         await waiting
 
 
-def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_news_wait_for_nobody_who_looks(warming: list[Pretended], monkeypatch: pytest.MonkeyPatch) -> None:
     """News are told under the lock that a look takes: if they waited for those who look, both would wait for ever."""
     looks, told = threading.Event(), threading.Event()
 
-    class Slow(Pretended):
-        @property
-        def progress(self) -> Progress:
-            looks.set()
-            assert told.wait(30)
-            return Progress(finished=True, ready=frozenset({"sine"}))
+    def progress(_: Pretended) -> Progress:
+        looks.set()
+        assert told.wait(30)
+        return Progress(finished=True, ready=frozenset({"sine"}))
 
-        @progress.setter
-        def progress(self, value: Progress) -> None:
-            pass
-
-    made: list[Slow] = []
-
-    def begin(names: list[str], told: object) -> Slow:
-        made.append(Slow(names, told))
-        return made[0]
-
-    monkeypatch.setattr(pftrack_server.core.compilation, "Warming", begin)
+    monkeypatch.setattr(Pretended, "progress", property(progress, lambda *_: None), raising=False)
     compilation = Compilation(("sine",), frozenset(), threading.Event())
     with ThreadPoolExecutor(2) as pool:
         waiting = pool.submit(lambda: run(compilation.wait_for("sine")))
         assert looks.wait(30)
-        telling = pool.submit(made[0].told, Progress(done=1, total=2))
+        telling = pool.submit(warming[0].told, Progress(done=1, total=2))
         try:
             telling.result(10)
         finally:
@@ -163,17 +146,15 @@ def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None
         waiting.result(30)
 
 
-def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) -> None:
-    """An experiment that fails to run is let through, so that its session tells what is wrong."""
+def test_what_is_compiled_or_cannot_be_is_let_through(warming: list[Pretended]) -> None:
+    """On every start but the first nothing is started, and everything is ready at once.
+
+    An experiment that fails to run is let through, so that its session tells what is wrong.
+    """
+    compilation = Compilation(("ball",), frozenset({"ball"}), threading.Event())
+    assert (warming, compilation.progress.finished) == ([], True)
+    run(compilation.wait_for("ball"))
     compilation = Compilation(("ball", "broken"), frozenset({"ball"}), threading.Event())
     assert warming[0].names == ["broken"]
     warming[0].goes_on(Progress(failed={"broken": "ValueError: no"}, finished=True))
     run(compilation.wait_for("broken"))
-
-
-def test_what_is_compiled_needs_no_process(warming: list[Pretended]) -> None:
-    """On every start but the first nothing is started, and everything is ready at once."""
-    compilation = Compilation(("ball",), frozenset({"ball"}), threading.Event())
-    assert warming == []
-    assert compilation.progress.finished
-    run(compilation.wait_for("ball"))

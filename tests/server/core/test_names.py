@@ -25,27 +25,26 @@ def session(client: httpx.Client) -> dict[str, object]:
     return begin(client, **wish)
 
 
-def test_a_session_is_called_by_its_preset(client: httpx.Client, session: dict[str, object]) -> None:
-    """The run that is saved of it and the files that are made of it are, too."""
+def test_a_session_is_called_by_its_preset_or_by_a_name_that_is_given(
+    client: httpx.Client, session: dict[str, object]
+) -> None:
+    """The run that is saved of it and the files that are made of it are, too; an empty name brings back the first.
+
+    Sessions and runs are found by their names.
+    """
+    path = f"/api/v1/sessions/{session['id']}"
     assert session["name"] == PRESET.title
     run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
     assert run["title"].startswith(PRESET.title)
     table = taken(client, str(session["id"]), "csv")
     assert f'filename="{run_file_name("ball", PRESET.title)}-' in table.headers["content-disposition"]
-
-
-def test_a_name_that_is_given_stays(client: httpx.Client, session: dict[str, object]) -> None:
-    """Sessions and runs are found by it; an empty one brings back the first."""
-    path = f"/api/v1/sessions/{session['id']}"
     assert client.patch(path, json={"name": " Tuesday's ball "}).json()["name"] == "Tuesday's ball"
-    found = client.get("/api/v1/work", params={"q": "tuesday"}).json()
-    assert [each["name"] for each in found["sessions"]] == ["Tuesday's ball"]
-    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
     assert client.patch(f"/api/v1/runs/{run['id']}", json={"title": "Wednesday"}).json()["title"] == "Wednesday"
-    assert [each["id"] for each in client.get("/api/v1/work", params={"q": "wednesday"}).json()["runs"]] == [run["id"]]
-    assert (
-        'filename="ball-wednesday-' in client.get(f"/api/v1/runs/{run['id']}/download").headers["content-disposition"]
-    )
+    found = {day: client.get("/api/v1/work", params={"q": day}).json() for day in ("tuesday", "wednesday")}
+    assert [each["name"] for each in found["tuesday"]["sessions"]] == ["Tuesday's ball"]
+    assert [each["id"] for each in found["wednesday"]["runs"]] == [run["id"]]
+    saved = client.get(f"/api/v1/runs/{run['id']}/download")
+    assert 'filename="ball-wednesday-' in saved.headers["content-disposition"]
     assert client.patch(path, json={"name": ""}).json()["name"] == PRESET.title
     assert client.patch(f"/api/v1/runs/{run['id']}", json={"title": ""}).status_code == 422
 
