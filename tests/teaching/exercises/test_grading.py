@@ -40,6 +40,14 @@ HANDED_IN = {
     "typo": "def normalise(:\nEXERCISE = 'importance-weights'\nEXERCISE = 'importance-weights'\n",
 }
 
+WHY = {
+    "crash": "Its process was ended",
+    "forge": "Its process was ended",
+    "spin": "3 s of processor time",
+    "nobody": "no line EXERCISE",
+    "other": "nothing-like-it",
+}
+
 
 @pytest.fixture(scope="module")
 def graded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
@@ -52,40 +60,19 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]
 
 
 def test_points_are_those_of_the_checks(graded: dict[str, dict[str, Any]]) -> None:
-    """A right submission has all, a wrong one what holds of it."""
+    """A right submission has all, a wrong one what holds of it; what could not be checked has none and says why.
+
+    What takes too much memory breaks in its own line.
+    """
     assert graded.keys() == HANDED_IN.keys()
     assert graded["ada"]["score"] == graded["ada"]["max_score"] == 9
     assert 0 < graded["bob"]["score"] < 9
     assert graded["typo"]["score"] == 0
     assert "mine.py, line 1" in graded["typo"]["tests"][0]["output"]
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("crash", "Its process was ended"),
-        ("forge", "Its process was ended"),
-        ("spin", "3 s of processor time"),
-        ("nobody", "no line EXERCISE"),
-        ("other", "nothing-like-it"),
-    ],
-)
-def test_what_could_not_be_checked_says_why(graded: dict[str, dict[str, Any]], name: str, words: str) -> None:
-    """It has no points, and the others have theirs."""
-    assert graded[name]["score"] == 0
-    assert words in graded[name]["output"]
-
-
-def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
-    """What is not a file has no points, and holds up no other submission."""
-    os.mkfifo(tmp_path / "pipe.py")
-    ((_, found),) = grade(submissions_in(tmp_path), {})
-    assert (found["score"], found["output"]) == (0, "It is not a regular file.")
-
-
-def test_memory_is_limited(graded: dict[str, dict[str, Any]]) -> None:
-    """What takes too much of it breaks in its own line."""
     assert "MemoryError" in graded["memory"]["tests"][0]["output"]
+    for name, words in WHY.items():
+        assert graded[name]["score"] == 0
+        assert words in graded[name]["output"]
 
 
 def test_there_is_no_network(graded: dict[str, dict[str, Any]]) -> None:
@@ -96,8 +83,12 @@ def test_there_is_no_network(graded: dict[str, dict[str, Any]]) -> None:
 
 
 def test_submissions_are_files_and_folders(tmp_path: Path) -> None:
-    """Named after who handed them in."""
+    """Named after who handed them in; what is not a file has no points, and holds up no other submission."""
     for path in ("ada.py", "bob/mine.py", "eve/one.py", "eve/two.py", "notes.txt"):
         (tmp_path / path).parent.mkdir(exist_ok=True)
         (tmp_path / path).touch()
-    assert submissions_in(tmp_path).keys() == {"ada", "bob", "eve/one", "eve/two"}
+    os.mkfifo(tmp_path / "pipe.py")
+    handed_in = submissions_in(tmp_path)
+    assert handed_in.keys() == {"ada", "bob", "eve/one", "eve/two", "pipe"}
+    found = dict(grade(handed_in, {}))["pipe"]
+    assert (found["score"], found["output"]) == (0, "It is not a regular file.")

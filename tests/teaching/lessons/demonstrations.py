@@ -7,7 +7,7 @@ import numpy as np
 
 from pftrack.core.model.parameters import Declaration, Parameters, Value, declarations, revise
 from pftrack.teaching.lessons import LESSONS, Figure
-from pftrack.teaching.lessons.figure import Panel, Shown
+from pftrack.teaching.lessons.figure import Shown
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson
 
 DEMONSTRATIONS = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
@@ -35,14 +35,10 @@ def extremes(declaration: Declaration) -> tuple[Value, ...]:
             return False, True
         case "choice":
             return declaration.choices
-        case "integer":
-            assert declaration.minimum is not None
-            assert declaration.maximum is not None
-            return int(declaration.minimum), int(declaration.maximum)
-        case "number":
-            assert declaration.minimum is not None
-            assert declaration.maximum is not None
-            return declaration.minimum, declaration.maximum
+        case "integer" | "number":
+            ends = declaration.minimum, declaration.maximum
+            assert None not in ends
+            return tuple(int(end) for end in ends) if declaration.kind == "integer" else ends
         case "sequence":
             letters = "".join(declaration.sequence)
             longest = int(declaration.maximum or 0)
@@ -68,7 +64,10 @@ def assert_sound(figure: Figure) -> None:
     for panel in figure.panels:
         assert panel.title, panel.id
         assert panel.words.endswith("."), f"{panel.id}: {panel.words}"
-        _assert_axes(panel)
+        for axis in (panel.x, panel.y):
+            assert np.isfinite([axis.low, axis.high]).all()
+            assert axis.low < axis.high, f"{panel.id}: {axis}"
+            assert axis.low > 0 or not axis.log, f"{panel.id}: {axis}"
         for trace in panel.traces:
             arrays = {name: value for name, value in trace if isinstance(value, np.ndarray)}
             for name, values in arrays.items():
@@ -76,13 +75,6 @@ def assert_sound(figure: Figure) -> None:
                 may_have_gaps = (name == "y" and trace.kind in {"curve", "strip chart"}) or trace.kind == "tree"
                 assert may_have_gaps or not np.isnan(values).any(), f"{panel.id}, {trace.title}: {name}"
             _assert_lengths(trace, arrays)
-
-
-def _assert_axes(panel: Panel) -> None:
-    for axis in (panel.x, panel.y):
-        assert np.isfinite([axis.low, axis.high]).all()
-        assert axis.low < axis.high, f"{panel.id}: {axis}"
-        assert axis.low > 0 or not axis.log, f"{panel.id}: {axis}"
 
 
 def _assert_lengths(trace: Any, arrays: dict[str, Any]) -> None:

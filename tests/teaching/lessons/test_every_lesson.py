@@ -3,24 +3,16 @@
 import re
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import find
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lesson import (
-    MOST_ANSWERS,
-    Answer,
-    Demonstration,
-    Lesson,
-    Mistake,
-    Question,
-    Scenario,
-    answer_of,
-    judge,
-    poll_answers,
-)
+from pftrack.teaching.lessons.figure import Number
+from pftrack.teaching.lessons.lesson import Answer, Lesson, Question, Scenario, answer_of, judge, poll_answers
+from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, asked_at, assert_sound, corners, demonstration, shown
 
 CHECKS = [(name, check.name) for name, lesson in LESSONS.items() for check in lesson.checks]
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
@@ -33,39 +25,30 @@ def lesson(request: pytest.FixtureRequest) -> Lesson:
 
 def right_answer(lesson: Lesson) -> Answer:
     """The answer, computed; of a scenario, whose run would take long, one that stands for it."""
-    if isinstance(lesson.body, Demonstration):
-        at = type(lesson.body.parameters)(**{**lesson.body.parameters.model_dump(), **lesson.question.at})
-        answer = lesson.answer(at, lesson.body.seed)
-        assert isinstance(answer, Answer)
-        return answer
+    if lesson.id in DEMONSTRATIONS:
+        return answer_of(lesson)
     usual = {mistake.given for mistake in lesson.question.mistakes}
     if lesson.question.kind == "choice":
         return Answer(next(name for name in lesson.question.choices or () if name not in usual))
     return Answer(sum(lesson.question.bounds) / 2)
 
 
-def test_the_idea_is_short(lesson: Lesson) -> None:
-    """At most ninety words stand before the figure, a formula counted as one."""
-    assert 20 <= len(re.sub(r"\$+[^$]+\$+", "formula", lesson.idea).split()) <= 90
-
-
 def test_every_sentence_is_there_and_ends(lesson: Lesson) -> None:
-    """Title, what to notice, what to try, what is asked and why are all there, as sentences."""
-    assert NAME.fullmatch(lesson.id)
+    """Title, what to notice, what to try, what is asked and why are all there, as sentences, and each check's claim.
+
+    At most ninety words stand before the figure, a formula counted as one. Names of checks differ, and have the form of
+    a lesson's name.
+    """
+    assert 20 <= len(re.sub(r"\$+[^$]+\$+", "formula", lesson.idea).split()) <= 90
     assert lesson.title
     assert not lesson.title.endswith(".")
     assert lesson.question.text.endswith(("?", "."))
     assert lesson.tries
     sentences = [lesson.notice, *lesson.tries, lesson.question.words, *(it.words for it in lesson.question.mistakes)]
     assert [sentence for sentence in sentences if not sentence.endswith((".", "?"))] == []
-
-
-def test_checks_have_names_and_claims(lesson: Lesson) -> None:
-    """Names differ, are of lower-case words with hyphens, and each check says what it claims."""
     names = [check.name for check in lesson.checks]
-    assert names
-    assert len(set(names)) == len(names)
-    assert all(NAME.fullmatch(name) for name in names)
+    assert len(set(names)) == len(names) > 0
+    assert all(NAME.fullmatch(name) for name in (lesson.id, *names))
     assert all(check.title for check in lesson.checks)
 
 
@@ -77,43 +60,26 @@ def test_every_check_passes(name: str, check: str) -> None:
     assert outcome.passed, outcome
 
 
-def test_the_right_answer_is_judged_right(lesson: Lesson) -> None:
-    """The exact answer is an answer, and is right; the verdict says why."""
-    answer = right_answer(lesson)
-    verdict = judge(lesson.question, answer, answer.exact)
+def test_any_answer_gets_words(lesson: Lesson) -> None:
+    """The right answer is judged right, any other gets the right one, with the reason; usual mistakes get their own."""
+    question, answer = lesson.question, right_answer(lesson)
+    verdict = judge(question, answer, answer.exact)
     assert verdict.right
     assert verdict.exact == verdict.given
-    assert lesson.question.words in verdict.words
+    assert question.words in verdict.words
     assert len(verdict.words[0]) > len("Right")
-
-
-def test_every_usual_mistake_is_explained(lesson: Lesson) -> None:
-    """Each of them is wrong, and its own words are reached."""
-    answer = right_answer(lesson)
-    assert lesson.question.mistakes
-    for mistake in lesson.question.mistakes:
-        verdicts = [judge(lesson.question, answer, given) for given in _examples(mistake)]
-        assert any(not verdict.right and mistake.words in verdict.words for verdict in verdicts), mistake
-
-
-def test_any_wrong_answer_gets_words(lesson: Lesson) -> None:
-    """A wrong answer gets the right one, with the reason."""
-    question, answer = lesson.question, right_answer(lesson)
-    wrong = set(question.choices or question.bounds) - {answer.exact}
-    for given in wrong:
+    for given in set(question.choices or question.bounds) - {answer.exact}:
         verdict = judge(question, answer, given)
         assert not verdict.right
         assert question.words in verdict.words
         assert not verdict.words[0].startswith("Right")
-        if question.kind != "choice":
-            assert isinstance(verdict.exact, float)
-
-
-def _examples(mistake: Mistake) -> tuple[float | str, ...]:
-    if isinstance(mistake.given, tuple):
-        low, high = mistake.given
-        return low, (low + high) / 2, high
-    return (mistake.given,)
+        assert question.kind == "choice" or isinstance(verdict.exact, float)
+    assert question.mistakes
+    for mistake in question.mistakes:
+        given = mistake.given
+        examples = (given[0], sum(given) / 2, given[1]) if isinstance(given, tuple) else (given,)
+        verdicts = [judge(question, answer, example) for example in examples]
+        assert any(not verdict.right and mistake.words in verdict.words for verdict in verdicts), mistake
 
 
 # Where lessons say that their ideas are used: sessions that can be opened as they stand.
@@ -140,15 +106,9 @@ def test_it_can_be_opened(scenario: Scenario) -> None:
 # A lesson's question as a poll: the right answer and the usual mistakes lie in intervals of their own.
 
 NUMBER = re.compile(r"-?[\d,]+(?:\.\d+)?")
-ASKED = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
 
 
-def cuts(answers: tuple[str, ...]) -> list[float]:
-    """Where the intervals meet."""
-    return [float(NUMBER.findall(answer)[0].replace(",", "")) for answer in answers[1:]]
-
-
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("name", DEMONSTRATIONS)
 def test_every_question_of_the_course(name: str) -> None:
     """The intervals ascend, and the right answer with its tolerance stands in one of them."""
     question = LESSONS[name].question
@@ -158,8 +118,8 @@ def test_every_question_of_the_course(name: str) -> None:
     exact = answer_of(LESSONS[name]).exact
     assert isinstance(exact, float)
     answers = poll_answers(question, exact)
-    assert 3 <= len(answers) <= MOST_ANSWERS
-    found = cuts(answers)
+    assert 3 <= len(answers) <= 8
+    found = [float(NUMBER.findall(answer)[0].replace(",", "")) for answer in answers[1:]]
     assert all(low < high for low, high in pairwise(found))
     assert all(abs(cut - exact) > 0.5 * question.tolerance for cut in found)
     assert all(question.unit in answer for answer in answers)
@@ -174,3 +134,83 @@ def test_without_mistakes() -> None:
     assert poll_answers(free, 0.0) == ("Below -0.5 frames", "-0.5 to 0.5 frames", "Above 0.5 frames")
     with pytest.raises(ValueError, match="not a number"):
         poll_answers(free, float("nan"))
+
+
+# Demonstrations: their figures, their numbers and their purity.
+
+of_demonstrations = pytest.mark.parametrize("lesson", DEMONSTRATIONS, indirect=True)
+SEEDS = 1, 2, 3, 4, 5
+FAILING = {"sir"}
+"""Lessons that show how a method fails where its parameters are extreme."""
+
+
+def assert_believable(numbers: tuple[Number, ...], where: object) -> None:
+    """Numbers are finite, and as near to the exact ones as they say, where they say it."""
+    assert numbers
+    for number in numbers:
+        assert np.isfinite(number.value), (number, where)
+        if number.exact is not None and number.tolerance is not None:
+            assert abs(number.value - number.exact) <= number.tolerance, (number, where)
+
+
+@of_demonstrations
+def test_the_figure_can_be_drawn(lesson: Lesson) -> None:
+    """It has two to six parameters; at the defaults it is sound, and every handle stands at its parameter's value.
+
+    The same parameters and seed come to the same; another seed to something else, just where there are draws.
+    """
+    body = demonstration(lesson)
+    assert 2 <= len(declarations(type(body.parameters))) <= 6
+    figure = shown(lesson).figure
+    assert_sound(figure)
+    for handle in (handle for panel in figure.panels for handle in panel.handles):
+        assert handle.at == pytest.approx(getattr(body.parameters, handle.parameter))
+    first, again, other = (body.show(body.parameters, seed) for seed in (7, 7, 8))
+    assert first.figure.model_dump_json() == again.figure.model_dump_json()
+    assert first.numbers == again.numbers
+    assert (first.figure.model_dump_json() != other.figure.model_dump_json()) == body.random
+
+
+@of_demonstrations
+def test_numbers_are_as_near_as_they_say(lesson: Lesson) -> None:
+    """At the defaults every number lies within its tolerance of the exact one, whatever the draw."""
+    body = demonstration(lesson)
+    for seed in SEEDS if body.random else SEEDS[:1]:
+        numbers = body.show(body.parameters, seed).numbers
+        assert_believable(numbers, seed)
+        assert [number.title for number in numbers if number.exact is not None and number.tolerance is None] == []
+
+
+@of_demonstrations
+def test_every_bound_can_be_shown(lesson: Lesson) -> None:
+    """With each parameter at each end, and all at once, the figure is sound and the numbers are believable.
+
+    Of lessons that show how a method fails there, the numbers may be as far off as they are.
+    """
+    for corner in corners(lesson):
+        it = shown(lesson, **corner)
+        assert_sound(it.figure)
+        if lesson.id not in FAILING:
+            assert_believable(it.numbers, corner)
+
+
+@of_demonstrations
+def test_the_veil_hides_what_reveals(lesson: Lesson) -> None:
+    """Veiled, the figure has all traces but those that reveal, and can be drawn; no number tells the answer.
+
+    The panel in which a point is to be placed exists, and its axis holds every answer that is allowed.
+    """
+    body, at, question = demonstration(lesson), asked_at(lesson), lesson.question
+    it = body.show(at, body.seed)
+    veiled = it.figure.without_answer()
+    assert_sound(veiled)
+    for whole, rest in zip(it.figure.panels, veiled.panels, strict=True):
+        assert [trace for trace in whole.traces if not trace.reveals] == list(rest.traces)
+    exact = lesson.answer(at, body.seed).exact
+    if question.kind != "choice":
+        told = [number for number in it.numbers if not number.reveals]
+        assert [number.title for number in told if abs((number.exact or number.value) - exact) < 1e-9] == []
+    if question.kind == "point":
+        (panel,) = (panel for panel in it.figure.panels if panel.id == question.panel)
+        axis = getattr(panel, question.along)
+        assert question.bounds[0] <= axis.low <= exact <= axis.high <= question.bounds[1]

@@ -3,7 +3,8 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,12 @@ question:
 answer: {measure: mean_error, first_frame: 2}
 tries: [Make the pillar wider.]
 notice: The error grows behind the pillar.
+uses:
+  - experiment: sine
+    tracker: kalman
+    frame: 7
+    plots: [sigma]
+    words: A signal in noise.
 ---
 A ball goes behind a pillar, and $x$ is where it is.
 """
@@ -60,7 +67,10 @@ def read(folder: Path, text: str | bytes = GOOD, name: str = "mine.md") -> Libra
 
 
 def test_a_file_makes_a_lesson(tmp_path: Path) -> None:
-    """Everything that it says is in the lesson; it is found beside the course, and names its file."""
+    """Everything that it says is in the lesson, which is found beside the course, and names its file.
+
+    Its answer is computed from the run with the values and seed of the question; it is right, and the check says so.
+    """
     found = read(tmp_path)
     assert found.problems == ()
     lesson = found.lessons["my-lesson"]
@@ -77,13 +87,9 @@ def test_a_file_makes_a_lesson(tmp_path: Path) -> None:
     )
     assert (lesson.number, lesson.origin, lesson.tries) == (0, "mine.md", ("Make the pillar wider.",))
     assert lesson.idea.startswith("A ball goes behind")
+    assert [(use.recipe.experiment, use.recipe.tracker, use.frame) for use in lesson.uses] == [("sine", "kalman", 7)]
     assert list(found.lessons)[: len(LESSONS)] == list(LESSONS)
     assert find("my-lesson", found.lessons) is lesson
-
-
-def test_its_answer_is_computed_of_the_run_that_is_asked_about(tmp_path: Path) -> None:
-    """Values and seed at which it is asked are in force; the answer is right, and the check says so."""
-    lesson = read(tmp_path).lessons["my-lesson"]
     assert (question_recipe(lesson).seed, question_recipe(lesson).frames) == (4, 12)
     answer = answer_of(lesson)
     assert isinstance(answer.exact, float)
@@ -97,94 +103,81 @@ def changed(old: str, new: str) -> str:
     return GOOD.replace(old, new)
 
 
-def choosing(answer: str) -> str:
-    """The lesson, asking for a choice."""
+def choosing(lost: float, held: float) -> str:
+    """The lesson, asking for a choice, each with the lowest number at which it is right."""
     choices = "  kind: choice\n  choices: {held: It is held, lost: It is lost}\n"
     text = changed("  tolerance: 1\n  unit: px\n  bounds: [0, 100]\n", choices).replace("[50, 100]", "lost")
+    answer = f"{{measure: mean_error, choices: {{lost: {lost}, held: {held}}}}}"
     return text.replace("{measure: mean_error, first_frame: 2}", answer)
 
 
-@pytest.mark.parametrize(("lowest", "right"), [(1e-6, "lost"), (1000, "held")])
-def test_the_right_choice_begins_at_or_below_the_measure(tmp_path: Path, lowest: float, right: str) -> None:
-    """The choices may stand in any order."""
-    answer = f"{{measure: mean_error, choices: {{lost: {lowest}, held: 0}}}}"
-    assert answer_of(read(tmp_path, choosing(answer)).lessons["my-lesson"]).exact == right
-
-
-def test_a_measure_below_every_choice_fails_the_check(tmp_path: Path) -> None:
-    """The check says why in a sentence."""
-    text = choosing("{measure: mean_error, choices: {held: 900, lost: 1000}}")
-    (check,) = read(tmp_path, text).lessons["my-lesson"].checks
+def test_the_right_choice_begins_at_or_below_the_measure(tmp_path: Path) -> None:
+    """The choices may stand in any order; a measure below every choice fails the check, which says why."""
+    for lost, right in ((1e-6, "lost"), (1000, "held")):
+        assert answer_of(read(tmp_path, choosing(lost, 0)).lessons["my-lesson"]).exact == right
+    (check,) = read(tmp_path, choosing(1000, 900)).lessons["my-lesson"].checks
     assert "below the lowest number of every choice" in check.run().words
 
 
 BAD = {
     "unlocked": (
-        changed("unlocked: [tracker, occlusion_width_px", "unlocked: [tracker, occlusion_with_px"),
-        12,
+        *("[tracker, occlusion_width_px", "[tracker, occlusion_with_px", 12),
         "`unlocked` names occlusion_with_px, which ball does not have; did you mean occlusion_width_px?",
     ),
-    "experiment": (changed("experiment: ball", "experiment: bowl"), 4, "experiment must be one of ball"),
-    "tracker": (changed("tracker: condensation", "tracker: condensatoin"), 5, "did you mean condensation?"),
-    "bounds": (changed("sample_count: 50", "sample_count: 0"), 9, "sample_count must be a whole number between"),
-    "parameter": (changed("process_noise_px: 2", "proces_noise_px: 2"), 11, "did you mean process_noise_px?"),
-    "frame": (changed("frame: 4", "frame: 12"), 14, "the last of 12 frames is 11"),
-    "late": (changed("frame: 5", "frame: 50"), 10, "comes in frame 50, and the last is 11"),
-    "plot": (changed("plots: [error]", "plots: [eror]"), 13, "did you mean error?"),
-    "layer": (changed("plots: [error]", "layers: [trial]"), 13, "did you mean trail?"),
-    "measure": (
-        changed("measure: mean_error", "measure: mean_eror"),
-        24,
-        "no measure mean_eror; did you mean mean_error?",
-    ),
-    "from": (changed("first_frame: 2", "first_frame: 12"), 24, "`answer.first_frame` is 12, and the last frame is 11"),
-    "no choice": (changed("first_frame: 2", "choices: {a: 0, b: 3}"), 24, "no other has"),
-    "formula": (
-        changed("{measure: mean_error, first_frame: 2}", "sum(error[2:])"),
-        24,
-        "there are mean_error, lost_frames",
-    ),
-    "key": (changed("first_frame: 2", "from: 2"), 24, "there is no `answer.from` in a lesson"),
-    "course": (changed("id: my-lesson", "id: colour"), 2, "colour is taken by a lesson of the course"),
-    "shipped": (changed("id: my-lesson", "id: too-sure-to-return"), 2, "is taken by pftrack: too-sure"),
-    "id": (changed("id: my-lesson", "id: My Lesson"), 2, "must begin with a letter"),
-    "no question": (GOOD[: GOOD.index("question:")] + GOOD[GOOD.index("answer:") :], 2, "`question` is missing"),
-    "no tolerance": (changed("  tolerance: 1\n", ""), 15, "`question.tolerance` is missing"),
-    "typo": (changed("notice:", "notise:"), 26, "there is no `notise` in a lesson; did you mean notice?"),
-    "inner typo": (changed("  words: It", "  wrds: It"), 21, "did you mean words?"),
-    "both": (
-        changed("experiment: ball", "experiment: ball\nfigure: estimate"),
-        4,
-        "either an `experiment` or a `figure`",
-    ),
-    "figure": (changed("experiment: ball", "figure: estmate"), 4, "got 'estmate'"),
-    "point": (changed("  tolerance: 1", "  tolerance: 1\n  kind: point"), 18, "a run is asked for a number"),
-    "choices": (changed("  tolerance: 1", "  kind: choice"), 15, "has `choices`"),
-    "mistake": (changed("given: [50, 100]", "given: far"), 23, "`given` must be a number"),
-    "seed": (changed("seed: 3", f"seed: {2**60}"), 6, "`seed` must be a whole number between 0 and"),
-    "too long": (GOOD + "word " * 100, 28, "fit beside the figure"),
-    "no text": (GOOD[: GOOD.rindex("---\n") + 4], 28, "there is no text"),
-    "no head": ("# A lesson\n", 1, "begins with a head"),
-    "no end": (GOOD[: GOOD.rindex("---\n")], 1, "has no end"),
-    "yaml": (changed("title: A", "title: : A"), 3, "the head is not YAML"),
-    "twice": (changed("seed: 3", "seed: 3\nseed: 4"), 7, "`seed` is there twice"),
-    "no mapping": ("---\n- 1\n---\nText.\n", 2, "made of lines such as"),
-    "empty": ("", 1, "begins with a head"),
-    "tag": (changed("seed: 3", "seed: !!python/object/apply:os.getcwd []"), 6, "the tag"),
-    "bomb": (changed("seed: 3", "seed: &a [3]\nframe: *a"), 6, "references"),
-    "deep": (changed("seed: 3", f"seed: {'[' * 400}{']' * 400}"), 6, "nested more than"),
-    "endless": (changed("seed: 3", f"seed: 0x{'f' * 5000}"), 6, "too large a number"),
-    "mistaken": (changed("given: [50, 100]", f"given: [0x{'f' * 5000}, 1]"), 23, "too large a number"),
-    "base 60": (changed("seed: 3", f"seed: 1:{'0:' * 300}0.5"), 6, "is not a value"),
-    "control": (changed("A ball in", "A\x07ball in"), 3, "character that YAML does not allow"),
+    "experiment": ("\nexperiment: ball", "\nexperiment: bowl", 4, "experiment must be one of ball"),
+    "tracker": ("tracker: condensation", "tracker: condensatoin", 5, "did you mean condensation?"),
+    "bounds": ("sample_count: 50", "sample_count: 0", 9, "sample_count must be a whole number between"),
+    "parameter": ("process_noise_px: 2", "proces_noise_px: 2", 11, "did you mean process_noise_px?"),
+    "frame": ("frame: 4", "frame: 12", 14, "the last of 12 frames is 11"),
+    "late": ("frame: 5", "frame: 50", 10, "comes in frame 50, and the last is 11"),
+    "plot": ("plots: [error]", "plots: [eror]", 13, "did you mean error?"),
+    "layer": ("plots: [error]", "layers: [trial]", 13, "did you mean trail?"),
+    "measure": ("measure: mean_error", "measure: mean_eror", 24, "no measure mean_eror; did you mean mean_error?"),
+    "from": ("first_frame: 2", "first_frame: 12", 24, "`answer.first_frame` is 12, and the last frame is 11"),
+    "no choice": ("first_frame: 2", "choices: {a: 0, b: 3}", 24, "no other has"),
+    "formula": ("{measure: mean_error, first_frame: 2}", "sum(error[2:])", 24, "there are mean_error, lost_frames"),
+    "key": ("first_frame: 2", "from: 2", 24, "there is no `answer.from` in a lesson"),
+    "course": ("id: my-lesson", "id: colour", 2, "colour is taken by a lesson of the course"),
+    "shipped": ("id: my-lesson", "id: too-sure-to-return", 2, "is taken by pftrack: too-sure"),
+    "id": ("id: my-lesson", "id: My Lesson", 2, "must begin with a letter"),
+    "no question": (GOOD[GOOD.index("question:") : GOOD.index("answer:")], "", 2, "`question` is missing"),
+    "no tolerance": ("  tolerance: 1\n", "", 15, "`question.tolerance` is missing"),
+    "typo": ("notice:", "notise:", 26, "there is no `notise` in a lesson; did you mean notice?"),
+    "inner typo": ("  words: It", "  wrds: It", 21, "did you mean words?"),
+    "both": ("\nexperiment: ball", "\nexperiment: ball\nfigure: estimate", 4, "an `experiment` or a `figure`"),
+    "figure": ("\nexperiment: ball", "\nfigure: estmate", 4, "got 'estmate'"),
+    "point": ("  tolerance: 1", "  tolerance: 1\n  kind: point", 18, "a run is asked for a number"),
+    "choices": ("  tolerance: 1", "  kind: choice", 15, "has `choices`"),
+    "mistake": ("given: [50, 100]", "given: far", 23, "`given` must be a number"),
+    "seed": ("\nseed: 3", f"\nseed: {2**60}", 6, "`seed` must be a whole number between 0 and"),
+    "use, experiment": ("experiment: sine", "experiment: sin", 28, "got 'sin'"),
+    "use, tracker": ("tracker: kalman", "tracker: kalmann", 29, "did you mean kalman?"),
+    "use, frame": ("frame: 7", "frame: 4000", 30, "`frame` is 4000, and the last of"),
+    "use, plot": ("plots: [sigma]", "plots: [sigme]", 31, "did you mean sigma?"),
+    "too long": (GOOD, GOOD + "word " * 100, 34, "fit beside the figure"),
+    "no text": (GOOD[GOOD.rindex("---\n") + 4 :], "", 34, "there is no text"),
+    "no head": (GOOD, "# A lesson\n", 1, "begins with a head"),
+    "no end": (GOOD[GOOD.rindex("---\n") :], "", 1, "has no end"),
+    "yaml": ("title: A", "title: : A", 3, "the head is not YAML"),
+    "twice": ("\nseed: 3", "\nseed: 3\nseed: 4", 7, "`seed` is there twice"),
+    "no mapping": (GOOD, "---\n- 1\n---\nText.\n", 2, "made of lines such as"),
+    "empty": (GOOD, "", 1, "begins with a head"),
+    "tag": ("\nseed: 3", "\nseed: !!python/object/apply:os.getcwd []", 6, "the tag"),
+    "bomb": ("\nseed: 3", "\nseed: &a [3]\nframe: *a", 6, "references"),
+    "deep": ("\nseed: 3", f"\nseed: {'[' * 400}{']' * 400}", 6, "nested more than"),
+    "endless": ("\nseed: 3", f"\nseed: 0x{'f' * 5000}", 6, "too large a number"),
+    "mistaken": ("given: [50, 100]", f"given: [0x{'f' * 5000}, 1]", 23, "too large a number"),
+    "base 60": ("\nseed: 3", f"\nseed: 1:{'0:' * 300}0.5", 6, "is not a value"),
+    "control": ("A ball in", "A\x07ball in", 3, "character that YAML does not allow"),
+    "large": (GOOD, GOOD + "x" * LARGEST_BYTES, 0, "the file is larger than 32 KiB; its text fits on one screen"),
 }
 
 
-@pytest.mark.parametrize(("text", "line", "words"), BAD.values(), ids=BAD)
-def test_a_wrong_file_is_told_with_line_and_remedy(tmp_path: Path, text: str, line: int, words: str) -> None:
+@pytest.mark.parametrize(("old", "new", "line", "words"), BAD.values(), ids=BAD)
+def test_a_wrong_file_is_told_with_line_and_remedy(tmp_path: Path, old: str, new: str, line: int, words: str) -> None:
     """Each kind of error names its line and what to do, and another file in the folder stays."""
     (tmp_path / "other.md").write_text(GOOD.replace("my-lesson", "my-other-lesson"))
-    found = read(tmp_path, text)
+    found = read(tmp_path, changed(old, new))
     assert "my-other-lesson" in found.lessons
     told = [(problem.line, problem.message) for problem in found.problems if problem.origin == "mine.md"]
     assert any(line == place and words in message for place, message in told), told
@@ -208,9 +201,7 @@ def test_whatever_a_file_leads_to_harms_no_other(tmp_path: Path, monkeypatch: py
     assert problem.sentence.startswith("mine.md: nothing can be made of this file: reading it raises ZeroDivision")
 
 
-def test_a_file_that_has_not_changed_is_not_made_into_a_lesson_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unchanged_file_is_not_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A server asks for all lessons at each request, and a folder may hold 200 files."""
     first = read(tmp_path, GOOD.replace("my-lesson", "my-kept-lesson")).lessons["my-kept-lesson"]
     monkeypatch.setattr(library, "lesson_of", None)
@@ -226,18 +217,10 @@ def test_several_errors_are_told_at_once(tmp_path: Path) -> None:
     assert len(read(tmp_path, text.replace("[tracker,", "[tracer,")).problems) == 3
 
 
-def test_bytes_that_are_no_text_and_files_that_are_too_large(tmp_path: Path) -> None:
-    """Both are refused, the first with its line, the second before it is read."""
+def test_bytes_are_read_as_utf_8_however_they_were_saved(tmp_path: Path) -> None:
+    """Others are refused with their line; a byte order mark and line ends of two characters do no harm."""
     latin = read(tmp_path, GOOD.replace("A ball in", "Ein Bäll in").encode("latin-1")).problems
     assert [(problem.line, "UTF-8" in problem.message) for problem in latin] == [(3, True)]
-    large = read(tmp_path, GOOD + "x" * LARGEST_BYTES).problems
-    assert [problem.message for problem in large] == [
-        f"the file is larger than {LARGEST_BYTES // 1024} KiB; its text fits on one screen"
-    ]
-
-
-def test_windows_saves_files_in_its_own_way(tmp_path: Path) -> None:
-    """A byte order mark and line ends of two characters do no harm."""
     assert read(tmp_path, b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode()).problems == ()
 
 
@@ -265,7 +248,6 @@ def test_what_is_no_file_of_a_lesson_is_passed_over(tmp_path: Path) -> None:
     assert read_lessons(tmp_path, tmp_path / "missing").problems == ()
 
 
-@pytest.mark.skipif(not DEMONSTRATIONS, reason="the course has no demonstration")
 def test_a_figure_of_the_course_can_be_asked_about_anew(tmp_path: Path) -> None:
     """With other parameters, another question, and an answer out of the figure's own numbers."""
     name = DEMONSTRATIONS[0]
@@ -273,10 +255,9 @@ def test_a_figure_of_the_course_can_be_asked_about_anew(tmp_path: Path) -> None:
     number = next(it for it in declarations(type(body.parameters)) if it.kind in {"number", "integer"})
     head = GOOD[: GOOD.index("experiment:")] + f"figure: {name}\nparameters: {{{number.name}: {number.maximum}}}\n"
     rest = GOOD[GOOD.index("question:") :].replace("  at: {sample_count: 60, seed: 4}\n", "")
-    asked = f"answer: '{body.show(body.parameters, body.seed).numbers[0].title}'"
-    text = (
-        (head + rest).replace("answer: {measure: mean_error, first_frame: 2}", asked).replace("[0, 100]", "[-1e9, 1e9]")
-    )
+    title = body.show(body.parameters, body.seed).numbers[0].title
+    rest = rest.replace("{measure: mean_error, first_frame: 2}", f"'{title}'").replace("[0, 100]", "[-1e9, 1e9]")
+    text = head + rest
     found = read(tmp_path, text)
     assert found.problems == ()
     lesson = found.lessons["my-lesson"]
@@ -288,9 +269,8 @@ def test_a_figure_of_the_course_can_be_asked_about_anew(tmp_path: Path) -> None:
     assert [problem.line for problem in wrong.problems if problem.origin == "mine.md"] == [6, 5]
 
 
-@pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A package of lessons, installed."""
+def test_packages_bring_lessons(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of an installed package are there; one that cannot be imported is told, and harms nothing."""
     folder = tmp_path / "my_lessons"
     folder.mkdir()
     (folder / "__init__.py").write_text("")
@@ -298,13 +278,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.syspath_prepend(tmp_path)
     entries = [EntryPoint("mine", "my_lessons", library.GROUP), EntryPoint("gone", "not_there_at_all", library.GROUP)]
     monkeypatch.setattr(library, "entry_points", lambda group: entries if group == library.GROUP else [])
-    yield folder
-    sys.modules.pop("my_lessons", None)
-
-
-def test_packages_bring_lessons(package: Path) -> None:
-    """Those of a package are there; one that cannot be imported is told, and harms nothing."""
     found = read_lessons()
+    sys.modules.pop("my_lessons", None)
     assert found.lessons["my-lesson"].origin == "mine: mine.md"
     assert [problem.sentence for problem in found.problems] == [
         "gone: importing not_there_at_all raises ModuleNotFoundError; its lessons are left out"
@@ -318,7 +293,10 @@ COURSE = Path(bayes.__file__).parent
 
 @pytest.mark.parametrize("name", LESSONS)
 def test_a_lecturer_can_copy_a_lesson_and_mend_a_sentence(name: str, tmp_path: Path) -> None:
-    """Under another id the file is a lecturer's lesson: it shows, asks and checks the same, and its runs fit."""
+    """Under another id the file is a lecturer's lesson: it shows, asks and checks the same, and its runs fit.
+
+    The file names every check that its module computes, and the lesson of the course is found by id and by number.
+    """
     text = (COURSE / f"{name}.md").read_text(encoding="utf-8")
     (tmp_path / "mine.md").write_text(text.replace(f"id: {name}", "id: mine", 1).replace("notice:", "notice: Look. #"))
     library = read_lessons(tmp_path)
@@ -329,13 +307,9 @@ def test_a_lecturer_can_copy_a_lesson_and_mend_a_sentence(name: str, tmp_path: P
     assert [use.words for use in mine.uses] == [use.words for use in ours.uses]
     if isinstance(ours.body, Demonstration):
         assert mine.body == ours.body
-
-
-@pytest.mark.parametrize("name", LESSONS)
-def test_every_check_that_is_computed_is_claimed(name: str) -> None:
-    """A module computes nothing that its file does not name."""
-    module = __import__(f"pftrack.teaching.lessons.course.{name.replace('-', '_')}", fromlist=["COMPUTED"])
-    assert [check.name for check in LESSONS[name].checks] == list(module.COMPUTED.checks)
+    module = import_module(f"pftrack.teaching.lessons.course.{name.replace('-', '_')}")
+    assert [check.name for check in ours.checks] == list(module.COMPUTED.checks)
+    assert find(name) is find(str(ours.number)) is ours
 
 
 def test_texts_have_the_numbers_of_the_modules() -> None:
@@ -359,40 +333,13 @@ def test_a_wrong_file_of_the_course_is_told_with_its_line(tmp_path: Path) -> Non
     """Whether its form is wrong or it names a check that nobody computes."""
     text = (COURSE / "kalman.md").read_text(encoding="utf-8")
     file = tmp_path / "kalman.md"
-    file.write_text(text.replace("notice:", "notise:"))
-    with pytest.raises(ValueError, match=r"kalman.md, line \d+: there is no `notise` in a lesson; did you mean notice"):
-        course_lesson(file, kalman.COMPUTED, 6)
-    file.write_text(text.replace("  surprises:", "  suprises:"))
-    with pytest.raises(ValueError, match=r"^kalman.md, line \d+: there is no check suprises; did you mean surprises"):
-        course_lesson(file, kalman.COMPUTED, 6)
-
-
-USES = """uses:
-  - experiment: ball
-    tracker: condensation
-    frame: 4
-    plots: [error]
-    words: A cloud of places and velocities.
-"""
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("experiment: ball", "experiment: bowl", "got 'bowl'"),
-        ("tracker: condensation", "tracker: condensatoin", "did you mean condensation?"),
-        ("frame: 4", "frame: 4000", "`frame` is 4000, and the last of"),
-        ("plots: [error]", "plots: [eror]", "did you mean error?"),
-    ],
-)
-def test_a_lecturers_use_is_checked_as_a_run_is(old: str, new: str, words: str, tmp_path: Path) -> None:
-    """A run that is shown beside a lesson fits its experiment, or its line is told."""
-    text = (COURSE / "joint.md").read_text(encoding="utf-8").replace("id: joint", "id: mine")
-    head, rest = text[: text.index("uses:")], text[text.index("\n---\n", 5) :]
-    (tmp_path / "mine.md").write_text(head + USES.replace(old, new) + rest.lstrip("\n"))
-    (problem,) = read_lessons(tmp_path).problems
-    assert words in problem.message
-    assert problem.line == len(head.splitlines()) + 1 + [old in line for line in USES.splitlines()].index(True)
+    for old, new, words in (
+        ("notice:", "notise:", r"; kalman.md, line \d+: there is no `notise` in a lesson; did you mean notice"),
+        ("  surprises:", "  suprises:", r"^kalman.md, line \d+: there is no check suprises; did you mean surprises"),
+    ):
+        file.write_text(text.replace(old, new))
+        with pytest.raises(ValueError, match=words):
+            course_lesson(file, kalman.COMPUTED, 6)
 
 
 def test_checks_belong_to_a_lesson_of_the_course(tmp_path: Path) -> None:
@@ -417,15 +364,10 @@ def run(lesson: Lesson, **values: bool | float | str) -> Mapping[str, np.ndarray
     return columns_of(pftrack.run(recipe.model_copy(update={"timeline": timeline})))
 
 
-def test_all_are_read() -> None:
-    """There are three, and nothing is wrong with any."""
-    assert LIBRARY.problems == ()
-    assert {"tempted-by-look-alikes", "cost-of-a-threshold", "too-sure-to-return"} <= set(SHIPPED)
-
-
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_answer_is_still_what_its_author_saw(name: str) -> None:
-    """Its check passes: the answer can be computed, is as expected, and is judged right."""
+    """Its check passes: the answer can be computed, is as expected, and is judged right; no file has a problem."""
+    assert LIBRARY.problems == ()
     (check,) = SHIPPED[name].checks
     outcome = check.run()
     assert outcome.passed, outcome
@@ -472,13 +414,6 @@ def test_numbers_are_the_order_of_the_course() -> None:
     numbers = [lesson.number for lesson in LESSONS.values()]
     assert numbers == sorted(set(numbers))
     assert all(1 <= number <= 12 for number in numbers)
-
-
-@pytest.mark.parametrize("name", LESSONS)
-def test_a_lesson_is_found_by_id_and_number(name: str) -> None:
-    """Both lead to the same lesson."""
-    assert find(name) is LESSONS[name]
-    assert find(str(LESSONS[name].number)) is LESSONS[name]
 
 
 @pytest.mark.parametrize("wanted", ["", "nothing", "0", "99", "-1", "1.5", "Probability"])

@@ -21,16 +21,25 @@ def cells(content: bytes, kind: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)
-def test_the_values_of_every_lesson_are_in_its_cells(name: str) -> None:
-    """The cell of the parameters, which alone differs from lesson to lesson, gives back what it was made of."""
+def test_a_demonstration_is_in_its_cells(name: str) -> None:
+    """The cell of the parameters, which alone differs from lesson to lesson, gives back what it was made of.
+
+    Title and idea stand first, then the question with its choices, then what to notice and to try.
+    """
     lesson = LESSONS[name]
     body = demonstration(lesson)
-    first, _, _, values, *_ = cells(lesson_notebook(lesson, body.parameters, 17), "code")
+    content = lesson_notebook(lesson, body.parameters, 17)
+    code, _, _, values, *_ = cells(content, "code")
     known: dict[str, Any] = {}
-    exec(f"{first}\n{values}", known)  # noqa: S102 - it is the code that is tested
+    exec(f"{code}\n{values}", known)  # noqa: S102 - it is the code that is tested
     assert known["lesson"] is lesson
-    assert known["parameters"] == body.parameters
-    assert known["seed"] == 17
+    assert (known["parameters"], known["seed"]) == (body.parameters, 17)
+    first, asked, seen, _ = cells(content, "markdown")
+    assert first.startswith(f"# {lesson.number}. {lesson.title}\n")
+    assert lesson.idea in first
+    assert all(words in asked for words in (lesson.question.text, *(lesson.question.choices or {}).values()))
+    assert lesson.question.words not in asked
+    assert all(sentence in seen for sentence in (lesson.notice, *lesson.tries))
 
 
 def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
@@ -43,20 +52,6 @@ def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
     told = capsys.readouterr().out
     assert told.startswith("The right answer is")
     assert lesson.question.words in told
-
-
-@pytest.mark.parametrize("name", DEMONSTRATIONS)
-def test_words_stand_before_what_they_speak_of(name: str) -> None:
-    """Title and idea first, then the question with its choices, then what to notice and to try."""
-    lesson = LESSONS[name]
-    body = demonstration(lesson)
-    first, asked, seen, _ = cells(lesson_notebook(lesson, body.parameters, body.seed), "markdown")
-    assert first.startswith(f"# {lesson.number}. {lesson.title}\n")
-    assert lesson.idea in first
-    assert lesson.question.text in asked
-    assert all(words in asked for words in (lesson.question.choices or {}).values())
-    assert lesson.question.words not in asked
-    assert all(sentence in seen for sentence in (lesson.notice, *lesson.tries))
 
 
 def test_a_lecturers_scenario_runs_in_a_kernel() -> None:

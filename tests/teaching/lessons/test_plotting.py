@@ -12,46 +12,27 @@ from pftrack.core.model.drawing import COLOURS, hexadecimal
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.teaching.lessons import LESSONS, Figure
 from pftrack.teaching.lessons import figure as parts
-from pftrack.teaching.lessons.figure import (
-    Axis,
-    Bars,
-    Curve,
-    Handle,
-    HeatMap,
-    Histogram,
-    Number,
-    Panel,
-    Rule,
-    Stems,
-    StripChart,
-    Tree,
-    look,
-)
+from pftrack.teaching.lessons.figure import Axis, Bars, Curve, Handle, Histogram, Rule, Stems, StripChart, Tree
 from pftrack.teaching.lessons.traces import DRAWERS, draw, encode
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, shown
 
 UNIT = Axis(title="x", low=0.0, high=4.0, unit="m")
 
 
-def panel(*traces: Any, **more: Any) -> Panel:
-    return Panel(
-        **{"id": "it", "title": "What it shows", "x": UNIT, "y": Axis(title="y", low=0.0, high=4.0), "traces": traces}
-        | more
-    )
+def panel(*traces: Any, **more: Any) -> parts.Panel:
+    y = Axis(title="y", low=0.0, high=4.0)
+    return parts.Panel(**{"id": "it", "title": "What it shows", "x": UNIT, "y": y, "traces": traces} | more)
 
 
 def drawn(*traces: Any, **more: Any) -> Axes:
     return draw(Figure(panels=(panel(*traces, **more),))).axes[0]
 
 
-def test_every_kind_has_a_drawer() -> None:
-    """No kind of trace is forgotten."""
-    kinds = {kind.model_fields["kind"].default for kind in get_args(get_args(parts.Trace)[0])}
-    assert {*DRAWERS, "bars"} == kinds
-
-
 def test_a_curve_is_drawn_in_its_ink_with_its_area() -> None:
-    """Points, colour, dashes and the shaded interval, which ends where it is said to, between points too."""
+    """Points, colour, dashes and the shaded interval, which ends where it is said to, between points too.
+
+    A strip chart leaves gaps: where there is no value there is no dot, and no line across. No kind lacks a drawer.
+    """
     axes = drawn(Curve(title="curve", ink="observation", x=[0, 1, 2], y=[0, 2, 0], dashed=True, area=(0.5, 1.5)))
     (line,) = axes.lines
     assert line.get_xdata().tolist() == [0, 1, 2]
@@ -60,6 +41,10 @@ def test_a_curve_is_drawn_in_its_ink_with_its_area() -> None:
     shaded = axes.collections[0].get_paths()[0].vertices
     assert (shaded[:, 0].min(), shaded[:, 0].max()) == (0.5, 1.5)
     assert shaded[:, 1].max() == 2.0
+    (line,) = drawn(StripChart(title="variance", x=[0, 1, 2], y=[1, np.nan, 2])).lines
+    assert line.get_marker() == "o"
+    assert np.isnan(line.get_ydata()).tolist() == [False, True, False]
+    assert {*DRAWERS, "bars"} == {it.model_fields["kind"].default for it in get_args(get_args(parts.Trace)[0])}
 
 
 def test_axes_have_titles_units_limits_and_names() -> None:
@@ -75,29 +60,25 @@ def test_axes_have_titles_units_limits_and_names() -> None:
     assert [label.get_text() for label in axes.get_xticklabels()] == ["on", "off"]
 
 
-def test_a_histogram_has_its_edges_and_heights() -> None:
-    """Bars adjoin, each as high as it is said to be."""
+def test_draws_have_their_places_and_heights() -> None:
+    """The bars of a histogram adjoin, each as high as it is said to be; a stem is one line and one dot."""
     axes = drawn(Histogram(title="draws", edges=[0, 1, 3], heights=[2, 0.5]))
     values, edges, _ = axes.patches[0].get_data()
     assert values.tolist() == [2, 0.5]
     assert edges.tolist() == [0, 1, 3]
+    axes = drawn(Stems(title="draws", x=[1, 2], y=[3, 1]))
+    assert [segment.tolist() for segment in axes.collections[0].get_segments()] == [[[1, 0], [1, 3]], [[2, 0], [2, 1]]]
+    assert axes.lines[0].get_ydata().tolist() == [3, 1]
 
 
 def test_a_heat_map_covers_its_cells() -> None:
     """Cells reach half a step beyond their middles, the first row lies at the first y, nothing is the darkest."""
-    axes = drawn(HeatMap(x=[0, 1, 2], y=[0, 2], values=[[1, 2, 3], [4, 5, 6]]))
+    axes = drawn(parts.HeatMap(x=[0, 1, 2], y=[0, 2], values=[[1, 2, 3], [4, 5, 6]]))
     (image,) = axes.images
     assert list(image.get_extent()) == [-0.5, 2.5, -1.0, 3.0]
     assert image.origin == "lower"
     assert image.get_array()[0].tolist() == [1, 2, 3]
     assert image.get_clim() == (0.0, 6.0)
-
-
-def test_stems_rise_from_nothing_to_their_points() -> None:
-    """One line and one dot a stem."""
-    axes = drawn(Stems(title="draws", x=[1, 2], y=[3, 1]))
-    assert [segment.tolist() for segment in axes.collections[0].get_segments()] == [[[1, 0], [1, 3]], [[2, 0], [2, 1]]]
-    assert axes.lines[0].get_ydata().tolist() == [3, 1]
 
 
 def test_bars_stand_side_by_side_at_their_names() -> None:
@@ -122,13 +103,6 @@ def test_stacked_bars_lie_end_to_end() -> None:
     assert neighbours[0] != neighbours[1]
 
 
-def test_a_strip_chart_leaves_gaps() -> None:
-    """Where there is no value there is no dot, and no line across."""
-    (line,) = drawn(StripChart(title="variance", x=[0, 1, 2], y=[1, np.nan, 2])).lines
-    assert line.get_marker() == "o"
-    assert np.isnan(line.get_ydata()).tolist() == [False, True, False]
-
-
 def test_a_tree_joins_each_particle_to_its_parent() -> None:
     """A line from (generation before, row of the parent) to (generation, row)."""
     axes = drawn(Tree(parents=[[np.nan, np.nan], [1, 1]], weights=[[1, 0.5], [1, 1]]))
@@ -139,11 +113,7 @@ def test_a_tree_joins_each_particle_to_its_parent() -> None:
 
 def test_rules_and_handles_stand_at_their_values() -> None:
     """A rule across, and a dotted line where a parameter can be turned on a screen."""
-    axes = drawn(
-        Rule(title="mean", at=2.5, along="y"),
-        handles=(Handle(parameter="z", at=1.5),),
-    )
-    rule, handle = axes.lines
+    rule, handle = drawn(Rule(title="mean", at=2.5, along="y"), handles=(Handle(parameter="z", at=1.5),)).lines
     assert set(rule.get_ydata()) == {2.5}
     assert set(handle.get_xdata()) == {1.5}
     assert handle.get_linestyle() == ":"
@@ -159,19 +129,15 @@ def test_the_key_names_what_has_a_title() -> None:
     assert alone.get_title(loc="left") == "What it shows"
 
 
-@pytest.mark.parametrize(("suffix", "begins"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
-def test_files_are_the_same_again(suffix: str, begins: bytes) -> None:
-    """A file of each kind, whose bytes do not depend on when it was made."""
+def test_files_are_the_same_again() -> None:
+    """A file of each kind, whose bytes do not depend on when it was made; for others it is said what can be written."""
     figure = Figure(panels=(panel(Curve(title="p", x=[0, 1], y=[0, 1])),))
-    content = encode(figure, suffix)
-    assert content.startswith(begins)
-    assert content == encode(figure, suffix)
-
-
-def test_other_files_are_refused() -> None:
-    """The sentence says what can be written."""
+    for suffix, begins in ((".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")):
+        content = encode(figure, suffix)
+        assert content.startswith(begins)
+        assert content == encode(figure, suffix)
     with pytest.raises(ValueError, match=r"\.png, \.svg, \.pdf, got '\.gif'"):
-        encode(Figure(panels=(panel(Curve(title="p", x=[0, 1], y=[0, 1])),)), ".gif")
+        encode(figure, ".gif")
 
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)
@@ -182,8 +148,7 @@ def test_every_lesson_is_drawn_with_room_for_its_texts(name: str) -> None:
     made.draw_without_rendering()
     assert len(made.axes) == len(figure.panels)
     for axes, each in zip(made.axes, figure.panels, strict=True):
-        legend = axes.get_legend()
-        box = (legend or axes.title).get_window_extent()
+        box = (axes.get_legend() or axes.title).get_window_extent()
         assert box.x1 <= made.bbox.x1 + 1, each.id
         assert box.y1 <= made.bbox.y1 + 1, each.id
 
@@ -218,9 +183,12 @@ def declared(folder: Path, text: str) -> str:
     return str(folder / "lesson.py")
 
 
-def test_a_panel_has_the_words_of_its_file_and_the_numbers_given(tmp_path: Path) -> None:
-    """Titles and words name numbers, traces without numbers are left out, and handles stand at their parameters."""
-    of_file = look(declared(tmp_path, PANEL))
+def test_a_figure_has_the_words_of_its_file_and_the_numbers_given(tmp_path: Path) -> None:
+    """Titles and words name numbers, traces without numbers are left out, and handles stand at their parameters.
+
+    Numbers are given by their order or by name; whether one is within its tolerance follows.
+    """
+    of_file = parts.look(declared(tmp_path, PANEL))
     x = np.array([0.0, 1.0])
     panel = of_file.draw("density", {"known": (x, 2 * x)}, turned=Turned(), y=(0.0, 3.0), step=4, name="it", mean=0.125)
     assert (panel.id, panel.title, panel.words) == ("density", "At step 4", "The mean is 0.12.")
@@ -231,13 +199,8 @@ def test_a_panel_has_the_words_of_its_file_and_the_numbers_given(tmp_path: Path)
     assert of_file.draw("density", {}, step=4, mean=0).handles == ()
     with pytest.raises(ValueError, match="a curve needs y"):
         of_file.draw("density", {"known": {"x": x}}, step=4, name="it", mean=0)
-
-
-def test_a_number_has_the_words_of_its_file_and_the_values_given(tmp_path: Path) -> None:
-    """By their order or by name; whether it is within its tolerance follows."""
-    of_file = look(declared(tmp_path, PANEL))
     [number] = of_file.show((), {"mean": (1.0, 1.5, 0.5)}, how="on a grid").numbers
-    assert number == Number("Mean, on a grid", 1.0, 1.5, 0.5, unit="m", digits=3)
+    assert number == parts.Number("Mean, on a grid", 1.0, 1.5, 0.5, unit="m", digits=3)
     assert (number.within, str(number)) == (True, "Mean, on a grid: 1 m, exact 1.5 m, within 0.5 m")
     [named] = of_file.show((), {"mean": {"value": 1.0, "reveals": True}}, how="").numbers
     assert (named.value, named.exact, named.within, named.reveals) == (1.0, None, None, True)
@@ -258,4 +221,4 @@ def test_a_number_has_the_words_of_its_file_and_the_values_given(tmp_path: Path)
 def test_what_is_wrong_is_told_by_file_and_line(tmp_path: Path, right: str, wrong: str, line: int, said: str) -> None:
     """A wrong kind, a field of another kind, a colour that is not in the palette, misspelt and misplaced fields."""
     with pytest.raises(ValueError, match=rf"lesson\.yaml, line {line}: .*{said}"):
-        look(declared(tmp_path, PANEL.replace(right, wrong, 1)))
+        parts.look(declared(tmp_path, PANEL.replace(right, wrong, 1)))

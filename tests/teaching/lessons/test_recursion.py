@@ -13,35 +13,12 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.particles import ParticleSet
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.course.estimate import exact_losses, expected_losses, median, posterior
-from pftrack.teaching.lessons.course.importance import MEAN, SD, Proposal
-from pftrack.teaching.lessons.course.kalman import apply_filter, errors, riccati, simulate
-from pftrack.teaching.lessons.course.monte_carlo import sample, sizes_up_to
+from pftrack.teaching.lessons.course import estimate, importance, kalman, monte_carlo, outliers, resampling, sir
+from pftrack.teaching.lessons.course.importance import Proposal
 from pftrack.teaching.lessons.course.probability import normal
 from pftrack.teaching.lessons.course.recursion import GRID, Moment, RecursionParameters, moments, spread
-from pftrack.teaching.lessons.course.resampling import (
-    WEIGHTS,
-    ResamplingParameters,
-    Scheme,
-    copies,
-    effective_sizes,
-    exact_variance,
-    marks,
-    sample_copies,
-    show,
-)
-from pftrack.teaching.lessons.course.sir import (
-    BINS_M,
-    CELL_M,
-    CELLS_M,
-    LENGTH_M,
-    STEPS,
-    Corridor,
-    SirParameters,
-    assign_bins,
-    cached_walk,
-    total_variation,
-)
+from pftrack.teaching.lessons.course.resampling import WEIGHTS
+from pftrack.teaching.lessons.course.sir import CELLS_M, Corridor
 from pftrack.teaching.lessons.lesson import answer_of, judge, question_recipe
 from tests.teaching.lessons.demonstrations import asked_at, shown
 
@@ -57,9 +34,7 @@ COUNTS = st.integers(0, 30)
 
 
 @given(COUNTS, COUNTS, COUNTS, st.floats(0, 3), st.floats(0.5, 9))
-def test_grid_and_filter_agree_on_any_sequence(
-    rounds: int, predictions: int, measurements: int, motion: float, noise: float
-) -> None:
+def test_grid_and_filter_agree(rounds: int, predictions: int, measurements: int, motion: float, noise: float) -> None:
     """However often is predicted and measured, mean and variance are the same."""
     moment = last(rounds=rounds, predictions=predictions, measurements=measurements, motion=motion, noise=noise)
     mean, variance = spread(GRID, moment.density)
@@ -67,21 +42,16 @@ def test_grid_and_filter_agree_on_any_sequence(
     assert variance == pytest.approx(moment.variance, abs=1e-4)
 
 
-def test_hidden_is_never_measured() -> None:
-    """While the target is hidden the variance only grows, by q with each prediction."""
-    assert last(rounds=2, measurements=1, motion=1, hidden=True).variance == pytest.approx(11.0)
+def test_what_comes_of_the_last_step_is_behind_the_veil() -> None:
+    """The variance chart tells all steps but the last, and no curve of the density afterwards is shown.
 
-
-def test_ten_predictions_and_one_measurement_are_as_the_question_says() -> None:
-    """The variance has settled at 1, grows to 11 and is below r afterwards."""
+    The question is asked after ten predictions and a measurement: the variance has settled at 1, grows to 11 and is
+    below r afterwards.
+    """
     variances = [moment.variance for moment in moments(GRID, asked_at(LESSON))]
     assert variances[8] == pytest.approx(1.0, abs=0.02)
     assert variances[18] == pytest.approx(11.0, abs=0.02)
     assert LESSON.answer(asked_at(LESSON), 1).exact == pytest.approx(1.692, abs=1e-3)
-
-
-def test_what_comes_of_the_last_step_is_behind_the_veil() -> None:
-    """The variance chart tells all steps but the last, and no curve of the density afterwards is shown."""
     figure = shown(LESSON, **LESSON.question.at).figure.without_answer()
     density, variance = figure.panels
     assert [trace.title for trace in density.traces] == ["before: predicted", "likelihood of the measurement 3.9 m"]
@@ -89,98 +59,93 @@ def test_what_comes_of_the_last_step_is_behind_the_veil() -> None:
 
 
 def test_it_settles_where_the_lesson_says() -> None:
-    """The number on the screen is the variance after many rounds."""
+    """The number on the screen is the variance after many rounds; while the target is hidden, it grows by q a round."""
     for motion, noise in ((1.0, 2.0), (0.3, 7.0), (0.0, 2.0)):
         settled = shown(LESSON, motion=motion, noise=noise).numbers[2].value
         rounds = last(rounds=30, motion=motion, noise=noise).variance
         assert settled == pytest.approx(rounds, abs=1e-3 if motion else 0.08)
+    assert last(rounds=2, measurements=1, motion=1, hidden=True).variance == pytest.approx(11.0)
 
 
 # Lesson 4: what a guess costs.
 
-ESTIMATE_LESSON = LESSONS["estimate"]
-
-
-@given(st.floats(-3, 9), st.floats(0, 1), st.floats(0, 6))
-def test_losses_on_the_grid_are_those_of_the_formulas(guess: float, weight: float, second: float) -> None:
-    """All three, for any guess and any density of the lesson."""
-    density = posterior(weight, second)
-    assert expected_losses(density, np.array([guess]))[:, 0] == pytest.approx(exact_losses(density, guess), abs=1e-4)
-
-
-@given(st.floats(0, 1), st.floats(0, 6))
-def test_half_of_the_probability_is_below_the_median(weight: float, second: float) -> None:
-    """Wherever the second bump is and whatever it holds."""
-    density = posterior(weight, second)
-    assert float(density.cumulative(median(density))) == pytest.approx(0.5, abs=1e-12)
-
 
 @given(st.floats(-3, 9), st.floats(0, 1), st.floats(0, 6))
 def test_no_guess_beats_mean_and_median(guess: float, weight: float, second: float) -> None:
-    """The mean has the smallest squared error, the median the smallest absolute one."""
-    density = posterior(weight, second)
-    assert exact_losses(density, density.mean)[0] <= exact_losses(density, guess)[0]
-    assert exact_losses(density, median(density))[1] <= exact_losses(density, guess)[1] + 1e-12
+    """The mean has the smallest squared error, the median the smallest absolute one and half of the probability.
+
+    All three losses on the grid are those of the formulas, for any guess and any density of the lesson.
+    """
+    density = estimate.posterior(weight, second)
+    median, losses = estimate.median(density), estimate.exact_losses(density, guess)
+    assert estimate.expected_losses(density, np.array([guess]))[:, 0] == pytest.approx(losses, abs=1e-4)
+    assert float(density.cumulative(median)) == pytest.approx(0.5, abs=1e-12)
+    assert estimate.exact_losses(density, density.mean)[0] <= losses[0]
+    assert estimate.exact_losses(density, median)[1] <= losses[1] + 1e-12
 
 
 def test_the_mode_jumps_where_the_lesson_says() -> None:
     """With 0.6 of the probability the second bump is still lower than the first, with 0.65 it is higher."""
     for weight, low, high in ((0.6, -0.1, 0.1), (0.65, 3.9, 4.1)):
-        curve = shown(ESTIMATE_LESSON, weight=weight).figure.panels[0].traces[0]
+        curve = shown(LESSONS["estimate"], weight=weight).figure.panels[0].traces[0]
         assert curve.kind == "curve"
         assert low <= curve.x[np.argmax(curve.y)] <= high
 
 
-@pytest.mark.parametrize(("said", "words"), [(0.0, "mode"), (0.4, "median"), (2.0, "halfway"), (4.0, "holds only 0.3")])
-def test_usual_mistakes_are_told_apart(said: float, words: str) -> None:
-    """Each place where one might put the guess has its own explanation."""
-    verdict = judge(ESTIMATE_LESSON.question, ESTIMATE_LESSON.answer(asked_at(ESTIMATE_LESSON), 1), said)
+@pytest.mark.parametrize(
+    ("lesson", "said", "words"),
+    [
+        ("estimate", 0.0, "mode"),
+        ("estimate", 0.4, "median"),
+        ("estimate", 2.0, "halfway"),
+        ("estimate", 4.0, "holds only 0.3"),
+        ("monte-carlo", 1000.0, "by √10"),
+        ("monte-carlo", 400.0, "a tenth takes far more"),
+        ("outliers", 10.0, "half way"),
+        ("outliers", 4.0, "does not settle"),
+        ("outliers", -2.0, "never pushes"),
+    ],
+)
+def test_usual_mistakes_are_told_apart(lesson: str, said: float, words: str) -> None:
+    """Each of them has an explanation of its own."""
+    question = LESSONS[lesson].question
+    verdict = judge(question, LESSONS[lesson].answer(asked_at(LESSONS[lesson]), 1), said)
     assert not verdict.right
     assert any(words in sentence for sentence in verdict.words)
 
 
 # Lesson 6: tracks with a velocity that is never measured.
 
-KALMAN_LESSON = LESSONS["kalman"]
-
-
-def test_riccati_settles_at_the_known_variances() -> None:
-    """Predicted variances of position and velocity, in m^2 and m^2/s^2."""
-    assert riccati(0.05, 4.0).diagonal() == pytest.approx([2.41836, 0.238449], rel=2e-6)
-
 
 @pytest.mark.parametrize(("process", "noise"), [(0.005, 25.0), (0.05, 4.0), (0.5, 0.5)])
 def test_riccati_is_a_fixed_point(process: float, noise: float) -> None:
-    """Predictions of the library's filter come to it from any noise."""
-    predicted = apply_filter(process, noise, np.zeros(300)).predicted[-1]
-    assert predicted == pytest.approx(riccati(process, noise), rel=1e-6)
+    """Predictions of the library's filter settle there from any noise; one case is known, in m^2 and m^2/s^2."""
+    predicted = kalman.apply_filter(process, noise, np.zeros(300)).predicted[-1]
+    assert predicted == pytest.approx(kalman.riccati(process, noise), rel=1e-6)
+    assert kalman.riccati(0.05, 4.0).diagonal() == pytest.approx([2.41836, 0.238449], rel=2e-6)
 
 
 def test_further_tracks_are_filtered_as_the_first_is() -> None:
     """Gains of one track, applied to all, come to the library's own estimate on that track."""
-    tracks = simulate(0.05, 4.0, 3, 60, 5)
+    tracks = kalman.simulate(0.05, 4.0, 3, 60, 5)
     measured = tracks.measured[:, 2].copy()
     measured[20:40] = np.nan
-    known = apply_filter(0.05, 4.0, measured)
+    known = kalman.apply_filter(0.05, 4.0, measured)
     for frames in (1, 30, 60):
-        off = errors(tracks, known.gains[:frames])[:, 2]
+        off = kalman.errors(tracks, known.gains[:frames])[:, 2]
         assert off == pytest.approx(tracks.states[frames - 1, :, 2] - known.means[frames - 1], abs=1e-9)
 
 
 def test_the_ellipse_grows_and_tilts_while_frames_are_dropped() -> None:
-    """As the answer says: each second of the gap is less sure of the position, and of how it goes with the velocity."""
-    known = apply_filter(0.05, 4.0, [*np.zeros(20), *np.full(20, np.nan), 0.0])
+    """Each second of the gap, in which there are no dots and no gain, is less sure of the position and its velocity."""
+    known = kalman.apply_filter(0.05, 4.0, [*np.zeros(20), *np.full(20, np.nan), 0.0])
     covariances = known.covariances[19:40]
     correlations = covariances[:, 0, 1] / np.sqrt(covariances[:, 0, 0] * covariances[:, 1, 1])
     assert (np.diff(covariances[:, 0, 0]) > 0).all()
     assert (np.diff(covariances[:, 1, 1]) > 0).all()
     assert correlations[-1] > correlations[0] + 0.15
     assert known.covariances[40, 0, 0] < 4.0
-
-
-def test_a_gap_is_not_measured() -> None:
-    """Frames that are dropped have no dot, and the filter believes nothing in them."""
-    there = shown(KALMAN_LESSON, dropped=20, frame=30)
+    there = shown(LESSONS["kalman"], dropped=20, frame=30)
     dots = next(trace for trace in there.figure.panels[0].traces if trace.title == "measured")
     assert dots.kind == "scatter"
     assert not set(range(20, 40)) & set(dots.x)
@@ -189,43 +154,32 @@ def test_a_gap_is_not_measured() -> None:
 
 # Lesson 7: clouds and the error of their mean.
 
-CARLO_LESSON = LESSONS["monte-carlo"]
-
 
 @pytest.mark.parametrize(("small", "large"), [(10, 20), (70, 3000), (990, 1000)])
 def test_a_smaller_cloud_is_the_beginning_of_a_larger_one(small: int, large: int) -> None:
     """A slider that is turned adds samples or takes them away, and draws none anew; further axes change none either."""
-    one, few = sample(5, small, 1, 3)
-    other, many = sample(5, large, 4, 3)
+    one, few = monte_carlo.sample(5, small, 1, 3)
+    other, many = monte_carlo.sample(5, large, 4, 3)
     assert (other[:small] == one).all()
-    common = [size for size in sizes_up_to(small) if size in sizes_up_to(large)]
+    common = [size for size in monte_carlo.sizes_up_to(small) if size in monte_carlo.sizes_up_to(large)]
     assert many[: len(common), :, :1] == pytest.approx(few[: len(common)])
 
 
 def test_means_are_those_of_the_samples() -> None:
-    """Of the first ten, thirty, hundred, and of all."""
-    samples, means = sample(2, 250, 2, 4)
+    """Of the first ten, thirty, hundred, and of all; a tenth of the error takes a hundred times as many."""
+    samples, means = monte_carlo.sample(2, 250, 2, 4)
     assert means.shape == (4, 4, 2)
-    assert list(sizes_up_to(250)) == [10, 30, 100, 250]
+    assert list(monte_carlo.sizes_up_to(250)) == [10, 30, 100, 250]
     assert means[:, 0, 0] == pytest.approx([samples[:size].mean() for size in (10, 30, 100, 250)])
-
-
-@pytest.mark.parametrize(("said", "words"), [(1000.0, "by √10"), (400.0, "a tenth takes far more")])
-def test_usual_mistakes_are_told_apart_in_carlo(said: float, words: str) -> None:
-    """Ten times and four times the samples have explanations of their own."""
-    answer = CARLO_LESSON.answer(asked_at(CARLO_LESSON), 1)
-    assert answer.exact == 10_000
-    verdict = judge(CARLO_LESSON.question, answer, said)
-    assert not verdict.right
-    assert any(words in sentence for sentence in verdict.words)
+    assert LESSONS["monte-carlo"].answer(asked_at(LESSONS["monte-carlo"]), 1).exact == 10_000
 
 
 # Lesson 8's closed forms against integrals and draws.
 
-PROPOSALS = [Proposal(0.0, 1.0), Proposal(0.0, 2.0), Proposal(-1.0, 0.8), Proposal(MEAN, SD)]
+MEAN, SD = importance.MEAN, importance.SD
 
 
-@pytest.mark.parametrize("proposal", PROPOSALS)
+@pytest.mark.parametrize("proposal", [Proposal(0, 1), Proposal(0, 2), Proposal(-1, 0.8), Proposal(MEAN, SD)])
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
 def test_moments_of_the_weight_are_integrals(proposal: Proposal, order: int) -> None:
     """E_q[(p/q)^k] is the integral of p^k / q^(k - 1)."""
@@ -259,30 +213,31 @@ def test_the_scatter_is_as_it_is_said_to_be(proposal: Proposal, count: int) -> N
 
 # Lesson 10: combs, darts and what they leave of a cloud's past.
 
-SCHEMES: tuple[Scheme, ...] = "systematic", "stratified", "multinomial"
+SCHEMES: tuple[resampling.Scheme, ...] = "systematic", "stratified", "multinomial"
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("count", [2, 7, 20, 60])
-def test_marks_pick_the_copies_that_are_shown(scheme: Scheme, count: int) -> None:
-    """Counting the teeth or darts on each particle's piece comes to what the resampler draws."""
+@pytest.mark.parametrize("count", [2, 7, 20, 60, 100])
+def test_marks_pick_the_copies_that_are_shown(scheme: resampling.Scheme, count: int) -> None:
+    """Counting the teeth or darts on each particle's piece comes to what the resampler draws.
+
+    The exact variance is that of 4,000 redraws, within five standard errors.
+    """
     for offset, seed in ((0.0, 1), (0.37, 2), (0.99, 3)):
-        places = marks(scheme, count, offset, seed)
-        hit = np.searchsorted(count * np.cumsum(WEIGHTS), places, side="right")
-        assert np.bincount(hit, minlength=len(WEIGHTS)).tolist() == copies(scheme, count, offset, seed).tolist()
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("count", [3, 20, 100])
-def test_the_exact_variance_is_that_of_many_redraws(scheme: Scheme, count: int) -> None:
-    """Within five standard errors of 4,000 redraws."""
-    squared = np.square(sample_copies(scheme, count, 4000, 5) - count * WEIGHTS).sum(axis=1)
-    assert squared.mean() == pytest.approx(exact_variance(scheme, count), abs=5 * squared.std() / 4000**0.5 + 1e-9)
+        hit = np.searchsorted(count * np.cumsum(WEIGHTS), resampling.marks(scheme, count, offset, seed), side="right")
+        copies = resampling.copies(scheme, count, offset, seed)
+        assert np.bincount(hit, minlength=len(WEIGHTS)).tolist() == copies.tolist()
+    squared = np.square(resampling.sample_copies(scheme, count, 4000, 5) - count * WEIGHTS).sum(axis=1)
+    error = 5 * squared.std() / 4000**0.5 + 1e-9
+    assert squared.mean() == pytest.approx(resampling.exact_variance(scheme, count), abs=error)
 
 
 def test_all_descend_from_few() -> None:
-    """The tree's strong lines end in the ancestors that the number counts, and each step has all its particles."""
-    shown = show(ResamplingParameters(particles=60), 2)
+    """The tree's strong lines end in the ancestors that the number counts, and each step has all its particles.
+
+    The effective size falls for good if particles are never redrawn.
+    """
+    shown = resampling.show(resampling.ResamplingParameters(particles=60), 2)
     tree = next(panel for panel in shown.figure.panels if panel.id == "tree").traces[0]
     assert np.isnan(tree.parents[0]).all()
     assert (tree.weights[-1] == 1.0).all()
@@ -290,11 +245,7 @@ def test_all_descend_from_few() -> None:
     for step in range(1, len(tree.parents)):
         strong = tree.parents[step, tree.weights[step] == 1.0].astype(int)
         assert set(strong) == set(np.flatnonzero(tree.weights[step - 1] == 1.0))
-
-
-def test_weights_degenerate_without_redrawing() -> None:
-    """The effective size falls for good if particles are never redrawn."""
-    kept, again = effective_sizes("systematic", 1)
+    kept, again = resampling.effective_sizes("systematic", 1)
     assert kept[-1] < 0.05 * kept[0]
     assert again[-1] > 0.5 * again[0]
 
@@ -314,32 +265,29 @@ def test_the_likelihood_is_that_of_the_lesson() -> None:
 @pytest.mark.parametrize("corridor", [Corridor(), Corridor(0.1, 1.0), Corridor(3.0, 0.0)])
 def test_densities_have_the_area_one(corridor: Corridor) -> None:
     """Whatever the noise and the sensor, in every step."""
-    _, exact = cached_walk(corridor)
-    assert exact.given.sum(axis=1) * CELL_M == pytest.approx(np.ones(STEPS + 1))
-    assert exact.predicted.sum(axis=1) * CELL_M == pytest.approx(np.ones(STEPS))
+    _, exact = sir.cached_walk(corridor)
+    assert exact.given.sum(axis=1) * sir.CELL_M == pytest.approx(np.ones(sir.STEPS + 1))
+    assert exact.predicted.sum(axis=1) * sir.CELL_M == pytest.approx(np.ones(sir.STEPS))
     assert (exact.given >= 0.0).all()
 
 
 def test_without_a_sensor_the_density_only_moves_on() -> None:
     """A sensor that guesses tells nothing: after 12 steps of 3 m it is uniform from 36 m on."""
-    _, exact = cached_walk(Corridor(0.6, 0.0))
-    after = exact.given[-1]
+    after = sir.cached_walk(Corridor(0.6, 0.0))[1].given[-1]
     assert after[CELLS_M < 25.0].max() < 1e-6
-    assert after[(CELLS_M > 46.0) & (CELLS_M < 99.0)] == pytest.approx(1.0 / (LENGTH_M - 36.0), rel=0.02)
+    assert after[(CELLS_M > 46.0) & (CELLS_M < 99.0)] == pytest.approx(1.0 / (sir.LENGTH_M - 36.0), rel=0.02)
 
 
 def test_total_variation_is_that_of_the_bins() -> None:
     """A cloud in one bin against the uniform density is off by all but that bin's share."""
-    cloud = ParticleSet.uniform(np.full((10, 1), 31.0))
-    assert assign_bins(CELLS_M, np.full(len(CELLS_M), CELL_M / LENGTH_M)) == pytest.approx(
-        0.02 * np.ones(len(BINS_M) - 1)
-    )
-    assert total_variation(cloud, np.full(len(CELLS_M), 1.0 / LENGTH_M)) == pytest.approx(0.98)
+    cloud, uniform = ParticleSet.uniform(np.full((10, 1), 31.0)), np.full(len(CELLS_M), 1.0 / sir.LENGTH_M)
+    assert sir.assign_bins(CELLS_M, sir.CELL_M * uniform) == pytest.approx(0.02 * np.ones(len(sir.BINS_M) - 1))
+    assert sir.total_variation(cloud, uniform) == pytest.approx(0.98)
 
 
 def test_a_filter_without_redrawing_keeps_its_particles_apart() -> None:
     """With the threshold 0 each particle is its own ancestor, and the weights are those of all measurements."""
-    walk, _ = cached_walk(Corridor())
+    walk, _ = sir.cached_walk(Corridor())
     clouds = Corridor().clouds(walk.doors, 50, 1, threshold=0.0)
     assert all((cloud.ancestors == np.arange(50)).all() for cloud in clouds)
     assert clouds[-1].effective_sample_size < clouds[1].effective_sample_size
@@ -348,11 +296,40 @@ def test_a_filter_without_redrawing_keeps_its_particles_apart() -> None:
 def test_the_question_is_measured_over_many_repeats() -> None:
     """Four times the particles: the factor is measured, near 2, and said in words."""
     lesson = LESSONS["sir"]
-    answer = lesson.answer(SirParameters(**lesson.question.at), 1)
+    answer = lesson.answer(asked_at(lesson), 1)
     assert answer.exact == 2.0
     assert "200 repeats" in answer.words
     assert answer.measured == pytest.approx(2, abs=0.1), "what is measured does not contradict what is right"
     assert f"{answer.measured:.3g}" in answer.words
+
+
+# Lesson 11: posteriors, influence curves and the track.
+
+
+@pytest.mark.parametrize("scale", [0.2, 1.0, 5.0])
+@pytest.mark.parametrize("z", [-5.0, 0.0, 2.5, 20.0])
+def test_means_on_the_grid_are_the_closed_forms(scale: float, z: float) -> None:
+    """Under either noise, at all ends of both sliders."""
+    for heavy, mean in ((False, outliers.gaussian_mean), (True, outliers.cauchy_mean)):
+        density = outliers.posterior(z, scale, heavy=heavy)
+        assert density.sum() * outliers.CELL == pytest.approx(1.0)
+        assert density @ outliers.GRID * outliers.CELL == pytest.approx(float(mean(z, scale)), abs=1e-9)
+
+
+def test_the_cauchy_mean_turns_round() -> None:
+    """It grows with small surprises, and for large ones falls like 2/z towards nothing.
+
+    At frame 45 the Gaussian filter goes with the outlier and the Cauchy filter does not, at any seed.
+    """
+    near, far = (outliers.cauchy_mean(np.linspace(*ends, 50), 1.0) for ends in ((0.0, 2.0), (3.0, 20.0)))
+    assert (np.diff(near) > 0).all()
+    assert (np.diff(far) < 0).all()
+    assert outliers.cauchy_mean(200.0, 1.0) == pytest.approx(2.0 / 200.0, rel=0.01)
+    for seed in (1, 2, 3):
+        traces = outliers.show(outliers.OutliersParameters(), seed).figure.panels[2].traces
+        off = {law: next(abs(it.y[45] - 100.0) for it in traces if it.title.startswith(law)) for law in ("Gaus", "Cau")}
+        assert off["Gaus"] > 20.0
+        assert off["Cau"] < 5.0
 
 
 # Lesson 12: its question about a run, which is computed.

@@ -14,6 +14,7 @@ HALVED = Question(
     bounds=(0, 100),
     mistakes=(Mistake(given=4.0, words="Four times the particles are not four times the accuracy."),),
 )
+LARGE = HALVED.model_copy(update={"bounds": (0, 1e9)})
 COLOUR = Question(text="Which is it?", kind="choice", words="So it is.", choices={"a": "the first", "b": "the second"})
 
 
@@ -25,31 +26,32 @@ def test_a_number_is_right_within_the_tolerance(given: float, right: bool) -> No
     assert verdict.words[-1] == HALVED.words
 
 
-def test_a_usual_mistake_is_explained() -> None:
-    """Who makes it reads why; who makes another does not."""
+def test_the_right_answer_is_told() -> None:
+    """A wrong choice beside the right one, by their words; a number beside what is measured, and whole if it is large.
+
+    Who makes a usual mistake reads why; who makes another does not.
+    """
     assert HALVED.mistakes[0].words in judge(HALVED, Answer(2.0), 4.0).words
     assert HALVED.mistakes[0].words not in judge(HALVED, Answer(2.0), 9.0).words
-
-
-def test_a_choice_is_told_by_its_words() -> None:
-    """A wrong choice is named beside the right one, so that nobody takes the one for the other; both by their words."""
     assert judge(COLOUR, Answer("b"), "b").words[0] == "Right."
     assert judge(COLOUR, Answer("b"), "a").words[0] == "The right answer is “the second”, not “the first”."
+    assert judge(HALVED, Answer(2.0), 2).words[0] == "Right: it is 2."
+    measured = Answer(2.0, 2.04, "Measured: 2.04.")
+    assert judge(HALVED, measured, 2).words[0] == "Right: it is 2 in theory."
+    assert judge(HALVED, measured, 4).words[0] == "You said 4; it is 2 in theory, which is 2 off."
+    assert judge(LARGE, Answer(10_000.0), 1000).words[0] == "You said 1000; it is 10,000, which is 9,000 off."
+    assert judge(LARGE, Answer(10_000.0), 9000.4).words[0] == "You said 9000; it is 10,000, which is 1,000 off."
+    assert judge(LARGE, Answer(1234567.0), 1234567).words[0] == "Right: it is 1,234,567."
+    assert judge(LARGE, Answer(0.00123), 1).words[0] == "You said 1; it is 0.00123, which is 0.999 off."
 
 
 @pytest.mark.parametrize("given", ["two", None, True, math.nan, math.inf, 101, -1])
-def test_what_is_no_answer_is_refused_with_what_is(given: object) -> None:
+def test_other_answers_are_refused_with_what_is_allowed(given: object) -> None:
     """The refusal names what is allowed."""
     with pytest.raises(ParameterError, match="between 0 and 100"):
         judge(HALVED, Answer(2.0), given)  # type: ignore[arg-type]  # what a client may send
-
-
-def test_what_is_measured_does_not_contradict_what_is_right() -> None:
-    """Where a lesson tells of a measured number, too, the right one is said to be that of the theory."""
-    assert judge(HALVED, Answer(2.0, 2.04, "Measured: 2.04."), 2).words[0] == "Right: it is 2 in theory."
-    said = judge(HALVED, Answer(2.0, 2.04, "Measured: 2.04."), 4).words[0]
-    assert said == "You said 4; it is 2 in theory, which is 2 off."
-    assert judge(HALVED, Answer(2.0), 2).words[0] == "Right: it is 2."
+    with pytest.raises(ParameterError, match="between 0 and 1,000,000,000, got 'many'"):
+        judge(LARGE, Answer(10_000.0), "many")
 
 
 @pytest.mark.parametrize(
@@ -79,14 +81,3 @@ def test_other_texts_are_no_number(typed: str) -> None:
     """They are refused as they were typed, and so is what is a thousand to some and a one to others."""
     with pytest.raises(ParameterError, match=f"got '{typed}'"):
         read_answer(HALVED, typed)
-
-
-def test_large_numbers_are_told_whole() -> None:
-    """Nobody has to read powers of ten: ten thousand is "10,000"."""
-    question = HALVED.model_copy(update={"bounds": (0, 1e9)})
-    assert judge(question, Answer(10_000.0), 1000).words[0] == "You said 1000; it is 10,000, which is 9,000 off."
-    assert judge(question, Answer(10_000.0), 9000.4).words[0] == "You said 9000; it is 10,000, which is 1,000 off."
-    assert judge(question, Answer(1234567.0), 1234567).words[0] == "Right: it is 1,234,567."
-    with pytest.raises(ParameterError, match="between 0 and 1,000,000,000, got 'many'"):
-        judge(question, Answer(10_000.0), "many")
-    assert judge(question, Answer(0.00123), 1).words[0] == "You said 1; it is 0.00123, which is 0.999 off."
