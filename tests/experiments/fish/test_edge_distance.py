@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.compiled import read_only
 from pftrack.experiments.fish.model import (
     CAP_PX,
     GOLDFISH,
@@ -24,7 +25,7 @@ from pftrack.experiments.fish.model import (
 
 ORANGE, WATER = (235, 105, 40), (110, 130, 150)
 COLOUR = Foreground("colour", 3, 22, 110, 110, 20, 15)
-SMALL = FishShape(20.0, 8.0, 20.0)
+SMALL, POSE = FishShape(20.0, 8.0, 20.0), np.array([70.0, 60.0, 0.5, 0.4])
 
 
 def picture(pose: NDArray[np.float64], shape: FishShape = SMALL, colour: tuple[int, int, int] = ORANGE) -> NDArray:
@@ -34,23 +35,17 @@ def picture(pose: NDArray[np.float64], shape: FishShape = SMALL, colour: tuple[i
     return image
 
 
-def poses(count: int, around: NDArray[np.float64], spread: float) -> NDArray[np.float64]:
-    rng = np.random.default_rng(1)
-    return around + rng.normal(size=(count, 4)) * np.array([spread, spread, 0.02 * spread, 0.02 * spread])
-
-
 def test_look_ups_are_the_distances_by_brute_force() -> None:
     """The largest distance is that of the farthest point from the nearest edge pixel, to a quarter of a pixel."""
-    pose = np.array([70.0, 60.0, 0.5, 0.4])
-    seen = edges_of(picture(pose), COLOUR)
+    seen = edges_of(picture(POSE), COLOUR)
     rows, columns = np.nonzero(seen.edges)
     assert len(rows) > 50
-    many = poses(60, pose, 25.0)
+    many = POSE + np.random.default_rng(1).normal(size=(60, 4)) * [25.0, 25.0, 0.5, 0.5]
     found = largest_distances(seen.distances, many, SMALL) / 4.0
     for one, distance in zip(many, found, strict=True):
         at = np.floor(model_points(one, SMALL) + 0.5)
         away = np.hypot(at[:, :1] - columns, at[:, 1:] - rows).min(axis=1)
-        inside = (at >= 0).all(axis=1) & (at[:, 0] < 160) & (at[:, 1] < 120)
+        inside = ((at >= 0) & (at < (160, 120))).all(axis=1)
         expected = np.where(inside, np.minimum(away, CAP_PX), CAP_PX).max()
         assert distance == pytest.approx(expected, abs=0.126)
 
@@ -64,54 +59,43 @@ def test_the_likelihood_is_of_the_largest_distance_and_limits_the_bend() -> None
     assert log_likelihoods(largest, states, 25.0, False).tolist() == [0.0, -1 / 25, -4.0]
 
 
-@pytest.mark.parametrize("wild", [1e6, -1e6, 1e300, -1e300, 1e18])
-def test_what_is_far_outside_has_the_cap(wild: float) -> None:
-    """A hypothesis anywhere outside the picture, however far, is at the largest distance."""
-    seen = edges_of(picture(np.array([70.0, 60.0, 0.5, 0.4])), COLOUR)
-    assert largest_distances(seen.distances, np.array([[wild, 60.0, 0.0, 0.0]]), SMALL)[0] == 4 * CAP_PX
-
-
-def test_a_picture_without_the_colour_is_far_from_everything() -> None:
-    """Without any edge all distances are the cap."""
-    seen = edges_of(np.full((40, 50, 3), WATER, np.uint8), COLOUR)
-    assert not seen.edges.any()
-    assert (seen.distances == 4 * CAP_PX).all()
-    assert seen.distances.shape == (42, 52)
+def test_what_is_far_outside_has_the_cap() -> None:
+    """A hypothesis anywhere outside the picture, however far, is at the largest distance; without any edge all are."""
+    distances, none = edges_of(picture(POSE), COLOUR).distances, edges_of(np.full((40, 50, 3), WATER, np.uint8), COLOUR)
+    for wild in (1e6, -1e6, 1e300, -1e300, 1e18):
+        assert largest_distances(distances, np.array([[wild, 60.0, 0.0, 0.0]]), SMALL)[0] == 4 * CAP_PX
+    assert not none.edges.any()
+    assert (none.distances == 4 * CAP_PX).all()
+    assert none.distances.shape == (42, 52)
 
 
 @pytest.mark.parametrize(("told", "colour"), [("dark", (60, 75, 90)), ("light", (190, 210, 230))])
 def test_a_body_is_told_by_its_brightness(told: str, colour: tuple[int, int, int]) -> None:
     """A body without a colour of its own is told by being darker or lighter than what is around it."""
-    pose = np.array([70.0, 60.0, 0.5, 0.4])
-    shape = FishShape(8.0, 3.0, 8.0)
-    foreground = Foreground(told, 0, 0, 0, 0, 20, 15)  # type: ignore[arg-type] # one of its values
-    seen = edges_of(picture(pose, shape, colour), foreground)
-    assert seen.mask[60, 70] == 255
-    assert seen.mask[10, 10] == 0
-    assert not edges_of(picture(pose, shape, WATER), foreground).edges.any()
+    shape, foreground = FishShape(8.0, 3.0, 8.0), Foreground(told, 0, 0, 0, 0, 20, 15)  # type: ignore[arg-type] # a value
+    seen = edges_of(picture(POSE, shape, colour), foreground)
+    assert (seen.mask[60, 70], seen.mask[10, 10]) == (255, 0)
+    assert not edges_of(picture(POSE, shape, WATER), foreground).edges.any()
 
 
 def test_a_range_of_hues_may_go_through_red() -> None:
     """With the lower bound above the upper one the range is what is outside of them."""
-    pose = np.array([70.0, 60.0, 0.5, 0.4])
-    red = picture(pose, colour=(230, 40, 60))  # hue 177
+    red = picture(POSE, colour=(230, 40, 60))  # hue 177
     assert edges_of(red, COLOUR._replace(hue_low=170, hue_high=5)).mask[60, 70] == 255
     assert edges_of(red, COLOUR).mask[60, 70] == 0
 
 
 def test_a_picture_that_stays_is_looked_at_once() -> None:
     """Edges of a read-only picture are kept while it lasts; of one that may be written they are looked for again."""
-    image = picture(np.array([70.0, 60.0, 0.5, 0.4]))
+    image = picture(POSE)
     first = edges_of(image, COLOUR)
     image[:] = WATER
     assert not edges_of(image, COLOUR).edges.any()
     assert first.edges.any()
-    image.flags.writeable = False
-    assert edges_of(image, COLOUR) is edges_of(image, COLOUR)
-    assert edges_of(image, COLOUR._replace(value=200)) is not edges_of(image, COLOUR)
-    same = image.copy()
-    same.flags.writeable = False
-    assert edges_of(same, COLOUR) is not edges_of(image, COLOUR)
+    kept, same = read_only(image), read_only(image.copy())
+    assert edges_of(kept, COLOUR) is edges_of(kept, COLOUR)
+    assert edges_of(kept, COLOUR._replace(value=200)) is not edges_of(kept, COLOUR)
+    assert edges_of(same, COLOUR) is not edges_of(kept, COLOUR)
 
 
 # The outline of a fish that bends.
@@ -132,9 +116,8 @@ def test_a_straight_fish_lies_on_its_axis() -> None:
 
 def test_a_positive_bend_swings_the_tail_to_its_own_side() -> None:
     """With the head to the right, a bend of a quarter turn lays the tail along -u(pi/2), upwards on the screen."""
-    root, tip = tail_line(np.array([0.0, 0.0, 0.0, np.pi / 2]), GOLDFISH)
-    assert root == pytest.approx([-40.0, 0.0])
-    assert tip == pytest.approx([-40.0, -40.0])
+    tail = tail_line(np.array([0.0, 0.0, 0.0, np.pi / 2]), GOLDFISH)
+    assert np.array(tail) == pytest.approx(np.array([[-40.0, 0.0], [-40.0, -40.0]]))
 
 
 @given(PLACE, PLACE, ANGLE, st.floats(-1.5, 1.5), PLACE, PLACE, ANGLE)
@@ -153,14 +136,10 @@ def test_points_turn_and_move_with_the_pose(
 @pytest.mark.parametrize("phi", [-1.2, 0.0, 0.7])
 def test_the_silhouette_holds_body_and_tail(phi: float) -> None:
     """The centre, the head, and the middle of the tail are inside; what is beside them is not."""
-    pose = np.array([10.0, 20.0, 0.4, phi])
-    ahead = np.array([np.cos(0.4), np.sin(0.4)])
+    pose, ahead = np.array([10.0, 20.0, 0.4, phi]), 40.0 * np.array([np.cos(0.4), np.sin(0.4)])
     root, tip = tail_line(pose, GOLDFISH)
-    beside = np.array([-(tip - root)[1], (tip - root)[0]]) / 40.0
-    for share, expected in ((0.99, True), (1.01, False)):
-        assert inside(pose[:2] + share * 40.0 * ahead, pose, GOLDFISH) is expected
-    assert inside(0.5 * (root + tip), pose, GOLDFISH)
-    near_tip = 0.1 * root + 0.9 * tip
+    beside, near_tip = np.array([-(tip - root)[1], (tip - root)[0]]) / 40.0, 0.1 * root + 0.9 * tip
+    places = [(pose[:2] + 0.99 * ahead, True), (pose[:2] + 1.01 * ahead, False), (0.5 * (root + tip), True)]
     for side in (-beside, beside):
-        assert inside(near_tip + 1.5 * side, pose, GOLDFISH)
-        assert not inside(near_tip + 4.5 * side, pose, GOLDFISH)
+        places += [(near_tip + 1.5 * side, True), (near_tip + 4.5 * side, False)]
+    assert [inside(place, pose, GOLDFISH) for place, _ in places] == [expected for _, expected in places]

@@ -1,7 +1,9 @@
 """Trackers of a fish that bends."""
 
 import json
+from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,18 +35,12 @@ def target(frame: int) -> FishTarget:
     return FishSource(0, DEFAULTS).target(frame, DEFAULTS)
 
 
-def advanced(tracker: str, state: FishState, frames: int = 1, **values: object) -> FishState:
-    parameters = revise(DEFAULTS, {"sample_count": 2000, **values})
-    for frame in range(1, frames + 1):
-        state = step_frame(tracker, state, seen(frame), parameters, 7, frame)
-    return state
-
-
 @pytest.mark.parametrize("tracker", TRACKERS)
 def test_the_fish_is_followed(tracker: str) -> None:
     """For two thirds of a second each tracker is within the fish, its heading and bend near the truth."""
-    state = advanced(tracker, begin_at(target(0), 2000), 10)
-    true = target(10)
+    state, true, parameters = begin_at(target(0), 2000), target(10), revise(DEFAULTS, {"sample_count": 2000})
+    for frame in range(1, 11):
+        state = step_frame(tracker, state, seen(frame), parameters, 7, frame)
     assert true.holds(state.estimate)
     assert np.hypot(*(state.estimate - true.position)) < 6.0
     assert abs(np.remainder(state.mean[4] - true.theta + np.pi, 2 * np.pi) - np.pi) < 0.25
@@ -68,27 +64,19 @@ def without_edges(state: FishState, tracker: str, **values: object) -> FishState
     return step_frame(tracker, state, blank, parameters, 3, 1)
 
 
-def moments(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return values.mean(axis=0), np.cov(values.T)
-
-
-def test_the_ordinary_filter_draws_the_learned_steps() -> None:
-    """Steps of place, heading and bend have the learned mean and standard deviation, one by one (eq. 8)."""
+@pytest.mark.parametrize(
+    ("steps", "mean", "within", "sd"),
+    [
+        ("learned", GUIDANCE.parse("").step_mean, 0.1, GUIDANCE.parse("").step_sd),
+        ("wide", np.zeros(4), 0.6, [30.0, 30.0, np.pi / 4, np.pi / 4]),
+    ],
+)
+def test_the_ordinary_filter_draws_its_steps(steps: str, mean: Any, within: float, sd: Any) -> None:
+    """Steps of place, heading and bend have the learned mean and deviation (eq. 8), or wide ones the document's."""
     begin = begin_at(target(0), 10)
-    after = without_edges(begin, "ordinary").particles.states[:, [0, 1, 4, 5]]
-    mean, covariance = moments(after - begin.pose)
-    learned = GUIDANCE.parse("")
-    assert mean == pytest.approx(learned.step_mean, abs=0.1)
-    assert np.sqrt(np.diagonal(covariance)) == pytest.approx(learned.step_sd, rel=0.02)
-
-
-def test_wide_steps_are_those_of_the_document() -> None:
-    """30 px and a quarter of half a turn, without mean."""
-    begin = begin_at(target(0), 10)
-    after = without_edges(begin, "ordinary", walk_steps="wide").particles.states[:, [0, 1, 4, 5]]
-    mean, covariance = moments(after - begin.pose)
-    assert mean == pytest.approx(np.zeros(4), abs=0.6)
-    assert np.sqrt(np.diagonal(covariance)) == pytest.approx([30.0, 30.0, np.pi / 4, np.pi / 4], rel=0.02)
+    after = without_edges(begin, "ordinary", walk_steps=steps).particles.states[:, [0, 1, 4, 5]] - begin.pose
+    assert after.mean(axis=0) == pytest.approx(mean, abs=within)
+    assert after.std(axis=0) == pytest.approx(sd, rel=0.02)
 
 
 @pytest.mark.parametrize("correlated", [True, False])
@@ -96,12 +84,12 @@ def test_the_guided_filter_draws_the_learned_changes(correlated: bool) -> None:
     """Changes of velocity in the body's frame, heading and bend have the learned covariance (eqs 16 and 18)."""
     begin = begin_at(target(0), 10)
     state = without_edges(begin, "guided", correlated_changes=correlated)
-    mean, covariance = moments(state.particles.states[:, 2:] - begin.mean[2:])
+    changes = state.particles.states[:, 2:] - begin.mean[2:]
     wanted = GUIDANCE.parse("").diffusion("document", correlated=correlated).covariance
-    scale = np.sqrt(np.outer(np.diagonal(wanted), np.diagonal(wanted)))
-    assert mean / np.sqrt(np.diagonal(wanted)) == pytest.approx(np.zeros(4), abs=0.02)
-    assert covariance / scale == pytest.approx(wanted / scale, abs=0.02)
-    assert state.changes[:, 0] == pytest.approx(state.particles.states[:, 3] - begin.mean[3])
+    sd = np.sqrt(np.diagonal(wanted))
+    assert changes.mean(axis=0) / sd == pytest.approx(np.zeros(4), abs=0.02)
+    assert np.cov(changes.T) / np.outer(sd, sd) == pytest.approx(wanted / np.outer(sd, sd), abs=0.02)
+    assert state.changes[:, 0] == pytest.approx(changes[:, 1])
 
 
 def test_the_new_velocity_moves_the_place_in_the_new_direction() -> None:
@@ -109,11 +97,9 @@ def test_the_new_velocity_moves_the_place_in_the_new_direction() -> None:
     begin = begin_at(target(0), 10)
     for tracker in TRACKERS:
         states = without_edges(begin, tracker).particles.states
-        step = states[:, :2] - begin.mean[:2]
-        cosine, sine = np.cos(states[:, 4]), np.sin(states[:, 4])
-        along, across = states[:, 2], states[:, 3]
-        assert step[:, 0] == pytest.approx(cosine * along - sine * across, abs=1e-9)
-        assert step[:, 1] == pytest.approx(sine * along + cosine * across, abs=1e-9)
+        along, across, cosine, sine = states[:, 2], states[:, 3], np.cos(states[:, 4]), np.sin(states[:, 4])
+        expected = np.column_stack([cosine * along - sine * across, sine * along + cosine * across])
+        assert states[:, :2] - begin.mean[:2] == pytest.approx(expected, abs=1e-9)
 
 
 def test_constant_velocity_keeps_the_velocity_in_the_picture() -> None:
@@ -132,19 +118,21 @@ def test_lengths_go_with_the_body() -> None:
         assert half.root == pytest.approx(whole.root * np.array([0.5, 0.5, 1.0, 1.0])[:, None])
 
 
+def with_states(begin: FishState, states: NDArray[np.float64]) -> FishState:
+    return replace(begin, particles=ParticleSet.uniform(np.asfortranarray(states)))
+
+
 def test_turning_the_picture_turns_the_guided_particles() -> None:
     """Particles of a fish that is turned and moved are the particles, turned and moved: the chart's invariance."""
-    begin = begin_at(target(0), 10)
-    turn, shift = 1.1, np.array([30.0, -20.0])
-    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    moved = begin.particles.states.copy()
-    moved[:, :2] = moved[:, :2] @ rotation.T + shift
-    moved[:, 4] += turn
-    other = FishState(ParticleSet.uniform(np.asfortranarray(moved)), begin.changes, begin.mean, begin.spread, 0.0)
+    begin, turn, shift = begin_at(target(0), 10), 1.1, np.array([30.0, -20.0])
+
+    def moved(states: NDArray[np.float64]) -> NDArray[np.float64]:
+        rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        return np.hstack([states[:, :2] @ rotation.T + shift, states[:, 2:] + [0.0, 0.0, turn, 0.0]])
+
+    other = with_states(begin, moved(begin.particles.states))
     here, there = (without_edges(state, "guided").particles.states for state in (begin, other))
-    assert there[:, :2] == pytest.approx(here[:, :2] @ rotation.T + shift, abs=1e-9)
-    assert there[:, 2:4] == pytest.approx(here[:, 2:4], abs=1e-9)
-    assert there[:, 4:] == pytest.approx(here[:, 4:] + [turn, 0.0], abs=1e-9)
+    assert there == pytest.approx(moved(here), abs=1e-9)
 
 
 def test_a_heading_is_averaged_on_the_circle() -> None:
@@ -152,8 +140,7 @@ def test_a_heading_is_averaged_on_the_circle() -> None:
     begin = begin_at(target(0), 10)
     states = begin.particles.states.copy()
     states[:, 4] = np.pi
-    at = FishState(ParticleSet.uniform(np.asfortranarray(states)), begin.changes, begin.mean, begin.spread, 0.0)
-    after = without_edges(at, "guided")
+    after = without_edges(with_states(begin, states), "guided")
     assert abs(abs(after.mean[4]) - np.pi) < 0.02
     assert after.spread[2] == pytest.approx(GUIDANCE.parse("").diffusion("document").sd[2], rel=0.05)
 
@@ -168,13 +155,23 @@ def test_a_picture_without_fish_leaves_particles_as_they_are_drawn() -> None:
     assert state.distance == 63.0
 
 
-def test_a_learned_file_of_something_else_is_refused() -> None:
-    """No JSON, another experiment, or another version is refused in a sentence that names the parameter."""
-    text = GUIDANCE.built_in
-    for bad in ("nonsense", text.replace('"fish"', '"ball"'), text.replace('"version": 1', '"version": 9'), text[:200]):
-        with pytest.raises(ParameterError, match="learned must be a learned motion"):
-            revise(DEFAULTS, {"learned": bad})
-    assert revise(DEFAULTS, {"learned": text}).learned == text
+@pytest.mark.parametrize(
+    ("bad", "said"),
+    [
+        ("nonsense", "learned must be a learned motion"),
+        (GUIDANCE.built_in.replace('"fish"', '"ball"'), "learned must be a learned motion"),
+        (GUIDANCE.built_in.replace('"version": 1', '"version": 9'), "learned must be a learned motion"),
+        (GUIDANCE.built_in[:200], "learned must be a learned motion"),
+        (json.dumps({**json.loads(GUIDANCE.built_in), "step_mean": [1e30] * 4}), "step_mean"),
+        (json.dumps({**json.loads(GUIDANCE.built_in), "step_sd": [1e30] * 4}), "step_sd"),
+    ],
+    ids=["no JSON", "another experiment", "another version", "a part", "absurd means", "absurd deviations"],
+)
+def test_a_learned_file_of_something_else_is_refused(bad: str, said: str) -> None:
+    """In a sentence that names the parameter; steps that no angle survives are refused as absurd accelerations are."""
+    with pytest.raises(ParameterError, match=said):
+        revise(DEFAULTS, {"learned": bad})
+    assert revise(DEFAULTS, {"learned": GUIDANCE.built_in}).learned == GUIDANCE.built_in
 
 
 @pytest.mark.parametrize("heading", [np.pi - 1e-5, 1e-5 - np.pi])
@@ -184,12 +181,3 @@ def test_the_spread_of_the_heading_is_on_the_circle(heading: float) -> None:
     state = without_edges(begin_at(left, 10), "ordinary")
     assert state.spread[2] == pytest.approx(GUIDANCE.parse("").step_sd[2], rel=0.05)
     assert abs(state.mean[4]) > 3.0
-
-
-@pytest.mark.parametrize("name", ["step_mean", "step_sd"])
-def test_absurd_learned_steps_are_refused(name: str) -> None:
-    """Steps that no angle survives are refused as absurd accelerations are."""
-    raw = json.loads(GUIDANCE.built_in)
-    raw[name] = [1e30] * 4
-    with pytest.raises(ParameterError, match=name):
-        revise(DEFAULTS, {"learned": json.dumps(raw)})
