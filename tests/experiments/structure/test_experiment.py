@@ -8,7 +8,6 @@ import pytest
 
 from pftrack.core.model.drawing import Ellipse
 from pftrack.core.model.preset import Preset
-from pftrack.core.model.recipe import Change
 from pftrack.core.model.setup import find_export
 from pftrack.experiments import find
 from pftrack.experiments.structure.experiment import shape_errors, shape_world
@@ -40,19 +39,17 @@ def test_presets_do_what_they_say(preset: Preset) -> None:
 
 def test_the_error_is_that_of_bando() -> None:
     """It is eq. 4.19 in percent for a solid shape, also of many at once, and is known of a flat one."""
-    rng = np.random.default_rng(0)
-    truths, estimates = rng.standard_normal((2, 5, 9, 3))
+    truths, estimates = np.random.default_rng(0).standard_normal((2, 5, 9, 3))
     found = shape_errors(estimates.reshape(5, 27), truths.reshape(5, 27))
     wanted = [100 * shape_error(one, other) for one, other in zip(estimates, truths, strict=True)]
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
-    flat = truths[0] * np.array([1.0, 1.0, 0.0])
+    flat = (truths[0] * np.array([1.0, 1.0, 0.0])).ravel()
     centred = truths[0] - truths[0].mean(axis=0)
-    across = centred[:, :2]
-    left = centred[:, 2] - across @ np.linalg.lstsq(across, centred[:, 2], rcond=None)[0]
-    assert shape_errors(flat.ravel(), truths[0].ravel()) == pytest.approx(
-        100 * np.linalg.norm(left) / np.linalg.norm(centred)
-    )
-    assert np.isnan(shape_errors(flat.ravel(), np.zeros(27)))
+    across, depth = centred[:, :2], centred[:, 2]
+    left = depth - across @ np.linalg.lstsq(across, depth, rcond=None)[0]
+    known = 100 * np.linalg.norm(left) / np.linalg.norm(centred)
+    assert shape_errors(flat, truths[0].ravel()) == pytest.approx(known)
+    assert np.isnan(shape_errors(flat, np.zeros(27)))
 
 
 def test_what_is_endlessly_unsure_has_no_ellipsoid() -> None:
@@ -69,58 +66,45 @@ def test_what_is_endlessly_unsure_has_no_ellipsoid() -> None:
 
 def test_hidden_points_are_rings_and_ellipsoids_shrink() -> None:
     """A point that is hidden is drawn as a ring where the shape has it; the ellipsoids are smaller later."""
-    preset = EXPERIMENT.presets[0]
     sizes = []
     for frames in (22, 202):
-        run = run_of(preset, frames)
-        drawing = EXPERIMENT.draw(run.current, run.diagnostics)
-        frame = run.current.frame
-        hidden = {
-            name
-            for name, seen in zip(run.current.state.body.names, frame.target.landmarks.visible, strict=True)
-            if not seen
-        }
-        rings = {name.removeprefix("hidden ") for name in drawing.primitives if name.startswith("hidden ")}
-        assert rings == hidden
-        assert isinstance(drawing.primitives[f"hidden {min(hidden)}"], Ellipse)
+        run = run_of(EXPERIMENT.presets[0], frames)
+        drawing, names = EXPERIMENT.draw(run.current, run.diagnostics), run.current.state.body.names
+        visible = run.current.frame.target.landmarks.visible
+        rings = {name: item for name, item in drawing.primitives.items() if name.startswith("hidden ")}
+        assert rings.keys() == {f"hidden {name}" for name, seen in zip(names, visible, strict=True) if not seen}
+        assert {type(item) for item in rings.values()} == {Ellipse}
         (world,) = drawing.worlds
-        ellipsoids = world.primitives["uncertainty"]
-        sizes.append(np.trace(ellipsoids.covariances, axis1=1, axis2=2).mean())
+        sizes.append(np.trace(world.primitives["uncertainty"].covariances, axis1=1, axis2=2).mean())
     assert sizes[1] < sizes[0] / 2
 
 
 def test_tracks_of_a_head_teach_its_face(tmp_path: Path) -> None:
     """What a head's tracker has seen of the features, brought here as a table, tells the face from the mean one."""
-    head = find("head")
-    tracked = Run(head, head.simulate(), seed=7, frames=240, timeline=(Change(0, {"person": 210}),))
-    table = tmp_path / "tracks.csv"
-    tracked.finish()
+    head, table, true = find("head"), tmp_path / "tracks.csv", person(210).points_mm
+    tracked = whole_run(head, seed=7, frames=240, values={"person": 210})
     table.write_bytes(find_export(head.exports, "tracks").make(tracked.current.state, tracked.diagnostics))
-    setup = EXPERIMENT.video.on_video(open_sequence(table), None)
-    run = Run(EXPERIMENT, setup)
-    run.finish()
-    true, found = person(210).points_mm, run.current.state.placed.points
-    assert apart_mm(found, true) < 0.85 * apart_mm(mean_model().points_mm, true)
-
-
-def apart_mm(points: np.ndarray, true: np.ndarray) -> float:
-    return float(np.sqrt(np.square(fit_similarity(points, true)(points) - true).sum(axis=1).mean()))
+    run = Run(EXPERIMENT, EXPERIMENT.video.on_video(open_sequence(table), None))
+    shapes = (run.finish().state.placed.points, mean_model().points_mm)
+    found, mean = (np.square(fit_similarity(it, true)(it) - true).sum(axis=1).mean() for it in shapes)
+    assert np.sqrt(found) < 0.85 * np.sqrt(mean)
 
 
 def test_the_table_of_a_head_s_tracks_says_what_the_rows_say() -> None:
     """Positions and variances are those of the series; what was not recognised, or not measured, has no line."""
     head = find("head")
     tracked = whole_run(head, seed=3, frames=3, values={"image_width_px": 320})
-    rows = tracked.diagnostics
-    hidden = (np.nan, *rows[1].series["track_sd_px"][1:])
-    past = [rows[0], replace(rows[1], series={**rows[1].series, "track_sd_px": hidden}), replace(rows[2], series={})]
+    first, second, third = tracked.diagnostics
+    hidden = {**second.series, "track_sd_px": (np.nan, *second.series["track_sd_px"][1:])}
+    past = [first, replace(second, series=hidden), replace(third, series={})]
     table = read_tracks(find_export(head.exports, "tracks").make(None, past), most_frames=10)
     assert table.names == FEATURES
     assert table.positions.shape == (2, 11, 2)
-    for frame, row in enumerate(past[:2]):
-        seen = np.isfinite(row.series["track_sd_px"])
-        assert np.isfinite(table.positions[frame]).all(axis=1).tolist() == seen.tolist()
+    for row, positions, variances in zip(past, table.positions, table.variances, strict=False):
+        sd = np.array(row.series["track_sd_px"])
+        seen = np.isfinite(sd)
+        assert np.isfinite(positions).all(axis=1).tolist() == seen.tolist()
         wanted = np.stack([row.series["feature_x_px"], row.series["feature_y_px"]], axis=1)
-        np.testing.assert_array_equal(table.positions[frame][seen], wanted[seen])
-        np.testing.assert_allclose(table.variances[frame][seen, 0], np.square(row.series["track_sd_px"])[seen])
-    np.testing.assert_array_equal(rows[2].series["feature_x_px"], tracked.current.state.feature_means[:, 0])
+        np.testing.assert_array_equal(positions[seen], wanted[seen])
+        np.testing.assert_allclose(variances[seen, 0], np.square(sd)[seen])
+    np.testing.assert_array_equal(third.series["feature_x_px"], tracked.current.state.feature_means[:, 0])

@@ -16,7 +16,6 @@ from pftrack.experiments.structure.experiment import shape_errors
 from pftrack.experiments.structure.methods import StructureTrackerParameters
 from pftrack.experiments.structure.scene import BodyTarget, body_of, normalise, unnamed_shape
 from pftrack.experiments.structure.trackers import TRACKERS, StructureState
-from pftrack.runs.run import Run
 from tests.making import whole_run
 
 EXPERIMENT = find("structure")
@@ -26,62 +25,48 @@ FOCAL = 4e6
 
 def views(points: NDArray[np.float64], count: int, sd: float = 1e-3) -> list[Measurements]:
     """A body without noise, which turns about all axes before a camera without perspective, 100 px large."""
-    seen = []
-    for index in range(count):
-        turn = rotation(np.array([0.04 * index, 0.02 * index, 0.01 * index]))
-        seen.append(Measurements(100.0 * (points @ turn.T)[:, :2], np.full(len(points), sd)))
-    return seen
+    turns = [rotation(index * np.array([0.04, 0.02, 0.01])) for index in range(count)]
+    return [Measurements(100.0 * (points @ turn.T)[:, :2], np.full(len(points), sd)) for turn in turns]
 
 
 def followed(tracker: str, seen: Sequence[Measurements], **values: Any) -> list[StructureState]:
     """The states of a tracker over views of a body of which nothing else is known."""
     count = len(seen[0].points_px)
     target = BodyTarget(np.zeros(3 * count), shape=unnamed_shape(count), focal_px=FOCAL)
-    parameters = StructureTrackerParameters(**values)
-    states: list[Any] = []
+    parameters, states = StructureTrackerParameters(**values), []
     for index, measured in enumerate(seen):
         frame, rng = Frame(index, index / 30.0, measurements=measured), Stream(0, index, Purpose.TRACK)
-        if not states:
-            states.append(TRACKERS[tracker].start(target, frame, parameters, rng))
-        else:
-            states.append(TRACKERS[tracker].step(states[-1], frame, parameters, rng))
-    return states
-
-
-def error(state: StructureState, points: NDArray[np.float64]) -> float:
-    return float(shape_errors(state.estimate, normalise(points).ravel()))
+        begin = TRACKERS[tracker].step if states else TRACKERS[tracker].start
+        states.append(begin(states[-1] if states else target, frame, parameters, rng))  # type: ignore[arg-type]
+    return states  # type: ignore[return-value] # of shapes, all of them
 
 
 @pytest.mark.parametrize(("tracker", "most"), [("svd", 1e-6), ("growing", 1e-2), ("informed", 1e-2), ("online", 1e-2)])
 def test_a_shape_without_noise_is_recovered(tracker: str, most: float) -> None:
     """Singular values are exact to 1e-8 of the body's size; the others have priors, and one assumes a pinhole."""
     points = body_of("cloud", 3, 9).points
-    states = followed(tracker, views(points, 40), window_frames=30, first_frames=5)
-    assert error(states[-1], points) < most
-    np.testing.assert_allclose(np.square(states[-1].estimate).sum(), 9, rtol=1e-12)
+    found = followed(tracker, views(points, 40), window_frames=30, first_frames=5)[-1].estimate
+    assert shape_errors(found, normalise(points).ravel()) < most
+    np.testing.assert_allclose(np.square(found).sum(), 9, rtol=1e-12)
 
 
 @pytest.mark.parametrize("tracker", TRACKERS)
 def test_what_is_missing_may_be_anything(tracker: str) -> None:
     """NaN and infinite deviations are points not seen, a point may never be seen, and a whole frame may be empty."""
     points = body_of("cloud", 3, 9).points
-    seen = views(points, 25, sd=1.0)
-    lost = np.zeros((25, 9), dtype=bool)
+    seen, lost = views(points, 25, sd=1.0), np.zeros((25, 9), dtype=bool)
     lost[:, 8] = lost[7] = lost[3:12, 2] = True
     for index, measured in enumerate(seen):
         places = np.where(lost[index, :, None], np.nan, measured.points_px)
         sd = np.where(lost[index] & (np.arange(9) != 2), np.inf, measured.sd_px)
         seen[index] = Measurements(places, sd)
     states = followed(tracker, seen, window_frames=15, first_frames=6)
-    for state in states:
-        assert np.isfinite(state.estimate).all()
-        assert np.isfinite(state.sigma).all()
+    assert all(np.isfinite([state.estimate, state.sigma]).all() for state in states)
     assert states[-1].seen.counts.tolist() == [24, 24, 16, *[24] * 5, 0]
-    known = np.flatnonzero(np.arange(9) != 8)
-    found = states[-1].estimate.reshape(-1, 3)[known]
     if tracker != "svd":
-        assert shape_errors(found.ravel(), points[known].ravel()) < 1.0
-        assert states[-1].sigma.reshape(-1, 3)[8].max() > 10 * states[-1].sigma.reshape(-1, 3)[0].max()
+        found, sigma = states[-1].estimate.reshape(-1, 3), states[-1].sigma.reshape(-1, 3)
+        assert shape_errors(found[:8].ravel(), points[:8].ravel()) < 1.0
+        assert sigma[8].max() > 10 * sigma[0].max()
 
 
 @pytest.mark.parametrize(
@@ -95,16 +80,14 @@ def test_what_is_missing_may_be_anything(tracker: str) -> None:
 def test_a_recursion_that_diverges_is_given_up(seed: int, frames: int, values: dict[str, Any]) -> None:
     """Its covariances may be no numbers; they never reach what is believed."""
     run = whole_run(EXPERIMENT, seed=seed, frames=frames, values=values)
-    for row in run.diagnostics:
-        assert np.isfinite(row.estimate).all()
-        assert np.isfinite(row.sigma).all()
+    assert all(np.isfinite([row.estimate, row.sigma]).all() for row in run.diagnostics)
 
 
-@pytest.mark.parametrize("body", ["prism", "plate"])
-def test_what_no_view_shows_is_not_claimed(body: str) -> None:
+@pytest.mark.parametrize(
+    "values", [{"tracked_body": "prism", "sideways_deg": 0, "upwards_deg": 0}, {"tracked_body": "plate"}]
+)
+def test_what_no_view_shows_is_not_claimed(values: dict[str, Any]) -> None:
     """Without rotation, and of points of one plane, the growing shape has no depth, and says so."""
-    still = {"sideways_deg": 0, "upwards_deg": 0} if body == "prism" else {}
-    values = {"tracked_body": body, **still}
     run = whole_run(EXPERIMENT, frames=60, values=values)
     state = run.current.state
     assert not state.placed.known
@@ -115,19 +98,23 @@ def test_what_no_view_shows_is_not_claimed(body: str) -> None:
 
 def test_it_grows_from_the_mean_face_to_this_one() -> None:
     """The shape begins as the mean of others, and the own one takes over as it predicts better."""
-    values = {"tracked_body": "face", "swing_deg": 30}
-    run = whole_run(EXPERIMENT, frames=70, values=values)
+    run = whole_run(EXPERIMENT, frames=70, values={"tracked_body": "face", "swing_deg": 30})
     first, last = run.diagnostics[0], run.diagnostics[-1]
     assert first.series["own_weight"] < 0.05
     assert last.series["own_weight"] > 0.9
     assert last.error < first.error / 3
 
 
-def test_pose_and_spread_are_in_sizes_of_the_body() -> None:
-    """Once the prism is known, its pose is right to a degree or two and its points are sure to a few percent."""
-    run = whole_run(EXPERIMENT, frames=211)
-    assert run.diagnostics[-1].series["turn_error_deg"] < 2.0
-    assert 0.001 < float(np.median(run.current.state.sigma)) < 0.1
+def test_a_point_that_is_badly_seen_counts_by_its_noise() -> None:
+    """Hidden points, measured wildly, spoil singular values and not the growing shape.
+
+    Once the prism is known, its pose is right to a degree or two and its points are sure to a few percent.
+    """
+    growing, values = (whole_run(EXPERIMENT, tracker=tracker, frames=211) for tracker in ("growing", "svd"))
+    assert growing.diagnostics[-1].error < 1.0
+    assert values.diagnostics[-1].error > 8.0
+    assert growing.diagnostics[-1].series["turn_error_deg"] < 2.0
+    assert 0.001 < float(np.median(growing.current.state.sigma)) < 0.1
 
 
 def test_a_least_noise_is_taken_and_a_missing_point_stays_where_it_was() -> None:
@@ -141,26 +128,15 @@ def test_a_least_noise_is_taken_and_a_missing_point_stays_where_it_was() -> None
     np.testing.assert_array_equal(last.filled[1, 4], seen[0].points_px[4])
 
 
-def test_a_point_that_is_badly_seen_counts_by_its_noise() -> None:
-    """Hidden points, measured wildly, spoil singular values and not the growing shape."""
-    errors = {}
-    for tracker in ("growing", "svd"):
-        run = whole_run(EXPERIMENT, tracker=tracker, frames=211)
-        errors[tracker] = run.diagnostics[-1].error
-    assert errors["growing"] < 1.0
-    assert errors["svd"] > 8.0
-
-
 @pytest.mark.parametrize("tracker", TRACKERS)
 def test_the_same_numbers_beyond_the_window(tracker: str) -> None:
     """Seek, replay and take-over of another method come to the same numbers once windows are full, too."""
-    values = {"window_frames": 5, "first_frames": 5}
     other = next(name for name in TRACKERS if name != tracker)
-    timeline = (Change(0, values), Change(14, {"tracker": other}), Change(18, {"window_frames": 10}))
+    timeline = (Change(14, {"tracker": other}), Change(18, {"window_frames": 10}))
+    values: dict[str, Any] = {"window_frames": 5, "first_frames": 5}
     once, again = (
-        Run(EXPERIMENT, EXPERIMENT.simulate(), tracker=tracker, seed=4, frames=24, timeline=timeline) for _ in range(2)
+        whole_run(EXPERIMENT, values=values, tracker=tracker, seed=4, frames=24, timeline=timeline) for _ in range(2)
     )
-    once.finish()
     again.seek(20)
     again.seek(9)
     again.finish()
