@@ -61,13 +61,9 @@ class TestExperiments:
         branch.finish()
         run.save(tmp_path / "run.pft")
         again = pftrack.load(tmp_path / "run.pft")
+        values, frames = run.timeline.changes[0].values, run.frames
         (outcome,) = many.outcomes(
-            run.experiment,
-            run.setup,
-            values=run.timeline.changes[0].values,
-            trackers=["mine"],
-            seeds=[0],
-            frames=run.frames,
+            run.experiment, run.setup, values=values, trackers=["mine"], seeds=[0], frames=frames
         )
         assert len({each.estimates_sha256 for each in (run, branch, again, *outcome)}) == 1
 
@@ -85,12 +81,10 @@ class TestExperiments:
         text = example_of(find(name))
         for tracker in find(name).trackers:
             changes = (Change(3, {"tracker": "mine"}), Change(6, {"tracker": tracker}))
-            first = recipe(text, name).timeline[0]
-            run = made(text, name, tracker=tracker, frames=9, timeline=(first, *changes))
-            for step in run:
-                drawing = run.experiment.draw(step, run.diagnostics)
+            run = made(text, name, tracker=tracker, frames=9, timeline=(*recipe(text, name).timeline, *changes))
+            drawings = [run.experiment.draw(step, run.diagnostics) for step in run]
             assert np.isfinite(run.diagnostics[-1].estimate).all()
-            assert drawing.primitives
+            assert all(drawing.primitives for drawing in drawings)
 
     def test_experiments_that_take_none_say_so(self) -> None:
         """With the name of the file."""
@@ -99,6 +93,9 @@ class TestExperiments:
             extend("fish", {"mine": (BALL,)})
         with pytest.raises(FilterFileError, match="ball has a tracker kalman; call the file otherwise"):
             extend("ball", {"kalman": (BALL,)})
+
+
+LIKELIHOOD = "def log_likelihood(states, frame):\n    return -0.5 * ((states[:, 0] - 60) / 4) ** 2\n"
 
 
 class TestParts:
@@ -115,57 +112,43 @@ class TestParts:
         run = made(text, frames=2)
         before, after = run.current.state.particles, run.advance().state.particles
         assert np.allclose(after.states[:, :2] - before.states[after.ancestors][:, :2], [1.0, 2.0])
-        expected = np.arange(60) * 1e-3
-        assert np.allclose(after.weights, np.exp(expected) / np.exp(expected).sum())
+        expected = np.exp(np.arange(60) * 1e-3)
+        assert np.allclose(after.weights, expected / expected.sum())
 
     def test_a_proposal_with_its_correction(self) -> None:
         """A proposal that draws elsewhere, with the right correction, comes to the posterior of the prior's draws."""
-        likelihood = "def log_likelihood(states, frame):\n    return -0.5 * ((states[:, 0] - 60) / 4) ** 2\n"
-        prior = (
-            HEAD
-            + "def propagate(states, rng):\n    return states + 3 * rng.standard_normal(states.shape)\n"
-            + likelihood
-        )
+        prior = "def propagate(states, rng):\n    return states + 3 * rng.standard_normal(states.shape)\n"
         other = (
-            HEAD
-            + (
-                "def propose(states, rng):\n"
-                "    moved = states + 3 * rng.standard_normal(states.shape)\n"
-                "    moved[:, 0] += 2\n"
-                "    off = moved[:, 0] - states[:, 0]\n"
-                "    return moved, -0.5 * (off / 3) ** 2 + 0.5 * ((off - 2) / 3) ** 2\n"
-            )
-            + likelihood
+            "def propose(states, rng):\n"
+            "    moved = states + 3 * rng.standard_normal(states.shape)\n"
+            "    moved[:, 0] += 2\n"
+            "    off = moved[:, 0] - states[:, 0]\n"
+            "    return moved, -0.5 * (off / 3) ** 2 + 0.5 * ((off - 2) / 3) ** 2\n"
         )
-        values = {"sample_count": 40_000}
-        one, two = (made(text, values=values, frames=2).finish().state for text in (prior, other))
+        one, two = (
+            made(HEAD + text + LIKELIHOOD, values={"sample_count": 40_000}, frames=2).finish().state
+            for text in (prior, other)
+        )
         assert one.estimate == pytest.approx(two.estimate, abs=0.15)
         assert one.sigma == pytest.approx(two.sigma, abs=0.15)
         assert one.log_evidence == pytest.approx(two.log_evidence, abs=0.05)
 
     def test_where_it_begins(self) -> None:
         """From a file's start, as many particles as it says."""
-        text = (
-            NOTHING
-            + "def start(position, rng):\n    return np.tile(np.tile(position, 2), (7, 1)) + rng.random((7, 4))\n"
-        )
-        state = made(text).current.state
-        assert len(state.particles) == 7
+        start = "def start(position, rng):\n    return np.tile(np.tile(position, 2), (7, 1)) + rng.random((7, 4))\n"
+        assert len(made(NOTHING + start).current.state.particles) == 7
 
     def test_parameters_of_the_experiment_are_seen_beside_the_files_own(self) -> None:
-        """One of the same name is the experiment's; all others are there as well."""
+        """One of the same name is the experiment's; all others are there as well, and the truth is not."""
         text = HEAD + (
             "from dataclasses import dataclass\n"
             "@dataclass\nclass Parameters:\n    sample_count: int = 5\n    mine: float = 2.5\n"
-            "def propagate(states, parameters):\n"
+            "def propagate(states, frame, parameters):\n"
             "    assert (parameters.sample_count, parameters.mine, parameters.process_noise_px) == (60, 2.5, 3)\n"
+            "    assert frame.target is None\n"
             "    return states\n"
         )
         made(text).advance()
-
-    def test_the_truth_is_not_shown(self) -> None:
-        """A filter sees what trackers may look at, and nothing else."""
-        made(NOTHING + "def propagate(states, frame):\n    assert frame.target is None\n    return states\n").advance()
 
 
 class TestMistakes:

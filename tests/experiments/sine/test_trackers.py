@@ -25,8 +25,10 @@ def frames(values: Sequence[Sequence[float]]) -> list[Frame]:
     return [Frame(index, index / 60, signal=np.array(value)) for index, value in enumerate(values, 1)]
 
 
-def followed(tracker: str, seen: list[Frame], parameters: SignalTrackerParameters, seed: int = 0) -> list[PointState]:
-    chosen, target = TRACKERS[tracker], Target(np.full(len(seen[0].signal), START))  # type: ignore[arg-type]
+def followed(
+    tracker: str, seen: list[Frame], parameters: SignalTrackerParameters, seed: int = 0, start: float = START
+) -> list[PointState]:
+    chosen, target = TRACKERS[tracker], Target(np.full(len(seen[0].signal), start))  # type: ignore[arg-type]
     states = [chosen.start(target, Frame(0, 0.0), parameters, Stream(seed, 0, Purpose.START))]
     for frame in seen:
         states.append(chosen.step(states[-1], frame, parameters, Stream(seed, frame.index, Purpose.TRACK)))
@@ -39,14 +41,11 @@ def path_moments(length: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     X_0 = (x_0, x_-1) has independent coordinates; x_t = 2 x_{t-1} - x_{t-2} + b u_t is written out for all t as a
     linear map of X_0 and u_1, ..., u_L.
     """
-    rows = np.zeros((length + 2, 2 + length))
-    rows[0, 1], rows[1, 0] = 1.0, 1.0
-    for t in range(1, length + 1):
-        rows[t + 1] = 2 * rows[t] - rows[t - 1]
-        rows[t + 1, 1 + t] += STEP
-    chosen = rows[2:]
-    scales = np.concatenate([np.full(2, SPREAD**2), np.ones(length)])
-    return chosen[:, :2].sum(axis=1) * START, (chosen * scales) @ chosen.T
+    rows = np.eye(length + 2)[[1, 0, *range(2, length + 2)]] * np.repeat([1.0, STEP], [2, length])
+    for t in range(2, length + 2):
+        rows[t] += 2 * rows[t - 1] - rows[t - 2]
+    scales = np.repeat([SPREAD**2, 1.0], [2, length])
+    return rows[2:, :2].sum(axis=1) * START, (rows[2:] * scales) @ rows[2:].T
 
 
 @pytest.fixture(scope="module")
@@ -56,22 +55,19 @@ def seen() -> list[Frame]:
 
 
 def test_the_kalman_filter_is_the_conditional_of_the_whole_path(seen: list[Frame]) -> None:
-    """Mean and deviation in each frame are those of the joint Gaussian of path and observations, given the latter."""
-    values = np.array([frame.signal[0] for frame in seen if frame.signal is not None])
+    """Mean and deviation in each frame are those of the joint Gaussian of path and observations, given the latter.
+
+    The product of the frames' evidences is the density of the observations as one Gaussian vector.
+    """
+    values, evidence = np.array([frame.signal for frame in seen])[:, 0], 0.0
     for length, state in enumerate(followed("kalman", seen, PARAMETERS)[1:], 1):
         mean, covariance = path_moments(length)
-        gain = covariance[-1] @ np.linalg.inv(covariance + NOISE**2 * np.eye(length))
+        observed = covariance + NOISE**2 * np.eye(length)
+        gain = covariance[-1] @ np.linalg.inv(observed)
         assert state.estimate[0] == pytest.approx(mean[-1] + gain @ (values[:length] - mean), abs=1e-10)
         assert state.sigma[0] == pytest.approx(np.sqrt(covariance[-1, -1] - gain @ covariance[-1]), abs=1e-10)
-
-
-def test_log_evidences_sum_to_that_of_all_observations(seen: list[Frame]) -> None:
-    """The product of the frames' evidences is the density of the observations as one Gaussian vector."""
-    values = np.array([frame.signal[0] for frame in seen if frame.signal is not None])
-    mean, covariance = path_moments(len(values))
-    whole = multivariate_normal(mean, covariance + NOISE**2 * np.eye(len(values))).logpdf(values)
-    states = followed("kalman", seen, PARAMETERS)[1:]
-    assert sum(state.log_evidence for state in states) == pytest.approx(whole, abs=1e-9)
+        evidence += state.log_evidence
+        assert evidence == pytest.approx(multivariate_normal(mean, observed).logpdf(values[:length]), abs=1e-9)
 
 
 def test_the_particle_filter_comes_to_the_exact_answer(seen: list[Frame]) -> None:
@@ -86,8 +82,7 @@ def test_the_particle_filter_comes_to_the_exact_answer(seen: list[Frame]) -> Non
 
 def test_the_estimated_evidence_is_not_biased(seen: list[Frame]) -> None:
     """The mean of the estimated evidence itself, not of its logarithm, is the exact one, even with few particles."""
-    few = revise(PARAMETERS, {"sample_count": 100})
-    short = seen[:4]
+    few, short = revise(PARAMETERS, {"sample_count": 100}), seen[:4]
     exact = sum(state.log_evidence for state in followed("kalman", short, PARAMETERS))
     totals = [sum(s.log_evidence for s in followed("condensation", short, few, seed)[1:]) for seed in range(400)]
     ratios = np.exp(np.array(totals) - exact)
@@ -97,11 +92,9 @@ def test_the_estimated_evidence_is_not_biased(seen: list[Frame]) -> None:
 
 def test_dimensions_are_copies(seen: list[Frame]) -> None:
     """In three dimensions the exact answer is that of each alone, and the evidences multiply."""
-    alone = [np.array([frame.signal for frame in seen])[:, 0] * factor for factor in (1.0, 1.1, 0.8)]
-    together = followed("kalman", frames(np.stack(alone, axis=1).tolist()), PARAMETERS)
-    apart = [followed("kalman", frames(values[:, None].tolist()), PARAMETERS) for values in alone]
-    for place, state in enumerate(together):
-        ones = [states[place] for states in apart]
+    values = np.array([frame.signal for frame in seen]) * [[1.0, 1.1, 0.8]]
+    together, *apart = (followed("kalman", frames(it.tolist()), PARAMETERS) for it in (values, *values.T[..., None]))
+    for state, *ones in zip(together, *apart, strict=True):
         assert state.estimate == pytest.approx(np.concatenate([one.estimate for one in ones]))
         assert state.sigma == pytest.approx(np.concatenate([one.sigma for one in ones]))
         assert state.log_evidence == pytest.approx(sum(one.log_evidence for one in ones))
@@ -109,18 +102,13 @@ def test_dimensions_are_copies(seen: list[Frame]) -> None:
 
 def test_the_unit_of_the_signal_does_not_matter(seen: list[Frame]) -> None:
     """A signal that is twice as large, with twice the noise, gives twice the estimates from the same random numbers."""
-    doubled = revise(
-        PARAMETERS, {"process_noise_sd": 2 * STEP, "assumed_noise_sd": 2 * NOISE, "initial_sd": 2 * SPREAD}
-    )
+    noises = {"process_noise_sd": 2 * STEP, "assumed_noise_sd": 2 * NOISE, "initial_sd": 2 * SPREAD}
     larger = [Frame(frame.index, frame.time_s, signal=2 * frame.signal) for frame in seen]  # type: ignore[operator]
-    chosen = SAMPLED
-    small = chosen.start(Target(np.array([START])), Frame(0, 0.0), PARAMETERS, Stream(1, 0, Purpose.START))
-    large = chosen.start(Target(np.array([2 * START])), Frame(0, 0.0), doubled, Stream(1, 0, Purpose.START))
-    for one, other in zip(seen, larger, strict=True):
-        small = chosen.step(small, one, PARAMETERS, Stream(1, one.index, Purpose.TRACK))
-        large = chosen.step(large, other, doubled, Stream(1, one.index, Purpose.TRACK))
-        assert large.estimate == pytest.approx(2 * small.estimate, rel=1e-9)
-        assert chosen.measure(large)["ess"] == pytest.approx(chosen.measure(small)["ess"], rel=1e-6)
+    small = followed("condensation", seen, PARAMETERS, 1)
+    large = followed("condensation", larger, revise(PARAMETERS, noises), 1, 2 * START)
+    for one, other in zip(small[1:], large[1:], strict=True):
+        assert other.estimate == pytest.approx(2 * one.estimate, rel=1e-9)
+        assert SAMPLED.measure(other)["ess"] == pytest.approx(SAMPLED.measure(one)["ess"], rel=1e-6)
 
 
 def test_a_tracker_of_signals_needs_one() -> None:
@@ -172,19 +160,17 @@ def test_a_sample_that_is_no_number_says_nothing(seen: list[Frame]) -> None:
 def test_truth_turns_once_in_360_frames(waveform: str, function: np.ufunc) -> None:
     """The truth is the sine or cosine of 2 pi t / 360, in every copy."""
     parameters = revise(SineParameters(), {"waveform": waveform, "dimension": 3})
-    source = SignalSource(0, parameters)
     for t in (0, 1, 90, 360, 500):
-        target = source.frame(t, History(((0, parameters),))).target
-        assert np.allclose(target.position, function(2 * np.pi * t / 360))
-        assert target.position.shape == (3,)
+        target = SignalSource(0, parameters).frame(t, History(((0, parameters),))).target
+        assert target.position == pytest.approx(np.full(3, function(2 * np.pi * t / 360)))
 
 
 def test_noise_has_its_spread_and_is_independent() -> None:
     """Noise has the standard deviation asked for and does not repeat over frames and copies."""
     parameters = revise(SineParameters(), {"dimension": 2, "observation_noise_sd": 0.1})
-    source = SignalSource(3, parameters)
-    frames = [source.frame(t, History(((0, parameters),))) for t in range(4000)]
-    noise = np.array([frame.signal - frame.target.position for frame in frames])
+    source, history = SignalSource(3, parameters), History(((0, parameters),))
+    shown = [source.frame(t, history) for t in range(4000)]
+    noise = np.array([frame.signal - frame.target.position for frame in shown])
     assert np.allclose(noise.std(axis=0), 0.1, rtol=0.05)
     assert abs(np.corrcoef(noise.T)[0, 1]) < 0.06
     assert abs(np.corrcoef(noise[1:, 0], noise[:-1, 0])[0, 1]) < 0.06
@@ -194,11 +180,9 @@ def test_history_gives_what_was_in_force() -> None:
     """A history answers with the newest parameters at or before a frame, and how many steps each governed."""
     old, new = SineParameters(), revise(SineParameters(), {"observation_noise_sd": 1.0})
     history = History(((0, old), (5, new)))
-    assert history.at(4) is old
-    assert history.at(5) is new
-    assert history.spans(3) == [(3, old)]
-    assert history.spans(7) == [(4, old), (3, new)]
-    assert history.spans(0) == []
+    assert (history.at(4), history.at(5)) == (old, new)
+    for frame, spans in ((3, [(3, old)]), (7, [(4, old), (3, new)]), (0, [])):
+        assert history.spans(frame) == spans
 
 
 def test_spans_in_which_what_matters_is_alike_are_one() -> None:
