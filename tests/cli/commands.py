@@ -2,9 +2,13 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 Call = Callable[..., tuple[int, str, str]]
 """Arguments -> status, standard output, standard error."""
+
+Ask = Callable[..., Any]
+"""Arguments -> the JSON value of a call that ends well."""
 
 FRAMES = 12
 """Of the clip of a red square."""

@@ -1,14 +1,16 @@
 """Fixtures of the command line: calls in this process, and a small clip."""
 
 import csv
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pftrack.cli.app import main
 from pftrack.vision.film import FilmWriter
-from tests.cli.commands import FRAMES, Call
+from tests.cli.commands import FRAMES, Ask, Call
 
 
 @pytest.fixture
@@ -21,6 +23,18 @@ def call(capfd: pytest.CaptureFixture[str]) -> Call:
         out, err = capfd.readouterr()
         assert isinstance(ended.value.code, int)
         return ended.value.code, out, err
+
+    return run
+
+
+@pytest.fixture
+def ask(call: Call) -> Ask:
+    """Run the command line with `--json`, check that it ends well, and return the value."""
+
+    def run(*arguments: object) -> Any:
+        status, out, err = call(*arguments, "--json")
+        assert status == 0, err
+        return json.loads(out)
 
     return run
 

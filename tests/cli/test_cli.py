@@ -12,23 +12,21 @@ from typer.main import get_command
 from pftrack import __version__
 from pftrack.cli.app import app
 from pftrack.experiments import EXPERIMENTS, find
-from tests.cli.commands import Call, refused
+from tests.cli.commands import Ask, Call, refused
 
 
-def test_list_names_every_experiment(call: Call) -> None:
+def test_list_names_every_experiment(call: Call, ask: Ask) -> None:
     """`list` prints each experiment, and with `--json` one list of them with trackers and presets."""
     code, out, _ = call("list")
-    assert code == 0
-    assert all(name in out for name in EXPERIMENTS)
-    listed = json.loads(call("list", "--json")[1])
+    assert (code, [name for name in EXPERIMENTS if name not in out]) == (0, [])
+    listed = ask("list")
     assert [entry["id"] for entry in listed] == list(EXPERIMENTS)
     assert listed[0]["trackers"][0].keys() == {"id", "title", "description"}
 
 
 def test_a_shell_completes_commands(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """As `--show-completion` sets it up."""
-    said = {"_PFTRACK_COMPLETE": "complete_bash", "COMP_WORDS": "pftrack show-", "COMP_CWORD": "1"}
-    for name, value in said.items():
+    for name, value in (("_PFTRACK_COMPLETE", "complete_bash"), ("COMP_WORDS", "pftrack show-"), ("COMP_CWORD", "1")):
         monkeypatch.setenv(name, value)
     assert call()[1].split() == ["show-recipe"]
 
@@ -50,51 +48,41 @@ def test_helps_say_what_an_option_is() -> None:
 
 
 @pytest.mark.parametrize("name", ["ball", "head"])
-def test_show_gives_every_parameter_with_all_that_is_declared(call: Call, name: str) -> None:
-    """`show` prints each parameter's name, default, bounds and help; `--json` the declarations themselves."""
-    shown = json.loads(call("show", name, "--json")[1])
-    table = call("show", name)[1]
+def test_show_gives_every_parameter_with_all_that_is_declared(call: Call, ask: Ask, name: str) -> None:
+    """`show` prints each parameter's name, default, bounds and help; `--json` the declarations themselves.
+
+    It prints the name by which `--preset` knows each preset, and what to look at.
+    """
+    shown, table = ask("show", name), call("show", name)[1]
     for declaration in shown["declarations"]:
         assert declaration["name"] in table
         assert declaration["title"]
         assert declaration["description"]
         assert {"unit", "default", "minimum", "maximum", "step", "choices", "live"} <= declaration.keys()
+    assert [preset.name for preset in find(name).presets if preset.name not in table] == []
+    assert "what to look at" in table
+    assert [each["watch"] for each in shown["presets"]] == [preset.watch for preset in find(name).presets]
 
 
 def test_help_lists_the_commands_of_other_packages_too(call: Call) -> None:
     """`--help` shows the library's commands and `serve`, which comes from the server by an entry point."""
     code, out, _ = call("--help")
-    assert code == 0
-    for command in ("serve", "list", "show", "run", "replay", "reproduce", "bench", "doctor"):
-        assert command in out
+    commands = ("serve", "list", "show", "run", "replay", "reproduce", "bench", "doctor")
+    assert (code, [command for command in commands if command not in out]) == (0, [])
     assert "--port" in call("serve", "--help")[1]
-
-
-def test_version(call: Call) -> None:
-    """`--version` prints the version and ends well."""
     assert call("--version")[:2] == (0, f"pftrack {__version__}\n")
 
 
-def test_show_says_where_an_experiment_comes_from(call: Call) -> None:
+def test_show_says_where_an_experiment_comes_from(call: Call, ask: Ask) -> None:
     """`show` cites author, title and year in full; with `--json` as BibTeX too."""
     assert "Takashi Bando: Adaptive Sampling Method" in call("show", "ball")[1]
-    assert json.loads(call("show", "ball", "--json")[1])["references"][0]["key"] == "bando2007"
-
-
-def test_show_names_the_presets(call: Call) -> None:
-    """`show` prints the name by which `--preset` knows each."""
-    shown = call("show", "ball")[1]
-    assert all(preset.name in shown for preset in find("ball").presets)
-    assert "what to look at" in shown
-    told = json.loads(call("show", "ball", "--json")[1])["presets"]
-    assert [each["watch"] for each in told] == [preset.watch for preset in find("ball").presets]
+    assert ask("show", "ball")["references"][0]["key"] == "bando2007"
 
 
 def test_a_command_that_cannot_be_loaded_does_not_hide_the_others(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """With a broken server the library's commands still work, and `serve` says why it does not."""
     monkeypatch.setitem(sys.modules, "pftrack_server.command", None)
-    assert call("--help")[0] == 0
-    assert call("list")[0] == 0
+    assert (call("--help")[0], call("list")[0]) == (0, 0)
     refused(call("serve"), 1, "the command serve cannot be loaded")
 
 
@@ -121,18 +109,16 @@ def test_reproduce_sets_ours_beside_the_reference(
 
 
 @pytest.mark.slow
-def test_reproduce_computes(call: Call) -> None:
+def test_reproduce_computes(ask: Ask) -> None:
     """A real result is computed and holds."""
-    code, out, _ = call("reproduce", "kalman-sine", "--quick", "--json")
-    assert code == 0
-    assert {finding["verdict"] for finding in json.loads(out)} <= {"reproduced", "differs", "our own figure", "not run"}
+    found = {finding["verdict"] for finding in ask("reproduce", "kalman-sine", "--quick")}
+    assert found <= {"reproduced", "differs", "our own figure", "not run"}
 
 
-def test_doctor_reports_every_check(call: Call) -> None:
+def test_doctor_reports_every_check(call: Call, ask: Ask) -> None:
     """On the machine that runs the tests nothing that is needed is broken."""
-    code, out, _ = call("doctor", "--json")
-    report = json.loads(out)
-    assert (code, report["healthy"]) == (0, True), report
+    report = ask("doctor")
+    assert report["healthy"], report
     assert {check["status"] for check in report["checks"]} <= {"ok", "warning"}
     assert "compiled code" in call("doctor")[1]
 
@@ -146,13 +132,14 @@ def test_doctor_fails_when_something_needed_is_broken(call: Call, tmp_path: Path
     assert err == "pftrack: broken: data folder\n"
 
 
-def test_bench_gives_one_value_by_name(call: Call) -> None:
+def test_bench_gives_one_value_by_name(ask: Ask) -> None:
     """`bench NAME --json` gives an object with each benchmark's rows; the ratio of pftrack to itself is 1."""
-    results = json.loads(call("bench", "filter_step", "matching", "--smallest", "--json")[1])
+    results = ask("bench", "filter_step", "matching", "--smallest")
     assert list(results) == ["filter_step", "matching"]
     ours = [row for row in results["filter_step"]["rows"] if row["library"] == "pftrack"]
-    assert [row["N"] for row in ours] == [100, 1_000, 10_000]
-    assert all(row["ratio"] == 1.0 and row["right"] for row in ours)
+    assert [(row["N"], row["ratio"], bool(row["right"])) for row in ours] == [
+        (count, 1.0, True) for count in (100, 1_000, 10_000)
+    ]
 
 
 def test_bench_without_a_checkout_says_where_benchmarks_are(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,25 +52,16 @@ def test_one_plot_is_written_as_a_picture(saved: Path, tmp_path: Path, call: Cal
     refused(call("export", saved, "--to", tmp_path / "x.csv", "--plot", "ess"), 2, "a plot can be written as a picture")
 
 
-@pytest.mark.parametrize(
-    ("name", "status", "words"),
-    [
-        ("run.docx", 2, "a run of sine can be exported as .csv, .parquet"),
-        ("nowhere/run.csv", 2, "does not exist"),
-    ],
-)
-def test_what_cannot_be_written_is_refused_first(
-    saved: Path, tmp_path: Path, call: Call, name: str, status: int, words: str
-) -> None:
-    """Before anything is computed."""
-    refused(call("export", saved, "--to", tmp_path / name), status, words)
-
-
-def test_what_is_no_run_is_refused(tmp_path: Path, call: Call) -> None:
-    """A file that is none, and one that is not there."""
+def test_what_cannot_be_written_or_is_no_run_is_refused(saved: Path, tmp_path: Path, call: Call) -> None:
+    """Before anything is computed: another suffix, a folder or a run that is not there, and a file that is none."""
     (tmp_path / "none.pft").write_text("none")
-    refused(call("export", tmp_path / "none.pft", "--to", tmp_path / "x.csv"), 1, "none.pft is not a saved run")
-    refused(call("export", tmp_path / "gone.pft", "--to", tmp_path / "x.csv"), 1, "does not exist")
+    for run, name, status, words in (
+        (saved, "run.docx", 2, "a run of sine can be exported as .csv, .parquet"),
+        (saved, "nowhere/run.csv", 2, "does not exist"),
+        (tmp_path / "none.pft", "x.csv", 1, "none.pft is not a saved run"),
+        (tmp_path / "gone.pft", "x.csv", 1, "does not exist"),
+    ):
+        refused(call("export", run, "--to", tmp_path / name), status, words)
 
 
 def test_the_recording_of_a_run_is_looked_for(clip: Path, tmp_path: Path, call: Call) -> None:

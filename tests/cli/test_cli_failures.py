@@ -1,33 +1,32 @@
 """The command line's gallery of failures."""
 
-import json
 from pathlib import Path
 
-from tests.cli.commands import Call, refused
+from tests.cli.commands import Ask, Call, refused
 
 
-def test_failures_are_listed_with_their_numbers(call: Call) -> None:
+def test_failures_are_listed_with_their_numbers(call: Call, ask: Ask) -> None:
     """`failures list` prints ten names, `--json` more of each; `show` has an experiment's own."""
     code, out, _ = call("failures", "list")
     assert code == 0
-    listed = json.loads(call("failures", "list", "--json")[1])
+    listed = ask("failures", "list")
     assert [each["number"] for each in listed] == list(range(1, 11))
     assert all(each["id"] in out for each in listed)
     assert all(each["diagnosis"].endswith(".") and each["cure"].endswith(".") for each in listed)
     own = [each["id"] for each in listed if each["experiment"] == "linkage"]
     shown = call("show", "linkage")[1]
     assert all(name in shown for name in own)
-    assert sorted(json.loads(call("show", "linkage", "--json")[1])["failures"]) == sorted(own)
+    assert sorted(ask("show", "linkage")["failures"]) == sorted(own)
 
 
-def test_a_failure_says_what_happens_in_numbers(call: Call) -> None:
+def test_a_failure_says_what_happens_in_numbers(call: Call, ask: Ask) -> None:
     """`failures run 4` says what is measured; cured it says that it does not fail, on the same seed."""
     code, out, _ = call("failures", "run", "4")
     assert code == 0
     assert "It fails in this way." in out
     assert "is left behind: it goes 5.2 px a frame, and the estimate 3.8 px that way; in frame" in out
     assert "distance from the truth, px" in out.split("From frame 7 on")[1]
-    told = [json.loads(call("failures", "run", "wrong-dynamics", *how, "--json")[1]) for how in ([], ["--cured"])]
+    told = [ask("failures", "run", "wrong-dynamics", *how) for how in ([], ["--cured"])]
     assert [each["shown"] for each in told] == [True, False]
     assert [each["recipe"]["tracker"] for each in told] == ["guided", "condensation"]
     assert told[0]["recipe"]["seed"] == told[1]["recipe"]["seed"]

@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import pftrack
-from tests.cli.commands import Call, refused
+from tests.cli.commands import Ask, Call, refused
 
 
 @pytest.fixture
@@ -17,16 +17,14 @@ def file(call: Call, tmp_path: Path) -> Path:
     return path
 
 
-def test_a_file_is_run_swept_and_replayed(call: Call, file: Path, tmp_path: Path) -> None:
+def test_a_file_is_run_swept_and_replayed(ask: Ask, file: Path, tmp_path: Path) -> None:
     """A file stands wherever a tracker's name may; what it saved is the same run again."""
     saved, table = tmp_path / "run.pft", tmp_path / "sweep.parquet"
-    ran = json.loads(call("run", "sine", "--tracker", file, "--frames", 30, "--out", saved, "--json")[1])
-    assert ran["tracker"] == "mine"
-    assert json.loads(call("replay", saved, "--json")[1])["same_as_saved"] is True
+    ran = ask("run", "sine", "--tracker", file, "--frames", 30, "--out", saved)
+    assert (ran["tracker"], ask("replay", saved)["same_as_saved"]) == ("mine", True)
     assert pftrack.run("sine", tracker=file, frames=30).estimates_sha256 == ran["estimates_sha256"]
     options = "--trackers", f"{file},kalman", "--axis", "step_sd=0.001,0.01", "--trials", 2, "--frames", 20
-    status, _, said = call("sweep", "sine", *options, "--out", table, "--json")
-    assert status == 0, said
+    ask("sweep", "sine", *options, "--out", table)
     rows = pq.read_table(table).to_pylist()
     assert [row["tracker"] for row in rows].count("mine") == 4
     assert not any(row["problem"] for row in rows)
@@ -39,8 +37,7 @@ def test_what_a_file_prints_is_not_the_result(call: Call, tmp_path: Path) -> Non
     path.write_text(f"{body}    return np.full(len(states), -np.inf)\n")
     status, out, err = call("run", "sine", "--tracker", path, "--frames", 4, "--json")
     assert (status, json.loads(out)["tracker"]) == (0, "talks")
-    assert "loaded" in err
-    assert "asked" in err
+    assert {"loaded", "asked"} <= set(err.split())
     assert "all weights were zero in 3 of 4 frames, first in frame 1; equal weights took their place" in err
 
 

@@ -1,7 +1,6 @@
 """`pftrack learn`, and the files that it writes as values of parameters."""
 
 import errno
-import json
 import os
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from pftrack.experiments import find
 from pftrack.runs.record import read, save
 from pftrack.runs.reproduction import make
 from pftrack.sweep import Plan, read_result
-from tests.cli.commands import Call, refused
+from tests.cli.commands import Ask, Call, refused
 
 GUIDED = "run", "ball", "--tracker", "guided", "--frames", 12
 
@@ -33,39 +32,37 @@ def learned(saved: Path, call: Call) -> Path:
     return place
 
 
-def test_saved_runs_and_new_ones_teach_the_same(saved: Path, learned: Path, call: Call) -> None:
+def test_saved_runs_and_new_ones_teach_the_same(saved: Path, learned: Path, ask: Ask) -> None:
     """A saved run is learned from by its numbers, to the file that the same run teaches when it is computed."""
     again = saved.with_name("again.json")
-    code, out, _ = call("learn", "ball", "--tracker", "h-spf", "--frames", 25, "--trials", 1, "--out", again, "--json")
-    assert code == 0
+    said = ask("learn", "ball", "--tracker", "h-spf", "--frames", 25, "--trials", 1, "--out", again)
     assert again.read_text() == learned.read_text()
-    said = json.loads(out)
     assert (said["experiment"], said["tracks"], said["reading"]) == ("ball", 1, "fixed")
-    assert said["changes"] == ["u''", "v''"]
-    assert said["frames"] + said["left_out"] == 25
+    assert (said["changes"], said["frames"] + said["left_out"]) == (["u''", "v''"], 25)
     assert len(said["modes"]) == len(said["eigenvalues"]) == 2
 
 
-def test_several_runs_are_learned_from_together(saved: Path, call: Call) -> None:
+def test_several_runs_are_learned_from_together(call: Call, tmp_path: Path) -> None:
     """Runs of several seeds, and one of each value of an axis, make as many tracks; a person sees what was learned."""
-    place = saved.with_name("three.json")
-    code, out, err = call("learn", "ball", "--frames", 20, "--trials", 3, "--out", place)
-    assert code == 0
-    assert "standard deviation" in out
-    assert "learned from 3 tracks" in err
-    assert "learned from 2 tracks" in call("learn", "ball", "--frames", 20, "--axis", "period_s=1,2", "--out", place)[2]
+    beginning = ("learn", "ball", "--frames", 20, "--out", tmp_path / "three.json")
+    code, out, err = call(*beginning, "--trials", 3)
+    assert (code, "standard deviation" in out, "learned from 3 tracks" in err) == (0, True, True)
+    assert "learned from 2 tracks" in call(*beginning, "--axis", "period_s=1,2")[2]
 
 
-def test_a_run_is_guided_by_a_file_and_carries_it(learned: Path, call: Call) -> None:
-    """`--learned` and `--set learned=@FILE` are the same, and not what is built in; the run replays."""
-    by_option = json.loads(call(*GUIDED, "--learned", learned, "--json")[1])
-    by_value = json.loads(call(*GUIDED, "--set", f"learned=@{learned}", "--json")[1])
-    plain = json.loads(call(*GUIDED, "--json")[1])
-    assert by_option["estimates_sha256"] == by_value["estimates_sha256"] != plain["estimates_sha256"]
+def test_a_run_is_guided_by_a_file_and_carries_it(learned: Path, call: Call, ask: Ask) -> None:
+    """`--learned` and `--set learned=@FILE` are the same, and not what is built in; the run replays.
+
+    In the table of a run people see the beginning of the file only.
+    """
     place = learned.with_name("guided.pft")
-    assert call(*GUIDED, "--learned", learned, "--out", place)[0] == 0
+    by_option = ask(*GUIDED, "--learned", learned, "--out", place)["estimates_sha256"]
+    assert by_option == ask(*GUIDED, "--set", f"learned=@{learned}")["estimates_sha256"]
+    assert by_option != ask(*GUIDED)["estimates_sha256"]
     assert read(place).recipe.timeline[0].values["learned"] == learned.read_text()
-    assert json.loads(call("replay", place, "--json")[1])["same_as_saved"] is True
+    assert ask("replay", place)["same_as_saved"] is True
+    _, out, _ = call(*GUIDED, "--learned", learned)
+    assert ("pftrack-learned" in out, "step_sd" in out) == (True, False)
 
 
 def test_a_branch_keeps_the_file(learned: Path) -> None:
@@ -75,11 +72,10 @@ def test_a_branch_keeps_the_file(learned: Path) -> None:
     values = {"learned": learned.read_text()}
     run = make(Recipe(experiment="ball", tracker="guided", frames=12, timeline=(Change(0, values),)))
     run.finish()
-    branch = run.branch(5)
+    branch, other = run.branch(5), run.branch(5, {"learned": ""})
     branch.finish()
-    assert branch.estimates_sha256 == run.estimates_sha256
-    other = run.branch(5, {"learned": ""})
     other.finish()
+    assert branch.estimates_sha256 == run.estimates_sha256
     assert other.estimates_sha256 != run.estimates_sha256
     assert guidance.parse(other.parameters_at(11).learned).tracks == 10
 
@@ -108,63 +104,22 @@ def test_an_export_that_cannot_be_written_leaves_what_was_there(
     assert [(each, each.read_text()) for each in tmp_path.iterdir()] == [(place, "old")]
 
 
-def test_people_see_the_beginning_of_a_file_only(learned: Path, call: Call) -> None:
-    """In the table of a run a file is cut short."""
-    _, out, _ = call(*GUIDED, "--learned", learned)
-    assert "pftrack-learned" in out
-    assert "step_sd" not in out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "words"),
-    [
-        (("learn", "sine", "--out", "x.json"), 2, ("sine takes no learn", "ball")),
-        (("learn", "ball", "sine", "--out", "x.json"), 2, ("name one experiment, or saved runs",)),
-        (("learn", "nothing", "--out", "x.json"), 2, ("nothing",)),
-        (("learn", "ball", "--frames", "3", "--trials", "1", "--out", "x.json"), 1, ("got 1 in 1 track;",)),
-        (("learn", "ball", "--trials", "0", "--out", "x.json"), 2, ("--trials", "between 1 and")),
-        (("learn", "ball", "--out", "/nowhere/x.json"), 1, ("/nowhere/x.json cannot be written",)),
-        (("learn", "ball", "--tracker", "none", "--out", "x.json"), 2, ("a tracker of ball is one of",)),
-        (("learn", "ball", "--axis", "nothing=1", "--out", "x.json"), 2, ("ball has no parameter 'nothing'",)),
-        (("learn", "there_is_none.pft", "--out", "x.json"), 1, ("the file there_is_none.pft does not exist",)),
-        (("run", "sine", "--learned", "x.json"), 2, ("sine takes no --learned",)),
-        (("run", "ball", "--learned", "there_is_none.json"), 1, ("the file there_is_none.json does not exist",)),
-        (("run", "ball", "--set", "learned=@there_is_none.json"), 1, ("the file there_is_none.json does not exist",)),
-        (("run", "ball", "--set", "learned=nonsense"), 2, ("learned must be a learned motion (it is not JSON",)),
-    ],
-)
-def test_what_cannot_be_learned_or_used_is_refused(
-    arguments: tuple[str, ...],
-    status: int,
-    words: tuple[str, ...],
-    call: Call,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+def test_files_that_hold_no_text_or_no_states_are_refused(
+    saved: Path, learned: Path, call: Call, tmp_path: Path
 ) -> None:
-    """One line says what is wrong and what would do."""
-    monkeypatch.chdir(tmp_path)
-    refused(call(*arguments), status, *words)
-
-
-def test_files_that_hold_no_text_or_no_states_are_refused(saved: Path, call: Call, tmp_path: Path) -> None:
-    """A file that is no text, too large or empty is no learned file; one that is no run teaches nothing."""
-    garbage, large, empty = (tmp_path / f"{name}.json" for name in ("garbage", "large", "empty"))
-    garbage.write_bytes(b"\xff\xfe\x00\x81")
-    large.write_bytes(b" " * 500_000)
-    refused(call("run", "ball", "--learned", garbage), 1, "is not a text")
-    empty.write_text("\n")
-    refused(call("run", "ball", "--learned", large), 1, "KiB allowed")
-    refused(call("run", "ball", "--learned", empty), 1, "empty.json is empty")
-    garbage.rename(tmp_path / "garbage.pft")
-    refused(call("learn", tmp_path / "garbage.pft", "--out", tmp_path / "x.json"), 1, "is not a saved run")
+    """A file that is no text, too large, empty or of another experiment is no learned file; one must be a run."""
+    garbage = b"\xff\xfe\x00\x81"
+    for content, status, words in (
+        (garbage, 1, "is not a text"),
+        (b" " * 500_000, 1, "KiB allowed"),
+        (b"\n", 1, "mine.json is empty"),
+        (learned.read_bytes().replace(b'"ball"', b'"fish"'), 2, "it was learned in 'fish', and this is 'ball'"),
+    ):
+        (tmp_path / "mine.json").write_bytes(content)
+        refused(call(*GUIDED, "--learned", tmp_path / "mine.json"), status, words)
+    (tmp_path / "mine.pft").write_bytes(garbage)
+    refused(call("learn", tmp_path / "mine.pft", "--out", tmp_path / "x.json"), 1, "is not a saved run")
     refused(call("learn", saved, "--seed", 3, "--out", tmp_path / "x.json"), 2, "leave out what only makes new ones")
-
-
-def test_a_file_of_another_experiment_is_refused(learned: Path, call: Call, tmp_path: Path) -> None:
-    """What was learned elsewhere is refused with both names."""
-    other = tmp_path / "other.json"
-    other.write_text(learned.read_text().replace('"ball"', '"fish"'))
-    refused(call(*GUIDED, "--learned", other), 2, "it was learned in 'fish', and this is 'ball'")
 
 
 def test_a_sweep_takes_the_file_for_all_its_runs(learned: Path, call: Call, tmp_path: Path) -> None:

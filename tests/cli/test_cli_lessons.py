@@ -9,40 +9,29 @@ import pytest
 from pftrack.teaching.lessons import LESSONS, Figure
 from pftrack.teaching.lessons.course import probability
 from pftrack.teaching.lessons.lesson import Demonstration, Outcome, Scenario
-from tests.cli.commands import Call, refused
+from tests.cli.commands import Ask, Call, refused
 
 
-def test_list_has_every_lesson_with_its_checks(call: Call) -> None:
+def test_list_has_every_lesson_with_its_checks(call: Call, ask: Ask) -> None:
     """Id, number, title and the names of the checks, in the order of the course; as a table too."""
-    status, out, _ = call("lessons", "list", "--json")
-    assert status == 0
-    assert json.loads(out)[: len(LESSONS)] == [
+    assert ask("lessons", "list")[: len(LESSONS)] == [
         {"id": it.id, "number": it.number, "title": it.title, "checks": [check.name for check in it.checks]}
         for it in LESSONS.values()
     ]
     status, out, _ = call("lessons", "list")
-    assert status == 0
-    assert all(name in out for name in LESSONS)
+    assert (status, [name for name in LESSONS if name not in out]) == (0, [])
 
 
-def test_check_computes_what_is_claimed(call: Call) -> None:
+def test_check_computes_what_is_claimed(call: Call, ask: Ask) -> None:
     """Each check of the lessons that are named, by id or number, with its figures; status 0 as all pass."""
-    status, out, _ = call("lessons", "check", "probability", "2", "--json")
-    assert status == 0
-    found = json.loads(out)
+    found = ask("lessons", "check", "probability", "2")
     lessons = LESSONS["probability"], LESSONS["joint"]
-    assert [(row["lesson"], row["check"]) for row in found] == [
-        (it.id, each.name) for it in lessons for each in it.checks
-    ]
+    names = [(it.id, each.name) for it in lessons for each in it.checks]
+    assert [(row["lesson"], row["check"]) for row in found] == names
     counted = next(row for row in found if row["check"] == "counting")
-    assert counted == {
-        "lesson": "probability",
-        "check": "counting",
-        "ours": pytest.approx(0.2861, abs=0.0106),
-        "exact": pytest.approx(0.2861, abs=1e-4),
-        "tolerance": 0.0106,
-        "status": "pass",
-    }
+    ours, exact = pytest.approx(0.2861, abs=0.0106), pytest.approx(0.2861, abs=1e-4)
+    figures = {"ours": ours, "exact": exact, "tolerance": 0.0106, "status": "pass"}
+    assert counted == {"lesson": "probability", "check": "counting", **figures}
     assert "counting" in call("lessons", "check", "probability")[1]
 
 
@@ -57,13 +46,11 @@ def test_a_check_that_fails_is_told(call: Call, monkeypatch: pytest.MonkeyPatch)
     assert f"1 of {1 + len(others)} checks" in err
 
 
-def test_figure_writes_data_and_tells_numbers(call: Call, tmp_path: Path) -> None:
+def test_figure_writes_data_and_tells_numbers(ask: Ask, tmp_path: Path) -> None:
     """The file has the figure as the pages get it; values and seed are those that were given."""
     place = tmp_path / "figure.json"
     given = "--set", "count=50", "--set", "bin_width=0.1", "--seed", 3
-    status, out, _ = call("lessons", "figure", "1", *given, "--out", place, "--json")
-    assert status == 0
-    told, data = json.loads(out), json.loads(place.read_text(encoding="utf-8"))
+    told, data = ask("lessons", "figure", "1", *given, "--out", place), json.loads(place.read_text(encoding="utf-8"))
     body = LESSONS["probability"].body
     assert isinstance(body, Demonstration)
     parameters = probability.ProbabilityParameters(count=50, bin_width=0.1)
@@ -79,10 +66,8 @@ def test_figure_writes_data_and_tells_numbers(call: Call, tmp_path: Path) -> Non
 def test_figure_draws_pictures(call: Call, tmp_path: Path, name: str, begins: bytes) -> None:
     """The suffix says what is written; the numbers are printed with what is exact."""
     status, out, err = call("lessons", "figure", "probability", "--out", tmp_path / name)
-    assert status == 0
+    assert (status, "Area of the histogram" in out, "0.2861" in out) == (0, True, True)
     assert (tmp_path / name).read_bytes().startswith(begins)
-    assert "Area of the histogram" in out
-    assert "0.2861" in out
     assert f"written to {tmp_path / name}" in err
 
 
@@ -92,48 +77,7 @@ def test_export_writes_a_notebook_with_the_values_given(call: Call, tmp_path: Pa
     assert call("lessons", "export", "bayes", "--set", "mode=distance", "--seed", 9, "--notebook", place)[0] == 0
     book = json.loads(place.read_text(encoding="utf-8"))
     source = "".join("".join(cell["source"]) for cell in book["cells"])
-    assert "'mode': 'distance'" in source
-    assert "seed = 9" in source
-
-
-@pytest.mark.parametrize(
-    ("arguments", "parts"),
-    [
-        (("check", "nothing"), ("lesson must be one of 1 probability", "3 bayes", "got 'nothing'")),
-        (("figure", "99", "--out", "a.png"), ("lesson must be one of ", "got '99'")),
-        (("figure", "1", "--out", "a.gif"), (".png or .svg or .pdf or .json", "a.gif")),
-        (("figure", "1", "--out", "a"), ("expected a file", "'a'")),
-        (("figure", "1", "--out", "a.png", "--set", "count"), ("name=value", "'count'")),
-        (
-            ("figure", "1", "--out", "a.png", "--set", "count=many"),
-            ("count must be a whole number between 10 and 20000",),
-        ),
-        (("figure", "1", "--out", "a.png", "--set", "count=5"), ("count must be", "between 10 and 20000", "got 5")),
-        (("figure", "1", "--out", "a.png", "--set", "low=nan"), ("low must be a finite number between -5 and 5 m",)),
-        (("figure", "1", "--out", "a.png", "--set", "n=5"), ("n must be one of bin_width, count",)),
-        (("figure", "3", "--out", "a.png", "--set", "mode=x"), ("one of position, distance", "'x'")),
-        (("figure", "1", "--out", "a.png", "--seed", "-1"), ("--seed must be a whole number",)),
-        (("figure", "1"), ("--out",)),
-        (("export", "1", "--notebook", "a.txt"), ("expected a file .ipynb", "a.txt")),
-        (("export", "nothing", "--notebook", "a.ipynb"), ("lesson must be one of ", "got 'nothing'")),
-        ((), ("command",)),
-        (("nothing",), ("nothing",)),
-    ],
-)
-def test_wrong_use_is_refused(
-    call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], parts: tuple[str, ...]
-) -> None:
-    """One line that says what was wrong and what is allowed; nothing is written."""
-    monkeypatch.chdir(tmp_path)
-    refused(call("lessons", *arguments), 2, *parts)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("place", ["missing/a.png", "folder.png"])
-def test_what_cannot_be_written_is_refused(call: Call, tmp_path: Path, place: str) -> None:
-    """A folder that does not exist, or one in the place of the file."""
-    (tmp_path / "folder.png").mkdir()
-    refused(call("lessons", "figure", "1", "--out", tmp_path / place), 1, place, "cannot be written")
+    assert ("'mode': 'distance'" in source, "seed = 9" in source) == (True, True)
 
 
 def test_a_run_has_no_figure(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -170,7 +114,7 @@ def lectured(tmp_path: Path) -> Path:
     return folder
 
 
-def test_lessons_of_a_folder_stand_beside_the_course(call: Call, lectured: Path) -> None:
+def test_lessons_of_a_folder_stand_beside_the_course(call: Call, ask: Ask, lectured: Path) -> None:
     """They are listed and checked; a file that is wrong is told of by name and line, and harms no other."""
     status, out, err = call("lessons", "list", "--lessons", lectured, "--json")
     assert status == 0
@@ -178,9 +122,7 @@ def test_lessons_of_a_folder_stand_beside_the_course(call: Call, lectured: Path)
     assert [it["id"] for it in listed[: len(LESSONS)]] == list(LESSONS)
     assert next(it for it in listed if it["id"] == "halves")["number"] == 0
     assert "broken.md, line" in err
-    status, out, _ = call("lessons", "check", "halves", "--lessons", lectured, "--json")
-    assert status == 0
-    assert {row["lesson"] for row in json.loads(out)} <= {"halves"}
+    assert {row["lesson"] for row in ask("lessons", "check", "halves", "--lessons", lectured)} <= {"halves"}
 
 
 def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, tmp_path: Path) -> None:
@@ -200,11 +142,10 @@ def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, 
 
 
 def test_a_scenario_is_exported_as_it_is(call: Call, tmp_path: Path) -> None:
-    """Its notebook has the recipe that is asked about; values are changed there and not on the command line."""
+    """Its notebook has the recipe that is asked about."""
     book = tmp_path / "colour.ipynb"
     assert call("lessons", "export", 12, "--notebook", book)[0] == 0
     assert "sharpness': 200" in book.read_text(encoding="utf-8").replace('\\"', "'")
-    refused(call("lessons", "export", 12, "--seed", 3, "--notebook", book), 2, "shows a run", "recipe in its notebook")
 
 
 def test_a_check_that_cannot_be_computed_says_why(call: Call, lectured: Path) -> None:
@@ -216,8 +157,3 @@ def test_a_check_that_cannot_be_computed_says_why(call: Call, lectured: Path) ->
     assert status == 1
     assert [(row["ours"], row["status"]) for row in json.loads(out)] == [(None, "fail")]
     assert "halves, answer: Mean of x, given z is 0.6, below the lowest number of every choice" in " ".join(err.split())
-
-
-def test_a_folder_that_is_none_is_refused(call: Call, tmp_path: Path) -> None:
-    """By its name."""
-    refused(call("lessons", "list", "--lessons", tmp_path / "nowhere"), 2, "--lessons expected a folder", "nowhere")

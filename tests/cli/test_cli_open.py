@@ -13,7 +13,7 @@ from pftrack.core.refusal import RefusedError
 from pftrack.sources.results.writing import read_results_file
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
-from tests.cli.commands import Call, refused
+from tests.cli.commands import Ask, Call, refused
 
 FRAMES = 8
 
@@ -24,16 +24,19 @@ def folder(tmp_path: Path) -> Path:
     with FilmWriter(tmp_path / "clip.mp4", 25.0) as film:
         for _ in range(FRAMES):
             film.write(np.zeros((96, 128, 3), dtype=np.uint8))
-    results, truth = [], []
+    results = truth = ""
     for t in range(FRAMES):
         for true in (1, 2):
             box = f"{20 * true + t + 1},{11},{12},{12}"
-            number = true if t < 5 else 3 - true
-            results.append(f"{t + 1},{number},{box},0.9,-1,-1,-1")
-            truth.append(f"{t + 1},{true},{box},1,1,1.0")
-    (tmp_path / "results.txt").write_text("\n".join(results))
-    (tmp_path / "gt.txt").write_text("\n".join(truth))
+            results += f"{t + 1},{true if t < 5 else 3 - true},{box},0.9,-1,-1,-1\n"
+            truth += f"{t + 1},{true},{box},1,1,1.0\n"
+    (tmp_path / "results.txt").write_text(results)
+    (tmp_path / "gt.txt").write_text(truth)
     return tmp_path
+
+
+def boxes(path: Path, **options: Any) -> list[tuple[float, ...]]:
+    return [box[:6] for box in read_results_file(path, **options).boxes]
 
 
 def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> None:
@@ -51,8 +54,7 @@ def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> Non
     assert "pftrack: Its first frame was taken as 1" in err
     assert "Of the truth: Its first frame was taken as 1" in err
     assert open_sequence(out).size == (128, 96)
-    again = read_results_file(folder / "again.cvat.xml")
-    assert [box[:6] for box in again.boxes] == [box[:6] for box in read_results_file(folder / "results.txt").boxes]
+    assert boxes(folder / "again.cvat.xml") == boxes(folder / "results.txt")
 
 
 def test_of_several_targets_it_is_told_which_is_measured(call: Call, folder: Path) -> None:
@@ -69,17 +71,16 @@ def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
     """A clip holds no results, and a form must be known."""
     refused(call("open", folder / "clip.mp4", "--no-show"), 1, "holds no results")
     (folder / "own.csv").write_text("bild;links;oben;breit;hoch\n0;1;2;3;4\n")
-    own = call("open", folder / "own.csv", "--video", folder / "clip.mp4")
-    refused(own, 1, "own.csv: expected columns such as frame, id, x, y, w, h, got bild, links")
+    columns = "own.csv: expected columns such as frame, id, x, y, w, h, got bild, links"
+    refused(call("open", folder / "own.csv", "--video", folder / "clip.mp4"), 1, columns)
     refused(call("open", folder / "results.txt", "--form", "kitti"), 2, "--form must be one of mot")
 
 
 @pytest.mark.filterwarnings("ignore:The file lists a frame after the last")
 def test_a_truth_may_begin_at_frame_1(call: Call, folder: Path) -> None:
     """A person says so where a table of truth counts from 1, for results and for runs; Python hears the same doubt."""
-    table = read_results_file(folder / "gt.txt", form="mot")
-    rows = [f"{box.frame + 1},{box.x},{box.y},{box.w},{box.h}" for box in table.boxes if box.target == 1]
-    (folder / "true.csv").write_text("\n".join(["frame,x,y,w,h", *rows]))
+    rows = [f"{frame + 1},{20 + frame},10,12,12\n" for frame in range(FRAMES)]
+    (folder / "true.csv").write_text("frame,x,y,w,h\n" + "".join(rows))
     known = "--video", folder / "clip.mp4", "--truth", folder / "true.csv", "--json"
     doubt = "Its frames were taken to count from 0, and begin at 1; say so if the first frame is 1."
     opened = "open", folder / "results.txt", *known
@@ -91,43 +92,37 @@ def test_a_truth_may_begin_at_frame_1(call: Call, folder: Path) -> None:
     assert doubt in call(*tracked)[2]
     status, out, err = call(*tracked, "--truth-first-frame", "1")
     assert (status, doubt in err, json.loads(out)["labelled_frames"]) == (0, False, FRAMES)
-    asked: dict[str, Any] = {
-        "recording": folder / "clip.mp4",
-        "box": (20, 10, 12, 12),
-        "start": 0,
-        "truth": folder / "true.csv",
-    }
+    asked: dict[str, Any] = {"recording": folder / "clip.mp4", "box": (20, 10, 12, 12), "start": 0}
+    asked["truth"] = folder / "true.csv"
     with pytest.warns(UserWarning, match=re.escape(doubt)):
         pftrack.run("histogram", **asked)
     pftrack.run("histogram", **asked, truth_first_frame=1)
 
 
 @pytest.mark.filterwarnings("ignore:(Records of frames beyond|Its first frame)")
-def test_results_of_a_large_clip_can_be_opened(call: Call, folder: Path) -> None:
+def test_results_of_a_large_clip_can_be_opened(call: Call, ask: Ask, folder: Path) -> None:
     """4K beside results is refused with what to do, and that is done from the command line and from Python."""
     clip, results = folder / "clip.mp4", folder / "results.txt"
     with FilmWriter(clip, 25.0) as film:
         film.write(np.zeros((2160, 3840, 3), dtype=np.uint8))
-    arguments = "open", results, "--video", clip, "--json"
-    refused(call(*arguments[:-1], "--no-show"), 1, "allow it with --large, in Python large=True")
-    assert call(*arguments, "--large")[0] == 0
-    assert call(*arguments, "--large", "--form", "mot")[0] == 0
+    arguments = "open", results, "--video", clip
+    refused(call(*arguments, "--no-show"), 1, "allow it with --large, in Python large=True")
+    for form in ((), ("--form", "mot")):
+        ask(*arguments, "--large", *form)
     with pytest.raises(RefusedError, match="large=True"):
         pftrack.load(results, recording=clip)
     assert pftrack.load(results, recording=clip, large=True).source.size == (3840, 2160)
 
 
-def test_truth_may_come_in_the_form_of_others(call: Call, folder: Path) -> None:
+def test_truth_may_come_in_the_form_of_others(ask: Ask, folder: Path) -> None:
     """An experiment that takes true boxes takes them from CVAT, MOTChallenge and the rest."""
     with pytest.warns(UserWarning, match="Its first frame was taken as 1"):
         run = pftrack.load(folder / "results.txt")
     run.export(folder / "boxes.coco.json")
-    box = {"kind": "box", "x": 21, "y": 10, "width": 12, "height": 12}
-    status, _, err = call(
-        *("run", "histogram", "--video", folder / "clip.mp4", "--truth", folder / "boxes.coco.json", "--json"),
-        *("--mark", f"box:{box['x']},{box['y']},{box['width']},{box['height']}", "--frames", "3"),
+    ask(
+        *("run", "histogram", "--video", folder / "clip.mp4", "--truth", folder / "boxes.coco.json"),
+        *("--mark", "box:21,10,12,12", "--frames", "3"),
         *("--export", folder / "clicked.truth.mot.txt", "--export", folder / "believed.otb.txt"),
     )
-    assert status == 0, err
     assert read_results_file(folder / "clicked.truth.mot.txt").frames == 3
-    assert len(read_results_file(folder / "believed.otb.txt", form="otb").boxes) == 3
+    assert len(boxes(folder / "believed.otb.txt", form="otb")) == 3

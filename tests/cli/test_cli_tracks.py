@@ -1,6 +1,5 @@
 """Tables of tracks on the command line."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 
 from pftrack.sources.tracks import write
 from tests.arm import FRAMES, joints
-from tests.cli.commands import Call, refused
+from tests.cli.commands import Ask, Call, refused
 from tests.tracks import table
 
 
@@ -20,15 +19,12 @@ def tracks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_a_table_is_followed_and_replayed(call: Call, tracks: Path, tmp_path: Path) -> None:
+def test_a_table_is_followed_and_replayed(ask: Ask, tracks: Path, tmp_path: Path) -> None:
     """A run on a table is saved with its hash, and comes to the same numbers again; no mark is needed."""
     saved = tmp_path / "run.pft"
-    code, out, _ = call("run", "structure", "--tracks", tracks, "--out", saved, "--json")
-    assert code == 0
-    report = json.loads(out)
+    report = ask("run", "structure", "--tracks", tracks, "--out", saved)
     assert report["frames"] == 26
-    again = call("replay", saved, "--video", tracks, "--json")
-    assert json.loads(again[1])["estimates_sha256"] == report["estimates_sha256"]
+    assert ask("replay", saved, "--video", tracks)["estimates_sha256"] == report["estimates_sha256"]
 
 
 def test_what_does_not_go_together_is_refused(call: Call, tracks: Path, tmp_path: Path) -> None:
@@ -42,17 +38,14 @@ def test_what_does_not_go_together_is_refused(call: Call, tracks: Path, tmp_path
     refused(call("run", "structure", "--tracks", wrong), 1, "wrong.csv: the table has the columns frame, point, left,")
 
 
-def test_a_table_of_just_the_points_needs_no_mark(call: Call, tmp_path: Path) -> None:
+def test_a_table_of_just_the_points_needs_no_mark(call: Call, ask: Ask, tmp_path: Path) -> None:
     """Four tracks are a chain in their order; of five it must be said which, and the option given is named."""
     four = 2.0 * np.array([joints(index) for index in range(FRAMES)]) + np.array([80.0, 20.0])
     for names, points in (("abcd", four), ("abcde", np.concatenate([four, four[:, :1] + 30.0], axis=1))):
         (tmp_path / f"{names}.csv").write_text(write(list(names), points, np.ones_like(points)))
-    code, out, err = call("run", "linkage", "--tracks", tmp_path / "abcd.csv", "--frames", "3", "--json")
-    assert code == 0, err
-    assert json.loads(out)["frames"] == 3
-    refused(
-        call("run", "linkage", "--tracks", tmp_path / "abcde.csv"), 2, "footage must be tracks of 4 points", "got 5"
-    )
+    chain = ("run", "linkage", "--tracks")
+    assert ask(*chain, tmp_path / "abcd.csv", "--frames", "3")["frames"] == 3
+    refused(call(*chain, tmp_path / "abcde.csv"), 2, "footage must be tracks of 4 points", "got 5")
     refused(call("run", "ball", "--tracks", tmp_path / "abcd.csv"), 2, "--tracks needs --mark box:x,y,w,h")
-    both = ("--video", tmp_path / "abcd.csv", "--tracks", tmp_path / "abcd.csv")
-    refused(call("run", "linkage", *both), 2, "there is one recording, got --video and --tracks")
+    both = call(*chain, tmp_path / "abcd.csv", "--video", tmp_path / "abcd.csv")
+    refused(both, 2, "there is one recording, got --video and --tracks")
