@@ -13,10 +13,8 @@ RUN = pftrack.run("ball", tracker="kalman", frames=3)
 
 def test_parts_count_by_their_mean() -> None:
     """Of a likeness of several parts the mean of the known ones is the fit; few parts in sight are a hidden target."""
-    declared = (
-        Series("alike", "alike", shape="vector", role="likeness"),
-        Series("seen", "seen", shape="vector", role="visible"),
-    )
+    roles = {"alike": "likeness", "seen": "visible"}
+    declared = tuple(Series(name, name, shape="vector", role=role) for name, role in roles.items())
     said = [
         {"alike": (0.5, 1.0), "seen": (1.0, 1.0, 0.0)},
         {"alike": (0.4, float("nan")), "seen": (0.0, 1.0, 0.0)},
@@ -35,5 +33,4 @@ def test_a_misfit_is_told_and_the_evidence_is_the_fit() -> None:
     course = course_of(rows, declared, unit="px")
     np.testing.assert_array_equal(course.misfit, 7.0)
     assert course.fit is course.evidence
-    assert course.unit_of("misfit") == "%"
-    assert course.unit_of("error") == "px"
+    assert [course.unit_of(name) for name in ("misfit", "error")] == ["%", "px"]

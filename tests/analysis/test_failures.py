@@ -38,22 +38,16 @@ def test_a_failure_is_found_by_id_and_by_number() -> None:
 def test_failures_of_other_packages_come_after() -> None:
     """An experiment that comes later adds its own behind the ten, in its order; an id that is taken adds nothing."""
     other = replace(find("ball"), id="other", failures=(ill("b"), ill("mirror-pose"), ill("a")))
-    entries = gallery({"other": other, **EXPERIMENTS})
-    assert [each.failure.id for each in entries] == [*ORDER, "b", "a"]
-    assert next(each for each in entries if each.failure.id == "mirror-pose").experiment is other
-    later = gallery({**EXPERIMENTS, "other": other})
-    assert next(each for each in later if each.failure.id == "mirror-pose").experiment is find("linkage")
+    for every, holder in (({"other": other, **EXPERIMENTS}, other), ({**EXPERIMENTS, "other": other}, find("linkage"))):
+        entries = gallery(every)
+        assert [each.failure.id for each in entries] == [*ORDER, "b", "a"]
+        assert next(each for each in entries if each.failure.id == "mirror-pose").experiment is holder
 
 
 def test_a_cure_changes_the_beginning_alone() -> None:
     """The cured recipe has the failure's seed, length and later changes; parameters and tracker are the cure's."""
-    failure = ill(
-        "a",
-        parameters={"sample_count": 50, "period_s": 3},
-        cure=Cure("", {"sample_count": 60, "tracker": "apf"}),
-        timeline=(Change(5, {"sample_count": 70}),),
-        seed=9,
-    )
+    cure, later = Cure("", {"sample_count": 60, "tracker": "apf"}), (Change(5, {"sample_count": 70}),)
+    failure = ill("a", parameters={"sample_count": 50, "period_s": 3}, cure=cure, timeline=later, seed=9)
     as_is, cured = failure.recipe("ball"), failure.recipe("ball", cured=True)
     assert (as_is.tracker, cured.tracker) == ("guided", "apf")
     assert [change.values for change in as_is.timeline] == [{"sample_count": 50, "period_s": 3}, {"sample_count": 70}]
@@ -97,14 +91,8 @@ def test_two_failures_of_one_id_are_refused() -> None:
     ("wrong", "said"),
     [
         ({"cure": Cure("", {})}, "the cure of a must cure"),
-        (
-            {"parameters": {}, "tracker": "condensation"},
-            "a must be diagnosed as wrong dynamics, got: Lost in frame 16",
-        ),
-        (
-            {"cause": "look-alike-capture"},
-            "a must be diagnosed as look-alike capture, got: Lost in frame 7",
-        ),
+        ({"parameters": {}, "tracker": "condensation"}, "diagnosed as wrong dynamics, got: Lost in frame 16"),
+        ({"cause": "look-alike-capture"}, "a must be diagnosed as look-alike capture, got: Lost in frame 7"),
         ({"frame": 20}, "a must stand at a frame in which the target is held, got 20"),
         ({"frame": 3}, "a must stand at the frame before the loss, got 3"),
         ({"frame": 59}, "a must stand before its last frame, got 59"),

@@ -1,4 +1,5 @@
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -6,7 +7,7 @@ import pytest
 
 import pftrack
 from pftrack.analysis.alternatives import KINDS, alternatives
-from pftrack.analysis.counterfactuals import Report, find_loss, join, read_record, record, what_if
+from pftrack.analysis.counterfactuals import Finding, Report, find_loss, join, read_record, record, what_if
 from pftrack.analysis.diagnosis import diagnose
 from pftrack.core.model.parameters import Parameters, flat
 from pftrack.core.refusal import RefusedError
@@ -19,6 +20,16 @@ def lost() -> Run:
     return pftrack.run("ball", preset="too-wide", frames=45)
 
 
+def check_branches(run: Run, report: Report, findings: Sequence[Finding]) -> None:
+    """Check that a seed's verdict is that of the branch with the change and the seed, for two seeds of each finding."""
+    for finding in findings:
+        for seed, held in islice(finding.held.items(), 2):
+            branch = run.branch(report.begin, {**finding.alternative.values, "seed": seed})
+            branch.seek(report.end)
+            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
+            assert held == (not any(row.lost for row in settled)), finding.alternative.title
+
+
 def test_a_cure_opens_as_a_branch_that_holds(lost: Run) -> None:
     """All seeds of half a pillar hold and hardly one of the whole; a seed's verdict is that of the branch with it."""
     *_, report = what_if(lost, 7, rounds=(2, 6))
@@ -27,12 +38,7 @@ def test_a_cure_opens_as_a_branch_that_holds(lost: Run) -> None:
     best = report.best_first[1]
     assert best.alternative.values == {"occlusion_width_px": 50}
     assert (best.holding, best.runs, report.baseline.holding) == (6, 6, 0)
-    for finding in report.best_first[:6]:
-        for seed, held in islice(finding.held.items(), 2):
-            branch = lost.branch(report.begin, {**finding.alternative.values, "seed": seed})
-            branch.seek(report.end)
-            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
-            assert held == (not any(row.lost for row in settled)), finding.alternative.title
+    check_branches(lost, report, report.best_first[:6])
 
 
 def test_the_unchanged_settings_come_first_and_everything_a_little_before_anything_much(lost: Run) -> None:
@@ -73,17 +79,13 @@ def test_what_may_not_be_computed_is_not_tried(lost: Run) -> None:
     assert every - few == {"Particles 800 to 3,200"}
 
 
-def test_a_negative_number_of_seeds_is_refused() -> None:
-    """No seeds try nothing, and there are none less."""
-    with pytest.raises(ValueError, match="seeds must be at least 0, got -1"):
-        pftrack.run("ball", tracker="kalman", frames=3).explain(seeds=-1)
-
-
 def test_a_run_that_holds_has_nothing_to_explain() -> None:
-    """There is no loss, and the sentence says so."""
+    """There is no loss, and the sentence says so; nor are there fewer than no seeds."""
     run = pftrack.run("ball", preset="works", frames=5)
     with pytest.raises(RefusedError, match="has not lost its target"):
         next(what_if(run))
+    with pytest.raises(ValueError, match="seeds must be at least 0, got -1"):
+        run.explain(seeds=-1)
 
 
 def test_the_loss_that_is_meant(lost: Run) -> None:
@@ -136,38 +138,28 @@ def test_parts_of_the_work_come_to_the_whole(lost: Run) -> None:
     *_, whole = what_if(lost, rounds=(1, 2), allow=allow)
     earlier = replace(whole, first_lost_frame=1)
     assert read_record(json.loads(json.dumps(record(earlier)))).as_dict() == earlier.as_dict()
-    cut = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2)))[5] for part in (0, 1)]
-    told = join([read_record(json.loads(json.dumps(record(each)))) for each in cut])
+    parts = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2))) for part in (0, 1)]
+    told = join([read_record(json.loads(json.dumps(record(part[5])))) for part in parts])
     assert told is not None
     assert not told.is_complete
     assert 0 < len(told.findings) < len(whole.findings)
-    rest = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2))) for part in (0, 1)]
-    found = join([part[-1] for part in rest])
+    found = join([part[-1] for part in parts])
     assert found is not None
-    assert found.is_complete
+    assert (found.is_complete, found.sentence, found.done) == (True, whole.sentence, whole.done)
     assert held(found) == held(whole)
-    assert found.sentence == whole.sentence
-    assert found.done == whole.done
-    assert join([rest[1][-1]]) is None  # no change was tried by the other
+    assert join([parts[1][-1]]) is None  # no change was tried by the other
 
 
 def test_a_tracker_that_takes_all_seeds_at_once_comes_to_its_branches() -> None:
     """The verdicts are those of branches, of another tracker too, and the cost is that of a step by itself."""
     values = {"corner_count": 12, "selected_track": 3, "gain_jump": 0.5, "gain_jump_share": 0.5, "sample_count": 100}
     run = pftrack.run("trajectories", frames=60, **values)
-    scene = "gain_jump", "image_noise_sd", "scene_speed"
-    kept = {name: flat(run.parameters_at(0))[name] for name in scene}
+    kept = {name: flat(run.parameters_at(0))[name] for name in ("gain_jump", "image_noise_sd", "scene_speed")}
 
     def allow(tracker: str, parameters: Parameters) -> bool:
         return tracker in {"nlng", "lg"} and kept.items() <= flat(parameters).items()
 
     *_, report = what_if(run, rounds=(2,), allow=allow)
     chosen = [each for each in report.findings if each.alternative.kind in {"seeds", "tracker", "particles"}]
-    assert len(chosen) == 4
-    for finding in chosen:
-        assert finding.steps == 1
-        for seed, holds in finding.held.items():
-            branch = run.branch(report.begin, {**finding.alternative.values, "seed": seed})
-            branch.seek(report.end)
-            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
-            assert holds == (not any(row.lost for row in settled)), finding.alternative.title
+    assert [finding.steps for finding in chosen] == [1] * 4
+    check_branches(run, report, chosen)
