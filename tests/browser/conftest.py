@@ -34,7 +34,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if Path(__file__).parent in item.path.parents:
             item.add_marker(pytest.mark.browser)
-            item.add_marker(pytest.mark.timeout(240))
+            item.add_marker(pytest.mark.timeout(480))
             if not CHROMIUM.exists():
                 item.add_marker(pytest.mark.skip(reason="needs Debian's chromium at /usr/bin/chromium"))
 
