@@ -1,11 +1,13 @@
 """A session that is watched: a real viewer behind a real web server, and what a browser says to them."""
 
+import ast
 import asyncio
 import contextlib
 import socket
+import textwrap
 import threading
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any, Self, TypeAlias
 from urllib.parse import unquote
 
 import msgspec
@@ -14,6 +16,7 @@ import uvicorn
 import viser
 import zstandard
 from fastapi import FastAPI, Response, WebSocket
+from numpy.typing import NDArray
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
@@ -25,6 +28,10 @@ from pftrack_server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, clien
 from tests.conftest import BASE
 from tests.waiting import wait_for
 
+Condition: TypeAlias = Callable[[], object]
+AT_ONCE: Condition = object
+"""Holds without being waited for."""
+
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LAYERS = (
     Layer("picture"),
@@ -35,6 +42,10 @@ LAYERS = (
     Layer("labels", shown=False),
 )
 TRACKERS = {"condensation": "Condensation", "h-spf": "h-SPF"}
+
+
+def f32(*rows: object) -> NDArray[np.float32]:
+    return np.array(rows, dtype=np.float32)
 
 
 def declare(name: str, title: str, kind: str, default: Value, **more: Any) -> Declaration:
@@ -70,8 +81,7 @@ def drawing(frame: int = 0, count: int = 800, size: tuple[int, int] = (320, 240)
     picture[: height // 4, : width // 4] = (208, 32, 32)
     positions = generator.normal((width / 2, height / 2, 0.0), (12.0, 12.0, 0.0), (count, 3)).astype(np.float32)
     positions[:, 2] = np.linspace(0.0, 30.0, count)
-    trail = np.array([[width / 2 - 2 * k, height / 2, 1.5 * k] for k in range(40)], dtype=np.float32)
-    centre = np.array((width / 2, height / 2, 0.0), dtype=np.float32)
+    trail = f32(*([width / 2 - 2 * k, height / 2, 1.5 * k] for k in range(40)))
     return Drawing(
         width,
         height,
@@ -80,9 +90,9 @@ def drawing(frame: int = 0, count: int = 800, size: tuple[int, int] = (320, 240)
             "trail": Polyline(trail, COLOURS["estimate"], 1.5, "trail"),
             "particles": Points(positions, np.tile(np.uint8(COLOURS["prediction"]), (count, 1)), 2.0),
             "estimate": Ellipse(
-                centre, np.array(((9, 0), (0, 6)), dtype=np.float32), COLOURS["estimate"], 2.0, "estimate"
+                f32(width / 2, height / 2, 0.0), f32((9, 0), (0, 6)), COLOURS["estimate"], 2.0, "estimate"
             ),
-            "label": Text(np.array((2.0, 12.0, 0.0), dtype=np.float32), "APF", COLOURS["estimate"], "labels"),
+            "label": Text(f32(2.0, 12.0, 0.0), "APF", COLOURS["estimate"], "labels"),
         },
         f"Frame {frame}",
     )
@@ -115,10 +125,7 @@ class Session:
     """What stands in for the session: it keeps the values, accepts or refuses, and counts what it was asked."""
 
     def __init__(
-        self,
-        *,
-        accept: Callable[[dict[str, Value]], str | None] = lambda _: None,
-        worlds: tuple[World, ...] = (),
+        self, *, accept: Callable[[dict[str, Value]], str | None] = lambda _: None, worlds: tuple[World, ...] = ()
     ) -> None:
         self.changes: list[dict[str, Value]] = []
         self.trackers: list[str] = []
@@ -154,13 +161,15 @@ class Session:
     def in_force(self) -> PanelValues:
         return PanelValues(dict(self.values), self.tracker, seed=7)
 
-    def show(self, drawing: Drawing, frame: int) -> None:
-        """Show a drawing as a worker sends it."""
+    def show(self, drawing: Drawing, frame: int, until: Condition = AT_ONCE) -> None:
+        """Show a drawing as a worker sends it, and wait until something holds."""
         self.loop.call(self.viewer.show, self.pictures.for_scene(drawing), frame)
+        wait_for(until)
 
-    def tell(self, in_force: PanelValues) -> None:
-        """Show in the panel what is in force."""
+    def tell(self, in_force: PanelValues, until: Condition = AT_ONCE) -> None:
+        """Show in the panel what is in force, and wait until something holds."""
         self.loop.call(self.viewer.tell, in_force)
+        wait_for(until)
 
     def reset(self) -> None:
         self.values, self.tracker, self.accept = dict(VALUES), "h-spf", lambda _: None
@@ -253,12 +262,7 @@ class Peer:
     def __init__(self, address: str, cookie: str = "") -> None:
         headers = {"cookie": cookie} if cookie else None
         self.socket: ClientConnection = connect(
-            address,
-            subprotocols=[PROTOCOL],
-            compression=None,
-            max_size=None,
-            proxy=None,
-            additional_headers=headers,
+            address, subprotocols=[PROTOCOL], compression=None, max_size=None, proxy=None, additional_headers=headers
         )
         self.controls: dict[str, dict[str, Any]] = {}
         self.nodes: dict[str, dict[str, Any]] = {}
@@ -301,11 +305,13 @@ class Peer:
             up_direction=[0.0, 1.0, 0.0],
         )
 
-    def move(self, label: str, value: object) -> None:
+    def move(self, label: str, value: object, until: Condition = AT_ONCE) -> None:
+        """Move a control, and wait until something holds."""
         self.send("GuiUpdateMessage", uuid=self.uuid(label), updates={"value": value})
+        wait_for(until)
 
-    def move_view(self, title: str, group: str = "View") -> None:
-        self.send("GuiUpdateMessage", uuid=self.uuid(group), updates={"value": title})
+    def move_view(self, title: str, group: str = "View", until: Condition = AT_ONCE) -> None:
+        self.move(group, title, until)
 
     def answer(self) -> None:
         """Give the echo that was asked for last."""
@@ -378,3 +384,12 @@ def decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
         return value
 
     return inner["timestampSec"], [fill(message) for message in inner["messages"]]
+
+
+def names_of(source: str, *objects: str) -> list[str]:
+    """Return which attributes of objects are used in a source."""
+    return [
+        node.attr
+        for node in ast.walk(ast.parse(textwrap.dedent(source)))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in objects
+    ]

@@ -3,7 +3,6 @@
 Software rendering is slow, so content is awaited and never counted by the second.
 """
 
-import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -16,7 +15,7 @@ from pftrack_server.core.panel import PanelValues
 from tests.browser.views import PARTICLES
 from tests.conftest import FRUGAL
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
-from tests.viewer.host import Session, Site, drawing
+from tests.viewer.host import Session, Site, drawing, f32
 from tests.waiting import wait_for
 
 pytestmark = NEEDS_CHROMIUM
@@ -53,12 +52,10 @@ def session(watched: tuple[Session, Site], opened: tuple[Any, list[str]]) -> Ses
     page, _ = opened
     page.wait_for_timeout(200)
     session.reset()
-    session.show(drawing(), 0)
-    until(page.frame(url="**/viz/one/**"), f"{PARTICLES} === 800")
-    # What the reset has sent must not overtake what the test is going to type: the browser answers after taking it up.
-    for client in session.viewer._server.get_clients().values():
-        with contextlib.suppress(RuntimeError, TimeoutError):
-            client.local_storage.get_item("settled", timeout=20.0)
+    # What the reset has sent must not overtake what the test is going to type: it is taken up before another drawing.
+    for count in (799, 800):
+        session.show(drawing(0, count), 0)
+        until(page.frame(url="**/viz/one/**"), f"{PARTICLES} === {count}")
     page.evaluate("heard.length = 0")
     session.changes.clear()
     return session
@@ -127,8 +124,11 @@ def test_picture_and_particles_are_in_the_scene(session: Session, scene: Any, op
     assert opened[1] == []
 
 
-def test_the_front_preset_fits_the_picture_to_the_window(scene: Any) -> None:
-    """All corners of the picture are on the canvas, and it fills most of one direction."""
+def test_presets_move_the_camera(scene: Any) -> None:
+    """From the front all corners of the picture are on the canvas, and it fills most of one direction.
+
+    One click shows the cloud and the trail from aside.
+    """
     reach = """(() => {
         const { camera, nodeRefFromName } = window.__viserMutable;
         let reach = 0;
@@ -142,50 +142,59 @@ def test_the_front_preset_fits_the_picture_to_the_window(scene: Any) -> None:
         });
         return reach;
     })()"""
-    scene.get_by_role("button", name="Front").click()
-    until(scene, f"{reach} > 0.9 && {reach} <= 1.0")
+    tilt = """(() => {
+        const { camera, nodeRefFromName } = window.__viserMutable;
+        const gaze = camera.getWorldDirection(camera.position.clone());
+        const root = nodeRefFromName[''] ?? nodeRefFromName['/picture'];
+        return Math.abs(gaze.dot(gaze.clone().set(0, 0, 1).transformDirection(root.matrixWorld)));
+    })()"""
+    for name in ("Side", "Oblique"):
+        scene.get_by_role("button", name="Front").click()
+        until(scene, f"{tilt} > 0.999 && {reach} > 0.9 && {reach} <= 1.0")
+        scene.get_by_role("button", name=name).click()
+        until(scene, f"{tilt} < 0.9")
+
+
+def retype(scene: Any, digits: str, delay: int) -> Any:
+    """Type other digits into the box of the number of particles, and return the box."""
+    field = box(scene, "Particles")
+    field.click()
+    field.press("Control+a")
+    field.press_sequentially(digits, delay=delay)
+    return field
 
 
 def test_a_typed_number_counts_when_it_is_finished(session: Session, page: Any, scene: Any) -> None:
     """On the way from 800 to 250 nobody runs with 2 particles."""
-    field = box(scene, "Particles")
-    field.click()
-    field.press("Control+a")
-    field.press_sequentially("250", delay=120)
+    field = retype(scene, "250", 120)
     assert session.changes == []
     field.press("Enter")
     wait_for(lambda: session.changes == [{"sample_count": 250}])
-    field.press("Control+a")
-    field.press_sequentially("90", delay=60)
-    field.press("Tab")
+    retype(scene, "90", 60).press("Tab")
     wait_for(lambda: session.values["sample_count"] == 90)
     assert field.input_value() == "90"
 
 
 def test_what_is_being_typed_is_not_written_over(session: Session, page: Any, scene: Any) -> None:
-    """Another value comes into force in the middle of typing, and the number that was being typed still counts."""
-    field = box(scene, "Particles")
-    field.click()
-    field.press("Control+a")
-    field.press_sequentially("25", delay=30)
+    """Another value comes into force in the middle of typing, and the number that was being typed still counts.
+
+    An answer that comes between the click and the first digit does not leave its own digits before it.
+    """
+    field = retype(scene, "25", 30)
     session.tell(PanelValues({"sample_count": 321, "occlusion_width_px": 77.0}, "h-spf", 7))
     wait_for_value(page, box(scene, "Occluder width (px)"), "77")
     field.press_sequentially("0", delay=30)
     assert field.input_value() == "250"
     field.press("Enter")
     wait_for(lambda: session.changes == [{"sample_count": 250}])
-
-
-def test_a_number_that_is_selected_is_typed_over_whatever_it_becomes(session: Session, page: Any, scene: Any) -> None:
-    """An answer that comes between the click and the first digit does not leave its own digits before it."""
-    field = box(scene, "Particles")
+    page.locator("body > input").click()
     field.focus()
     field.evaluate("(element) => element.select()")
     session.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
     wait_for_value(page, field, "321")
     page.keyboard.type("55")
     page.keyboard.press("Enter")
-    wait_for(lambda: session.changes == [{"sample_count": 55}])
+    wait_for(lambda: session.changes == [{"sample_count": 250}, {"sample_count": 55}])
 
 
 def test_keys_are_handed_to_the_page(page: Any, scene: Any) -> None:
@@ -206,49 +215,36 @@ def test_keys_are_handed_to_the_page(page: Any, scene: Any) -> None:
 
 def test_keys_in_a_box_stay_in_the_box(page: Any, scene: Any) -> None:
     """Who types a number does not play the run."""
-    field = box(scene, "Particles")
-    field.click()
-    page.keyboard.press("1")
-    page.keyboard.press("Home")
-    page.keyboard.press("Escape")
+    box(scene, "Particles").click()
+    for key in ("1", "Home", "Escape"):
+        page.keyboard.press(key)
     page.wait_for_timeout(200)
     assert page.evaluate("heard") == []
 
 
-def test_a_frame_without_focus_reconnects(session: Session, page: Any, scene: Any) -> None:
-    """After a lost connection the scene comes back by itself, with what is shown now."""
-    page.locator("body > input").click()
-    before = set(session.viewer._server.get_clients())
-    session.disconnect()
-    # It may be back before anybody sees that it was away.
-    wait_for(lambda: not before & set(session.viewer._server.get_clients()))
-    session.show(drawing(5, 55), 5)
-    wait_for(lambda: session.viewer.clients == 1, seconds=20)
-    until(scene, f"{PARTICLES} === 55")
+def test_a_frame_without_focus_reconnects_and_its_folds_stay(session: Session, page: Any, scene: Any) -> None:
+    """After a lost connection the scene comes back by itself, with what is shown now.
 
+    No control is taken away from those who use it, and none is brought back.
+    """
 
-def test_folds_stay_when_the_scene_connects_again(session: Session, page: Any, scene: Any) -> None:
-    """A connection that is lost for a moment takes no control away from those who use it, and brings none back."""
-
-    def disconnect() -> None:
+    def disconnect(count: int) -> None:
+        page.locator("body > input").click()
         before = set(session.viewer._server.get_clients())
         session.disconnect()
+        # It may be back before anybody sees that it was away.
         _await(page, lambda: session.viewer.clients == 1 and not before & set(session.viewer._server.get_clients()))
-        session.show(drawing(6, 66), 6)
-        until(scene, f"{PARTICLES} === 66")
+        session.show(drawing(6, count), 6)
+        until(scene, f"{PARTICLES} === {count}")
 
     width, trail = scene.get_by_text("Occluder width (px)"), scene.get_by_text("Trail", exact=True)
     headings = scene.get_by_text("Scene", exact=True), scene.get_by_text("What to draw", exact=True)
-    for heading in headings:
-        heading.click()
-    disconnect()
-    trail.wait_for()
-    width.wait_for(state="hidden")
-    for heading in headings:
-        heading.click()
-    disconnect()
-    width.wait_for()
-    trail.wait_for(state="hidden")
+    for shown, hidden, count in ((trail, width, 55), (width, trail, 66)):
+        for heading in headings:
+            heading.click()
+        disconnect(count)
+        shown.wait_for()
+        hidden.wait_for(state="hidden")
 
 
 def test_light_and_dark_follow_the_system(chromium: Any, watched: tuple[Session, Site]) -> None:
@@ -269,22 +265,6 @@ def test_the_workshop_is_hidden(scene: Any) -> None:
     assert scene.get_by_text("Software WebGL").locator("visible=true").count() == 0
 
 
-@pytest.mark.parametrize("name", ["Side", "Oblique"])
-def test_a_preset_moves_the_camera(scene: Any, name: str) -> None:
-    """One click shows the cloud and the trail from aside."""
-    tilt = """(() => {
-        const { camera, cameraControl } = window.__viserMutable;
-        const gaze = camera.getWorldDirection(camera.position.clone());
-        const root = window.__viserMutable.nodeRefFromName[''] ?? window.__viserMutable.nodeRefFromName['/picture'];
-        const normal = gaze.clone().set(0, 0, 1).transformDirection(root.matrixWorld);
-        return Math.abs(gaze.dot(normal));
-    })()"""
-    scene.get_by_role("button", name="Front").click()
-    until(scene, f"{tilt} > 0.999")
-    scene.get_by_role("button", name=name).click()
-    until(scene, f"{tilt} < 0.9")
-
-
 def wait_for_value(page: Any, field: Any, value: str) -> None:
     _await(page, lambda: field.input_value() == value)
 
@@ -295,7 +275,7 @@ def _await(page: Any, condition: Callable[[], bool]) -> None:
 
 def test_a_mesh_has_the_colours_of_its_vertices(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
     """In proportion to light, with opacity, and blended where something is seen through it; and new ones after them."""
-    corners = np.array(((60, 60, 2), (200, 60, 2), (60, 180, 2)), dtype=np.float32)
+    corners = f32((60, 60, 2), (200, 60, 2), (60, 180, 2))
     faces = np.array(((0, 1, 2),), dtype=np.int32)
     colours = np.array(((255, 0, 0), (0, 255, 0), (0, 0, 255)), dtype=np.uint8)
     attributes = """(() => {
@@ -311,8 +291,7 @@ def test_a_mesh_has_the_colours_of_its_vertices(session: Session, scene: Any, op
     })()"""
     shown = drawing(3)
     for opacity in (1.0, 0.5):
-        opacities = np.full(3, opacity, dtype=np.float32)
-        mesh = Mesh(corners, faces, colours, opacities, "estimate")
+        mesh = Mesh(corners, faces, colours, np.full(3, opacity, dtype=np.float32), "estimate")
         session.show(replace(shown, primitives={**shown.primitives, "mesh": mesh}), 3)
         blended = str(opacity < 1.0).lower()
         until(scene, f"{attributes}.replace(/0\\.501\\d+/, '0.5') === '[4,1,1,1,{opacity:g},{blended}]'")

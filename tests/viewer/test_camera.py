@@ -1,7 +1,6 @@
 """Presets that fit the window, and cameras that are left alone once somebody has moved them."""
 
 import itertools
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 
 from pftrack.core.model.drawing import COLOURS, Drawing, Frustum
 from pftrack_server.viewer.camera import FIRST, PRESETS, Box, View, fit
-from tests.viewer.host import Peer, Session, drawing
+from tests.viewer.host import Peer, Session, drawing, f32
 from tests.waiting import wait_for
 
 SHOWN = Box(320.0, 240.0, 30.0)
@@ -55,25 +54,6 @@ def test_from_aside_the_camera_that_took_the_picture_is_seen_whole(name: str, fo
     assert fit(PRESETS["front"], box, aspect).distance == fit(PRESETS["front"], without, aspect).distance
 
 
-def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:
-    """Who looks at the camera from aside sees all of it after the focal length has changed."""
-    session.show(with_camera(300.0), 0)
-    wait_for(lambda: "Position" in peer.camera)
-    peer.move_view("Side")
-    wait_for(lambda: peer.camera["Fov"]["fov"] == pytest.approx(PRESETS["side"].fov_rad))
-    near = peer.camera["Position"]["position"]
-    peer.look(wide=800, high=600, position=tuple(near))
-    session.show(with_camera(900.0), 1)
-    wait_for(lambda: peer.camera["Position"]["position"][0] < 1.3 * near[0])
-
-
-def with_camera(focal: float) -> Drawing:
-    shown = drawing()
-    corners = np.zeros((4, 3), dtype=np.float32)
-    camera = Frustum(np.array((160, 120, focal), dtype=np.float32), corners, COLOURS["camera"], 1.0, "camera")
-    return replace(shown, primitives={**shown.primitives, "camera": camera})
-
-
 def test_the_front_looks_at_the_middle_of_the_picture_from_far_away() -> None:
     """A small field of view shows the picture as if there were no perspective."""
     view = fit(PRESETS["front"], Box(320.0, 240.0), 1.3)
@@ -81,94 +61,96 @@ def test_the_front_looks_at_the_middle_of_the_picture_from_far_away() -> None:
     assert view.distance > 5 * 320
 
 
-def test_a_browser_that_comes_sees_the_whole_picture(session: Session, peer: Peer) -> None:
-    """The camera is put obliquely before the picture without being asked."""
-    session.show(drawing(), 0)
-    wait_for(lambda: {"Position", "LookAt", "Fov"} <= peer.camera.keys())
-    there, at = (np.array(peer.camera[kind][name]) for kind, name in (("Position", "position"), ("LookAt", "look_at")))
+def with_camera(focal: float) -> Drawing:
+    shown = drawing()
+    camera = Frustum(f32(160, 120, focal), np.zeros((4, 3), dtype=np.float32), COLOURS["camera"], 1.0, "camera")
+    return replace(shown, primitives={**shown.primitives, "camera": camera})
+
+
+def place(peer: Peer) -> tuple[float, ...]:
+    """Return where a browser's camera was put last."""
+    return tuple(peer.camera["Position"]["position"])
+
+
+def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:
+    """Who looks at the camera from aside sees all of it after the focal length has changed."""
+    session.show(with_camera(300.0), 0, lambda: "Position" in peer.camera)
+    peer.move_view("Side", until=lambda: peer.camera["Fov"]["fov"] == pytest.approx(PRESETS["side"].fov_rad))
+    near = place(peer)
+    peer.look(wide=800, high=600, position=near)
+    session.show(with_camera(900.0), 1, lambda: place(peer)[0] < 1.3 * near[0])
+
+
+def test_a_browser_sees_the_whole_picture_in_a_window_of_any_shape(session: Session, peer: Peer) -> None:
+    """The camera is put obliquely before the picture without being asked.
+
+    Nobody has moved it, so it backs away when the window becomes narrow.
+    """
+    session.show(drawing(), 0, lambda: {"Position", "LookAt", "Fov"} <= peer.camera.keys())
+    there, at = np.array(place(peer)), np.array(peer.camera["LookAt"]["look_at"])
     assert 0.9 < seen(View(there, at, peer.camera["Fov"]["fov"]), SHOWN, 800 / 600, (0.0, 30.0)) <= 1.0
     assert there[0] < 0 < there[1], "from the left and from above"
-
-
-def test_a_window_of_another_shape_is_fitted_again(session: Session, peer: Peer) -> None:
-    """Nobody has moved the camera, so it backs away when the window becomes narrow."""
-    session.show(drawing(), 0)
-    wait_for(lambda: "Position" in peer.camera)
-    place = peer.camera["Position"]["position"]
-    peer.look(wide=300, high=600, position=tuple(place))
-    wait_for(lambda: peer.camera["Position"]["position"][2] > 1.5 * place[2])
+    peer.look(wide=300, high=600, position=tuple(there.tolist()))
+    wait_for(lambda: place(peer)[2] > 1.5 * there[2])
 
 
 def test_the_start_pose_that_comes_late_is_put_right(session: Session, peer: Peer) -> None:
     """What viser replays to a new browser may overtake the fitted camera; where a person turned it, it stays."""
-    session.show(drawing(), 0)
-    wait_for(lambda: "Position" in peer.camera)
-    start = fit(PRESETS[FIRST], SHOWN, aspect=1.2)
-    peer.look(wide=400, high=560, position=tuple(peer.camera["Position"]["position"]))
-    wait_for(lambda: "Position" in peer.camera)
-    time.sleep(0.3)
-    fitted = peer.camera.pop("Position")["position"]
-    peer.look(wide=400, high=560, position=tuple(fitted))
-    peer.look(wide=400, high=560, position=tuple(start.position.tolist()))
+    session.show(drawing(), 0, lambda: "Position" in peer.camera)
+    start = tuple(fit(PRESETS[FIRST], SHOWN, aspect=1.2).position.tolist())
+    before = place(peer)
+    peer.look(wide=400, high=560, position=before)
+    wait_for(lambda: place(peer) != before)
+    fitted = place(peer)
+    del peer.camera["Position"]
+    peer.look(wide=400, high=560, position=fitted)
+    peer.look(wide=400, high=560, position=start)
     wait_for(lambda: "Position" in peer.camera)
     np.testing.assert_allclose(peer.camera.pop("Position")["position"], fitted)
-    peer.look(wide=400, high=560, position=tuple(fitted))
-    peer.look(wide=400, high=560, position=(fitted[0] + 200.0, fitted[1], fitted[2]))
-    time.sleep(0.3)
-    assert "Position" not in peer.camera
+    peer.look(wide=400, high=560, position=fitted)
+    peer.look(wide=400, high=560, position=(fitted[0] + 200.0, *fitted[1:]))
+    heard(session, peer)
+    (watcher,) = session.viewer._cameras._watchers.values()
+    assert watcher.arrived, "it was not sent back"
 
 
 def test_heights_appear_when_the_camera_is_tilted(session: Session, peer: Peer) -> None:
     """From the front the scene is flat, so that the estimate lies on the particles; from aside they rise."""
-    session.show(drawing(), 0)
-    wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
-    assert heights(peer).max() > 29.0
-    peer.move_view("Front")
-    wait_for(lambda: heights(peer).max() < 5.0)
-    peer.move_view("Oblique")
-    wait_for(lambda: heights(peer).max() > 29.0)
+
+    def highest() -> float:
+        return float(np.frombuffer(peer.nodes["/particles"]["points"], dtype=np.float32)[2::3].max())
+
+    session.show(drawing(), 0, lambda: "/particles" in peer.nodes and "Position" in peer.camera)
+    assert highest() > 29.0
+    peer.move_view("Front", until=lambda: highest() < 5.0)
+    peer.move_view("Oblique", until=lambda: highest() > 29.0)
 
 
-def test_what_a_browser_says_before_it_has_heard_of_the_preset_raises_nothing(session: Session, peer: Peer) -> None:
-    """Its camera still stands aside; heights would flash up until the preset has reached it."""
-    before = look_from_the_front(session, peer)
-    peer.look(wide=800, high=600, position=before)
-    peer.move("Particles", 42)  # taken up after the camera
-    wait_for(lambda: session.values["sample_count"] == 42)
-    assert session.viewer._cameras.relief == 0.0
-    peer.look(wide=800, high=600, position=(900.0, 300.0, 500.0))
-    wait_for(lambda: session.viewer._cameras.relief == 1.0)
+def test_what_a_browser_says_before_it_has_reached_the_preset_raises_nothing(session: Session, peer: Peer) -> None:
+    """Its camera still stands aside; heights would flash up, or be NaN for all others, where one browser sends that.
 
-
-def test_a_camera_that_is_nowhere_raises_nothing(session: Session, peer: Peer) -> None:
-    """One browser that sends NaN would give all others heights of NaN."""
-    look_from_the_front(session, peer)
-    peer.look(wide=800, high=600, position=(float("nan"), 0.0, 500.0))
-    peer.move("Particles", 42)  # taken up after the camera
-    wait_for(lambda: session.values["sample_count"] == 42)
-    assert session.viewer._cameras.relief == 0.0
-
-
-def test_where_a_browser_came_from_raises_nothing_after_the_preset_was_reached(session: Session, peer: Peer) -> None:
-    """While viser sets it up, its camera can jump back to its very first place; it is sent to the preset again."""
-    look_from_the_front(session, peer)
-    fitted = tuple(peer.camera.pop("Position")["position"])
+    While viser sets it up, its camera can jump back to its very first place; it is sent to the preset again.
+    """
+    session.show(drawing(), 0, lambda: "/particles" in peer.nodes and "Position" in peer.camera)
+    before, cameras = place(peer), session.viewer._cameras
+    del peer.camera["Position"]
+    peer.move_view("Front", until=lambda: "Position" in peer.camera and cameras.relief == 0.0)
+    fitted = place(peer)
+    for position in (before, (float("nan"), 0.0, 500.0)):
+        peer.look(wide=800, high=600, position=position)
+        heard(session, peer)
+        assert cameras.relief == 0.0
+    del peer.camera["Position"]
     peer.look(wide=800, high=600, position=fitted)
     peer.look(wide=800, high=600)
     wait_for(lambda: "Position" in peer.camera)
-    np.testing.assert_allclose(peer.camera["Position"]["position"], fitted)
-    assert session.viewer._cameras.relief == 0.0
+    np.testing.assert_allclose(place(peer), fitted)
+    assert cameras.relief == 0.0
+    peer.look(wide=800, high=600, position=(900.0, 300.0, 500.0))
+    wait_for(lambda: cameras.relief == 1.0)
 
 
-def look_from_the_front(session: Session, peer: Peer) -> tuple[float, float, float]:
-    """Return where the camera was before."""
-    session.show(drawing(), 0)
-    wait_for(lambda: "/particles" in peer.nodes and "Position" in peer.camera)
-    before = tuple(peer.camera.pop("Position")["position"])
-    peer.move_view("Front")
-    wait_for(lambda: "Position" in peer.camera and session.viewer._cameras.relief == 0.0)
-    return before
-
-
-def heights(peer: Peer) -> np.ndarray:
-    return np.frombuffer(peer.nodes["/particles"]["points"], dtype=np.float32).reshape(-1, 3)[:, 2]
+def heard(session: Session, peer: Peer) -> None:
+    """Wait until what a browser has said is taken up."""
+    value = session.values["occlusion_width_px"] + 1.0  # type: ignore[operator]  # a number
+    peer.move("Occluder width (px)", value, lambda: session.values["occlusion_width_px"] == value)

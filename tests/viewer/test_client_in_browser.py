@@ -21,14 +21,9 @@ SELECTORS = sorted(
     }
     | {"canvas[data-engine]"}
 )
-MEMBERS = {
-    "nodeRefFromName": "object",
-    "camera": "object",
-    "scene": "object",
-    "messageQueue": "object",
-    "drainMessageQueue": "function",
-    "requestRender": "function",
-}
+MEMBERS = dict.fromkeys(("nodeRefFromName", "camera", "scene", "messageQueue"), "object") | dict.fromkeys(
+    ("drainMessageQueue", "requestRender"), "function"
+)
 
 
 @pytest.fixture(scope="module")
@@ -46,11 +41,27 @@ def scene(chromium: Any) -> Iterator[Any]:
     session.close()
 
 
-@pytest.mark.parametrize(("member", "kind"), MEMBERS.items())
-def test_what_the_scripts_read_of_the_scene_is_there(scene: Any, member: str, kind: str) -> None:
-    """The scripts read it; without it frames would be drawn late, without colours, or never be known as drawn."""
-    found = scene.evaluate(f"typeof window.__viserMutable.{member}")
-    assert found == kind, f"in viser {viser.__version__} __viserMutable.{member} is {found}, expected {kind}"
+def test_what_the_scripts_read_of_the_scene_is_there(scene: Any) -> None:
+    """Without it frames would be drawn late, without colours, or never be known as drawn.
+
+    `colours.js` takes the colours of vertices from the bytes of points. A picture is told from a mesh by its material,
+    also before its image has been unpacked.
+    """
+    for member, kind in MEMBERS.items():
+        found = scene.evaluate(f"typeof window.__viserMutable.{member}")
+        assert found == kind, f"in viser {viser.__version__} __viserMutable.{member} is {found}, expected {kind}"
+    found = scene.evaluate("""(() => {
+        const found = [];
+        const nodes = window.__viserMutable.nodeRefFromName;
+        nodes['/picture'].traverse((item) => item.isMesh && found.push(item.material.type));
+        nodes['/particles'].traverse((item) => {
+            if (item.isPoints) found.push(item.geometry.attributes.color.array.constructor.name);
+        });
+        return found;
+    })()""")
+    assert found == ["MeshBasicMaterial", "Uint8Array"], (
+        f"viser {viser.__version__} shows picture and points by {found}"
+    )
 
 
 def test_the_scene_calls_before_it_draws(scene: Any) -> None:
@@ -68,48 +79,21 @@ def test_the_scene_calls_before_it_draws(scene: Any) -> None:
     until(scene, "window.drawnOnce === true")
 
 
-def test_points_keep_the_bytes_of_their_colours(scene: Any) -> None:
-    """`colours.js` takes those of vertices from there."""
-    found = scene.evaluate("""(() => {
-        let found = null;
-        window.__viserMutable.nodeRefFromName['/particles'].traverse((item) => {
-            if (item.isPoints) found = item.geometry.attributes.color.array.constructor.name;
-        });
-        return found;
-    })()""")
-    assert found == "Uint8Array", f"viser {viser.__version__} keeps colours of points as {found}"
-
-
-@pytest.mark.parametrize("selector", SELECTORS)
-def test_what_the_style_sheet_and_the_scripts_look_for_is_there(scene: Any, selector: str) -> None:
+def test_what_the_style_sheet_and_the_scripts_look_for_is_there(scene: Any) -> None:
     """A selector that finds nothing leaves the panel as viser has it, or a number to be taken digit by digit."""
-    count = scene.evaluate(f"document.querySelectorAll({selector!r}).length")
-    assert count > 0, f"the client of viser {viser.__version__} has no element {selector}; see viewer/client"
-
-
-def test_a_picture_is_what_the_scripts_take_for_one(scene: Any) -> None:
-    """It is told from a mesh by its material, also before its image has been unpacked."""
-    materials = """(() => {
-        const found = [];
-        const note = (item) => item.isMesh && found.push(item.material.type);
-        window.__viserMutable.nodeRefFromName['/picture'].traverse(note);
-        return found;
-    })()"""
-    found = scene.evaluate(materials)
-    assert found == ["MeshBasicMaterial"], f"viser {viser.__version__} shows a picture by {found}"
+    missing = [each for each in SELECTORS if not scene.evaluate(f"document.querySelectorAll({each!r}).length")]
+    assert not missing, f"the client of viser {viser.__version__} has no element {missing}; see viewer/client"
 
 
 def test_the_scene_says_whether_it_is_drawn(scene: Any) -> None:
     """With a picture it is in place when the camera frames it; nothing but viser's own nodes is nothing."""
     assert scene.evaluate("pftrackScene.drawn()") == "in place"
-    assert (
-        scene.evaluate("""(() => {
-            const nodes = window.__viserMutable.nodeRefFromName;
-            const kept = Object.entries(nodes).filter(([name]) => name !== "" && name !== "/WorldAxes");
-            for (const [name] of kept) delete nodes[name];
-            const found = pftrackScene.drawn();
-            Object.assign(nodes, Object.fromEntries(kept));
-            return found;
-        })()""")
-        is None
-    )
+    found = scene.evaluate("""(() => {
+        const nodes = window.__viserMutable.nodeRefFromName;
+        const kept = Object.entries(nodes).filter(([name]) => name !== "" && name !== "/WorldAxes");
+        for (const [name] of kept) delete nodes[name];
+        const found = pftrackScene.drawn();
+        Object.assign(nodes, Object.fromEntries(kept));
+        return found;
+    })()""")
+    assert found is None

@@ -3,6 +3,7 @@
 import gzip
 import re
 from pathlib import Path
+from typing import Any
 
 import viser
 
@@ -12,11 +13,17 @@ from pftrack_server.viewer.client_page import ASSETS, CLIENT, take_apart
 PAGE_KEYS = Path(__file__).parents[2] / "frontend_static" / "session" / "keys.js"
 
 
-def test_our_script_runs_before_visers() -> None:
-    """Theme and address have to be settled before the client reads them."""
+def test_the_page_of_a_session_is_light_and_ours_first() -> None:
+    """Theme and address have to be settled before the client reads them.
+
+    What is the same for all sessions is not in it, so that a browser loads and compiles it once.
+    """
     page = client_page().decode()
     assert page.index("pftrack-viser") < page.index("await import(")
     assert "<title>pftrack scene</title>" in page
+    assert len(page) < 50_000
+    # A page that cannot be taken apart is not.
+    assert take_apart("<html><head></head><body>another viser</body></html>") is None
 
 
 def test_letters_of_the_page_leave_the_scene() -> None:
@@ -28,32 +35,15 @@ def test_letters_of_the_page_leave_the_scene() -> None:
 
 
 def test_the_client_is_the_one_of_the_server() -> None:
-    """Both come from the same installation, so their versions agree."""
+    """Both come from the same installation, so their versions agree; only the files of the client have names."""
     assert viser.__version__.startswith("1.1.")
-    names = re.findall(ASSETS + r"([0-9a-f]{32}\.\w+)", client_page().decode())
-    files = [client_asset(name) for name in dict.fromkeys(names)]
-    assert [file and file.media_type.partition(";")[0] for file in files] == [
-        "text/css",
-        "text/javascript",
-        "application/wasm",
-    ]
-    assert max(len(file.content) for file in files if file) > 2_000_000
-    assert all(gzip.decompress(file.packed) == file.content for file in files if file)
-
-
-def test_the_page_of_a_session_is_light() -> None:
-    """What is the same for all sessions is not in it, so that a browser loads and compiles it once."""
-    assert len(client_page()) < 50_000
-
-
-def test_another_way_of_packing_is_served_in_one_piece() -> None:
-    """A page that cannot be taken apart is not."""
-    assert take_apart("<html><head></head><body>another viser</body></html>") is None
-
-
-def test_there_is_no_other_file() -> None:
-    """Only the files of the client have names."""
     assert client_asset("index.html") is None
+    names = re.findall(ASSETS + r"([0-9a-f]{32}\.\w+)", client_page().decode())
+    files: list[Any] = [client_asset(name) for name in dict.fromkeys(names)]
+    kinds = [file.media_type.partition(";")[0] for file in files]
+    assert kinds == ["text/css", "text/javascript", "application/wasm"]
+    assert max(len(file.content) for file in files) > 2_000_000
+    assert all(gzip.decompress(file.packed) == file.content for file in files)
 
 
 def test_the_policy_allows_no_evaluation_and_no_other_host() -> None:

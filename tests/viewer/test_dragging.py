@@ -1,23 +1,23 @@
 """Grips: what is dragged in the scene becomes a command, and only where a person may steer."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Drawing, Points
+from pftrack.core.model.drawing import Drawing
 from pftrack_server.viewer.dragging import intersect
-from tests.viewer.host import Peer, Session, Site, drawing
+from tests.viewer.host import Peer, Session, Site, drawing, f32
 from tests.viewer.test_viser_contracts import SAID
 from tests.waiting import wait_for
 
 
 def movable(frame: int) -> Drawing:
     made = drawing(frame)
-    particles = made.primitives["particles"]
-    assert isinstance(particles, Points)
-    grip = np.array((160.0, 120.0, 2.0), np.float32)
-    return replace(made, primitives={**made.primitives, "particles": replace(particles, stems=True)}, grip=grip)
+    particles: Any = made.primitives["particles"]
+    shown = {**made.primitives, "particles": replace(particles, stems=True)}
+    return replace(made, primitives=shown, grip=f32(160.0, 120.0, 2.0))
 
 
 def drag(peer: Peer, **more: object) -> None:
@@ -27,24 +27,19 @@ def drag(peer: Peer, **more: object) -> None:
 
 def test_a_dragged_grip_asks_for_a_move_in_its_frame(session: Session, peer: Peer) -> None:
     """A particle by its number, the last grip as the estimate; nothing for other numbers or without grips."""
-    session.show(movable(3), 3)
-    wait_for(lambda: "/grips" in peer.nodes)
+    session.show(movable(3), 3, lambda: "/grips" in peer.nodes)
     (client,) = session.viewer._server.get_clients().values()
-    drag(peer, instance_index=-1, end_position=[100.0, -50.0, 7.0])
-    drag(peer, instance_index=10**9, end_position=[100.0, -50.0, 7.0])
     drag(peer, end_position=[100.0, -50.0])
-    drag(peer, end_position=[100.0, -50.0, 7.0])
-    drag(peer, instance_index=800, end_position=[100.0, -50.0, 7.0])
+    for particle in (-1, 10**9, 7, 800):
+        drag(peer, instance_index=particle, end_position=[100.0, -50.0, 7.0])
     wait_for(lambda: len(session.transport) == 2)
     first, second = session.transport
     assert (first["kind"], first["frame"], first["particle"], second["particle"]) == ("move", 3, 7, None)
     above_px = 30.0 * 7 / 799 + 2.0  # by its weight, and by half of its size to be seen whole
     assert first["place"] == pytest.approx(intersect(client.camera.position, np.array((100.0, -50.0, 7.0)), above_px))
-    session.show(drawing(4), 4)
-    wait_for(lambda: "/grips" not in peer.nodes)
+    session.show(drawing(4), 4, lambda: "/grips" not in peer.nodes)
     drag(peer)
-    peer.move("Particles", 300)
-    wait_for(lambda: session.values["sample_count"] == 300)
+    peer.move("Particles", 300, lambda: session.values["sample_count"] == 300)
     assert len(session.transport) == 2
 
 
@@ -57,8 +52,7 @@ def test_who_only_looks_on_moves_nothing(session: Session, site: Site) -> None:
         drag(follower)
         follower.send("SceneNodeDragMessage", **SAID["SceneNodeDragMessage"])
         asked = follower.asked
-        session.show(movable(4), 4)
-        wait_for(lambda: follower.asked > asked)
+        session.show(movable(4), 4, lambda: follower.asked > asked)
     assert session.transport == []
 
 
@@ -66,6 +60,5 @@ def test_a_line_of_sight_ends_at_the_height_of_what_is_dragged() -> None:
     """It meets the height in one place; one that runs beside it, or away from it, in none."""
     eye = np.array((0.0, 0.0, 100.0))
     assert intersect(eye, np.array((10.0, -20.0, 50.0)), 0.0) == (20.0, 40.0)
-    assert intersect(eye, np.array((10.0, 0.0, 100.0)), 0.0) is None
-    assert intersect(eye, np.array((10.0, 0.0, 120.0)), 0.0) is None
-    assert intersect(eye, np.array((np.nan, 0.0, 50.0)), 0.0) is None
+    for nowhere in ((10.0, 0.0, 100.0), (10.0, 0.0, 120.0), (np.nan, 0.0, 50.0)):
+        assert intersect(eye, np.array(nowhere), 0.0) is None

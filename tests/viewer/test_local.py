@@ -18,15 +18,21 @@ from tests.viewer.host import Loop
 from tests.waiting import wait_for
 
 
-def _made(frames: int = 40) -> Run:
-    return make(Recipe(experiment="ball", frames=frames, seed=3))
+def made(frames: int = 40, *, upto: int = 12) -> Run:
+    run = make(Recipe(experiment="ball", frames=frames, seed=3))
+    run.seek(upto)
+    return run
+
+
+def sought(player: Player, frame: int) -> None:
+    """Have a player go to a frame."""
+    player.request({"kind": "seek", "frame": frame})
+    wait_for(lambda: player.run.position == frame)
 
 
 @pytest.fixture
 def player() -> Iterator[Player]:
-    run = _made()
-    run.seek(12)
-    playing, loop = Player(run), Loop()
+    playing, loop = Player(made()), Loop()
     loop.call(playing.begin)
     yield playing
     loop.call(playing.close)
@@ -37,11 +43,9 @@ def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(
     """It begins where the run stands; turning a parameter in the past is a branch, one that is not live a new start."""
     first = player.run
     assert first.position == 12
-    assert first.estimates_sha256 == _until(12).estimates_sha256
-    player.request({"kind": "seek", "frame": 30})
-    wait_for(lambda: player.run.position == 30)
-    player.request({"kind": "seek", "frame": 5})
-    wait_for(lambda: player.run.position == 5)
+    assert first.estimates_sha256 == made().estimates_sha256
+    sought(player, 30)
+    sought(player, 5)
     player.request({"kind": "change", "values": {"sample_count": 50}})
     wait_for(lambda: player.run is not first, what="a branch was made")
     assert player.run.position == 5
@@ -52,12 +56,6 @@ def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(
     assert player.run.parameters_at(0).sample_count == 50, "what the panel showed is in force"
 
 
-def _until(frame: int) -> Run:
-    run = _made()
-    run.seek(frame)
-    return run
-
-
 def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monkeypatch: pytest.MonkeyPatch) -> None:
     """At the end it rests; a value that is out of bounds is refused with a sentence, and nothing else happens."""
     refused: list[str] = []
@@ -66,8 +64,7 @@ def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monk
     player.request({"kind": "toggle"})
     wait_for(lambda: player.run.position == 39)
     wait_for(lambda: not player._is_playing)
-    player.request({"kind": "seek", "frame": 10})
-    wait_for(lambda: player.run.position == 10)
+    sought(player, 10)
     player.request({"kind": "change", "values": {"sample_count": -1}})
     wait_for(lambda: refused)
     assert "sample_count" in refused[0]
@@ -77,8 +74,7 @@ def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monk
 @pytest.mark.browser
 def test_a_scene_is_shown_to_its_own_page_alone(chromium: Any) -> None:
     """A browser at the address sees the frame that is asked for; other pages, addresses and hosts see nothing."""
-    run = _made()
-    run.seek(20)
+    run = made(upto=20)
     with formats.show(run, browser=False) as scene:
         context = chromium.new_context(viewport={"width": 900, "height": 600})
         context.add_init_script(FRUGAL)
@@ -102,16 +98,11 @@ def test_a_scene_is_shown_to_its_own_page_alone(chromium: Any) -> None:
 
 def test_a_player_follows_a_run_that_grows_unless_the_past_is_looked_at(player: Player) -> None:
     """Whoever is at the newest frame sees the next one when it is there; whoever has gone back stays where they are."""
-    longer, longest = (_made(frames) for frames in (25, 30))
-    for run in (longer, longest):
-        run.finish()
-    player.request({"kind": "seek", "frame": 39})
-    wait_for(lambda: player.run.position == 39)
+    longer, longest = (made(frames, upto=frames - 1) for frames in (25, 30))
+    sought(player, 39)
     player.request({"kind": "follow", "run": longer})
     wait_for(lambda: player.run is longer)
-    player.request({"kind": "seek", "frame": 3})
-    wait_for(lambda: player.run.position == 3)
+    sought(player, 3)
     player.request({"kind": "follow", "run": longest})
-    player.request({"kind": "seek", "frame": 4})
-    wait_for(lambda: player.run.position == 4)
+    sought(player, 4)
     assert player.run is longer

@@ -1,34 +1,38 @@
 """Geometry between drawings, which count y downwards, and the scene, which counts it upwards."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from pftrack.core.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline
 from pftrack_server.viewer import shapes
 from pftrack_server.viewer.shapes import Stance
+from tests.viewer.host import f32
+
+NEAR = (50.0, 60.0, 100.0)
 
 
-def f32(*rows: object) -> np.ndarray:
-    return np.array(rows, dtype=np.float32)
+@pytest.mark.parametrize(
+    ("point", "stance", "place"),
+    [
+        ((3, 5, 0), Stance(1.0, 0.0), (3, -5, 0)),
+        ((0, 0, 20), Stance(0.5, 1.0), (0, 0, 11)),
+        ((0, 0, 20), Stance(0.0, 1.0), (0, 0, 1)),
+        ((10, 40, 25), Stance(1.0, 0.0, NEAR), (20, -45, 25)),
+        ((10, 40, 25), Stance(1.0, 25.0, NEAR), (30, -50, 50)),
+        ((10, 40, 25), Stance(0.0, 0.5, NEAR), (10, -40, 0.5)),
+    ],
+)
+def test_where_a_point_of_a_drawing_is_in_the_scene(point: object, stance: Stance, place: object) -> None:
+    """The picture is upright, and heights are flattened before the lift, which keeps the painting order.
 
-
-def test_the_picture_appears_upright() -> None:
-    """A row further down the picture is lower in the scene, a column further right is further right."""
-    mapped = shapes.to_scene(f32((3, 5, 0)), Stance(1.0, 0.0))
-    np.testing.assert_array_equal(mapped, f32((3, -5, 0)))
-
-
-def test_relief_scales_heights_and_lift_is_added() -> None:
-    """Heights are flattened before the lift, which keeps painting order even when all is flat."""
-    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), Stance(0.5, 1.0))[0, 2], 11.0)
-    np.testing.assert_allclose(shapes.to_scene(f32((0, 0, 20)), Stance(0.0, 1.0))[0, 2], 1.0)
-
-
-def test_what_is_high_leans_towards_the_camera() -> None:
-    """From aside it stands on the way from its pixel to the camera, whatever lifts it; from the front it is upright."""
-    point, camera = f32((10, 40, 25)), (50.0, 60.0, 100.0)
-    np.testing.assert_allclose(shapes.to_scene(point, Stance(1.0, 0.0, camera)), f32((20, -45, 25)))
-    np.testing.assert_allclose(shapes.to_scene(point, Stance(1.0, 25.0, camera)), f32((30, -50, 50)))
-    np.testing.assert_allclose(shapes.to_scene(point, Stance(0.0, 0.5, camera)), f32((10, -40, 0.5)))
+    What is high leans towards the camera: from aside it stands on the way from its pixel to the camera, whatever lifts
+    it; from the front it is upright. The arrays of a drawing, which belong to the run, stay as they are.
+    """
+    positions = f32(point)
+    np.testing.assert_allclose(shapes.to_scene(positions, stance), f32(place))
+    np.testing.assert_array_equal(positions, f32(point))
 
 
 def test_a_frustum_goes_from_its_apex_to_the_corners() -> None:
@@ -44,13 +48,6 @@ def test_a_frustum_goes_from_its_apex_to_the_corners() -> None:
     np.testing.assert_allclose(own.mean(axis=0)[:2], (4, 3))
 
 
-def test_a_drawing_is_not_changed_by_being_mapped() -> None:
-    """The arrays of a drawing belong to the run."""
-    positions = f32((1, 2, 3))
-    shapes.to_scene(positions, Stance(0.0, 0.0, (9.0, 9.0, 9.0)))
-    np.testing.assert_array_equal(positions, f32((1, 2, 3)))
-
-
 def test_a_line_has_a_gap_where_a_position_is_unknown() -> None:
     """No segment touches a position that is not finite."""
     line = f32((0, 0, 0), (1, 0, 0), (np.nan, 0, 0), (3, 0, 0), (4, 0, 0))
@@ -58,18 +55,11 @@ def test_a_line_has_a_gap_where_a_position_is_unknown() -> None:
 
 
 def test_an_ellipse_runs_through_the_ends_of_its_half_axes() -> None:
-    """A quarter of the way round lies the end of the second half axis."""
+    """A quarter of the way round lies the end of the second half axis; of a dashed one half the outline is missing."""
     ellipse = Ellipse(f32(10, 20, 5), f32((4, 0), (0, 2)), (0, 0, 0), 1.0, "x")
     segments = shapes.ellipse_segments(ellipse)
-    assert len(segments) == 64
-    np.testing.assert_allclose(segments[0, 0], (14, 20, 5), atol=1e-5)
-    np.testing.assert_allclose(segments[16, 0], (10, 22, 5), atol=1e-5)
-
-
-def test_a_dashed_ellipse_has_every_other_segment() -> None:
-    """Half the outline is missing."""
-    ellipse = Ellipse(f32(0, 0, 0), f32((4, 0), (0, 2)), (0, 0, 0), 1.0, "x", dashed=True)
-    assert len(shapes.ellipse_segments(ellipse)) == 32
+    assert (len(segments), len(shapes.ellipse_segments(replace(ellipse, dashed=True)))) == (64, 32)
+    np.testing.assert_allclose(segments[[0, 16], 0], [(14, 20, 5), (10, 22, 5)], atol=1e-5)
 
 
 def test_axes_end_where_the_columns_of_the_rotation_point() -> None:
@@ -86,22 +76,20 @@ def test_faces_are_turned_over() -> None:
 
 
 def test_depth_is_the_highest_of_all() -> None:
-    """The box that a camera fits holds clouds, trails, links, meshes and labels; the camera itself is counted apart."""
-    items = {
-        "picture": Picture(np.zeros((4, 4, 3), dtype=np.uint8)),
-        "cloud": Points(f32((0, 0, 3)), np.zeros((1, 3), dtype=np.uint8), 1.0),
-        "mesh": Mesh(f32((0, 0, 4)), np.array([[0, 0, 0]], dtype=np.int32), (0, 0, 0), 1.0, "x"),
-        "links": Links(f32(((0, 0, 0), (0, 0, 5))), (0, 0, 0), 1.0, "x"),
-        "trail": Polyline(f32((0, 0, 0), (0, 0, 6), (0, 0, np.nan)), (0, 0, 0), 1.0, "x"),
-        "camera": Frustum(f32(0, 0, 900), f32((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), (0, 0, 0), 1.0, "x"),
-    }
-    assert shapes.depth(items.values()) == 6.0
-    assert shapes.depth(()) == 0.0
+    """The box that a camera fits holds clouds, trails, links, meshes and labels; the camera itself is counted apart.
 
-
-def test_what_is_behind_is_counted_apart() -> None:
-    """The past has negative heights."""
-    past = Polyline(f32((0, 0, 0), (0, 0, -60), (0, 0, np.nan)), COLOURS["truth"], 1.0, "x")
+    The past has negative heights, which are counted apart, too.
+    """
     cloud = Points(f32((0, 0, 3)), np.zeros((1, 3), dtype=np.uint8), 1.0)
-    assert (shapes.depth((past, cloud)), shapes.behind((past, cloud))) == (3.0, 60.0)
-    assert shapes.behind((cloud,)) == 0.0
+    past = Polyline(f32((0, 0, 0), (0, 0, -60), (0, 0, np.nan)), COLOURS["truth"], 1.0, "x")
+    items = (
+        Picture(np.zeros((4, 4, 3), dtype=np.uint8)),
+        cloud,
+        Mesh(f32((0, 0, 4)), np.array([[0, 0, 0]], dtype=np.int32), (0, 0, 0), 1.0, "x"),
+        Links(f32(((0, 0, 0), (0, 0, 5))), (0, 0, 0), 1.0, "x"),
+        Polyline(f32((0, 0, 0), (0, 0, 6), (0, 0, np.nan)), (0, 0, 0), 1.0, "x"),
+        Frustum(f32(0, 0, 900), f32((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), (0, 0, 0), 1.0, "x"),
+    )
+    depths = [shapes.depth(each) for each in (items, items[:4], items[:3], (past, cloud), ())]
+    assert depths == [6.0, 5.0, 4.0, 3.0, 0.0]
+    assert (shapes.behind((past, cloud)), shapes.behind((cloud,))) == (60.0, 0.0)

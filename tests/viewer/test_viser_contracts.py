@@ -3,7 +3,6 @@
 What a server rests on is in `test_viser_server`, since it decides whether one is started at all.
 """
 
-import ast
 import asyncio
 import contextlib
 import dataclasses
@@ -11,7 +10,9 @@ import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import AsyncMock
 
 import msgspec
 import numpy as np
@@ -24,8 +25,7 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 from pftrack_server.viewer import viser_handles, viser_server
 from pftrack_server.viewer import viser_messages as messages
 from pftrack_server.viewer.client_page import client_parts, original_page
-from tests.apart import run
-from tests.viewer.host import Loop, decode
+from tests.viewer.host import Loop, decode, names_of
 
 VERSION = f"viser {viser.__version__}"
 ROOT = Path(__file__).parents[2]
@@ -119,41 +119,29 @@ def test_only_the_adapter_touches_what_is_private() -> None:
 
 def test_the_clock_serves_nothing_but_the_times_of_messages() -> None:
     """It is made to run fast for the whole of viser's connection layer, so nothing else there may tell time by it."""
-    tree = ast.parse(inspect.getsource(_infra))
-    used = [
-        node.attr
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "time"
-    ]
+    used = names_of(inspect.getsource(_infra), "time")
     assert used == ["perf_counter"], f"{VERSION} uses {used} of the clock that viser_server replaces"
     assert '"timestampSec": time.perf_counter()' in inspect.getsource(_infra._message_producer), (
         f"{VERSION} no longer says by time.perf_counter when a message was sent; see viser_server"
     )
 
 
-def test_messages_are_handled_in_one_place() -> None:
-    """There what a handler cannot take is dropped with a warning, where viser would write a traceback for each."""
-    source = inspect.getsource(_infra.WebsockServer._background_worker)
-    assert "self._handle_incoming_message(client_id, message)" in source, (
-        f"{VERSION} no longer hands all messages to _handle_incoming_message; see viser_messages"
-    )
+def test_messages_and_connections_are_where_the_adapter_takes_hold() -> None:
+    """Messages are handled in one place: what cannot be taken is dropped with a warning, not with a traceback each.
 
-
-def test_a_browsers_connection_is_known() -> None:
-    """By its number, so that a browser that does not keep up can be held without the others."""
+    A browser's connection is known by its number, so that one that does not keep up can be held without the others.
+    """
     source = inspect.getsource(_infra.WebsockServer._background_worker)
-    assert "self._live_connections[client_id] = connection" in source, (
-        f"{VERSION} no longer keeps the connections by the numbers of browsers; see viser_server"
-    )
+    for line in ("self._handle_incoming_message(client_id, message)", "self._live_connections[client_id] = connection"):
+        assert line in source, f"{VERSION} has no longer {line}; see viser_messages and viser_server"
 
 
 def test_unwanted_messages_have_handlers_that_can_be_removed() -> None:
     """Once removed, neither a tunnel can be opened nor a file uploaded."""
     with started() as server:
         handled = {kind.__name__ for kind in server._websock_server._incoming_handlers}
-    assert handled.isdisjoint({kind.__name__ for kind in messages.UNWANTED}), (
-        f"{VERSION} still handles {handled & {kind.__name__ for kind in messages.UNWANTED}}"
-    )
+    still = handled & {kind.__name__ for kind in messages.UNWANTED}
+    assert not still, f"{VERSION} still handles {still}"
     assert handled <= HANDLED, (
         f"{VERSION} takes {sorted(handled - HANDLED)} from browsers, which nobody has judged: "
         "decide whether viser_messages should remove them"
@@ -170,26 +158,17 @@ def test_a_message_goes_by_the_name_of_its_class(name: str) -> None:
     assert messages.kind_of(msgspec.msgpack.encode({"type": name, **SAID[name]})) == name
 
 
-def test_a_question_travels_as_a_message_of_visers() -> None:
+async def test_a_question_travels_as_a_message_of_visers() -> None:
     """It is asked past viser's queues, in the form in which viser sends what a browser takes up in order."""
     fields = [field.name for field in dataclasses.fields(_messages.LocalStorageGetItemRequestMessage)]
     assert fields == ["key", "request_uuid"], f"{VERSION} asks for an item by {fields}; see messages.question"
 
-    async def send() -> list[bytes]:
-        buffer = AsyncMessageBuffer(asyncio.get_running_loop(), persistent_messages=True)
-        buffer.push(_messages.LocalStorageGetItemRequestMessage(key=messages.KEY, request_uuid=messages.KEY))
-        sent: list[bytes] = []
-
-        class Websocket:
-            async def send(self, message: bytes) -> None:
-                sent.append(message)
-                buffer.set_done()
-
-        websocket: Any = Websocket()
-        await _infra._message_producer(websocket, buffer, 0)
-        return sent
-
-    (theirs,) = run(send())
+    buffer = AsyncMessageBuffer(asyncio.get_running_loop(), persistent_messages=True)
+    buffer.push(_messages.LocalStorageGetItemRequestMessage(key=messages.KEY, request_uuid=messages.KEY))
+    websocket: Any = SimpleNamespace(send=AsyncMock(side_effect=lambda _: buffer.set_done()))
+    await _infra._message_producer(websocket, buffer, 0)
+    ((theirs,), _), *more = websocket.send.call_args_list
+    assert not more
     sent_s, asked = decode(theirs)
     assert decode(messages.question(sent_s)) == (sent_s, asked), f"{VERSION} packs messages in another way"
 
@@ -212,19 +191,12 @@ def test_a_picture_travels_as_a_file() -> None:
         assert (last.name, last.updates) == ("/two", {"_data": b"other"})
 
 
-def test_a_control_is_changed_by_its_value() -> None:
-    """The bridge lets through messages that set `value` alone; viser would assign whatever is named."""
-    fields = set(inspect.signature(_messages.GuiUpdateMessage).parameters)
-    assert fields == {"uuid", "updates"}, f"{VERSION} updates a control by {sorted(fields)}"
-
-
 def test_the_client_can_be_taken_apart() -> None:
-    """Otherwise it is served in one piece: 0.8 MB to be loaded and compiled again for each session."""
+    """Otherwise it is served in one piece: 0.8 MB to be loaded and compiled again for each session.
+
+    Scripts go to the beginning of its head, the style sheet to the end, and its title is replaced.
+    """
     assert client_parts() is not None, f"{VERSION} packs its client in another way; see client_page.take_apart"
-
-
-def test_the_clients_page_has_the_places_where_something_is_put() -> None:
-    """Scripts go to the beginning of its head, the style sheet to the end, and its title is replaced."""
     page = original_page()
     for place in ("<head>", "</head>", "<title>Viser</title>"):
         assert page.count(place) == 1, f"the client of {VERSION} has {page.count(place)} of {place}"
@@ -233,21 +205,16 @@ def test_the_clients_page_has_the_places_where_something_is_put() -> None:
 @pytest.mark.parametrize(
     ("word", "use"),
     [
-        ("__viserMutable", "the scene, as frames.js and state.js read it"),
-        ("nodeRefFromName", "the nodes by their names, as state.js reads them"),
-        ("drainMessageQueue", "taking up a frame, as frames.js does"),
-        ("messageQueue", "the frames that wait, as frames.js looks for them"),
-        ("requestRender", "asking for a picture to be drawn, as frames.js does"),
         ("createObjectURL", "unpacking a picture, as frames.js notices it"),
-        ("onBeforeRender", "the moment before a picture is drawn, in which colours.js gives meshes their colours"),
         ("hasFocus", "reconnecting only with the focus, as page.js grants it"),
         ("darkMode", "the theme in the address, as page.js sets it"),
         ("webgl-software-rendering", "the notice that style.css hides"),
-        ("data-dock-header", "the heading of the panel, as style.css finds it"),
-        ("tabler-icon", "the icons by which style.css finds buttons"),
     ],
 )
 def test_the_client_still_uses_the_words_that_the_scripts_know(word: str, use: str) -> None:
-    """A name that is gone from the client means that what rests on it does nothing any more."""
+    """A name that is gone from the client means that what rests on it does nothing any more.
+
+    Those that can be seen in a page are looked for in a real one, by `test_client_in_browser`.
+    """
     parts = client_parts()
     assert word.encode() in parts.script.content, f"the client of {VERSION} knows no {word}: {use}"

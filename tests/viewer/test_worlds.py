@@ -1,31 +1,21 @@
 """Worlds stand beside the picture, one below the other, and have presets of their own."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import (
-    COLOURS,
-    Arrows,
-    Drawing,
-    Ellipsoids,
-    Links,
-    Points,
-    Text,
-    Viewpoint,
-    World,
-    WorldDrawing,
-)
+from pftrack.core.model.drawing import COLOURS, Arrows, Drawing, Ellipsoids, Points, Viewpoint, World, WorldDrawing
 from pftrack_server.viewer import shapes, worlds
 from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.shapes import FREE, Stance
-from tests.viewer.host import Peer, Session, drawing
+from tests.viewer.host import Peer, Session, drawing, f32
 from tests.waiting import wait_for
 
 BLUE = COLOURS["estimate"]
+BLUES = np.tile(np.uint8([BLUE]), (2, 1))
 SIDES = (
     Viewpoint("front", "Ahead", 0.0, 0.0),
     Viewpoint("left", "Port", -90.0, 0.0),
@@ -39,10 +29,6 @@ SCALE = 0.86 * 120 / 50
 """px per mm."""
 
 
-def f32(*rows: object) -> NDArray[np.float32]:
-    return np.array(rows, np.float32)
-
-
 def with_worlds(*shown: WorldDrawing) -> Drawing:
     return replace(drawing(), worlds=shown)
 
@@ -50,12 +36,11 @@ def with_worlds(*shown: WorldDrawing) -> Drawing:
 def inside() -> WorldDrawing:
     """A point in the middle of the world and one 10 mm to the right, below and in front of it, and more."""
     places = f32([1, 2, 3], [11, 12, -7])
-    blue = np.tile(np.uint8([BLUE]), (2, 1))
     return WorldDrawing(
         HEAD,
         {
-            "points": Points(places, blue, 5.0),
-            "bodies": Ellipsoids(places, np.tile(SPREAD, (2, 1, 1)), blue, 0.5, "estimate"),
+            "points": Points(places, BLUES, 5.0),
+            "bodies": Ellipsoids(places, np.tile(SPREAD, (2, 1, 1)), BLUES, 0.5, "estimate"),
             "arrow": Arrows(places[None], BLUE, 2.0, "estimate"),
         },
     )
@@ -68,40 +53,34 @@ def session() -> Iterator[Session]:
     made.close()
 
 
+def placed(*shown: WorldDrawing) -> dict[str, Any]:
+    return dict(worlds.place_worlds(with_worlds(*shown)))
+
+
 def test_a_world_stands_to_the_right_of_the_picture() -> None:
-    """Its square is as high as the picture and clear of it; up is up and its front looks at the viewer."""
-    placed = dict(worlds.place_worlds(with_worlds(inside())))
-    points = placed["world head: points"]
-    assert isinstance(points, Points)
-    np.testing.assert_allclose(points.positions[0], [ACROSS, 119.5, 0], atol=1e-3)
-    np.testing.assert_allclose(
-        points.positions[1] - points.positions[0], [10 * SCALE, 10 * SCALE, 10 * SCALE], atol=1e-3
+    """Its square is as high as the picture and clear of it; up is up and its front looks at the viewer.
+
+    Its title and its ruler say the unit, and the ruler is as long as it says, in each direction.
+    """
+    shown = placed(inside())
+    points, title, line, length = (
+        shown[f"world head: {name}"] for name in ("points", "title", "ruler", "ruler length")
     )
+    np.testing.assert_allclose(points.positions[0], [ACROSS, 119.5, 0], atol=1e-3)
+    np.testing.assert_allclose(points.positions[1] - points.positions[0], np.full(3, 10 * SCALE), atol=1e-3)
     assert points.size == pytest.approx(5 * SCALE)
-    assert worlds.beside(1, 240) == ACROSS + 120 - 319.5
-    assert worlds.beside(0, 240) == 0.0
-
-
-def test_worlds_stand_one_below_the_other() -> None:
-    """Together two are as high as the picture."""
-    placed = dict(worlds.place_worlds(with_worlds(inside(), replace(inside(), world=replace(HEAD, name="other")))))
-    first, second = placed["world head: points"], placed["world other: points"]
-    assert isinstance(first, Points)
-    assert isinstance(second, Points)
-    np.testing.assert_allclose(second.positions - first.positions, np.tile(f32(0, 120, 0), (2, 1)), atol=1e-3)
-
-
-def test_a_world_has_its_title_and_its_ruler_beside_it() -> None:
-    """They say the unit, and the ruler is as long as it says, in each direction."""
-    placed = dict(worlds.place_worlds(with_worlds(inside())))
-    title, line, length = (placed[f"world head: {name}"] for name in ("title", "ruler", "ruler length"))
-    assert isinstance(title, Text)
-    assert isinstance(line, Links)
-    assert isinstance(length, Text)
+    assert (worlds.beside(1, 240), worlds.beside(0, 240)) == (ACROSS + 120 - 319.5, 0.0)
     assert (title.text, length.text) == ("Head, mm", "20 mm")
     ways = line.segments[:, 1] - line.segments[:, 0]
     np.testing.assert_allclose(np.abs(ways), 20 * SCALE * np.eye(3), atol=1e-3)
     assert line.segments[0, 0, 0] > 320
+
+
+def test_worlds_stand_one_below_the_other() -> None:
+    """Together two are as high as the picture."""
+    shown = placed(inside(), replace(inside(), world=replace(HEAD, name="other")))
+    ways = shown["world other: points"].positions - shown["world head: points"].positions
+    np.testing.assert_allclose(ways, np.tile(f32(0, 120, 0), (2, 1)), atol=1e-3)
 
 
 @pytest.mark.parametrize("aspect", [0.6, 1.3, 2.4])
@@ -117,45 +96,40 @@ def test_a_viewpoint_holds_the_whole_ball(side: Viewpoint, aspect: float) -> Non
 
 def test_viewpoints_are_where_they_say() -> None:
     """Ahead is before the picture, port is to the left, and from the sky one looks down, almost."""
-    ways = [
-        (view.position - view.target) / view.distance
-        for view in (worlds.view(0, 1, HEAD, s, Box(9, 9), 1) for s in SIDES)
-    ]
+    views = [worlds.view(0, 1, HEAD, side, Box(9, 9), 1) for side in SIDES]
+    ways = [(view.position - view.target) / view.distance for view in views]
     np.testing.assert_allclose(ways, [[0, 0, 1], [-1, 0, 0], [0, 1, 0]], atol=0.02)
 
 
 def test_worlds_reach_the_browser(session: Session, peer: Peer) -> None:
     """Points, bodies and arrows are nodes of the scene, updated in place, hidden with their layer."""
-    session.show(with_worlds(inside()), 0)
     names = [f"/world head: {name}" for name in ("points", "bodies", "arrow", "title", "ruler", "ruler length")]
-    wait_for(lambda: peer.nodes.keys() >= set(names))
+    shown, bodies = inside(), Ellipsoids(f32([21, 2, 3], [1, 2, 3]), np.tile(SPREAD, (2, 1, 1)), BLUES, 0.5, "estimate")
+    session.show(with_worlds(shown), 0, lambda: peer.nodes.keys() >= set(names))
     node = peer.nodes[names[1]]
-    moved = inside()
-    further = replace(moved.primitives["bodies"], centres=f32([21, 2, 3], [1, 2, 3]))  # type: ignore[type-var]
-    session.show(with_worlds(replace(moved, primitives={**moved.primitives, "bodies": further})), 1)
 
     def place() -> float:
         return float(np.frombuffer(node["batched_positions"], np.float32)[0])
 
+    session.show(with_worlds(replace(shown, primitives={**shown.primitives, "bodies": bodies})), 1)
     wait_for(lambda: place() == pytest.approx(ACROSS + 20 * SCALE))
     assert peer.nodes[names[1]] is node
-    fewer = WorldDrawing(HEAD, {"bodies": Ellipsoids(f32([1, 2, 3]), SPREAD, np.uint8([BLUE]), 0.5, "estimate")})
-    session.show(with_worlds(fewer), 2)
+    fewer = Ellipsoids(f32([1, 2, 3]), SPREAD, BLUES[:1], 0.5, "estimate")
+    session.show(with_worlds(WorldDrawing(HEAD, {"bodies": fewer})), 2, lambda: peer.visible.get(names[0]) is False)
     wait_for(lambda: len(peer.nodes[names[1]]["batched_positions"]) == 12)
-    wait_for(lambda: peer.visible.get(names[0]) is False)
 
 
 def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer) -> None:
     """The camera goes there, and back to the picture, which is where it was."""
-    session.show(with_worlds(inside()), 0)
-    wait_for(lambda: "Position" in peer.camera)
-    before = peer.camera["Position"]["position"]
-    peer.look(wide=800, high=600, position=tuple(before))
-    peer.move_view("Port", "Head")
-    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(ACROSS))
+
+    def looks_at(across: float) -> Callable[[], bool]:
+        return lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(across)
+
+    session.show(with_worlds(inside()), 0, lambda: "Position" in peer.camera)
+    peer.look(wide=800, high=600, position=tuple(peer.camera["Position"]["position"]))
+    peer.move_view("Port", "Head", looks_at(ACROSS))
     assert peer.camera["Position"]["position"][0] < ACROSS - 50 * SCALE
-    peer.move_view("Front")
-    wait_for(lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx((319.5 + 288 - 0.5) / 2), what="all is seen")
+    peer.move_view("Front", until=looks_at((319.5 + 288 - 0.5) / 2))  # all is seen
 
 
 @pytest.mark.parametrize("stance", [FREE, Stance(1.0, 3.0)])
