@@ -5,6 +5,7 @@ import json
 import os
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import av
 import cv2
@@ -65,22 +66,16 @@ def test_particles_come_as_arrays(ball: Run, files: Path) -> None:
 
 def manifests(folder: Path) -> dict[str, Any]:
     """Return the manifests of all files that have one, each as its own format carries it."""
+    texts = {name: (folder / f"run.{name}.manifest.json").read_text() for name in ("csv", "jsonl")}
     with av.open(str(folder / "run.mp4")) as film:
-        comment = film.metadata["comment"]
+        texts["mp4"] = film.metadata["comment"]
     with np.load(folder / "run.npz") as arrays:
-        member = str(arrays["manifest"])
+        texts["npz"] = str(arrays["manifest"])
     with Image.open(folder / "run.gif") as gif, Image.open(folder / "run.png") as png:
-        texts = {"gif": gif.info["comment"], "png": png.text["pftrack"]}  # type: ignore[attr-defined] - of a PNG
-    svg = (folder / "run.svg").read_text()
-    begin = svg.index("<dc:description>") + len("<dc:description>")
-    texts |= {
-        "mp4": comment,
-        "npz": member,
-        "parquet": parquet.read_metadata(folder / "run.parquet").metadata[b"pftrack"],
-        "svg": svg[begin : svg.index("</dc:description>")].replace("&quot;", '"'),
-        "csv": (folder / "run.csv.manifest.json").read_text(),
-        "jsonl": (folder / "run.jsonl.manifest.json").read_text(),
-    }
+        texts |= {"gif": gif.info["comment"], "png": png.text["pftrack"]}  # type: ignore[attr-defined] - of a PNG
+    texts["parquet"] = parquet.read_metadata(folder / "run.parquet").metadata[b"pftrack"]
+    svg = (folder / "run.svg").read_text().partition("<dc:description>")[2]
+    texts["svg"] = svg.partition("</dc:description>")[0].replace("&quot;", '"')
     return {name: json.loads(text) for name, text in texts.items()}
 
 
@@ -162,9 +157,8 @@ def test_the_same_run_has_the_same_file(ball: Run, files: Path, tmp_path: Path) 
 def test_an_arrow_table_tells_title_and_unit(ball: Run) -> None:
     """They stand in the metadata of its fields; what is not known is missing, not a number."""
     table = table_of(ball)
-    field = table.schema.field("error")
-    assert field.metadata == {b"title": b"distance of the estimate from the truth", b"unit": b"px"}
-    assert table.num_rows == FRAMES
+    told = {b"title": b"distance of the estimate from the truth", b"unit": b"px"}
+    assert (table.schema.field("error").metadata, table.num_rows) == (told, FRAMES)
 
 
 @pytest.mark.parametrize("name", ["ball", "head", "trajectories"])
@@ -198,8 +192,15 @@ def test_what_cannot_be_is_refused(ball: Run, tmp_path: Path, place: str, plot: 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), r"old\.mp4 cannot be written: No space left on device; m"),
+        (OSError(errno.EACCES, "Failed to open local file '.old.mp4.part'"), r"Permission denied: '.*/old\.mp4'"),
+    ],
+)
 def test_one_that_is_stopped_or_has_no_room_leaves_what_was_there(
-    ball: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ball: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, told: str
 ) -> None:
     """The old file stays, nothing lies beside it, and the run stands where it stood."""
     place = tmp_path / "old.mp4"
@@ -207,19 +208,8 @@ def test_one_that_is_stopped_or_has_no_room_leaves_what_was_there(
     steps = exporting(ball, place, export_at(ball.experiment, place))
     assert next(steps) == (1, FRAMES)
     steps.close()  # type: ignore[attr-defined] - it is a generator
-
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr("pftrack.output.exports.formats.settle", full)
-    with pytest.raises(ConflictError, match=r"old\.mp4 cannot be written: No space left on device; make room"):
-        ball.export(place)
-
-    def denied(*_: object) -> None:
-        raise OSError(errno.EACCES, "Failed to open local file '.old.mp4.part'")
-
-    monkeypatch.setattr("pftrack.output.exports.formats.settle", denied)
-    with pytest.raises(PermissionError, match=r"Permission denied: '.*/old\.mp4'"):
+    monkeypatch.setattr("pftrack.output.exports.formats.settle", Mock(side_effect=error))
+    with pytest.raises((ConflictError, PermissionError), match=told):
         ball.export(place)
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("old.mp4", "old")]
     assert ball.position == 4

@@ -16,11 +16,6 @@ from pftrack.runs.run import Run
 from tests.making import whole_run
 
 
-def finished(name: str, frames: int, **more: object) -> Run:
-    """Return a short run of an experiment."""
-    return whole_run(find(name), frames=frames, **more)
-
-
 @pytest.fixture(scope="module")
 def ball() -> Run:
     """Twelve frames, with another threshold from frame 6 on."""
@@ -30,6 +25,10 @@ def ball() -> Run:
 def titles(figure: Figure) -> list[str]:
     """Return what stands above the panels."""
     return [axes.get_title("left") for axes in figure.axes]
+
+
+def finished(name: str, frames: int, **more: object) -> Run:
+    return whole_run(find(name), frames=frames, **more)
 
 
 def test_every_kind_is_drawn_by_some_experiment() -> None:
