@@ -147,11 +147,11 @@ def test_lines_that_cross_are_their_joints() -> None:
 
 @pytest.mark.parametrize("tracker", ["ekf-truncated", "ukf", "particles"])
 def test_a_chain_is_followed_by_its_lines(tracker: str) -> None:
-    """With root and tip, lengths come within 2 px in 120 frames, and no frame is left out."""
+    """With root and tip, lengths come within 2 px in 90 frames, and no frame is left out."""
     values: dict[str, Value] = {"sample_count": 60, "start_length_1_px": 6, "start_length_2_px": -6}
     if tracker == "ekf-truncated":
         values["linearisations"] = 3
-    run = run_of(tracker, 120, **values)
+    run = run_of(tracker, 90, **values)
     assert np.abs(run.current.state.mean[-3:] - R).max() < 2.0
     assert not any(row.number("outlier") for row in run.diagnostics)
 

@@ -112,8 +112,8 @@ PATHS = {
 
 
 def by_grid(path: Numbers, seen: Numbers) -> tuple[float, float]:
-    """Mean and deviation of the first length by Bayes's rule on a grid, its pose by 5,000 particles at each node."""
-    lengths, count = np.linspace(60.0, 80.0, 41), 5_000
+    """Mean and deviation of the first length by Bayes's rule on a grid, its pose by 4,000 particles at each node."""
+    lengths, count = np.linspace(60.0, 80.0, 21), 4_000
     log_density = -0.5 * np.square(lengths - R[0]) / FREE["start_length_variance_px2"]
     for node, length in enumerate(lengths):
         rng = np.random.default_rng(5)
