@@ -82,11 +82,8 @@ def test_what_a_frame_does_not_have_is_not_known() -> None:
 
 def test_features_begin_with_plain_means() -> None:
     """In the first frames all means are that of what was known, and the change is from the mean of the first five."""
-    values = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 11.0])
-    _, found = remember(Memory.empty(1), values[:, None])
-    now, fast, slow, change, lowest, highest = found[4]
-    assert (now, lowest, highest, change) == (5.0, 0.0, 0.0, 0.0)
-    assert (fast, slow) == pytest.approx((3.0, 3.0))
+    _, found = remember(Memory.empty(1), np.array([1.0, 2.0, 3.0, 4.0, 5.0, 11.0])[:, None])
+    assert found[4] == pytest.approx([5.0, 3.0, 3.0, 0.0, 0.0, 0.0])
     assert found[5] == pytest.approx([11.0, 3.0 + 8.0 / 5.0, 3.0 + 8.0 / 6.0, 8.0 / 5.0, 0.0, 8.0 / 5.0])
     assert len(feature_names(("a",))) == len(KINDS) == len(found[5])
 
@@ -136,9 +133,7 @@ def test_a_feature_that_never_changes_counts_for_nothing() -> None:
 
 def test_probabilities_stay_between_nothing_and_certainty() -> None:
     """Far beyond what was fitted a feature counts as four deviations, and no probability is more than 1."""
-    regression = Logistic((0.0,), (1.0,), (300.0,), 0.0)
-    least, middle, most = regression.probabilities(np.array([[-1e9], [0.0], [1e9]]))
+    steep, flat = (Logistic((0.0,), (1.0,), (weight,), 0.0) for weight in (300.0, 1.0))
+    least, middle, most = steep.probabilities(np.array([[-1e9], [0.0], [1e9]]))
     assert (0.0 <= least < 1e-300, middle, most) == (True, 0.5, 1.0)
-    assert Logistic((0.0,), (1.0,), (1.0,), 0.0).probabilities(np.array([[9.0]]))[0] == pytest.approx(
-        1.0 / (1.0 + math.exp(-4.0))
-    )
+    assert flat.probabilities(np.array([[9.0]]))[0] == pytest.approx(1.0 / (1.0 + math.exp(-4.0)))

@@ -13,6 +13,7 @@ from pftrack.experiments.prism.scene import VERTICES_MM, PrismParameters, Sight,
 from pftrack.experiments.shared.pose import layered
 from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered, Rival, Settings
 from pftrack.filters import adaptive
+from pftrack.filters.adaptive import Projection
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.perspective import PerspectiveLayer
 from pftrack.vision.likelihoods import points
@@ -48,8 +49,7 @@ def test_the_prism_is_followed(layer: AffineLayer) -> None:
         errors.append(np.abs(np.rad2deg(state.pose.mean - now.theta_rad)))
         distances.append(np.hypot(*(state.features.means - now.true_px).T)[now.visible].mean())
         assert (np.linalg.eigvalsh(state.pose.covariance) > 0).all()
-    assert np.mean(errors) < 4.0
-    assert np.mean(distances) < 4.0
+    assert max(np.mean(errors), np.mean(distances)) < 4.0
 
 
 def test_a_step_is_its_two_halves() -> None:
@@ -74,59 +74,48 @@ def test_fixed_ratios_stay(ratio: float) -> None:
         assert state.features.upper_counts.tolist() == [round(50 * ratio)] * 8
 
 
+def learned(state: Layered, after: Layered, projection: Projection) -> NDArray[np.float64]:
+    """Return the ratios that follow from the survivors of a frame and its upper prediction."""
+    projected = projection.positions, projection.variances
+    own, noise_px = adaptive.propagate(state.features), Settings().noise_sd_px
+    survivors, settings = adaptive.surviving(after.features), layered.mixture_em.Settings()
+    return layered.mixture_em.adapt(state.mixture, survivors, projected, own, noise_px, settings).ratios
+
+
 def test_the_ratios_are_judged_by_the_prediction() -> None:
     """Ratios of the next frame follow from this frame's survivors and its upper prediction, not the updated belief."""
-    state, now = begun(), sight(0, 1, SCENE)
-    stepped = layered.step(state, AFFINE, of(now), Settings(), rng(1))
+    state = begun()
+    stepped = layered.step(state, AFFINE, of(sight(0, 1, SCENE)), Settings(), rng(1))
     assert np.allclose(stepped.projection.positions, AFFINE.project(AFFINE.predict(state.upper)).positions)
     assert not np.allclose(stepped.projection.positions, AFFINE.project(stepped.upper).positions)
-    learned = layered.mixture_em.adapt(
-        state.mixture,
-        adaptive.surviving(stepped.features),
-        (stepped.projection.positions, stepped.projection.variances),
-        adaptive.propagate(state.features),
-        Settings().noise_sd_px,
-        layered.mixture_em.Settings(),
-    )
-    assert np.array_equal(stepped.mixture.ratios, learned.ratios)
+    assert np.array_equal(stepped.mixture.ratios, learned(state, stepped, stepped.projection))
 
 
 def test_a_hidden_feature_is_where_the_solid_has_it() -> None:
     """The ratio of a feature that fits nothing rises to how surely it is hidden; those of the others are as learned."""
-    settings = Settings(hidden_weight=0.25)
-    state, now, random = begun(settings=settings), sight(0, 1, SCENE), rng(1)
+    settings, covered = Settings(hidden_weight=0.25), 3
+    state, random = begun(settings=settings), rng(1)
     proposed = layered.propose(state, AFFINE, settings, random)
-    scores = of(now)(proposed.drawn.positions)
-    covered = 3
+    scores = of(sight(0, 1, SCENE))(proposed.drawn.positions)
     scores[covered] = scores.max() - 20.0 + 0.01 * scores[covered]
     found = layered.conclude(state, proposed, AFFINE, scores, settings, random)
-    learned = layered.mixture_em.adapt(
-        state.mixture,
-        adaptive.surviving(found.features),
-        (proposed.projection.positions, proposed.projection.variances),
-        adaptive.propagate(state.features),
-        settings.noise_sd_px,
-        layered.mixture_em.Settings(),
-    )
+    ratios = learned(state, found, proposed.projection)
     assert found.hidden[covered] > 0.99
-    assert found.hidden[np.arange(8) != covered].max() < 0.5
+    assert np.delete(found.hidden, covered).max() < 0.5
     most = 1.0 - layered.mixture_em.Settings().clip
-    assert learned.ratios[covered] < 0.6 < most
-    assert np.array_equal(found.mixture.ratios, np.maximum(learned.ratios, np.minimum(found.hidden, most)))
+    assert ratios[covered] < 0.6 < most
+    assert np.array_equal(found.mixture.ratios, np.maximum(ratios, np.minimum(found.hidden, most)))
 
 
 def test_the_upper_layer_is_never_made_sure_of_itself() -> None:
     """Features whose particles agree to the last are given upwards with the floor's standard deviation."""
     state, now = begun(), sight(0, 1, SCENE)
-    sharp: FeatureLikelihood = lambda x: points.log_likelihood(x, now.points_px, np.full(8, 1e-3))  # noqa: E731
-    loose, tight = (
-        layered.step(state, AFFINE, sharp, Settings(sd_floor_px=floor), rng(1)).upper for floor in (5.0, 0.5)
-    )
-    predicted = AFFINE.predict(state.upper)
-    for floor, upper in ((5.0, loose), (0.5, tight)):
+    for floor in (5.0, 0.5):
+        sharp = of(replace(now, noise_sd_px=np.full(8, 1e-3)))
         stepped = layered.step(state, AFFINE, sharp, Settings(sd_floor_px=floor), rng(1))
-        exact = AFFINE.update(predicted, stepped.features.means, np.full((8, 2), floor**2), rng(1))
-        assert np.allclose(upper.covariance, exact.covariance)
+        prior, variances = AFFINE.predict(state.upper), np.full((8, 2), floor**2)
+        exact = AFFINE.update(prior, stepped.features.means, variances, rng(1))
+        assert np.allclose(stepped.upper.covariance, exact.covariance)
 
 
 # Two filters of a solid, of which one doubts features: the pictures decide which is believed.
@@ -155,18 +144,27 @@ def hypotheses_begun() -> Layered:
     return layered.begin(LAYER, LAYER.begin(), seen(0.0), SETTINGS, Stream(3, 0, Purpose.START))
 
 
+def rivals(
+    believed: Layered, rival: Rival | None, score: FeatureLikelihood, frame: int = 1, settings: Settings = SETTINGS
+) -> tuple[Layered, Rival]:
+    """Take a frame that looks the same to both filters."""
+    return layered.step_rivals(believed, rival, LAYER, (score, score), settings, rng(frame, 3))
+
+
 def follow(scores: list[FeatureLikelihood]) -> list[tuple[Layered, Rival]]:
     believed, rival, found = hypotheses_begun(), None, []
     for frame, score in enumerate(scores, 1):
-        rng = Stream(3, frame, Purpose.TRACK)
-        believed, rival = layered.step_rivals(believed, rival, LAYER, (score, score), SETTINGS, rng)
+        believed, rival = rivals(believed, rival, score, frame)
         found.append((believed, rival))
     return found
 
 
+STILL = likelihood(seen(0.0))
+
+
 def test_at_first_features_may_be_hidden() -> None:
     """Nothing tells the two apart yet; the filter that doubts is believed, and both begin from the same state."""
-    ((believed, rival),) = follow([likelihood(seen(0.0))])
+    ((believed, rival),) = follow([STILL])
     assert not rival.doubting
     assert believed.hidden.min() > 0.0
     assert not rival.layers.hidden.any()
@@ -175,8 +173,7 @@ def test_at_first_features_may_be_hidden() -> None:
 
 def test_a_cover_is_doubted() -> None:
     """While five of eight corners are covered, the filter that takes them for hidden is believed; the pose stays."""
-    still, covered = likelihood(seen(0.0)), likelihood(seen(0.0), covered=5)
-    found = follow([still] * 5 + [covered] * 20)
+    found = follow([STILL] * 5 + [likelihood(seen(0.0), covered=5)] * 20)
     assert not any(rival.doubting for _, rival in found[6:])
     assert found[-1][0].hidden[:5].min() > 0.9
     assert np.abs(np.rad2deg([believed.pose.mean for believed, _ in found])).max() < 5.0
@@ -198,10 +195,8 @@ def test_a_solid_that_turns_is_followed() -> None:
 )
 def test_who_is_believed_changes_only_where_it_is_clear(odds: float, *, doubting: bool, after: bool) -> None:
     """Two filters that are alike add nothing to the odds, so what was known decides, discounted."""
-    state, score = hypotheses_begun(), likelihood(seen(0.0))
-    nothing = replace(SETTINGS, hidden_weight=1e-12)
-    rival = Rival(state, doubting=doubting, log_odds=odds / 0.8)
-    one, other = layered.step_rivals(state, rival, LAYER, (score, score), nothing, Stream(3, 1, Purpose.TRACK))
+    rival = Rival(hypotheses_begun(), doubting=doubting, log_odds=odds / 0.8)
+    one, other = rivals(hypotheses_begun(), rival, STILL, settings=replace(SETTINGS, hidden_weight=1e-12))
     assert other.log_odds == pytest.approx(odds, abs=0.9)
     assert other.doubting != after
     assert bool(one.hidden.any()) == after
@@ -210,11 +205,9 @@ def test_who_is_believed_changes_only_where_it_is_clear(odds: float, *, doubting
 @pytest.mark.parametrize("takes_over", [False, True])
 def test_of_particles_that_were_not_believed_none_descends(*, takes_over: bool) -> None:
     """A filter that stays has particles from its own in the last frame; one that takes over begins all lines anew."""
-    score = likelihood(seen(0.0))
-    believed, rival = follow([score] * 8)[-1]
+    believed, rival = follow([STILL] * 8)[-1]
     odds = 8.0 if rival.doubting == takes_over else -8.0
-    rng = Stream(3, 9, Purpose.TRACK)
-    after, other = layered.step_rivals(believed, replace(rival, log_odds=odds), LAYER, (score, score), SETTINGS, rng)
+    after, other = rivals(believed, replace(rival, log_odds=odds), STILL, 9)
     assert (other.doubting != rival.doubting) == takes_over
     assert (after.features.parents >= 0).any() != takes_over
     assert (other.layers.features.parents >= 0).any()
@@ -222,20 +215,19 @@ def test_of_particles_that_were_not_believed_none_descends(*, takes_over: bool) 
 
 def test_what_was_known_counts_the_less_from_frame_to_frame() -> None:
     """The same filter twice adds nothing; a fifth of the log odds is forgotten."""
-    state, score = hypotheses_begun(), likelihood(seen(0.0))
-    still = replace(SETTINGS, hidden_weight=1e-300, sample_count=400)
-    rival = Rival(state, doubting=True, log_odds=-15.0)
-    _, after = layered.step_rivals(state, rival, LAYER, (score, score), still, Stream(3, 1, Purpose.TRACK))
+    same = replace(SETTINGS, hidden_weight=1e-300, sample_count=400)
+    _, after = rivals(
+        hypotheses_begun(), Rival(hypotheses_begun(), doubting=True, log_odds=-15.0), STILL, settings=same
+    )
     assert after.log_odds == pytest.approx(-12.0, abs=0.5)
 
 
 @pytest.mark.parametrize("doubting", [False, True])
 def test_each_filter_sees_the_picture_in_its_own_pose(*, doubting: bool) -> None:
     """The first likelihood is of the filter that was believed, the second of the other."""
-    state = hypotheses_begun()
     own, others = (lambda at, value=value: np.full(at.shape[:2], value) for value in (-1.0, -2.0))
-    rival = Rival(state, doubting=doubting, log_odds=-4.0 if doubting else 4.0)
-    best, behind = layered.step_rivals(state, rival, LAYER, (own, others), SETTINGS, Stream(3, 1, Purpose.TRACK))
+    rival = Rival(hypotheses_begun(), doubting=doubting, log_odds=-4.0 if doubting else 4.0)
+    best, behind = layered.step_rivals(hypotheses_begun(), rival, LAYER, (own, others), SETTINGS, rng(1, 3))
     assert behind.doubting == doubting
     assert np.unique(best.log_likelihoods) == [-1.0]
     assert np.unique(behind.layers.log_likelihoods) == [-2.0]
@@ -243,10 +235,8 @@ def test_each_filter_sees_the_picture_in_its_own_pose(*, doubting: bool) -> None
 
 def test_one_that_is_far_behind_begins_again() -> None:
     """It is then where the other is, and nothing is held against it."""
-    state, score = hypotheses_begun(), likelihood(seen(0.0))
     for odds in (40.0, -40.0):
-        rival = Rival(state, doubting=odds < 0.0, log_odds=odds)
-        best, behind = layered.step_rivals(state, rival, LAYER, (score, score), SETTINGS, Stream(3, 1, Purpose.TRACK))
+        rival = Rival(hypotheses_begun(), doubting=odds < 0.0, log_odds=odds)
+        best, behind = rivals(hypotheses_begun(), rival, STILL)
         assert behind.layers is best
-        assert behind.log_odds == 0.0
-        assert behind.doubting == (odds < 0.0)
+        assert (behind.log_odds, behind.doubting) == (0.0, odds < 0.0)

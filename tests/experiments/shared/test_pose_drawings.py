@@ -58,11 +58,9 @@ def test_the_camera_stands_a_focal_length_before_the_principal_point(name: str) 
     """Its rays end in the picture's corners, and the drawing knows where it stands."""
     run = run_of(name)
     drawing = drawn(run)
-    camera = camera_of(drawing)
-    width, height = run.source.size
+    camera, (width, height) = camera_of(drawing), run.source.size
     assert camera.apex == pytest.approx([width / 2, height / 2, run.current.state.solid.focal_px])
-    assert camera.corners[0] == pytest.approx([-0.5, -0.5, 0])
-    assert camera.corners[2] == pytest.approx([width - 0.5, height - 0.5, 0])
+    assert camera.corners[[0, 2]] == pytest.approx(np.array([[-0.5, -0.5, 0], [width - 0.5, height - 0.5, 0]]))
     assert drawing.apex is camera.apex
 
 
@@ -103,8 +101,7 @@ def test_the_solid_is_before_its_picture_and_before_the_camera(name: str) -> Non
         drawing = drawn(run)
         for item in drawing.primitives.values():
             if isinstance(item, Mesh):
-                assert item.vertices[:, 2].min() > 0
-                assert item.vertices[:, 2].max() < camera_of(drawing).apex[2]
+                assert 0 < item.vertices[:, 2].min() <= item.vertices[:, 2].max() < camera_of(drawing).apex[2]
             elif isinstance(item, Links):
                 assert item.segments[..., 2].min(initial=np.inf) > 0
 
@@ -114,41 +111,34 @@ def test_the_solid_is_before_its_picture_and_before_the_camera(name: str) -> Non
 def test_the_ghost_of_a_second_run_has_the_pose_of_its_row(name: str, upper: str) -> None:
     """It is drawn in the pose that the other run's row tells, where this run's solid is, in the second run's colour."""
     run = run_of(name, upper)
-    twin = run.branch(10, {"tracker": "alpha-1"})
-    other = twin.seek(run.position).diagnostics
+    other = run.branch(10, {"tracker": "alpha-1"}).seek(run.position).diagnostics
     assert other.estimate != run.current.diagnostics.estimate
     drawing = run.experiment.draw(run.current, run.diagnostics, other)
     state, theta = run.current.state, np.deg2rad(other.estimate)
     if name == "prism":
-        corners = place_points(state, VERTICES_MM, theta)
-        ends = links(drawing, "second edges").reshape(-1, 3)
+        corners, ends = place_points(state, VERTICES_MM, theta), links(drawing, "second edges").reshape(-1, 3)
         assert len(ends) >= 18
         assert np.abs(ends[:, None] - corners).max(axis=2).min(axis=1).max() < 1e-3
     else:
         tip = state.memory.turn @ state.memory.model["nose"]
         line = place_points(state, tip + np.array([[0, 0, 0], [0, 0, -110.0]]), theta)
         assert links(drawing, "second look")[0] == pytest.approx(line, abs=1e-3)
-    second = [item for item in drawing.primitives.values() if item.layer == "second run"]
-    assert second
-    assert all(item.colour == COLOURS["second"] for item in second)  # type: ignore[union-attr]
+    colours = [item.colour for item in drawing.primitives.values() if item.layer == "second run"]  # type: ignore[union-attr]
+    assert set(colours) == {COLOURS["second"]}
 
 
 def test_the_ghost_of_the_truth_is_where_the_face_is() -> None:
-    """The head's lines in the true pose, moved so that its features lie where they truly are."""
+    """The head's lines in the true pose, moved so that its features lie where they truly are.
+
+    From every feature a way leads from where it is tracked to its point on the solid.
+    """
     run = run_of("head")
-    target = run.current.frame.target
-    drawing, state = drawn(run), run.current.state
-    nose = links(drawing, "true look")[0, 0]
+    drawing, state, target = drawn(run), run.current.state, run.current.frame.target
     seen = state.project(state.solid.points_mm, target.position)
     expected = seen[0] + (target.landmarks.points_px - seen).mean(axis=0)
-    assert nose[:2] == pytest.approx(expected, abs=1e-2)
+    assert links(drawing, "true look")[0, 0, :2] == pytest.approx(expected, abs=1e-2)
     assert {drawing.primitives[name].layer for name in ("true lines", "true lines rim", "true look")} == {"truth"}
-
-
-def test_ways_lead_from_the_picture_to_the_solid() -> None:
-    """Every feature has one, from where it is tracked to its point on the solid."""
-    run = run_of("head")
-    ways, state = links(drawn(run), "ways"), run.current.state
+    ways = links(drawing, "ways")
     assert ways[:, 0, :2] == pytest.approx(state.feature_means, abs=1e-3)
     assert ways[:, 1] == pytest.approx(place_points(state, state.solid.points_mm), abs=1e-3)
 
@@ -192,35 +182,22 @@ def test_dashes_cover_half_of_every_line() -> None:
 
 def test_a_lost_face_is_said_and_seen_and_so_is_its_return() -> None:
     """The head turns vermilion and fades while it is looked for; that it is back is said for about a second."""
-    head = find("head")
-    shown = pictures(50, width=320)
+    head, shown = find("head"), pictures(50, width=320)
     setup = head.video.on_video(Pictures([*shown[:10], *[empty(shown[0])] * 20, *shown[10:50]]), None)
     run = Run(head, setup, seed=2)
-    run.finish()
+    drawings = [head.draw(step, run.diagnostics) for step in run]
     found = [not row.searching for row in run.diagnostics]
     lost = found.index(False)
     again = found.index(True, lost)
-    run.seek(again - 1)
-    drawing = drawn(run)
-    mesh = drawing.primitives["head"]
-    assert mesh.colour == COLOURS["lost"]
-    assert f"no face for {again - lost} frames, looking for it" in drawing.caption
-    run.seek(lost)
-    assert "no face for 1 frame, looking for it" in drawn(run).caption
-    said = []
-    for frame in range(again, run.frames):
-        run.seek(frame)
-        said.append("face found again" in drawn(run).caption)
+    before, searching = drawings[lost - 1].primitives["head"], drawings[again - 1].primitives["head"]
+    assert searching.colour == COLOURS["lost"]
+    assert f"no face for {again - lost} frames, looking for it" in drawings[again - 1].caption
+    assert "no face for 1 frame, looking for it" in drawings[lost].caption
+    said = ["face found again" in drawing.caption for drawing in drawings[again:]]
     assert 0.8 < sum(said) / run.source.frame_rate_hz < 1.2
-    assert said[: sum(said)] == [True] * sum(said)
-    before = drawn_at(run, lost - 1).primitives["head"]
-    assert before.opacity > mesh.opacity
+    assert all(said[: sum(said)])
+    assert before.opacity > searching.opacity
     assert not np.array_equal(before.colour, COLOURS["lost"])
-
-
-def drawn_at(run: Run, frame: int) -> Drawing:
-    run.seek(frame)
-    return drawn(run)
 
 
 def test_a_face_that_is_built_again_is_not_meshed_again() -> None:
