@@ -69,10 +69,12 @@ def drawing(alter: Callable[[Any, Step, Any, Any], Any]) -> Experiment:
     return replace(SOUND, draw=draw)
 
 
-def layered(layer: Callable[[int], str]) -> Experiment:
+def changing_now(change: Callable[[int], dict[str, Any]]) -> Experiment:
+    """Return an experiment whose drawings have one primitive with other fields, by the frame."""
+
     def alter(drawn: Any, step: Step, *_: Any) -> Any:
-        moved = replace(drawn.primitives["now"], layer=layer(step.diagnostics.frame))
-        return replace(drawn, primitives={**drawn.primitives, "now": moved})
+        changed = replace(drawn.primitives["now"], **change(step.diagnostics.frame))
+        return replace(drawn, primitives={**drawn.primitives, "now": changed})
 
     return drawing(alter)
 
@@ -85,15 +87,6 @@ def in_world(*items: Primitive, world: World = SPACE) -> Experiment:
     """Return an experiment that draws in the world `SPACE`, or in another one."""
     drawn = WorldDrawing(world, dict(zip(("it", "other"), items, strict=False)))
     return displaying(drawing(lambda flat, *_: replace(flat, worlds=(drawn,))), worlds=(SPACE,))
-
-
-def nibbled(**other: Any) -> Experiment:
-    """Return an experiment of whose drawings one primitive has other fields."""
-
-    def alter(drawn: Any, *_: Any) -> Any:
-        return replace(drawn, primitives={**drawn.primitives, "now": replace(drawn.primitives["now"], **other)})
-
-    return drawing(alter)
 
 
 def declaring(model: type[SineParameters]) -> Experiment:
@@ -163,11 +156,9 @@ def boasting(factor: float, **calibration: Any) -> Experiment:
 def escaping() -> Experiment:
     """Return an experiment with a region that promises to hold the truth, and loses it in one frame."""
     flag = Series("contained", "truth contained", role="flag")
-    return replace(
-        SOUND,
-        measured=Measured((flag,), lambda frame, _: {"contained": float(frame.index != 7)}),
-        quality=Quality(Calibration(bands=(FlagBand("region", {ALL: "contained"}),))),
-    )
+    measured = Measured((flag,), lambda frame, _: {"contained": float(frame.index != 7)})
+    calibration = Calibration(bands=(FlagBand("region", {ALL: "contained"}),))
+    return replace(SOUND, measured=measured, quality=Quality(calibration))
 
 
 def hidden_state() -> Experiment:
@@ -280,21 +271,23 @@ def told_by_likeness() -> Experiment:
     histogram = find("histogram")
     series = {one.name: one for one in histogram.trackers["condensation"].series}
     regression = Logistic((0.0,) * 6, (1.0,) * 6, (1.0, *(0.0,) * 5), 0.0)
-    model = LossModel(("likeness",), regression, series)
-    return replace(histogram, quality=Quality(loss_probability=LossDeclaration(models={"condensation": model})))
+    return losing(histogram, "condensation", LossModel(("likeness",), regression, series))
+
+
+def losing(experiment: Experiment, tracker: str, model: LossModel) -> Experiment:
+    declared = LossDeclaration(models={tracker: model})
+    return replace(experiment, quality=replace(experiment.quality, loss_probability=declared))
+
+
+MARKED = replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,)))
+AFAR = Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")
 
 
 BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
-    "the registry finds it by its id": (
-        lambda: replace(SOUND, id="unlisted"),
-        "unlisted must be registered by an entry point",
-    ),
+    "the registry finds it by its id": (lambda: replace(SOUND, id="unlisted"), "must be registered by an entry point"),
     "it says what it is": (lambda: replace(SOUND, texts=replace(SOUND.texts, question="Why.")), "got 'Why.'"),
     "its parameters are declared whole": (lambda: declaring(NoUnit), "width_px has a unit in its name"),
-    "bad values are refused with their field": (
-        lambda: declaring(Forgiving),
-        "width = inf must be refused, and was accepted",
-    ),
+    "bad values are refused with their field": (lambda: declaring(Forgiving), "width = inf must be refused, and was"),
     "each failure fails in its way, and its cure cures": (
         lambda: replace(BALL, failures=(replace(BALL.failures[0], cure=Cure("Hope.", {})),)),
         "the cure of wrong-dynamics must cure, got: Since frame 4",
@@ -307,10 +300,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: replace(SOUND, example_sweep=ExampleSweep({"sample_count": (0,)}, ("kalman",), 1, 5)),
         "the example sweep does not fit the experiment: sample_count",
     ),
-    "its plots and readings are complete": (
-        lambda: displaying(SOUND, plots=2 * SOUND.display.plots),
-        "got twice error",
-    ),
+    "its plots and readings are complete": (lambda: displaying(SOUND, plots=2 * SOUND.display.plots), "twice error"),
     "its layers are named once, and one explains the estimate": (
         lambda: displaying(SOUND, layers=SOUND.display.layers * 2),
         "layers must have unique names, got twice",
@@ -357,24 +347,18 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "a branch in which Process noise, which only smooths, is 1e-06 must give the same estimates",
     ),
     "a saved run gives the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
-    "its kinds of mark describe themselves": (
-        lambda: replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,))),
-        "the experiment takes no recordings, and has 1 kinds of mark",
-    ),
+    "its kinds of mark describe themselves": (lambda: MARKED, "takes no recordings, and has 1 kinds of mark"),
     "bad marks are refused with their field": (
-        lambda: replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,))),
+        lambda: MARKED,
         r"at at \[-1000000000.0, 1.0\] must be refused in a picture of 320 x 240 px, and was accepted",
     ),
-    "marks survive their JSON and can be drawn": (
-        lambda: replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,))),
-        r"a loose must be drawn on the layer 'mark', got \['points'\]",
-    ),
+    "marks survive their JSON and can be drawn": (lambda: MARKED, r"be drawn on the layer 'mark', got \['points'\]"),
     "drawings keep to the picture and to declared layers": (
-        lambda: layered(lambda _: "secret"),
+        lambda: changing_now(lambda _: {"layer": "secret"}),
         "now is drawn on the undeclared layer 'secret'",
     ),
     "what is drawn in a world keeps to it": (
-        lambda: in_world(Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")),
+        lambda: in_world(AFAR),
         "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
     ),
     "a film of its scene is tracked from a mark": (
@@ -386,15 +370,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "the loss probability of condensation must not fall when nothing is like its target",
     ),
     "its loss probability is one, told at once or frame by frame": (
-        lambda: replace(
-            SOUND,
-            quality=replace(
-                SOUND.quality,
-                loss_probability=LossDeclaration(
-                    models={"kalman": LossModel(("evidence",), Logistic((), (), (), 0.0))}
-                ),
-            ),
-        ),
+        lambda: losing(SOUND, "kalman", LossModel(("evidence",), Logistic((), (), (), 0.0))),
         "the loss probability of kalman must weigh 6 features, got 0",
     ),
     "particles can be laid open": (
@@ -422,11 +398,11 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "must be computed, got ValueError: only .001 will do",
     ),
     "a drawing holds what can be shown": (
-        lambda: nibbled(width=math.nan),
+        lambda: changing_now(lambda _: {"width": math.nan}),
         "now in frame 0 cannot be shown: width must be a finite number that is not negative, got nan",
     ),
     "what has a name in a drawing stays what it is": (
-        lambda: layered(lambda frame: ("estimate", "truth")[frame % 2]),
+        lambda: changing_now(lambda frame: {"layer": ("estimate", "truth")[frame % 2]}),
         "now is a Ellipse on the layer 'truth' in frame 1, and was a Ellipse on 'estimate' before",
     ),
     "a drawing shows no future": (lambda: drawing(caption_of_all_frames), "frame 6 is drawn differently once later"),

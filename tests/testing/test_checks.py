@@ -20,21 +20,8 @@ from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
 from tests.installing import environment, install
-from tests.testing.broken import (
-    BALL,
-    BROKEN,
-    KALMAN,
-    SOUND,
-    SPACE,
-    boasting,
-    declaring,
-    displaying,
-    escaping,
-    folding,
-    in_world,
-    measuring,
-    refusing,
-)
+from tests.testing import broken
+from tests.testing.broken import BALL, BROKEN, KALMAN, SOUND, SPACE, boasting, displaying, in_world, measuring
 
 
 @pytest.fixture(autouse=True)
@@ -61,48 +48,41 @@ def test_each_check_can_fail(name: str, monkeypatch: pytest.MonkeyPatch) -> None
         checks_of(experiment)[name]()
 
 
-def named(name: str) -> Experiment:
-    kalman = replace(KALMAN, id=name)
-    return replace(SOUND, trackers={name: kalman})
+MEASURES = "its measures are declared whole"
 
 
 @pytest.mark.parametrize(
-    ("check", "make", "sentence"),
+    ("check", "experiment", "sentence"),
     [
-        ("it says what it is", lambda: named("Kalman 1/2"), r"the name of a tracker must be .*, got 'Kalman 1/2'"),
+        (
+            "it says what it is",
+            replace(SOUND, trackers={"Kalman 1/2": replace(KALMAN, id="Kalman 1/2")}),
+            r"the name of a tracker must be .*, got 'Kalman 1/2'",
+        ),
         (
             "its presets run",
-            lambda: replace(SOUND, presets=(Preset("../works", "works", "kalman"),)),
+            replace(SOUND, presets=(Preset("../works", "works", "kalman"),)),
             r"the name of a preset must be .*, got '\.\./works'",
         ),
-        (
-            "its measures are declared whole",
-            lambda: measuring(name="sample_count"),
-            "columns of a sweep .* must have unique names, got twice sample_count",
-        ),
-        ("its measures are declared whole", lambda: measuring(name="seed"), "got twice seed"),
-        (
-            "its measures are declared whole",
-            lambda: measuring(name="error"),
-            "every sweep has error: a measure must have another name",
-        ),
-        (
-            "its measures are declared whole",
-            lambda: measuring(name="../curves"),
-            r"the name of a measure must be .*, got '\.\./curves'",
-        ),
+        (MEASURES, measuring(name="sample_count"), "columns of a sweep .* unique names, got twice sample_count"),
+        (MEASURES, measuring(name="seed"), "got twice seed"),
+        (MEASURES, measuring(name="error"), "every sweep has error: a measure must have another name"),
+        (MEASURES, measuring(name="../curves"), r"the name of a measure must be .*, got '\.\./curves'"),
     ],
 )
-def test_names_are_held_to_where_they_stand(check: str, make: Callable[[], Experiment], sentence: str) -> None:
+def test_names_are_held_to_where_they_stand(check: str, experiment: Experiment, sentence: str) -> None:
     """Names become parts of addresses and files, and columns of a sweep, where two of one name would be one."""
     with pytest.raises(CheckError, match=sentence):
-        checks_of(make())[check]()
+        checks_of(experiment)[check]()
 
 
 @pytest.mark.parametrize(
     ("suits", "sentence"),
     [
-        (refusing, "must look how suitable a recording with a box is without an error, got ValueError: too dark"),
+        (
+            broken.refusing,
+            "must look how suitable a recording with a box is without an error, got ValueError: too dark",
+        ),
         (lambda *_: 0.5, "must be a Suitability, got 0.5"),
         (lambda *_: Suitability(math.nan, "fine"), "must lie between 0 and 1, got nan"),
         (
@@ -126,28 +106,29 @@ class Formula(SineParameters, group="Signal"):
     )
 
 
-def test_what_a_page_would_show_as_underscores_is_found() -> None:
-    """Titles and descriptions are shown as they are, so that a subscript has to be said in words."""
-    with pytest.raises(CheckError, match=r"the help of observation_noise_sd must be in words, .*sigma_z"):
-        checks_of(declaring(Formula))["its parameters are declared whole"]()
-
-
 class Silent(SineParameters, group="Signal"):
     """A field that is declared anew without a docstring below it."""
 
     observation_noise_sd: float = parameter(0.1, "Observation noise", within=(0.05, 0.5, 0.05))
 
 
-def test_a_parameter_without_help_is_found() -> None:
-    """The sentence says where the help belongs."""
-    with pytest.raises(CheckError, match="observation_noise_sd, the docstring below it, must be a sentence"):
-        checks_of(declaring(Silent))["its parameters are declared whole"]()
+@pytest.mark.parametrize(
+    ("model", "sentence"),
+    [
+        (Formula, r"the help of observation_noise_sd must be in words, .*sigma_z"),
+        (Silent, "observation_noise_sd, the docstring below it, must be a sentence"),
+    ],
+)
+def test_help_that_a_page_cannot_show_is_found(model: type[SineParameters], sentence: str) -> None:
+    """Titles and descriptions are shown as they are, so a subscript has to be said in words, and none is missing."""
+    with pytest.raises(CheckError, match=sentence):
+        checks_of(broken.declaring(model))["its parameters are declared whole"]()
 
 
 def test_a_batch_that_keeps_less_than_a_live_run_is_found() -> None:
     """What a sweep keeps of a tracker's series is compared too: a fold may leave one out."""
     with pytest.raises(CheckError, match=r"another observation_share than a live run .*: None for 0"):
-        checks_of(folding(lambda _: {"series": {}}))["a batch gives the numbers of live runs"]()
+        checks_of(broken.folding(lambda _: {"series": {}}))["a batch gives the numbers of live runs"]()
 
 
 def bodies(covariance: Any) -> Ellipsoids:
@@ -156,33 +137,33 @@ def bodies(covariance: Any) -> Ellipsoids:
 
 
 @pytest.mark.parametrize(
-    ("make", "sentence"),
+    ("experiment", "sentence"),
     [
-        (lambda: displaying(in_world(), worlds=()), "must have the worlds that are declared, none, got space"),
+        (displaying(in_world(), worlds=()), "must have the worlds that are declared, none, got space"),
+        (in_world(world=replace(SPACE, radius=6.0)), "must have the worlds that are declared, space, got space"),
         (
-            lambda: in_world(world=replace(SPACE, radius=6.0)),
-            "must have the worlds that are declared, space, got space",
-        ),
-        (
-            lambda: displaying(in_world(), worlds=(replace(SPACE, unit=""),)),
+            displaying(in_world(), worlds=(replace(SPACE, unit=""),)),
             "the world 'space' must have a name, a title and a unit",
         ),
-        (lambda: in_world(bodies(np.diag([1, np.nan, 1]))), "covariances of it in frame 0 must be finite"),
-        (lambda: in_world(bodies(np.diag([1, -1, 1]))), "symmetric and not negative, got the eigenvalue -1"),
-        (lambda: in_world(bodies([[1, 1, 0], [0, 1, 0], [0, 0, 1]])), "must be symmetric and not negative"),
+        (in_world(bodies(np.diag([1, np.nan, 1]))), "covariances of it in frame 0 must be finite"),
+        (in_world(bodies(np.diag([1, -1, 1]))), "symmetric and not negative, got the eigenvalue -1"),
+        (in_world(bodies([[1, 1, 0], [0, 1, 0], [0, 0, 1]])), "must be symmetric and not negative"),
     ],
 )
-def test_a_world_that_is_not_sound_is_found(make: Callable[[], Experiment], sentence: str) -> None:
+def test_a_world_that_is_not_sound_is_found(experiment: Experiment, sentence: str) -> None:
     """A drawing has the worlds that are declared, each with a unit, and beliefs in them have a covariance."""
     with pytest.raises(CheckError, match=sentence):
-        checks_of(make())["what is drawn in a world keeps to it"]()
+        checks_of(experiment)["what is drawn in a world keeps to it"]()
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
         (lambda: boasting(30.0), "the band of the estimate of .*, which must be declared as underconfident"),
-        (escaping, "the band of the region of 100 % holds the truth in 90.9 % of the reports, which must be declared"),
+        (
+            broken.escaping,
+            "the band of the region of 100 % holds the truth in 90.9 % of the reports, which must be declared",
+        ),
     ],
 )
 def test_a_band_that_is_off_is_found_either_way(make: Callable[[], Experiment], sentence: str) -> None:
@@ -236,14 +217,10 @@ def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkey
         checks_of(EXPERIMENT)["another process gives the same numbers"]()
 
 
-def test_all_checks_are_run_at_once() -> None:
-    """`check_experiment` raises the first failure."""
-    with pytest.raises(CheckError, match="must be registered"):
-        check_experiment(replace(SOUND, id="unlisted"))
-
-
 def test_what_is_broken_here_is_sound_otherwise() -> None:
-    """The experiments here differ from one that passes in one thing only."""
+    """The experiments here differ from one that passes in one thing only; `check_experiment` raises the first."""
     for name, check in checks_of(SOUND).items():
         if name != "another process gives the same numbers":
             check()
+    with pytest.raises(CheckError, match="must be registered"):
+        check_experiment(replace(SOUND, id="unlisted"))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Picture
-from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Footage
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
@@ -18,22 +18,31 @@ from pftrack.testing import CheckError, drawings
 from tests.testing.test_marks import Disc
 
 BALL = find("ball")
-SEEN: list[Any] = []
+
+
+def test_a_kind_that_knows_no_target_is_placed_as_an_editor_begins() -> None:
+    """Its handles are where the editor has them in the film's own size, and the mark may be refused in a sentence."""
+    seen: list[Any] = []
+
+    def wire(sequence: Any, mark: Any, *_: Any) -> Any:
+        seen.append((sequence.size, mark.centre, mark.radius_px))
+        raise ParameterError("mark", "this", "something else")
+
+    drawings._a_film_is_tracked(on_clips(wire, marks=(Disc,)))
+    assert seen == [((320, 240), (159.5, 119.5), 20)] * 2
+
+
 MARK = Box.of(50, 110, 20, 20).model_dump(mode="json")
-
-
-def wiring(alter: Callable[[Any], Any]) -> Experiment:
-    """Return the ball with another setup on recordings."""
-
-    def wire(*given: Any) -> Any:
-        return alter(BALL.video.wire(*given))
-
-    return on_clips(wire)
 
 
 def on_clips(wire: Callable[..., Any], **more: Any) -> Experiment:
     """Return the ball with another wiring of recordings."""
     return replace(BALL, video=replace(BALL.video, wire=wire, **more))
+
+
+def wiring(alter: Callable[[Any], Any]) -> Experiment:
+    """Return the ball with another setup on recordings."""
+    return on_clips(lambda *given: alter(BALL.video.wire(*given)))
 
 
 def crashing(*_: Any, **__: Any) -> Any:
@@ -90,35 +99,18 @@ def test_what_is_wrong_on_a_recording_is_said(name: str) -> None:
         drawings._a_film_is_tracked(make())
 
 
-def test_a_kind_that_knows_no_target_is_placed_as_an_editor_begins() -> None:
-    """Its handles are where the editor has them in the film's own size, and the mark may be refused in a sentence."""
-    SEEN.clear()
-
-    def wire(sequence: Any, mark: Mark | None, *_: Any) -> Any:
-        SEEN.append((sequence.size, mark))
-        raise ParameterError("mark", "this", "something else")
-
-    drawings._a_film_is_tracked(on_clips(wire, marks=(Disc,)))
-    assert [size for size, _ in SEEN] == [(320, 240)] * 2
-    for _, mark in SEEN:
-        assert mark.centre == (159.5, 119.5)
-        assert mark.radius_px == 20
-
-
 def test_the_film_is_of_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is tracked are the pictures of the scene as a decoder has them, from the mark of the true place on."""
     starts: list[Any] = []
-    monkeypatch.setattr(RecordingSource, "__init__", _noting(starts, RecordingSource.__init__))
+    begin = RecordingSource.__init__
+
+    def noting(self: Any, sequence: Any, *given: Any, **named: Any) -> None:
+        begin(self, sequence, *given, **named)
+        starts.append((sequence, self.start.position))
+
+    monkeypatch.setattr(RecordingSource, "__init__", noting)
     drawings._a_film_is_tracked(BALL)
     (sequence, first), (_, later) = starts[0], starts[-1]
     assert sequence.frame_count == 8
     assert first.tolist() == pytest.approx([60.0, 120.0], abs=0.5)
     assert later[0] > 60.5
-
-
-def _noting(starts: list[Any], begin: Callable[..., None]) -> Callable[..., None]:
-    def init(self: Any, sequence: Any, *given: Any, **named: Any) -> None:
-        begin(self, sequence, *given, **named)
-        starts.append((sequence, self.start.position))
-
-    return init
