@@ -1,20 +1,13 @@
 """Cells show what counting the rows gives, and two trackers are compared from the rows that a cell pools."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from pftrack.core.numerics.statistics import (
-    chi_square,
-    holm,
-    mcnemar,
-    paired_mean_interval,
-    paired_rate_interval,
-    rank_sum,
-    signed_rank,
-    wilson,
-)
+from pftrack.core.numerics import statistics
+from pftrack.core.numerics.statistics import chi_square, holm, mcnemar, rank_sum, signed_rank, wilson
 from pftrack.sweep import Comparison, Plan, Result, compare
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import Code, cells, count, quantities, quantity_named, samples
@@ -46,12 +39,15 @@ def test_a_cell_pools_its_runs(finished: Result, plan: Plan) -> None:
 
 
 def test_axes_can_be_left_out(finished: Result, plan: Plan) -> None:
-    """With one axis or none the others are pooled: the sums are the same."""
+    """With one axis or none the others are pooled: the sums are the same; unknown and repeated axes are refused."""
     full, line, point = (cells(finished, *names)["h-spf"] for names in ((X, Y), (X,), ()))
     assert (line.runs.shape, point.runs.shape) == ((1, 4), (1, 1))
     assert (full.successes.sum(axis=0) == line.successes[0]).all()
     assert point.successes[0, 0] == full.successes.sum()
     assert point.runs[0, 0] == plan.runs / 2
+    for wrong, reason in (("width", "no axis 'width'"), (X, "two different axes")):
+        with pytest.raises(SweepError, match=reason):
+            cells(finished, wrong, X)
 
 
 def test_a_map_can_be_filled_piece_by_piece(finished: Result, plan: Plan) -> None:
@@ -64,13 +60,6 @@ def test_a_map_can_be_filled_piece_by_piece(finished: Result, plan: Plan) -> Non
         expected = cells(finished, X, Y)[tracker]
         for name in ("runs", "successes", "rate", "low", "high", "mean_error", "mean_lost_frames"):
             assert getattr(found, name) == pytest.approx(getattr(expected, name), nan_ok=True), name
-
-
-@pytest.mark.parametrize(("x", "y", "reason"), [("width", None, "no axis 'width'"), (X, X, "two different axes")])
-def test_an_impossible_map_is_refused(x: str, y: str | None, reason: str, finished: Result) -> None:
-    """Unknown and repeated axes are named."""
-    with pytest.raises(SweepError, match=reason):
-        cells(finished, x, y)
 
 
 def test_four_codes_say_which_is_better(finished: Result) -> None:
@@ -88,6 +77,12 @@ def test_four_codes_say_which_is_better(finished: Result) -> None:
 
 TRACKERS = "h-spf", "condensation"
 SIGNS = {"success": 1, "error": -1, "inside_share": 1, "median_error_px": -1}
+
+
+def rows_of(result: Result, name: str) -> list[dict[str, Any]]:
+    """The rows that have a value of a quantity, with that as `it`."""
+    rows = [row for row in result.table.to_pylist() if name != "error" or row["success"]]
+    return [{**row, "it": float(row["mean_error" if name == "error" else name])} for row in rows]
 
 
 def compared(result: Result, name: str, *axes: str) -> Comparison:
@@ -110,22 +105,21 @@ def test_success_error_and_every_measure_can_be_compared(plan: Plan) -> None:
 @pytest.mark.parametrize("name", SIGNS)
 def test_a_difference_is_positive_where_the_first_is_better(finished: Result, plan: Plan, name: str) -> None:
     """It is that of the means of the cell's runs; the paired one that of the runs on the same seeds."""
-    found, column = compared(finished, name, X, Y), {"error": "mean_error"}.get(name, name)
-    rows = [row for row in finished.table.to_pylist() if name != "error" or row["success"]]
+    found, rows = compared(finished, name, X, Y), rows_of(finished, name)
     for down, across in np.ndindex(2, 4):
         values = plan.axis(X).values[across], plan.axis(Y).values[down]
         mine = [row for row in rows if (row[X], row[Y]) == values]
-        first, second = ({row["seed"]: float(row[column]) for row in mine if row["tracker"] == it} for it in TRACKERS)
+        first, second = ({row["seed"]: row["it"] for row in mine if row["tracker"] == it} for it in TRACKERS)
         apart = np.mean([*first.values()]) - np.mean([*second.values()]) if first and second else np.nan
         assert found.difference[down, across] == pytest.approx(SIGNS[name] * apart, nan_ok=True)
         gains = [SIGNS[name] * (first[seed] - second[seed]) for seed in first.keys() & second.keys()]
         assert found.paired.pairs[down, across] == len(gains)
         assert found.paired.mean[down, across] == pytest.approx(np.mean(gains) if gains else np.nan, nan_ok=True)
         if name == "success":
-            ends = paired_rate_interval(gains.count(1.0), gains.count(-1.0), len(gains))
+            ends = statistics.paired_rate_interval(gains.count(1.0), gains.count(-1.0), len(gains))
         else:
             spread = np.std(gains, ddof=1) if len(gains) > 1 and np.ptp(gains) > 1e-9 else 0.0
-            ends = paired_mean_interval(np.mean(gains) if gains else np.nan, spread, len(gains))
+            ends = statistics.paired_mean_interval(np.mean(gains) if gains else np.nan, spread, len(gains))
         shown = found.paired.low[down, across], found.paired.high[down, across]
         assert shown == pytest.approx(tuple(map(float, ends)), nan_ok=True)
 
@@ -133,16 +127,11 @@ def test_a_difference_is_positive_where_the_first_is_better(finished: Result, pl
 @pytest.mark.parametrize("name", SIGNS)
 def test_runs_on_the_same_scenes_are_tested_in_pairs(finished: Result, plan: Plan, name: str) -> None:
     """Success by McNemar's test, all else by the signed-rank test, and errors where both succeeded."""
-    found = compared(finished, name, X)
-    column = {"error": "mean_error"}.get(name, name)
-    rows = [row for row in finished.table.to_pylist() if name != "error" or row["success"]]
+    found, rows = compared(finished, name, X), rows_of(finished, name)
     assert found.test == ("mcnemar" if name == "success" else "signed-rank")
     codes = found.significance(0.3).codes[0]
     for place, width in enumerate(plan.axis(X).values):
-        of = [
-            {(r[Y], r["seed"]): float(r[column]) for r in rows if (r["tracker"], r[X]) == (it, width)}
-            for it in TRACKERS
-        ]
+        of = [{(r[Y], r["seed"]): r["it"] for r in rows if (r["tracker"], r[X]) == (it, width)} for it in TRACKERS]
         first, second = (np.array([one[scene] for scene in of[0].keys() & of[1].keys()]) for one in of)
         tested = signed_rank(first, second)
         p_value = (

@@ -39,12 +39,8 @@ class Cluster:
             port = free.getsockname()[1]
         self.address = f"tcp://127.0.0.1:{port}"
         self._processes = [self._start("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")]
-        self.workers = [
-            self._start(
-                "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "20"
-            )
-            for _ in range(workers)
-        ]
+        alone = "--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "20"
+        self.workers = [self._start("worker", self.address, *alone) for _ in range(workers)]
         self._processes += self.workers
 
     @staticmethod
@@ -90,22 +86,20 @@ def test_a_recording_comes_to_the_workers(cluster: Cluster, tmp_path: Path) -> N
 
 
 def test_who_sends_work_to_a_cluster_listens_nowhere(cluster: Cluster) -> None:
-    """The scheduler's answers come back on the connection that was made to it, so nobody can connect to the sweep."""
+    """The scheduler's answers come back on the connection that was made to it, so nobody can connect to the sweep.
+
+    What is reproduced by the workers of a scheduler is what one process comes to.
+    """
     from pftrack.sweep.cluster import ClusterWorkers
 
-    wait_for(cluster, 1)
-    before = listening()
-    workers = ClusterWorkers(cluster.address)
-    assert listening() == before
-    workers.close()
-
-
-def test_a_study_comes_to_the_same_on_a_cluster(cluster: Cluster) -> None:
-    """What is reproduced by the workers of a scheduler is what one process comes to."""
     wait_for(cluster, 1)
     with Pool(1, cluster=cluster.address) as pool:
         assert pool.map(abs, range(-20, 20)) == [abs(number) for number in range(-20, 20)]
         assert pool.pieces == 40
+    before = listening()
+    workers = ClusterWorkers(cluster.address)
+    assert listening() == before
+    workers.close()
 
 
 def listening() -> set[object]:
@@ -118,9 +112,7 @@ def begun(plan: Plan, out: Path) -> Path:
     return out
 
 
-def test_a_cluster_comes_to_the_same_rows_though_a_worker_is_lost(
-    cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path
-) -> None:
+def test_a_worker_is_lost(cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path) -> None:
     """One of two workers is killed in the middle; the other takes over its chunk, and the rows are the same."""
     wait_for(cluster, 2)
     killed: list[int] = []
@@ -136,9 +128,7 @@ def test_a_cluster_comes_to_the_same_rows_though_a_worker_is_lost(
     assert result.table.drop_columns("step_ms") == finished.table.drop_columns("step_ms")
 
 
-def test_a_cluster_that_goes_away_leaves_what_it_computed(
-    cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path
-) -> None:
+def test_a_cluster_goes_away(cluster: Cluster, plan: Plan, finished: Result, tmp_path: Path) -> None:
     """Scheduler and workers die in the middle: one sentence, and this machine goes on from there."""
     wait_for(cluster, 1)
 

@@ -7,17 +7,20 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pyarrow as pa
 import pytest
 
+from pftrack.core.model.parameters import Value
 from pftrack.sweep import Plan, Result, begin, carry_out, resume
 from pftrack.sweep.axis import Axis, SweepError, SweepStopped
 from pftrack.sweep.driver import Progress
 from pftrack.sweep.table import TIMING, Chunks
+from pftrack.sweep.work import LocalWorkers
 from tests.waiting import wait_for
 
 
@@ -65,15 +68,8 @@ def test_a_row_depends_on_its_condition_and_seed_alone(plan: Plan, finished: Res
 
     The large one has columns more: those of what its other trackers report.
     """
-    one = Plan(
-        plan.experiment,
-        (Axis("distracter_radius_px", (10.0,)), Axis("occlusion_width_px", (40.0,))),
-        ("condensation",),
-        trials=3,
-        seed=plan.seed,
-        frames=plan.frames,
-        values=plan.values,
-    )
+    axes = Axis("distracter_radius_px", (10.0,)), Axis("occlusion_width_px", (40.0,))
+    one = replace(plan, axes=axes, trackers=("condensation",), trials=3)
     rows = carry_out(one, tmp_path / "one.parquet").table.to_pylist()
     known = {row["seed"]: row for row in finished.table.to_pylist() if row["tracker"] == "condensation"}
     assert len(rows) == 3
@@ -83,22 +79,23 @@ def test_a_row_depends_on_its_condition_and_seed_alone(plan: Plan, finished: Res
         assert {**{name: there[name] for name in row}, "run": 0, TIMING: 0} == {**row, "run": 0, TIMING: 0}
 
 
+def kill_workers(most: int | None = None) -> None:
+    for victim in children()[:most]:
+        victim.send_signal(signal.SIGKILL)
+
+
 def test_a_killed_worker_costs_its_chunk_alone(plan: Plan, finished: Result, tmp_path: Path) -> None:
     """One of two processes is killed in the middle; another takes its place, and the rows are the same."""
-    killed: list[int] = []
+    seen: list[Progress] = []
 
     def kill(progress: Progress) -> None:
-        if progress.done and not killed:
-            victim = children()[0]
-            killed.append(victim.pid)
-            victim.send_signal(signal.SIGKILL)
+        if progress.done and not any(each.done for each in seen):
+            assert children()
+            kill_workers(1)
+        seen.append(progress)
 
     cut(plan, tmp_path / "killed.parquet", 4)
-    seen: list[Progress] = []
-    result = carry_out(
-        None, tmp_path / "killed.parquet", jobs=2, progress=lambda progress: (kill(progress), seen.append(progress))
-    )
-    assert killed
+    result = carry_out(None, tmp_path / "killed.parquet", jobs=2, progress=kill)
     assert seen[-1].done == plan.runs
     assert figures(result) == figures(finished)
     assert not children()
@@ -108,18 +105,16 @@ def test_workers_that_always_die_end_the_sweep(plan: Plan, tmp_path: Path) -> No
     """When a chunk has ended three workers the sweep ends with a sentence, and goes on later from what is kept."""
     out = tmp_path / "deadly.parquet"
     cut(plan, out, 4)
-
-    def kill(progress: Progress) -> None:
-        if progress.done:
-            for victim in children():
-                victim.send_signal(signal.SIGKILL)
-
     with pytest.raises(SweepError, match=r"ended its worker 3 times \(killed by SIGKILL\)"):
-        carry_out(None, out, progress=kill)
-    kept = len(list(resume(out).folder.glob("0*.parquet")))
-    assert kept >= 1
+        carry_out(None, out, progress=lambda progress: kill_workers() if progress.done else None)
+    assert list(resume(out).folder.glob("0*.parquet"))
     assert not children()
     assert carry_out(None, out).complete
+
+
+def stamps(out: Path) -> dict[str, int]:
+    """When each chunk that is kept was written."""
+    return {path.name: path.stat().st_mtime_ns for path in resume(out).folder.glob("0*.parquet")}
 
 
 def test_a_sweep_that_is_told_to_stop_keeps_what_it_has(plan: Plan, finished: Result, tmp_path: Path) -> None:
@@ -129,18 +124,13 @@ def test_a_sweep_that_is_told_to_stop_keeps_what_it_has(plan: Plan, finished: Re
     seen: list[Progress] = []
     with pytest.raises(SweepStopped):
         carry_out(None, out, progress=seen.append, stop=lambda: bool(seen and seen[-1].done >= 20))
-    kept = {path.name: path.stat().st_mtime_ns for path in resume(out).folder.glob("0*.parquet")}
+    kept = stamps(out)
     assert 20 <= seen[-1].done < plan.runs
     again: list[Progress] = []
-    stamps: dict[str, int] = {}
-
-    def look(progress: Progress) -> None:
-        again.append(progress)
-        stamps.update({path.name: path.stat().st_mtime_ns for path in resume(out).folder.glob("0*.parquet")})
-
-    result = carry_out(None, out, progress=look)
+    later: dict[str, int] = {}
+    result = carry_out(None, out, progress=lambda progress: (again.append(progress), later.update(stamps(out))))
     assert again[0].done == seen[-1].done
-    assert {name: stamps[name] for name in kept} == kept
+    assert {name: later[name] for name in kept} == kept
     assert figures(result) == figures(finished)
 
 
@@ -164,25 +154,25 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     driver.kill()
     driver.wait()
     driver.stdout.close()
-    gone, alive = psutil.wait_procs([server, worker], timeout=30)
-    assert len(gone) == 2
+    _, alive = psutil.wait_procs([server, worker], timeout=30)
     assert not alive
 
 
 def test_two_drivers_do_not_compute_the_same_sweep(plan: Plan, tmp_path: Path) -> None:
     """The second is told that somebody is at it already; once the first has ended it may."""
     out = tmp_path / "twice.parquet"
-    journal = begin(plan, out)
-    with journal.claim(), pytest.raises(SweepError, match="is being computed by another process"):
+    with begin(plan, out).claim(), pytest.raises(SweepError, match="is being computed by another process"):
         carry_out(None, out)
     assert carry_out(None, out).complete
 
 
 def test_a_refused_combination_is_a_row_with_its_problem(tmp_path: Path) -> None:
-    """A condition at odds with itself has rows that say why, and the others are computed."""
-    plan = Plan(
-        "ball", (Axis("gamma_min_px", (10.0, 30.0)),), ("s-spf", "h-spf"), 2, 0, frames=10, values={"sample_count": 20}
-    )
+    """A condition at odds with itself has rows that say why, and the others are computed.
+
+    Where nothing is lost or won, success is null and the error is there.
+    """
+    axes, values = (Axis("gamma_min_px", (10.0, 30.0)),), {"sample_count": 20}
+    plan = Plan("ball", axes, ("s-spf", "h-spf"), 2, 0, frames=10, values=values)
     rows = carry_out(plan, tmp_path / "odd.parquet").table.to_pylist()
     assert len(rows) == 8
     for row in rows:
@@ -192,33 +182,29 @@ def test_a_refused_combination_is_a_row_with_its_problem(tmp_path: Path) -> None
         else:
             assert row["problem"] is None
             assert row["success"] is not None
-
-
-def test_axes_of_every_kind_are_swept(tmp_path: Path) -> None:
-    """Choices, truths, colours, layouts and parameters that are not live come out as columns of their own kind."""
-    axes = (
-        Axis("apf_weights", ("sharpened", "corrected")),
-        Axis("learn_dynamics", (True, False)),
-        Axis("background_colour", ("#646464", "#000000")),
-        Axis("layout", (3, 7)),
-        Axis("image_width_px", (320, 256)),
-    )
-    plan = Plan("ball", axes, ("h-spf",), frames=5, values={"sample_count": 10})
-    table = carry_out(plan, tmp_path / "kinds.parquet").table
-    kinds = {field.name: str(field.type) for field in table.schema}
-    assert [kinds[axis.name] for axis in axes] == ["string", "bool", "string", "int64", "int64"]
-    for row in table.to_pylist()[::7]:
-        live = plan.live(row["run"])
-        live.finish()
-        assert live.estimates_sha256 == row["estimates_sha256"].hex()
-
-
-def test_an_experiment_without_verdicts_has_none(tmp_path: Path) -> None:
-    """Where nothing is lost or won, success is null and the error is there."""
     plan = Plan("sine", (Axis("sample_count", (5, 10)),), ("condensation", "kalman"), trials=2, frames=10)
     table = carry_out(plan, tmp_path / "sine.parquet").table
     assert table["success"].null_count == table["lost_frames"].null_count == len(table) == 8
     assert table["mean_error"].null_count == table["problem"].null_count - 8 == 0
+
+
+def test_axes_of_every_kind_are_swept(tmp_path: Path) -> None:
+    """Choices, truths, colours, layouts and parameters that are not live come out as columns of their own kind."""
+    kinds: dict[str, tuple[str, tuple[Value, ...]]] = {
+        "apf_weights": ("string", ("sharpened", "corrected")),
+        "learn_dynamics": ("bool", (True, False)),
+        "background_colour": ("string", ("#646464", "#000000")),
+        "layout": ("int64", (3, 7)),
+        "image_width_px": ("int64", (320, 256)),
+    }
+    axes = tuple(Axis(name, values) for name, (_, values) in kinds.items())
+    plan = Plan("ball", axes, ("h-spf",), frames=5, values={"sample_count": 10})
+    table = carry_out(plan, tmp_path / "kinds.parquet").table
+    assert all(str(table.schema.field(name).type) == kind for name, (kind, _) in kinds.items())
+    for row in table.to_pylist()[::7]:
+        live = plan.live(row["run"])
+        live.finish()
+        assert live.estimates_sha256 == row["estimates_sha256"].hex()
 
 
 def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path: Path) -> None:
@@ -241,39 +227,25 @@ def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path
     assert seen[0].done >= 12
 
 
-def test_workers_have_the_environment_of_one_thread() -> None:
-    """Compiled libraries start no threads of their own beside the processes."""
-    from pftrack.sweep.work import LocalWorkers
+def test_workers_have_the_environment_of_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiled libraries start no threads of their own beside the processes; what a task refuses is told.
 
-    workers = LocalWorkers(1)
-    try:
-        workers.start(0, os.getenv, "OMP_NUM_THREADS")
-        done: list[Any] = []
-        while not done:
-            done = workers.collect(5)
-        assert (done[0].number, done[0].value, done[0].lost) == (0, "1", "")
-        workers.start(1, json.loads, "{")
-        with pytest.raises(SweepError, match="JSONDecodeError"):
-            workers.collect(30)
-    finally:
-        workers.close()
-
-
-def test_a_lost_fork_server_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A pool whose fork server is killed gives the task back, and goes on with another."""
-    from pftrack.sweep.work import LocalWorkers
-
+    A pool whose fork server is killed gives the task back, and goes on with another.
+    """
     monkeypatch.undo()  # its own, not the one that tests share
-    workers = LocalWorkers(1)
-    try:
-        workers.start(0, os.getppid)
+    with closing(LocalWorkers(1)) as workers:
+        workers.start(0, os.getenv, "OMP_NUM_THREADS")
         (done,) = workers.collect(30)
-        workers.start(1, time.sleep, 60)
+        assert (done.number, done.value, done.lost) == (0, "1", "")
+        workers.start(1, os.getppid)
+        (done,) = workers.collect(30)
+        workers.start(2, time.sleep, 60)
         os.kill(done.value, signal.SIGKILL)
         (lost,) = workers.collect(30)
-        assert (lost.number, lost.lost) == (1, "lost with the process that had started it")
-        workers.start(2, os.getppid)
+        assert (lost.number, lost.lost) == (2, "lost with the process that had started it")
+        workers.start(3, os.getppid)
         (again,) = workers.collect(30)
         assert again.value != done.value
-    finally:
-        workers.close()
+        workers.start(4, json.loads, "{")
+        with pytest.raises(SweepError, match="JSONDecodeError"):
+            workers.collect(30)

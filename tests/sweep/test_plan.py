@@ -1,7 +1,6 @@
 """Plans of sweeps: their axes, the numbers of their runs, and the chunks in which these are computed."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 
@@ -15,7 +14,6 @@ from pftrack.experiments import find
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import Axis, SweepError, parse_axis
 from pftrack.sweep.cells import quantity_named
-from pftrack.sweep.plan import Single
 from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import sweep_code
 
@@ -31,31 +29,32 @@ def test_runs_are_numbered_by_condition_trial_and_tracker() -> None:
     for number, (width, layout, trial, tracker) in enumerate(expected):
         single = plan.single(number)
         assert single.recipe.timeline[0].values == {"occlusion_width_px": width, "layout": layout}
-        assert (single.number, single.trial, single.recipe.tracker, single.recipe.frames) == (
-            number,
-            trial,
-            tracker,
-            10,
-        )
+        told = single.number, single.trial, single.recipe.tracker, single.recipe.frames
+        assert told == (number, trial, tracker, 10)
     with pytest.raises(SweepError, match="between 0 and 23, got 24"):
         plan.single(24)
 
 
 def seeds_of(plan: Plan) -> dict[tuple[object, ...], int]:
     runs = (plan.single(number) for number in range(plan.runs))
-    return {(*sorted(values_of(run).items()), run.trial, run.recipe.tracker): run.recipe.seed for run in runs}
-
-
-def values_of(run: Single) -> Mapping[str, object]:
-    return run.recipe.timeline[0].values
+    return {
+        (*sorted(run.recipe.timeline[0].values.items()), run.trial, run.recipe.tracker): run.recipe.seed for run in runs
+    }
 
 
 def test_a_seed_depends_on_condition_and_trial_alone() -> None:
-    """Other values of an axis, the order of axes and values, more trials and other trackers do not move it."""
+    """Other values of an axis, the order of axes and values, more trials and other trackers do not move it.
+
+    Another seed of the plan gives other runs throughout; a published seed must not change with a later version.
+    """
     small = seeds_of(Plan("ball", (WIDTHS, LAYOUTS), ("h-spf",), trials=2))
     wider = Axis("occlusion_width_px", (30.0, 25.0, 20.0, 10.0))
     large = seeds_of(Plan("ball", (LAYOUTS, wider), ("apf", "h-spf"), trials=3))
     assert all(large[key] == seed for key, seed in small.items())
+    first, second = (seeds_of(Plan("ball", (WIDTHS,), ("apf",), seed=seed)) for seed in (0, 1))
+    assert not set(first.values()) & set(second.values())
+    published = seeds_of(Plan("ball", (Axis("occlusion_width_px", (30.0,)),), ("h-spf",), trials=2, seed=7))
+    assert list(published.values()) == [118270177670406, 191187609328111]
 
 
 def test_trackers_share_seeds_and_cells_do_not() -> None:
@@ -63,20 +62,7 @@ def test_trackers_share_seeds_and_cells_do_not() -> None:
     seeds = seeds_of(Plan("ball", (WIDTHS, LAYOUTS), ("h-spf", "apf", "s-spf"), trials=5))
     assert len(set(seeds.values())) == len(seeds) / 3
     assert all(0 <= seed < 2**48 for seed in seeds.values())
-    for key, seed in seeds.items():
-        assert seeds[(*key[:-1], "apf")] == seed
-
-
-def test_the_seed_of_the_plan_moves_all_seeds() -> None:
-    """Another seed gives other runs throughout."""
-    first, second = (seeds_of(Plan("ball", (WIDTHS,), ("apf",), seed=seed)) for seed in (0, 1))
-    assert not set(first.values()) & set(second.values())
-
-
-def test_seeds_stay_what_they_are() -> None:
-    """A published seed must not change with a later version."""
-    plan = Plan("ball", (Axis("occlusion_width_px", (30.0,)),), ("h-spf",), trials=2, seed=7)
-    assert [plan.single(number).recipe.seed for number in range(2)] == [118270177670406, 191187609328111]
+    assert all(seeds[(*key[:-1], "apf")] == seed for key, seed in seeds.items())
 
 
 def test_an_axis_of_trackers_names_the_trackers() -> None:
@@ -89,15 +75,9 @@ def test_an_axis_of_trackers_names_the_trackers() -> None:
 
 def test_a_plan_survives_json() -> None:
     """What is written is what is read, kinds of values included."""
-    plan = Plan(
-        "ball",
-        (WIDTHS, LAYOUTS, Axis("learn_dynamics", (True, False)), Axis("apf_weights", ("corrected",))),
-        ("h-spf",),
-        trials=4,
-        seed=2**53 - 1,
-        frames=33,
-        values={"sample_count": 100, "image_width_px": 128},
-    )
+    axes = WIDTHS, LAYOUTS, Axis("learn_dynamics", (True, False)), Axis("apf_weights", ("corrected",))
+    fixed = {"sample_count": 100, "image_width_px": 128}
+    plan = Plan("ball", axes, ("h-spf",), trials=4, seed=2**53 - 1, frames=33, values=fixed)
     again = Plan.from_dict(json.loads(json.dumps(plan.as_dict())))
     assert again == plan
     assert [again.single(number) for number in range(8)] == [plan.single(number) for number in range(8)]
@@ -209,10 +189,7 @@ def test_an_axis_is_what_was_written(text: str, values: tuple[object, ...]) -> N
         ("occlusion_width_px=1:5", "start:stop:step, 3 numbers, got 2"),
         ("occlusion_width_px=1:nan:1", "3 finite numbers"),
         ("occlusion_width_px=a:b:c", "3 numbers, got 'a:b:c'"),
-        (
-            "occlusion_width_px=0:640:0.00005",
-            "at most 2,000,000 runs; the axis occlusion_width_px has 12,800,001 values",
-        ),
+        ("occlusion_width_px=0:640:0.00005", "2,000,000 runs; the axis occlusion_width_px has 12,800,001 values"),
         ("occlusion_width_px=wide", "must be a finite number between 0 and 640 px, got 'wide'"),
         ("occlusion_width_px=nan,1", "got nan"),
         ("occlusion_width_px=5,5.0", "has the value 5.0 twice"),
@@ -261,21 +238,16 @@ def test_steps_are_exact(start: int, steps: int, tenths: int) -> None:
 
 
 def plan_of(widths: int, radii: int, trackers: int, trials: int) -> Plan:
-    axes = (
-        Axis("occlusion_width_px", tuple(float(width) for width in range(widths))),
-        Axis("distracter_radius_px", tuple(float(radius) for radius in range(radii))),
-    )
+    counts = {"occlusion_width_px": widths, "distracter_radius_px": radii}
+    axes = tuple(Axis(name, tuple(map(float, range(count)))) for name, count in counts.items())
     return Plan("ball", axes, ("h-spf", "s-spf", "apf")[:trackers], trials=trials)
 
 
 @given(st.integers(1, 7), st.integers(1, 7), st.integers(1, 3), st.integers(1, 9), st.floats(0.1, 500))
-def test_chunks_cover_the_plan_once_and_in_order(
-    widths: int, radii: int, trackers: int, trials: int, wanted: float
-) -> None:
+def test_chunks_cover_the_plan(widths: int, radii: int, trackers: int, trials: int, wanted: float) -> None:
     """Chunks are contiguous ranges of runs, one after the other, of whole trials, and none is much too large."""
     plan = plan_of(widths, radii, trackers, trials)
-    chunks = Chunks.of(plan, wanted)
-    expected = 0
+    chunks, expected = Chunks.of(plan, wanted), 0
     for number, chunk in enumerate(chunks):
         assert (chunk.number, chunk.first) == (number, expected)
         assert chunk.runs == sum((piece.stop - piece.start) * trackers for piece in chunk.pieces)
@@ -287,21 +259,15 @@ def test_chunks_cover_the_plan_once_and_in_order(
     assert sorted(chunks.spread()) == list(range(len(chunks)))
 
 
-@pytest.mark.parametrize("part", [0.1, 0.25, 0.5])
-def test_a_map_fills_evenly(part: float) -> None:
+def test_a_map_fills_evenly() -> None:
     """At any time every row, column and quarter of the map has about its share of the cells."""
-    plan = plan_of(20, 20, 1, 1)
-    chunks = Chunks.of(plan, 1)
-    done = np.zeros((20, 20))
-    done.ravel()[chunks.spread()[: int(400 * part)]] = 1
-    for axis in (0, 1):
-        assert np.abs(done.mean(axis=axis) - part).max() <= 0.11
-    quarters = done.reshape(2, 10, 2, 10).mean(axis=(1, 3))
-    assert np.abs(quarters - part).max() <= 0.05
-
-
-def test_there_is_no_chunk_beyond_the_last() -> None:
-    """Numbers out of range are refused."""
-    chunks = Chunks.of(plan_of(2, 2, 1, 1), 1)
-    with pytest.raises(IndexError, match="there are 4 chunks, got 4"):
-        chunks[4]
+    chunks = Chunks.of(plan_of(20, 20, 1, 1), 1)
+    for part in (0.1, 0.25, 0.5):
+        done = np.zeros((20, 20))
+        done.ravel()[chunks.spread()[: int(400 * part)]] = 1
+        for axis in (0, 1):
+            assert np.abs(done.mean(axis=axis) - part).max() <= 0.11
+        quarters = done.reshape(2, 10, 2, 10).mean(axis=(1, 3))
+        assert np.abs(quarters - part).max() <= 0.05
+    with pytest.raises(IndexError, match="there are 400 chunks, got 400"):
+        chunks[400]

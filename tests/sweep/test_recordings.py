@@ -1,7 +1,6 @@
 """Sweeps on a recording: its runs are those that sessions on it are, with truth and without."""
 
 import os
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -31,39 +30,28 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def footage(clip: Path) -> Footage:
+    takes = find("histogram").video
+    mark = takes.mark({"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10})
     with closing(open_sequence(clip)) as sequence:
-        setup = find("histogram").video.on_video(  # it takes recordings
-            sequence,
-            find("histogram").video.mark({"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}),
-            start=1,
-        )
+        setup = takes.on_video(sequence, mark, start=1)
     assert setup.footage is not None
     return setup.footage
 
 
 @pytest.fixture
 def plan(footage: Footage) -> Plan:
-    return Plan(
-        "histogram", (Axis("sample_count", (30, 60)),), TRACKERS, trials=2, frames=FRAMES, footage=footage, kind="video"
-    )
-
-
-def truth_of(footage: Footage) -> Footage:
-    return footage.model_copy(update={"truth": dict.fromkeys(range(1, 20), (10.0, 20.0, 10.0, 10.0))})
-
-
-def rows_of(plan: Plan, clip: Path, out: Path) -> Iterator[dict[str, object]]:
-    result = carry_out(plan, out, jobs=1, recording=Recording(str(clip)))
-    yield from result.table.to_pylist()
+    axes = (Axis("sample_count", (30, 60)),)
+    return Plan("histogram", axes, TRACKERS, trials=2, frames=FRAMES, footage=footage, kind="video")
 
 
 @pytest.mark.parametrize("known", [False, True], ids=["without truth", "with truth"])
 def test_rows_are_the_runs_that_open(plan: Plan, clip: Path, tmp_path: Path, *, known: bool) -> None:
     """Each row comes to the numbers of the live run of its recipe; without truth the trackers speak for themselves."""
     if known and plan.footage is not None:
-        plan = replace(plan, footage=truth_of(plan.footage))
+        truth = dict.fromkeys(range(1, 20), (10.0, 20.0, 10.0, 10.0))
+        plan = replace(plan, footage=plan.footage.model_copy(update={"truth": truth}))
     assert Plan.from_dict(plan.as_dict()) == plan
-    rows = list(rows_of(plan, clip, tmp_path / "a.parquet"))
+    rows = carry_out(plan, tmp_path / "a.parquet", jobs=1, recording=Recording(str(clip))).table.to_pylist()
     assert len(rows) == 8
     assert len({row["estimates_sha256"] for row in rows}) == 8
     for number in (0, 3, 7):
@@ -76,7 +64,7 @@ def test_rows_are_the_runs_that_open(plan: Plan, clip: Path, tmp_path: Path, *, 
         assert (row["success"] is None) is not known
         assert row["labelled_frames"] == (FRAMES if known else 0)
         if not known:
-            assert 0.0 < row["mean_deviation"] < 50.0  # type: ignore[operator] # a number
+            assert 0.0 < row["mean_deviation"] < 50.0
     assert ("mean_deviation" in rows[0]) is not known
 
 
@@ -93,7 +81,10 @@ def test_two_trackers_are_compared_by_their_own_account(plan: Plan, clip: Path, 
 
 
 def test_it_goes_on_with_its_recording_alone(plan: Plan, clip: Path, tmp_path: Path) -> None:
-    """A sweep that was stopped needs the recording again; without it, or with another one, nothing is computed."""
+    """A sweep that was stopped needs the recording again; without it, or with another one, nothing is computed.
+
+    What a worker elsewhere unpacks is the same recording, of a file as of a folder of pictures.
+    """
     out, here = tmp_path / "a.parquet", Recording(str(clip))
     with pytest.raises(SweepStopped):
         carry_out(plan, out, jobs=1, recording=here, stop=lambda: True)
@@ -105,15 +96,12 @@ def test_it_goes_on_with_its_recording_alone(plan: Plan, clip: Path, tmp_path: P
         carry_out(None, out, jobs=1, recording=Recording(str(other)))
     assert carry_out(None, out, jobs=1, recording=here).complete
     assert read_result(out).plan == plan
-
-
-def test_a_recording_travels(plan: Plan, clip: Path, tmp_path: Path) -> None:
-    """What a worker elsewhere unpacks is the same recording, of a file as of a folder of pictures."""
-    packed = pack(Recording(str(clip)))
-    assert setup_of(plan, packed).footage == plan.footage
-    (tmp_path / "0.png").write_bytes(b"a")
-    os.utime(tmp_path / "0.png", (0, 0))  # of 1970, for which an archive has no date
-    assert pack(Recording(str(tmp_path))).folder
+    assert setup_of(plan, pack(here)).footage == plan.footage
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    (pictures / "0.png").write_bytes(b"a")
+    os.utime(pictures / "0.png", (0, 0))  # of 1970, for which an archive has no date
+    assert pack(Recording(str(pictures))).folder
 
 
 def test_what_a_plan_needs_to_know_of_a_recording(plan: Plan, footage: Footage) -> None:

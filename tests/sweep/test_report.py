@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -31,20 +31,18 @@ from pftrack.sweep.report.study import Study, number, tables
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:
-    """A picture each of success, the error and every measure, curves, tables, and the page."""
+    """A picture each of success, the error and every measure, curves, tables, and the page.
+
+    Each picture opens, is large enough to be shown, and is not of one colour.
+    """
     names = {path.name for path in report.files}
     measures = {f"measure-{measure.name}.png" for measure in EXPERIMENTS["ball"].run_measures}
     assert names == measures | {"success.png", "error.png", "curves.png", "tables.csv", "index.html"}
     assert {path.name for path in report.page.parent.iterdir()} == names
-
-
-def test_every_figure_is_a_picture_with_something_on_it(report: Report) -> None:
-    """Each opens, is large enough to be shown, and is not of one colour."""
-    for path in report.files:
-        if path.suffix == ".png":
-            with Image.open(path) as picture:
-                assert min(picture.size) >= 400, path.name
-                assert len(np.unique(np.asarray(picture.convert("L")))) > 20, path.name
+    for path in (path for path in report.files if path.suffix == ".png"):
+        with Image.open(path) as picture:
+            assert min(picture.size) >= 400, path.name
+            assert len(np.unique(np.asarray(picture.convert("L")))) > 20, path.name
 
 
 def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None:
@@ -65,23 +63,19 @@ def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None
         assert row[2] == f"{cells(finished)[row[0]].measures['inside_share'][0, 0]:.3g}"
 
 
-@pytest.mark.parametrize(
-    ("means", "ends"),
-    [
+def test_a_scale_reaches_from_zero_to_all_means(plan: Plan) -> None:
+    """Negative means are on it too; a share has all of 0 to 1, whatever its means."""
+    scales: list[tuple[list[list[float]], tuple[float, float]]] = [
         ([[2.0, np.nan], [5.0, 3.0]], (0.0, 5.0)),
         ([[-2.0, 1.0]], (-2.0, 1.0)),
         ([[-2.0, -1.0]], (-2.0, 0.0)),
         ([[0.0, np.nan]], (0.0, 1.0)),
         ([[np.nan]], (0.0, 1.0)),
-    ],
-)
-def test_a_scale_reaches_from_zero_to_all_means(
-    plan: Plan, means: list[list[float]], ends: tuple[float, float]
-) -> None:
-    """Negative means are on it too; a share has all of 0 to 1, whatever its means."""
-    maps = [np.array([row]) for row in means]
-    assert scale_of(quantity_named(plan, "median_error_px"), maps) == ends
-    assert scale_of(quantity_named(plan, "inside_share"), maps) == (0.0, 1.0)
+    ]
+    for means, ends in scales:
+        maps = [np.array([row]) for row in means]
+        assert scale_of(quantity_named(plan, "median_error_px"), maps) == ends
+        assert scale_of(quantity_named(plan, "inside_share"), maps) == (0.0, 1.0)
 
 
 def test_tables_compare_over_all_runs(report: Report, finished: Result) -> None:
@@ -129,9 +123,8 @@ def test_a_tracker_that_lacks_a_measure_is_not_compared_by_it(finished: Result) 
 
 def test_an_experiment_without_verdicts_has_a_report_of_errors(tmp_path: Path) -> None:
     """Where nothing is lost or won, tables and figures are of errors alone, and one condition needs no figure."""
-    plan = Plan(
-        "sine", (Axis("sample_count", (5, 10)), Axis("dimension", (1, 2))), ("condensation", "kalman"), 3, frames=9
-    )
+    axes = Axis("sample_count", (5, 10)), Axis("dimension", (1, 2))
+    plan = Plan("sine", axes, ("condensation", "kalman"), 3, frames=9)
     made = write_report(carry_out(plan, tmp_path / "sine.parquet"), tmp_path / "sine")
     assert {"error.png", "curves.png"} <= {path.name for path in made.files}
     assert "success.png" not in {path.name for path in made.files}
@@ -181,22 +174,17 @@ def test_a_sweep_is_exported_as_table_and_as_pictures(finished: Result, tmp_path
     assert "px" in "".join(re.findall(r"<text[^>]*>([^<]*)</text>", drawn.read_text()))
 
 
-@pytest.mark.parametrize(
-    ("name", "plot", "words"),
-    [
+def test_what_a_sweep_cannot_be_exported_as(finished: Result, tmp_path: Path) -> None:
+    """It is refused with what there is."""
+    for name, plot, words in (
         ("map.png", None, "the plots of this sweep are curves, success, error.*; say which one is wanted"),
         ("map.png", "gain", "got 'gain'"),
         ("rows.csv", "error", "a plot can be written as a picture"),
         ("rows.xlsx", None, r"a sweep can be exported as \.csv"),
         ("nowhere/rows.csv", None, "the folder .* does not exist"),
-    ],
-)
-def test_what_a_sweep_cannot_be_exported_as(
-    finished: Result, tmp_path: Path, name: str, plot: str | None, words: str
-) -> None:
-    """It is refused with what there is."""
-    with pytest.raises(ConflictError, match=words):
-        export_result(finished, tmp_path / name, plot=plot)
+    ):
+        with pytest.raises(ConflictError, match=words):
+            export_result(finished, tmp_path / name, plot=plot)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -221,19 +209,14 @@ def counted(tmp_path_factory: pytest.TempPathFactory) -> Result:
     return carry_out(plan, tmp_path_factory.mktemp("counted") / "counted.parquet")
 
 
-def pixels(figure: Figure) -> np.ndarray:
-    """Return the picture of a figure, 100 pixels an inch."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=100)
-    return np.asarray(Image.open(buffer).convert("RGB"))
-
-
 def test_maps_have_the_colours_of_their_cells(finished: Result) -> None:
     """In the middle of every cell of every map is the colour of its value; what is not known is hatched."""
     study = Study.of(finished, level=0.2)
     for name in ("success", "error", "measure-inside_share"):
         figure = figures(study)[name]()
-        picture = pixels(figure)
+        buffer = io.BytesIO()
+        figure.savefig(buffer, dpi=100)
+        picture = np.asarray(Image.open(buffer).convert("RGB"))
         for panel, image in maps_of(figure):
             cells = image.get_array()
             expected = image.cmap(image.norm(cells), bytes=True)[..., :3]
@@ -258,24 +241,17 @@ def texts_of(figure: Figure) -> Iterator[Text]:
     for panel in figure.axes:
         if panel.axison and panel.get_visible():
             yield from (panel.title, panel.xaxis.label, panel.yaxis.label)
-            yield from ticks_of(panel)
-
-
-def ticks_of(panel: Axes) -> Iterator[Text]:
-    for axis in (panel.xaxis, panel.yaxis):
-        low, high = sorted(axis.get_view_interval())
-        yield from (tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high)
-        yield from (tick.label2 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high)
+            for axis in (panel.xaxis, panel.yaxis):
+                low, high = sorted(axis.get_view_interval())
+                for tick in (tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high):
+                    yield from (tick.label1, tick.label2)
 
 
 def assert_readable(figure: Figure) -> None:
     """No text reaches beyond the figure, onto a map, or onto another text."""
     figure.draw_without_rendering()
-    boxes = [
-        (text.get_text(), text.get_window_extent())
-        for text in texts_of(figure)
-        if text.get_visible() and text.get_text()
-    ]
+    texts = [text for text in texts_of(figure) if text.get_visible() and text.get_text()]
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts]
     for text, box in boxes:
         assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1, text
         assert figure.bbox.y0 <= box.y0 <= box.y1 <= figure.bbox.y1, text
@@ -290,16 +266,21 @@ def assert_readable(figure: Figure) -> None:
 def test_every_text_has_its_room(named: Result, counted: Result, finished: Result) -> None:
     """Titles, values along the axes, and keys stand apart, with long names and with short ones."""
     counts, colours = named.plan.axis("sample_count"), named.plan.axis("ball_colour")
-    for study in (Study.of(finished), Study(named, counts, colours, 0.01), Study(named, colours, counts, 0.01)):
-        for name in ("success", "curves"):
-            assert_readable(figures(study)[name]())
-    for study in (Study.of(counted), Study(named, colours, None, 0.01)):
-        for name in ("success", "error", "curves"):
+    maps = Study.of(finished), Study(named, counts, colours, 0.01), Study(named, colours, counts, 0.01)
+    for studies, names in (
+        (maps, ("success", "curves")),
+        ((Study.of(counted), Study(named, colours, None, 0.01)), ("success", "error", "curves")),
+    ):
+        for study, name in product(studies, names):
             assert_readable(figures(study)[name]())
 
 
 def test_one_axis_of_numbers_gives_boxes(counted: Result) -> None:
-    """Every quantity has a picture of boxes and, below, of differences; there is no map of a single row."""
+    """Every quantity has a picture of boxes and, below, of differences; there is no map of a single row.
+
+    A box has the quartiles of its runs. Boxes stand side by side by tracker, around their value of the axis; the scale
+    begins at 0.
+    """
     plan, study = counted.plan, Study.of(counted)
     drawn = figures(study)
     measures = {f"measure-{it.name}" for it in plan.wiring.run_measures}
@@ -310,6 +291,13 @@ def test_one_axis_of_numbers_gives_boxes(counted: Result) -> None:
     assert differences.get_ylabel() == "Difference, px, + if 1 is better"
     rates, _ = drawn["success"]().axes
     assert not rates.patches
+    values = samples(counted, quantity_named(plan, "median_error_px"), "sample_count").values
+    for tracker, aside, container in zip(("h-spf", "s-spf"), (-0.2, 0.2), boxes.containers, strict=True):
+        for place, (patch, runs) in enumerate(zip(container.patches, values[tracker], strict=True)):
+            ends = patch.get_y(), patch.get_y() + patch.get_height()
+            assert ends == pytest.approx(np.quantile(runs, (0.25, 0.75)))
+            assert patch.get_x() + patch.get_width() / 2 == pytest.approx(place + aside)
+    assert boxes.get_ylim()[0] == 0.0
 
 
 def test_many_values_are_not_wider_than_a_picture_can_be(counted: Result) -> None:
@@ -319,19 +307,6 @@ def test_many_values_are_not_wider_than_a_picture_can_be(counted: Result) -> Non
     for name in ("success", "error", "curves"):
         assert drawn[name]().get_size_inches()[0] <= 20
     assert_readable(drawn["error"]())
-
-
-def test_a_box_has_the_quartiles_of_its_runs(counted: Result) -> None:
-    """Boxes stand side by side by tracker, around their value of the axis; the scale begins at 0."""
-    panel = figures(Study.of(counted))["measure-median_error_px"]().axes[0]
-    values = samples(counted, quantity_named(counted.plan, "median_error_px"), "sample_count").values
-    for tracker, container in zip(("h-spf", "s-spf"), panel.containers, strict=True):
-        for place, (patch, runs) in enumerate(zip(container.patches, values[tracker], strict=True)):
-            ends = patch.get_y(), patch.get_y() + patch.get_height()
-            assert ends == pytest.approx(np.quantile(runs, (0.25, 0.75)))
-            middle = patch.get_x() + patch.get_width() / 2
-            assert middle == pytest.approx(place + (-0.2 if tracker == "h-spf" else 0.2))
-    assert panel.get_ylim()[0] == 0.0
 
 
 def test_curves_have_an_axis_each(finished: Result) -> None:
@@ -352,11 +327,12 @@ def test_curves_have_an_axis_each(finished: Result) -> None:
 
 # The page of a report: it needs nothing else, and has the tables, the figures and what they mean.
 
-AXES = "occlusion_width_px", "distracter_radius_px"
 
+def test_the_page_needs_nothing_else(report: Report, finished: Result) -> None:
+    """It loads no address, has the tables' numbers, and each picture that lies beside it.
 
-def test_the_page_needs_nothing_else(report: Report) -> None:
-    """It loads no address, has the tables' numbers, and each picture that lies beside it."""
+    The share of false alarms is that of the level asked for, and cells that were not tested are not counted.
+    """
     text = report.page.read_text()
     addresses = re.findall(r"""(?:src|href)="([^"]*)"|(<link|<script|@import|url\()""", text)
     assert all(address.startswith("data:image/png;base64,") for address, _ in addresses)
@@ -364,20 +340,19 @@ def test_the_page_needs_nothing_else(report: Report) -> None:
     for table in report.tables:
         for cell in table.rows[0]:
             assert f"<td>{cell}</td>" in text
-    for shown in ("h-spf / condensation", "on the same scenes"):
-        assert shown in text
-
-
-def test_the_page_says_what_the_level_means(report: Report, finished: Result) -> None:
-    """The share of false alarms is that of the level asked for, and cells that were not tested are not counted."""
-    text = report.page.read_text()
-    assert "up to 20 % come out as significant by chance" in text
-    (pair,) = Study.of(finished, x=AXES[0], y=AXES[1]).comparisons["success"]
+    (pair,) = Study.of(finished).comparisons["success"]
     codes = pair.significance(0.2).codes
-    counts = [int((codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER)]
-    tested = int((codes != Code.NOT_APPLICABLE).sum())
-    assert "Exact McNemar" in text
-    assert f"<span>h-spf {counts[0]}, condensation {counts[1]} of {tested} tested</span>" in text
+    first, second, untested = (
+        int((codes == it).sum()) for it in (Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_APPLICABLE)
+    )
+    for shown in (
+        "h-spf / condensation",
+        "on the same scenes",
+        "up to 20 % come out as significant by chance",
+        "Exact McNemar",
+        f"<span>h-spf {first}, condensation {second} of {codes.size - untested} tested</span>",
+    ):
+        assert shown in text
 
 
 def test_numbers_are_written_to_three_digits() -> None:
