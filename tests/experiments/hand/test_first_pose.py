@@ -1,6 +1,7 @@
 """Fingers, arm and wrist of silhouettes, and the open hand to begin with."""
 
 from collections.abc import Container
+from unittest.mock import ANY
 
 import numpy as np
 import pytest
@@ -77,28 +78,27 @@ FINGER = (ROWS >= 15) & (ROWS < 70) & (COLUMNS >= 80) & (COLUMNS < 100)
 
 
 @pytest.mark.parametrize(
-    ("mask", "fingers"),
+    ("mask", "fingers", "wrist"),
     [
-        (FINGER | (ROWS >= 60) & (COLUMNS >= 50) & (COLUMNS < 140), {1}),
-        ((AWAY < 32) | (ROWS >= 90) & (COLUMNS >= 88) & (COLUMNS < 112), {0}),
-        (AWAY < 40, {0}),
-        ((AWAY < 50) & (AWAY > 30), {0}),
-        (NOISE < 0.7, range(1000)),
-        ((ROWS == 60) & (COLUMNS >= 10), range(1000)),
-        ((ROWS != 5) | (COLUMNS != 5), range(1000)),
+        (FINGER | (ROWS >= 60) & (COLUMNS >= 50) & (COLUMNS < 140), [1], None),
+        ((AWAY < 32) | (ROWS >= 90) & (COLUMNS >= 88) & (COLUMNS < 112), [0], pytest.approx([99.5, 119.5], abs=8)),
+        (AWAY < 40, [0], ANY),
+        ((AWAY < 50) & (AWAY > 30), [0], ANY),
+        (NOISE < 0.7, range(1000), ANY),
+        ((ROWS == 60) & (COLUMNS >= 10), range(1000), ANY),
+        ((ROWS != 5) | (COLUMNS != 5), range(1000), ANY),
     ],
     ids=["broad arm", "fist on its arm", "disc", "ring", "noise", "line", "all but a pixel"],
 )
-def test_other_things_are_looked_at_without_fault(mask: NDArray[np.bool_], fingers: Container[int]) -> None:
+def test_other_things_are_looked_at_without_fault(
+    mask: NDArray[np.bool_], fingers: Container[int], wrist: object
+) -> None:
     """Whatever is connected gives finite features; an arm is no finger, and ends where the disc of a fist begins."""
     features = of_mask(mask)
     assert len(features.protrusions) in fingers
+    assert wrist == features.wrist
     for axis, radii in features.protrusions:
         assert np.isfinite(np.column_stack([axis, radii])).all()
-    if fingers == {1}:
-        assert features.wrist is None
-    if mask[199, 88] and not mask[199, 87]:
-        assert features.wrist == pytest.approx([99.5, 119.5], abs=8)
 
 
 def test_lines_are_resampled_by_arc_length() -> None:

@@ -9,43 +9,30 @@ from hypothesis import strategies as st
 
 from pftrack.core.geometry import matrix, quaternion
 from pftrack.core.model.source import Frame, History, Measurements
-from pftrack.experiments.linkage import model
-from pftrack.experiments.linkage.scene import (
-    LENGTH,
-    PATHS,
-    LinkageSceneParameters,
-    LinkageSource,
-    LinkageTarget,
-    LinkMeasurements,
-    PathName,
-    ease,
-    in_radians,
-    observe_lines,
-    places,
-)
+from pftrack.experiments.linkage import model, scene
 
 
-def seen(seed: int, index: int, **values: object) -> tuple[Frame, LinkageTarget, Measurements]:
+def seen(seed: int, index: int, **values: object) -> tuple[Frame, scene.LinkageTarget, Measurements]:
     """Return a frame of a scene, its truth and its measurements."""
-    parameters = LinkageSceneParameters.model_validate(values)
-    frame = LinkageSource(seed, parameters).frame(index, History(((0, parameters),)))
-    assert isinstance(frame.target, LinkageTarget)
+    parameters = scene.LinkageSceneParameters.model_validate(values)
+    frame = scene.LinkageSource(seed, parameters).frame(index, History(((0, parameters),)))
+    assert isinstance(frame.target, scene.LinkageTarget)
     assert frame.measurements is not None
     return frame, frame.target, frame.measurements
 
 
-@pytest.mark.parametrize("name", PATHS)
-def test_paths_go_through_their_keys_and_have_no_leaps(name: PathName) -> None:
+@pytest.mark.parametrize("name", scene.PATHS)
+def test_paths_go_through_their_keys_and_have_no_leaps(name: scene.PathName) -> None:
     """At each key the angles are the key's, and between them they change smoothly."""
-    for frame, *angles in PATHS[name]:
-        np.testing.assert_allclose(ease(PATHS[name], frame), angles, atol=1e-12)
-    steps = np.diff([ease(PATHS[name], frame) for frame in range(LENGTH[name])], axis=0)
+    for frame, *angles in scene.PATHS[name]:
+        np.testing.assert_allclose(scene.ease(scene.PATHS[name], frame), angles, atol=1e-12)
+    steps = np.diff([scene.ease(scene.PATHS[name], frame) for frame in range(scene.LENGTH[name])], axis=0)
     assert np.abs(steps).max() < 0.08
-    np.testing.assert_array_equal(ease(PATHS[name], 1e4), PATHS[name][-1][1:])
+    np.testing.assert_array_equal(scene.ease(scene.PATHS[name], 1e4), scene.PATHS[name][-1][1:])
 
 
-@pytest.mark.parametrize("path", get_args(PathName))
-def test_noise_is_bounded_and_the_same_again(path: PathName) -> None:
+@pytest.mark.parametrize("path", get_args(scene.PathName))
+def test_noise_is_bounded_and_the_same_again(path: scene.PathName) -> None:
     """No coordinate is off by more than three standard deviations, and the same arguments give the same frame."""
     for seed in range(3):
         (frame, target, measured), (again, _, same) = (
@@ -69,7 +56,7 @@ def test_a_chain_in_the_plane_is_measured_across_alone() -> None:
 def test_a_chain_in_space_keeps_its_lengths() -> None:
     """Points lie the links' lengths apart, and the camera sees their first two coordinates."""
     _, target, measured = seen(0, 120, chain_path="3d", measurement_noise_px=0)
-    at = places(target)
+    at = scene.places(target)
     np.testing.assert_allclose(np.linalg.norm(np.diff(at, axis=0), axis=1), target.r)
     np.testing.assert_allclose(measured.points_px, at[:, :2] + target.origin_px)
     assert target.is_spatial
@@ -100,14 +87,16 @@ def test_outliers_are_as_far_off_and_as_frequent_as_they_are_said_to_be() -> Non
 def test_the_estimate_begins_off_the_truth() -> None:
     """Angles are off by at most what is said, differently by seed; lengths by what is said exactly."""
     values = {"chain_path": "cross", "start_angle_rad": 0.2, "start_length_1_px": 5, "start_length_3_px": -9}
-    sources = [LinkageSource(seed, LinkageSceneParameters.model_validate(values)) for seed in range(20)]
+    sources = [scene.LinkageSource(seed, scene.LinkageSceneParameters.model_validate(values)) for seed in range(20)]
     for source in sources:
         np.testing.assert_allclose(source.start.r - source.target(0).r, [5.0, 0.0, -9.0])
     assert 0.15 < np.abs([source.start.theta - source.target(0).theta for source in sources]).max() <= 0.2
-    space = LinkageSource(3, LinkageSceneParameters.model_validate({"chain_path": "3d", "start_angle_rad": 0.08}))
+    space = scene.LinkageSource(
+        3, scene.LinkageSceneParameters.model_validate({"chain_path": "3d", "start_angle_rad": 0.08})
+    )
     assert space.start.theta[0] == 0.0
     assert space.start.omega is not None
-    assert 0.0 < np.abs(in_radians(space.start.position - space.target(0).position)).max() <= 0.08
+    assert 0.0 < np.abs(scene.in_radians(space.start.position - space.target(0).position)).max() <= 0.08
 
 
 # Links of a chain in space that are seen as lines.
@@ -115,10 +104,10 @@ def test_the_estimate_begins_off_the_truth() -> None:
 ALL = np.ones(4, dtype=np.bool_)
 
 
-def measured(index: int = 0, **values: object) -> tuple[LinkMeasurements, np.ndarray]:
+def measured(index: int = 0, **values: object) -> tuple[scene.LinkMeasurements, np.ndarray]:
     """What is measured of the chain in space in a frame, and its true points."""
     _, target, found = seen(3, index, **{"chain_path": "3d", "links_seen_as": "lines", **values})
-    assert isinstance(found, LinkMeasurements)
+    assert isinstance(found, scene.LinkMeasurements)
     return found, target.landmarks.points_px
 
 
@@ -128,7 +117,7 @@ def test_a_line_goes_through_where_the_ends_seem_to_be() -> None:
     for length in (1.5, 4.0, 300.0):
         points = np.cumsum(np.vstack([rng.uniform(0, 300, 2), rng.normal(size=(3, 2)) * length]), axis=0)
         errors = rng.uniform(-3, 3, (3, 2))
-        normals, offsets = observe_lines(points, errors, ALL)
+        normals, offsets = scene.observe_lines(points, errors, ALL)
         for link in np.flatnonzero(np.isfinite(offsets)):
             distances = points[link : link + 2] @ normals[link] - offsets[link]
             assert np.hypot(*normals[link]) == pytest.approx(1.0)
@@ -150,8 +139,8 @@ def test_a_link_shows_no_line_behind_the_occluder_or_on_end() -> None:
     """One with an end in sight still does."""
     points = np.array([[10.0, 10.0], [60.0, 20.0], [60.5, 20.0], [100.0, 60.0]])
     visible = np.array([False, True, True, False])
-    assert np.isnan(observe_lines(points, np.zeros((3, 2)), visible)[1]).tolist() == [False, True, False]
-    assert np.isnan(observe_lines(points, np.zeros((3, 2)), np.array([False, False, True, True]))[1][0])
+    assert np.isnan(scene.observe_lines(points, np.zeros((3, 2)), visible)[1]).tolist() == [False, True, False]
+    assert np.isnan(scene.observe_lines(points, np.zeros((3, 2)), np.array([False, False, True, True]))[1][0])
     lines, _ = measured(occlusion_width_px=640)
     assert np.isnan(lines.offsets_px).all()
 
@@ -172,9 +161,11 @@ def test_errors_of_lines_are_bounded_and_outliers_are_not() -> None:
 def test_a_slower_chain_takes_the_same_path() -> None:
     """Four times as slow, every fourth frame has the pose of one, and the run is as much longer."""
     for path in ("two", "3d"):
-        usual, slow = (LinkageSource(0, LinkageSceneParameters(chain_path=path, path_slowing=by)) for by in (1, 4))
-        assert slow.frame_count == 4 * (LENGTH[path] - 1) + 1
-        for index in (0, 17, LENGTH[path] - 1):
+        usual, slow = (
+            scene.LinkageSource(0, scene.LinkageSceneParameters(chain_path=path, path_slowing=by)) for by in (1, 4)
+        )
+        assert slow.frame_count == 4 * (scene.LENGTH[path] - 1) + 1
+        for index in (0, 17, scene.LENGTH[path] - 1):
             assert np.array_equal(slow.target(4 * index).position, usual.target(index).position)
         slowly, quickly = (
             np.abs(one.target(last).position - one.target(first).position).max()
@@ -186,7 +177,7 @@ def test_a_slower_chain_takes_the_same_path() -> None:
 def test_a_chain_in_the_plane_is_measured_by_points() -> None:
     """An image of one coordinate has no lines."""
     _, _, found = seen(0, 1, links_seen_as="lines")
-    assert not isinstance(found, LinkMeasurements)
+    assert not isinstance(found, scene.LinkMeasurements)
     assert np.isfinite(found.points_px).all()
 
 
