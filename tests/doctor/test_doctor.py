@@ -32,24 +32,28 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "_compilation", lambda *, everything: ("ok", f"everything: {everything}"))
 
 
-@pytest.mark.parametrize(
-    ("version", "numbers"), [("4.14.0.94", (4, 14, 0, 94)), ("2.0", (2,)), ("1.2.0rc1", (1, 2)), ("0", ())]
-)
-def test_versions_compare_as_numbers(version: str, numbers: tuple[int, ...]) -> None:
-    """4.9 is older than 4.12, and 2.0 is 2."""
-    assert doctor._numbers(version) == numbers
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+
+@pytest.fixture
+def no_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing can be kept below a file."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
 
 
 def test_an_old_or_missing_library_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The message names what is installed and what is needed."""
+    """The message names what is installed and what is needed; 4.9 is older than 4.12, and 2.0 is 2."""
+    for version, numbers in {"4.14.0.94": (4, 14, 0, 94), "2.0": (2,), "1.2.0rc1": (1, 2), "0": ()}.items():
+        assert doctor._numbers(version) == numbers
     needs = ["numpy>=99", "rich>=1,<2", "pftrack-nowhere>=1", "absent>=1; extra == 'bench'"]
     monkeypatch.setattr(doctor.metadata, "requires", lambda _name: needs)
     status, text = doctor._libraries()
-    assert status == "broken"
-    assert ">=99 is needed" in text
-    assert ">=1 and <2 is needed" in text
-    assert "pftrack-nowhere is missing" in text
-    assert "absent" not in text
+    assert (status, "absent" in text) == ("broken", False)
+    for words in (">=99 is needed", ">=1 and <2 is needed", "pftrack-nowhere is missing"):
+        assert words in text
 
 
 @pytest.mark.usefixtures("quick")
@@ -59,8 +63,7 @@ def test_a_port_in_use_is_a_warning() -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         check = found(examine(port=taken.getsockname()[1]), "port")
-    assert check.status == "warning"
-    assert "--port" in check.found
+    assert (check.status, "--port" in check.found) == ("warning", True)
 
 
 @pytest.mark.usefixtures("quick")
@@ -73,8 +76,7 @@ def test_the_data_folder_comes_from_the_argument_or_the_environment(
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "file").touch()
     check = found(examine(data_dir=tmp_path / "file" / "data"), "data folder")
-    assert check.status == "broken"
-    assert "--data-dir" in check.found
+    assert (check.status, "--data-dir" in check.found) == ("broken", True)
 
 
 @pytest.mark.usefixtures("quick")
@@ -88,31 +90,24 @@ def test_a_check_that_fails_itself_is_broken(monkeypatch: pytest.MonkeyPatch) ->
     assert found(examine(), "video") == Check("video", "broken", "ImportError: libsomething.so is missing")
 
 
-def test_without_a_place_for_compiled_code_there_is_a_warning(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Compiling anew at each start works, but it is worth saying."""
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+@pytest.mark.usefixtures("no_cache")
+def test_without_a_place_for_compiled_code_there_is_a_warning() -> None:
+    """Compiling anew at each start works, but it is worth saying; there is no memory, and no error."""
     check = doctor._compilation(everything=False)
-    assert check.status == "warning"
-    assert "NUMBA_CACHE_DIR" in check.found
-
-
-DONE = Progress(seconds={"a": 1.0, "b": 2.5}, elapsed_s=2.0, finished=True)
+    assert (check.status, "NUMBA_CACHE_DIR" in check.found) == ("warning", True)
+    memory.remember("one")
+    assert memory.ready(["one"]) == frozenset()
 
 
 def test_what_was_compiled_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """`doctor --warm --json` says of each function how long it took, the slowest first; one that fails is broken."""
-    monkeypatch.setattr("pftrack.doctor.warming.Warming.__init__", lambda self, names, **_: None)
-    monkeypatch.setattr(
-        "pftrack.doctor.warming.Warming.wait",
-        lambda self: DONE,
-    )
+    done = Progress(seconds={"a": 1.0, "b": 2.5}, elapsed_s=2.0, finished=True)
+    monkeypatch.setattr(Warming, "__init__", lambda self, names, **_: None)
+    monkeypatch.setattr(Warming, "wait", lambda self: done)
     check = doctor._compilation(everything=True)
     assert check.found.startswith("2 functions compiled now, in 2 s; kept in ")
     assert list(check.as_dict()["seconds"].items()) == [("b", 2.5), ("a", 1.0)]
-    monkeypatch.setattr(
-        "pftrack.doctor.warming.Warming.wait", lambda self: Progress(failed={"sine": "no"}, finished=True)
-    )
+    monkeypatch.setattr(Warming, "wait", lambda self: Progress(failed={"sine": "no"}, finished=True))
     assert doctor._compilation(everything=True) == Check("compiled code", "broken", "sine: no")
 
 
@@ -155,8 +150,7 @@ def test_every_browser_that_the_tests_can_use_is_found(monkeypatch: pytest.Monke
     """The shell without windows as well; where there is none, the doctor says what was looked for."""
     monkeypatch.setenv("PATH", str(tmp_path))
     status, text = doctor._browser()
-    assert status == "warning"
-    assert text.startswith("none of chromium-headless-shell, chromium, ")
+    assert (status, text.startswith("none of chromium-headless-shell, chromium, ")) == ("warning", True)
     shell = tmp_path / "chromium-headless-shell"
     shell.touch(0o755)
     assert doctor._browser() == ("ok", str(shell))
@@ -196,18 +190,12 @@ def compile_little(name: str, number: int) -> list[str]:
     return compiling.compile_case(name, number)
 
 
-@pytest.fixture
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-
-
 @pytest.mark.usefixtures("own_cache")
 def test_progress_comes_with_every_function() -> None:
     """Functions add up, experiments get ready one by one, and in the end each case was compiled once."""
     told: list[Progress] = []
     done = Warming(["one", "two", "three"], processes=2, told=told.append, compile_case=pretend).wait()
-    assert done.finished
-    assert done.sentence == "compiled"
+    assert (done.finished, done.sentence) == (True, "compiled")
     assert (done.done, done.total, done.ready) == (6, 6, {"one", "two", "three"})
     assert done.seconds == {f"{name}.{part}": 0.5 for name in done.ready for part in "ab"}
     counts = [progress.done for progress in told]
@@ -223,10 +211,8 @@ def test_progress_comes_with_every_function() -> None:
 def test_one_that_does_not_run_keeps_no_other(bad: str, reason: str, processes: int) -> None:
     """An experiment that raises, or ends its process, is told with the reason, and the others get ready."""
     done = Warming([bad, "one"], processes=processes, compile_case=pretend).wait()
-    assert done.finished
-    assert reason in done.failed[bad]
-    assert done.ready == {"one"}
-    assert memory.ready([bad, "one"]) == {"one"}
+    assert (done.finished, reason in done.failed[bad]) == (True, True)
+    assert done.ready == memory.ready([bad, "one"]) == {"one"}
 
 
 def test_every_experiment_is_begun_and_then_a_process_stays_with_its_own() -> None:
@@ -307,42 +293,29 @@ def test_progress_in_words(progress: Progress, sentence: str) -> None:
     assert progress.sentence == sentence
 
 
-def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A finished experiment is ready in the next process, until anything that compiled code depends on changes."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+@pytest.mark.usefixtures("own_cache")
+def test_what_is_ready_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A finished experiment is ready in the next process, until anything that compiled code depends on changes.
+
+    A process that has compiled more than others finds what these remember.
+    """
     assert memory.ready(["one", "two"]) == frozenset()
     memory.remember("one")
     memory.remember("three")
+    loop_with(silent)
     assert memory.ready(["one", "two"]) == {"one"}
-    monkeypatch.setattr(
-        memory.machine, "describe_platform", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
-    )
+    others = dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
+    monkeypatch.setattr(memory.machine, "describe_platform", lambda: others)
     assert memory.ready(["one", "two"]) == frozenset()
 
 
-def test_what_else_a_process_has_imported_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process that has compiled more than others finds what these remember."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    memory.remember("one")
-    loop_with(silent)
-    assert memory.ready(["one"]) == {"one"}
-
-
-def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("own_cache")
+def test_processes_that_finish_at_once_are_all_remembered() -> None:
     """Two processes that compile forget nothing of each other, whenever they read and write."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     names = [f"experiment-{number}" for number in range(40)]
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(memory.remember, names))
     assert memory.ready(names) == frozenset(names)
-
-
-def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without a folder to write in there is no memory, and no error."""
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    memory.remember("one")
-    assert memory.ready(["one"]) == frozenset()
 
 
 @pytest.mark.usefixtures("own_cache")
@@ -357,9 +330,9 @@ def test_the_real_processes_compile_and_keep() -> None:
 
 
 @pytest.mark.slow
-def test_a_whole_experiment_is_compiled_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("own_cache")
+def test_a_whole_experiment_is_compiled_and_kept() -> None:
     """The same with all that an experiment calls."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     first, second = (Warming(["sine"], low_priority=False).wait() for _ in range(2))
     assert len(first.seconds) > 5
     assert not second.seconds

@@ -26,25 +26,17 @@ def test_a_result_comes_back(value: object) -> None:
     assert unpack(pack(Reply(value))) == Reply(value)
 
 
-def test_no_value_is_taken_for_bytes() -> None:
-    """What a file says is told from what was bytes, even if it copies the form of an answer that was seen before."""
+def test_an_answer_comes_back() -> None:
+    """Refusals, faults and steps are answers as well, and numbers of NumPy are numbers.
+
+    What a file says is told from what was bytes, even if it copies the form of an answer that was seen before.
+    """
     tag = pack(Reply(b""))[:16].decode()
-    for value in ({"base64": "eHg="}, {tag: "eHg="}, {tag: "no base64"}):
-        assert unpack(pack(Reply(value))) == Reply(value)
-
-
-@pytest.mark.parametrize(
-    "answer", [Refusal("the file is empty \udcff"), Fault("KeyError: 3", "Traceback"), Step((3, 7))]
-)
-def test_an_answer_comes_back(answer: Answer) -> None:
-    """Refusals, faults and steps are answers as well."""
-    assert unpack(pack(answer)) == answer
-
-
-def test_a_number_of_numpy_is_a_number() -> None:
-    """An experiment of another package need not know that its measures travel."""
-    value = {"hits": np.int64(3), "share": np.float32(0.5), "success": np.bool_(True)}
-    assert unpack(pack(Reply(value))) == Reply({"hits": 3, "share": 0.5, "success": True})
+    copies = (Reply(value) for value in ({"base64": "eHg="}, {tag: "eHg="}, {tag: "no base64"}))
+    for answer in (*copies, Refusal("the file is empty \udcff"), Fault("KeyError: 3", "Traceback"), Step((3, 7))):
+        assert unpack(pack(answer)) == answer
+    measured = Reply({"hits": np.int64(3), "share": np.float32(0.5), "success": np.bool_(True)})
+    assert unpack(pack(measured)) == Reply({"hits": 3, "share": 0.5, "success": True})
 
 
 @pytest.mark.parametrize("answer", [Step(3), Reply(object()), Reply({1, 2})])
@@ -94,8 +86,7 @@ async def test_there_and_back() -> None:
     """Messages arrive whole and in order, however large they are, and a hang-up is noticed on both sides."""
     ours, theirs = pair()
     heard: list[Any] = []
-    lost = asyncio.Event()
-    both = asyncio.Event()
+    lost, both = asyncio.Event(), asyncio.Event()
 
     def hear(message: Any) -> None:
         heard.append(message)
@@ -104,10 +95,9 @@ async def test_there_and_back() -> None:
 
     web = await AsyncEnd.connect(ours, hear, lost.set)
     worker = BlockingEnd(theirs)
-    web.send("a credit")
-    web.send((7, "a picture"))
-    assert await asyncio.to_thread(worker.receive, 5) == "a credit"
-    assert await asyncio.to_thread(worker.receive, 5) == (7, "a picture")
+    for message in ("a credit", (7, "a picture")):
+        web.send(message)
+    assert [await asyncio.to_thread(worker.receive, 5) for _ in range(2)] == ["a credit", (7, "a picture")]
     assert worker.receive(0) is None
     large = b"x" * 5_000_000
     await asyncio.to_thread(worker.send, (1, large))

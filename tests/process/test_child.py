@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +14,8 @@ import pytest
 
 from pftrack.process import Ending, describe, ending
 from pftrack.process.child import command, environment
+from tests.process.test_fork_server import has_ended
+from tests.waiting import wait_for
 
 
 def test_a_child_finds_our_packages_and_not_the_current_folder(tmp_path: Path) -> None:
@@ -33,22 +34,12 @@ def test_a_child_keeps_to_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (environment()["OMP_NUM_THREADS"], environment()["LANGUAGE_OF_ONES_OWN"]) == ("1", "en")
 
 
-@pytest.mark.parametrize(
-    ("status", "how"),
-    [
-        (0, Ending.DONE),
-        (1, Ending.FAILED),
-        (None, Ending.OUT_OF_TIME),
-        (-signal.SIGALRM, Ending.OUT_OF_TIME),
-        (-signal.SIGXCPU, Ending.OUT_OF_CPU_TIME),
-        (-signal.SIGKILL, Ending.KILLED),
-        (-signal.SIGSEGV, Ending.CRASHED),
-        (-99, Ending.CRASHED),
-    ],
-)
-def test_a_status_tells_the_ending(status: int | None, how: Ending) -> None:
+def test_a_status_tells_the_ending() -> None:
     """Every exit status is one of six endings."""
-    assert ending(status) is how
+    endings = {0: Ending.DONE, 1: Ending.FAILED, None: Ending.OUT_OF_TIME, -signal.SIGALRM: Ending.OUT_OF_TIME}
+    endings |= {-signal.SIGXCPU: Ending.OUT_OF_CPU_TIME, -signal.SIGKILL: Ending.KILLED}
+    endings |= {-signal.SIGSEGV: Ending.CRASHED, -99: Ending.CRASHED}
+    assert {status: ending(status) for status in endings} == endings
 
 
 def test_a_status_in_words() -> None:
@@ -57,6 +48,11 @@ def test_a_status_in_words() -> None:
     assert describe(-signal.SIGSEGV) == "killed by SIGSEGV"
     assert describe(-99) == "killed by signal 99"
     assert describe(None) == "lost with the process that had started it"
+
+
+def run_python(program: str, *arguments: str) -> "subprocess.CompletedProcess[bytes]":
+    command = [sys.executable, "-c", program, *arguments]
+    return subprocess.run(command, env=environment(), capture_output=True, check=False, timeout=60)
 
 
 def test_a_child_ends_with_its_parent() -> None:
@@ -68,37 +64,16 @@ def test_a_child_ends_with_its_parent() -> None:
         f"child = subprocess.Popen([sys.executable, '-c', {body!r}], stdout=subprocess.PIPE);"
         "child.stdout.readline(); print(child.pid, flush=True)"
     )
-    result = subprocess.run(
-        [sys.executable, "-c", parent], env=environment(), capture_output=True, check=True, timeout=60
-    )
-    child = int(result.stdout)
-    end = time.monotonic() + 20
-    while _alive(child) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not _alive(child)
-
-
-def _alive(process: int) -> bool:
-    try:
-        stat = Path(f"/proc/{process}/stat").read_text(encoding="ascii")
-    except FileNotFoundError:
-        return False
-    return stat.rpartition(")")[2].split()[0] != "Z"
+    child = int(run_python(parent).stdout)
+    wait_for(lambda: has_ended(child))
 
 
 # Limits that a child process sets itself.
 
-CONFINE = "from pftrack.process import confine; import resource, sys, json\n"
-
 
 def run(program: str, *arguments: str) -> "subprocess.CompletedProcess[bytes]":
-    return subprocess.run(
-        [sys.executable, "-c", CONFINE + program, *arguments],
-        env=environment(),
-        capture_output=True,
-        check=False,
-        timeout=60,
-    )
+    """Run a program that may confine itself."""
+    return run_python("from pftrack.process import confine; import resource, sys, json\n" + program, *arguments)
 
 
 def test_limits_are_set() -> None:
@@ -111,9 +86,7 @@ def test_limits_are_set() -> None:
     limits = json.loads(run(program).stdout)
     assert 2**28 < limits["AS"][1] < 2**28 + 2**33
     assert 7 <= limits["CPU"][0] < 15
-    assert limits["FSIZE"] == [4096, 4096]
-    assert limits["NOFILE"] == [64, 64]
-    assert limits["CORE"] == [0, 0]
+    assert [limits[name] for name in ("FSIZE", "NOFILE", "CORE")] == [[4096, 4096], [64, 64], [0, 0]]
 
 
 def test_a_limit_that_holds_already_is_not_raised() -> None:
@@ -163,9 +136,8 @@ def test_no_network() -> None:
             "print(json.dumps([before, reached(), alone, same]))"
         )
         before, after, alone, same = json.loads(run(program, str(server.getsockname()[1])).stdout)
-    assert before
+    assert (before, same) == (True, True)
     assert after is not alone
-    assert same
 
 
 FORK = """
@@ -194,13 +166,8 @@ def test_a_fork_lets_go_of_its_parent(tmp_path: Path) -> None:
     (tmp_path / "secret").touch()
     done = run(FORK, str(tmp_path / "secret"))
     child, standing, descriptors, keep, output = json.loads(done.stdout)
-    assert standing
-    assert descriptors == [0, 1, 2, keep]
-    assert output == "/dev/null"
-    end = time.monotonic() + 20
-    while Path(f"/proc/{child}").exists() and time.monotonic() < end:
-        time.sleep(0.02)
-    assert not Path(f"/proc/{child}").exists()
+    assert (standing, descriptors, output) == (True, [0, 1, 2, keep], "/dev/null")
+    wait_for(lambda: not Path(f"/proc/{child}").exists())
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processors can be chosen, and files tell of groups, on Linux only")

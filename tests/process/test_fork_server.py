@@ -43,6 +43,14 @@ def tell(child: Child, what: str) -> None:
     BlockingEnd(child.end).send(what)
 
 
+def lose_server(child: Child) -> int:
+    """Kill the fork server of a child, whose status nobody knows then, and return the number that it had."""
+    _, parent, *_ = who(child)
+    os.kill(parent, signal.SIGKILL)
+    assert child.status(30) is None
+    return parent
+
+
 def leave_another(end: socket.socket, *killing: object, apart: bool = False) -> None:
     """Start another process in a group of its own, say its number, and end as told, or end the fork server at once."""
     os.setsid()
@@ -112,9 +120,8 @@ server.close()
 
 def test_it_may_be_forked_off_its_owner() -> None:
     """A process without threads need not start another interpreter, and its children are the same."""
-    told = subprocess.run(
-        [sys.executable, "-c", FORKED], env=environment(), capture_output=True, text=True, timeout=60, check=True
-    )
+    command = [sys.executable, "-c", FORKED]
+    told = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=60, check=True)
     assert told.stdout == "3\n"
 
 
@@ -122,9 +129,7 @@ def test_one_that_was_killed_is_started_again(server: ForkServer) -> None:
     """A child goes on without it, unless it has asked to end with it; how that ends nobody can tell."""
     child = server.fork(obey)
     with child.end:
-        _, parent, *_ = who(child)
-        os.kill(parent, signal.SIGKILL)
-        assert child.status(30) is None
+        parent = lose_server(child)
         assert describe(child.status()) == "lost with the process that had started it"
         assert child.has_ended
         assert psutil.pid_exists(child.pid)
@@ -164,9 +169,7 @@ def test_what_it_loads_for_one_child_all_later_ones_share(
     assert loaded("two") == loaded(None) == ["one", "two"]
     child = server.fork(obey)
     with child.end:
-        _, parent, *_ = who(child)
-        os.kill(parent, signal.SIGKILL)
-        assert child.status(30) is None
+        lose_server(child)
     assert loaded("two") == ["two"]
 
 

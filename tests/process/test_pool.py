@@ -58,28 +58,22 @@ def tell(*news: object) -> None:
         report(each)
 
 
-def test_a_worker_lives_on(server: ForkServer) -> None:
-    """Two calls one after the other have the same process, which is another than this one."""
-
-    async def work() -> tuple[int, int]:
-        pool = pool_of(server)
-        pids = await pool.call(os.getpid), await pool.call(os.getpid)
-        await pool.close()
-        return pids
-
-    first, second = run(work())
-    assert first == second != os.getpid()
-
-
 async def test_nobody_waits_for_a_slow_one(server: ForkServer) -> None:
-    """While one call sleeps for minutes, another is answered; the first ends with who waits for it."""
+    """While one call sleeps for minutes, another is answered; the first ends with who waits for it.
+
+    Calls one after the other have the same process, which is another than this one; one that the system takes while
+    it waits, to have its memory, is replaced.
+    """
     pool = pool_of(server)
     slow = asyncio.create_task(pool.call(time.sleep, 600))
     sleeper = await pool.call(os.getpid)
     assert not slow.done()
     slow.cancel()
     await asyncio.gather(slow, return_exceptions=True)
-    assert await pool.call(os.getpid) == sleeper
+    assert os.getpid() != await pool.call(os.getpid) == sleeper
+    psutil.Process(sleeper).kill()
+    await pool._free[0]._gone.wait()
+    assert await pool.call(len, "four") == 4
     await pool.close()
 
 
@@ -108,15 +102,6 @@ async def test_what_goes_wrong_is_told(
     pool = pool_of(server, Budget(silence_s=0.3 if call[0] is time.sleep else 60.0))
     with pytest.raises(error, match=message):
         await pool.call(*call)
-    assert await pool.call(len, "four") == 4
-    await pool.close()
-
-
-async def test_one_that_was_killed_in_its_sleep_is_replaced(server: ForkServer) -> None:
-    """The system may take a worker that waits, to have its memory."""
-    pool = pool_of(server)
-    psutil.Process(await pool.call(os.getpid)).kill()
-    await pool._free[0]._gone.wait()
     assert await pool.call(len, "four") == 4
     await pool.close()
 
