@@ -17,7 +17,6 @@ from pftrack_server.store.database import BUSY_S, RunRow
 from tests.server.host import begin, error_of, steer
 from tests.server.store.test_full_disk import save
 from tests.server.uploads.test_uploads import png, send, video
-from tests.session_requests import session_request
 
 # The first worker waits until the fork server has imported everything, which a shared server has waited for.
 pytestmark = pytest.mark.usefixtures("server")
@@ -31,39 +30,33 @@ def execute(path: Path, statement: str, *values: Any) -> list[Any]:
     return rows
 
 
-DAMAGES = [
-    "UPDATE runs SET summary = 'no JSON' WHERE id = ?",
-    "UPDATE runs SET summary = '5' WHERE id = ?",
-    "UPDATE runs SET frames = 'many' WHERE id = ?",
-    "UPDATE runs SET title = CAST(x'ff' AS TEXT) WHERE id = ?",
-]
+DAMAGES = {
+    "runs": ("summary = 'no JSON'", "summary = '5'", "frames = 'many'", "title = CAST(x'ff' AS TEXT)"),
+    "uploads": ("warnings = '{'",),
+}
 
 
-def test_a_damaged_run(start_server: Any, tmp_path: Path) -> None:
-    """A run whose row cannot be read is left out of the list, says so by itself, and can be deleted."""
+@pytest.mark.parametrize("kind", DAMAGES)
+def test_a_damaged_row(start_server: Any, tmp_path: Path, kind: str) -> None:
+    """A run or an upload whose row cannot be read is left out of the list, says so by itself, and can be deleted."""
     with start_server() as (_, client):
-        session = begin(client)["id"]
-        whole = save(client, session).json()["id"]
-        for damage in DAMAGES:
-            damaged = save(client, session).json()["id"]
-            execute(tmp_path / "data" / "pftrack.sqlite", damage, damaged)
-            assert [run["id"] for run in client.get("/api/v1/runs").json()] == [whole]
-            assert "damaged" in error_of(client.get(f"/api/v1/runs/{damaged}"), 410)["message"]
-            error_of(client.post(f"/api/v1/runs/{damaged}/open"), 410)
-            assert client.delete(f"/api/v1/runs/{damaged}").status_code == 204
-            error_of(client.delete(f"/api/v1/runs/{damaged}"), 404)
-        error_of(client.delete("/api/v1/runs/nothing"), 404)
+        session, pictures = begin(client)["id"], [(f"{number}.png", png(number)) for number in range(2)]
 
+        def make() -> str:
+            return str((save(client, session) if kind == "runs" else send(client, *pictures)).json()["id"])
 
-def test_a_damaged_upload_row(start_server: Any, tmp_path: Path) -> None:
-    """The same holds of uploads."""
-    with start_server() as (_, client):
-        pictures = [(f"{number}.png", png(number)) for number in range(2)]
-        whole, damaged = (send(client, *pictures).json()["id"] for _ in range(2))
-        execute(tmp_path / "data" / "pftrack.sqlite", "UPDATE uploads SET warnings = '{' WHERE id = ?", damaged)
-        assert [upload["id"] for upload in client.get("/api/v1/uploads").json()] == [whole]
-        error_of(client.get(f"/api/v1/uploads/{damaged}"), 410)
-        assert client.delete(f"/api/v1/uploads/{damaged}").status_code == 204
+        whole = make()
+        for damage in DAMAGES[kind]:
+            damaged = make()
+            statement = f"UPDATE {kind} SET {damage} WHERE id = ?"  # noqa: S608 - ours
+            execute(tmp_path / "data" / "pftrack.sqlite", statement, damaged)
+            assert [each["id"] for each in client.get(f"/api/v1/{kind}").json()] == [whole]
+            assert "damaged" in error_of(client.get(f"/api/v1/{kind}/{damaged}"), 410)["message"]
+            if kind == "runs":
+                error_of(client.post(f"/api/v1/runs/{damaged}/open"), 410)
+            assert client.delete(f"/api/v1/{kind}/{damaged}").status_code == 204
+            error_of(client.delete(f"/api/v1/{kind}/{damaged}"), 404)
+        error_of(client.delete(f"/api/v1/{kind}/nothing"), 404)
 
 
 def test_damaged_sessions(start_server: Any, tmp_path: Path) -> None:
@@ -111,9 +104,7 @@ def test_a_damaged_index(start_server: Any, tmp_path: Path) -> None:
             assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").status_code == 200
             assert index.read_bytes() == before
             index.unlink()
-            mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
-            recipe = {"experiment": "ball", "footage": {"sha256": upload["sha256"], "mark": mark}}
-            session = begin_with(client, recipe, upload["id"])
+            session = begin_on(client, upload)
             assert steer(client, session["id"], "step")["position"] == 1
             assert index.read_bytes() == before
             client.delete(f"/api/v1/sessions/{session['id']}")
@@ -125,21 +116,21 @@ def test_a_damaged_truth(start_server: Any, tmp_path: Path) -> None:
     with start_server() as (_, client):
         upload = send(client, ("ball.mp4", video(8))).json()
         path = f"/api/v1/uploads/{upload['id']}/truth?experiment=ball"
-        mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
-        recipe = {"experiment": "ball", "footage": {"sha256": upload["sha256"], "mark": mark}}
         for damage in (b"", b"{", b'{"rows": 3}', b"\xff"):
             given = client.put(path, files=table)
             assert (given.status_code, given.json()["frames"]) == (200, 1)
             (kept,) = (tmp_path / "data" / "uploads" / upload["id"]).glob("truth-*.json")
             kept.write_bytes(damage)
             assert client.get(path).json() is None
-            session = begin_with(client, recipe, upload["id"])
+            session = begin_on(client, upload)
             assert session["recipe"]["footage"].get("truth") is None
             client.delete(f"/api/v1/sessions/{session['id']}")
 
 
-def begin_with(client: httpx.Client, recipe: dict[str, Any], upload: str) -> dict[str, Any]:
-    answer = client.post("/api/v1/sessions", json=session_request({"recipe": recipe, "upload": upload}))
+def begin_on(client: httpx.Client, upload: dict[str, Any]) -> dict[str, Any]:
+    mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
+    recipe = {"experiment": "ball", "footage": {"sha256": upload["sha256"], "mark": mark}}
+    answer = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload["id"]})
     assert answer.status_code == 201, answer.text
     return answer.json()
 

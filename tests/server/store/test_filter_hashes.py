@@ -14,17 +14,11 @@ import pytest
 import yaml
 
 from pftrack.core.model.parameters import LONGEST_FILE
-from pftrack.experiments import find
 from pftrack.experiments.own.code import digest_of
-from pftrack.experiments.own.extension import example_of
-from pftrack_server.core.settings import Settings
 from pftrack_server.store.files import DataDirectory
 from tests.server.follow_jobs import ended
-from tests.server.host import begin, command, error_of, running
-
-TEXT = example_of(find("ball"))
-TOKEN = "a token of the owner"
-HEADERS = {"Authorization": f"Bearer {TOKEN}"}
+from tests.server.host import begin, command, error_of
+from tests.server.store.test_filters import TEXT, owned
 
 
 @pytest.fixture(scope="module")
@@ -35,15 +29,9 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def client(place: Path) -> Iterator[httpx.Client]:
     """A client of a server of this module's own, beside a folder of files that it was not started with."""
-    file = place / "mine.py"
-    file.write_text(TEXT)
     (place / "Downloads").mkdir()
-    settings = Settings(data_dir=place / "data", filters=(file,), token=TOKEN)
-    with (
-        running(settings) as server,
-        httpx.Client(base_url=server.url, timeout=60, headers=HEADERS, verify=False) as connected,  # noqa: S501
-    ):
-        yield connected
+    with owned(place) as (_, client):
+        yield client
 
 
 @pytest.fixture
@@ -53,24 +41,14 @@ def evil(place: Path) -> Iterator[dict[str, Any]]:
     run.unlink(missing_ok=True)
     text = f"{TEXT}\nopen({str(run)!r}, 'w').close()\n"
     (place / "Downloads" / "evil.py").write_text(text)
-    yield {
-        "experiment": "ball",
-        "tracker": "evil",
-        "frames": 9,
-        "filters": {"evil": [text], "b": ["sha256:../../Downloads/evil"]},
-    }
+    filters = {"evil": [text], "b": ["sha256:../../Downloads/evil"]}
+    yield {"experiment": "ball", "tracker": "evil", "frames": 9, "filters": filters}
     assert not run.exists()
 
 
 def saved(recipe: dict[str, Any]) -> dict[str, Any]:
     """The form in which a saved run with a recipe is sent."""
-    said = {
-        "format": "pftrack-run",
-        "version": 2,
-        "recipe": recipe,
-        "computed": 1,
-        "estimates_sha256": "",
-    }
+    said = {"format": "pftrack-run", "version": 2, "recipe": recipe, "computed": 1, "estimates_sha256": ""}
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr("run.json", json.dumps(said))
@@ -97,15 +75,18 @@ WAYS_IN: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS_IN)
-def test_no_way_in_leads_to_a_file_elsewhere(client: httpx.Client, evil: dict[str, Any], way: str) -> None:
+def test_no_way_in_leads_to_a_file_elsewhere(client: httpx.Client, evil: dict[str, Any]) -> None:
     """A recipe with anything but a text or a hash in hexadecimal digits is refused, and nothing of it has run."""
-    refused = error_of(client.post(f"/api/v1/{way}", **WAYS_IN[way](evil)), 422)
-    assert "64 hexadecimal digits in lower case" in refused["message"] or "recipe.filters.b.0" in refused["message"]
+    for way, body in WAYS_IN.items():
+        told = error_of(client.post(f"/api/v1/{way}", **body(evil)), 422)["message"]
+        assert "64 hexadecimal digits in lower case" in told or "recipe.filters.b.0" in told, way
 
 
-def test_kept_filters_are_read_in_a_thread(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No way in reads a filter's file in the event loop, which a slow disk would stop."""
+def test_every_way_in_takes_a_hash_that_is_known(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that what is refused above is refused for its filter alone.
+
+    No way in reads a filter's file in the event loop, which a slow disk would stop.
+    """
     read: list[bool] = []
     kept_under = DataDirectory._filter
 
@@ -116,21 +97,10 @@ def test_kept_filters_are_read_in_a_thread(client: httpx.Client, monkeypatch: py
     monkeypatch.setattr(DataDirectory, "_filter", watched)
     recipe = {"experiment": "ball", "tracker": "mine", "frames": 9, "filters": {"mine": [digest_of(TEXT)]}}
     for way, body in WAYS_IN.items():
-        client.post(f"/api/v1/{way}", **body(recipe))
+        answer = client.post(f"/api/v1/{way}", **body(recipe))
+        assert answer.is_success, answer.text
     assert len(read) > 3
     assert all(read)
-
-
-@pytest.mark.parametrize("way", WAYS_IN)
-def test_every_way_in_takes_a_hash_that_is_known(client: httpx.Client, way: str) -> None:
-    """So that what is refused above is refused for its filter alone."""
-    recipe = {"experiment": "ball", "tracker": "mine", "frames": 9, "filters": {"mine": [digest_of(TEXT)]}}
-    answer = client.post(f"/api/v1/{way}", **WAYS_IN[way](recipe))
-    assert answer.is_success, answer.text
-
-
-def fifo(path: Path) -> None:
-    os.mkfifo(path)
 
 
 REPLACEMENTS: dict[str, Callable[[Path], object]] = {
@@ -138,7 +108,7 @@ REPLACEMENTS: dict[str, Callable[[Path], object]] = {
     "no text": lambda path: path.write_bytes(b"\xff\xfe"),
     "too large": lambda path: path.write_bytes(TEXT.encode() + bytes(4 * LONGEST_FILE)),
     "folder": Path.mkdir,
-    "FIFO": fifo,
+    "FIFO": os.mkfifo,
     "link": lambda path: path.symlink_to(path),
 }
 
@@ -152,9 +122,7 @@ def session(client: httpx.Client) -> str:
 
 
 @pytest.mark.parametrize("name", REPLACEMENTS)
-def test_what_lies_in_place_of_a_kept_filter_is_not_used(
-    client: httpx.Client, place: Path, session: str, name: str
-) -> None:
+def test_no_replacement_is_used(client: httpx.Client, place: Path, session: str, name: str) -> None:
     """Whatever it is; all that would execute it says so, and the server goes on."""
     kept = place / "data" / "filters" / f"{digest_of(TEXT).removeprefix('sha256:')}.py"
     recipe = client.get(f"/api/v1/sessions/{session}").json()["recipe"]

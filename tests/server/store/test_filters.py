@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
@@ -17,27 +18,32 @@ from tests.waiting import wait_for
 
 TEXT = example_of(find("ball"))
 TOKEN = "a token of the owner"
+HEADERS = {"Authorization": f"Bearer {TOKEN}"}
 FAILING = TEXT.replace("return np.log(0.02", "return np.log(-0.5")
 FAILING_LINE = TEXT[: TEXT.index("def log_likelihood")].count("\n") + 1
 
 
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "mine.py"
-    path.write_text(TEXT)
-    return path
+@contextmanager
+def owned(folder: Path) -> Iterator[tuple[Server, httpx.Client]]:
+    """Run a server whose owner has named the file `mine.py` of a folder, with a client that has the token."""
+    file = folder / "mine.py"
+    file.write_text(TEXT)
+    with (
+        running(Settings(data_dir=folder / "data", filters=(file,), token=TOKEN)) as server,
+        httpx.Client(base_url=server.url, timeout=60, headers=HEADERS, verify=False) as client,  # noqa: S501
+    ):
+        yield server, client
 
 
 @pytest.fixture
-def owner(file: Path, tmp_path: Path) -> Iterator[Server]:
-    with running(Settings(data_dir=tmp_path / "data", filters=(file,), token=TOKEN)) as server:
-        yield server
+def client(tmp_path: Path) -> Iterator[httpx.Client]:
+    with owned(tmp_path) as (_, client):
+        yield client
 
 
 @pytest.fixture
-def client(owner: Server) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=owner.url, timeout=60, headers={"Authorization": f"Bearer {TOKEN}"}) as connected:
-        yield connected
+def file(tmp_path: Path, client: httpx.Client) -> Path:
+    return tmp_path / "mine.py"
 
 
 def test_saving_the_file_changes_the_running_session(client: httpx.Client, file: Path) -> None:
@@ -54,9 +60,8 @@ def test_saving_the_file_changes_the_running_session(client: httpx.Client, file:
     told = get(client, session["id"])
     assert (told["position"], told["parameters"]["mine_version"]) == (20, 2)
     assert (told["parameters"]["noise_px"], told["parameters"]["extra"]) == (4.5, 7)
-    extra = wait_for(
-        lambda: next((it for it in get(client, session["id"])["declarations"] if it["name"] == "extra"), None)
-    )
+    declared = lambda: {each["name"]: each for each in get(client, session["id"])["declarations"]}  # noqa: E731
+    extra = wait_for(lambda: declared().get("extra"))
     assert (extra["description"], extra["maximum"]) == ("Of no use.", 70)
     steer(client, session["id"], "seek", frame=30)
     old = command(client, session["id"], "activate", branch="b0").json()
@@ -127,8 +132,11 @@ def test_a_saved_file_is_tried_at_once(client: httpx.Client, file: Path, tracker
     assert steer(client, session, "seek", frame=9)["problem"] is None
 
 
-def test_code_is_never_taken_over_the_network(client: httpx.Client, file: Path) -> None:
-    """A recipe that brings another text is refused, by its text or its hash; so is a saved run."""
+def test_code_is_never_taken_over_the_network(client: httpx.Client, server: Server) -> None:
+    """A recipe that brings another text is refused, by its text or its hash; so is a saved run.
+
+    A server without the file says why it does not compute the run; nothing of the file is executed there.
+    """
     evil = TEXT + "\nimport os; os.system('touch evil')\n"
     body = {"recipe": {"experiment": "ball", "tracker": "theirs", "filters": {"theirs": [evil]}}}
     assert "not here" in error_of(client.post("/api/v1/sessions", json=body), 422)["message"]
@@ -137,18 +145,11 @@ def test_code_is_never_taken_over_the_network(client: httpx.Client, file: Path) 
     record = client.get(f"/api/v1/runs/{saved['id']}/download").content
     assert client.post(f"/api/v1/runs/{saved['id']}/open").status_code == 201
     assert bring_in(client, record)["tracker"] == "mine"
-
-
-def test_a_server_without_the_file_does_not_compute_the_run(client: httpx.Client, server: Server) -> None:
-    """It says why; nothing of the file is executed there."""
-    session = begin(client, tracker="mine")["id"]
-    saved = client.post("/api/v1/runs", json={"session": session}).json()
-    record = client.get(f"/api/v1/runs/{saved['id']}/download").content
     with httpx.Client(base_url=server.url, timeout=60) as elsewhere:
         assert "trust" in import_refusal(elsewhere, record)
 
 
-def test_a_page_on_this_machine_writes_the_file(owner: Server, client: httpx.Client, file: Path) -> None:
+def test_a_page_on_this_machine_writes_the_file(client: httpx.Client, file: Path) -> None:
     """With the token, over what it has read; sessions go on with it."""
     (told,) = client.get("/api/v1/filters").json()
     assert (told["name"], told["experiment"], told["text"], told["editable"]) == ("mine", "ball", TEXT, True)
@@ -158,29 +159,24 @@ def test_a_page_on_this_machine_writes_the_file(owner: Server, client: httpx.Cli
     steer(client, session, "seek", frame=4)
     changed = TEXT.replace("noise_px: float = 3.0", "noise_px: float = 2.0")
     body = {"text": changed, "before": told["digest"]}
-    assert httpx.put(f"{owner.url}/api/v1/filters/mine", json=body).status_code == 401
+    assert httpx.put(f"{client.base_url}api/v1/filters/mine", json=body).status_code == 401
     assert client.put("/api/v1/filters/mine", json=body).json()["text"] == changed == file.read_text()
     wait_for(lambda: get(client, session)["branch"] == "b1")
     assert "changed meanwhile" in error_of(client.put("/api/v1/filters/mine", json=body), 409)["message"]
     assert client.put("/api/v1/filters/other", json=body).status_code == 404
 
 
-def test_a_server_that_others_reach_never_takes_code(file: Path, tmp_path: Path) -> None:
+def test_a_server_that_others_reach_never_takes_code(tmp_path: Path) -> None:
     """It serves the file to look at; and one that executes files has a token, also on this machine."""
+    file = tmp_path / "mine.py"
+    file.write_text(TEXT)
     assert Settings(data_dir=tmp_path, filters=(file,)).token is not None
     assert Settings(data_dir=tmp_path, filters=(file,)).edits_filters
-    for reachable in (
-        {"host": "0.0.0.0"},
-        {"allowed_hosts": ("lab.example",)},
-        {"trusted_proxies": ("127.0.0.1",)},
-    ):
+    for reachable in ({"host": "0.0.0.0"}, {"allowed_hosts": ("lab.example",)}, {"trusted_proxies": ("127.0.0.1",)}):
         assert not Settings(data_dir=tmp_path, filters=(file,), token=TOKEN, **reachable).edits_filters
     open_settings = Settings(data_dir=tmp_path / "data", filters=(file,), token=TOKEN, allowed_hosts=("lab.example",))
     with running(open_settings) as server:
-        answer = httpx.put(
-            f"{server.url}/api/v1/filters/mine",
-            json={"text": "x = 1", "before": ""},
-            headers={"Authorization": f"Bearer {TOKEN}"},
-        )
+        body = {"text": "x = 1", "before": ""}
+        answer = httpx.put(f"{server.url}/api/v1/filters/mine", json=body, headers=HEADERS)
         assert "no other machine can reach" in error_of(answer, 409)["message"]
     assert file.read_text() == TEXT

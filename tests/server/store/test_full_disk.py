@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +27,8 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A real file system of 24 MiB."""
     folder = tmp_path / "disk"
     folder.mkdir()
-    mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "tmpfs", str(folder)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "tmpfs", str(folder)]
+    mounted = subprocess.run(command, capture_output=True, text=True, check=False)
     if mounted.returncode:
         pytest.skip(f"no file system can be mounted here: {mounted.stderr.strip()}")
     yield folder
@@ -41,15 +38,9 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 def fill(disk: Path, leave_bytes: int = 0) -> None:
     """Write a file until there is no more room than this."""
-    with (disk / "filler").open("ab", buffering=0) as file:
-        while True:
-            free = free_bytes(disk) - leave_bytes
-            if free <= 0:
-                return
-            try:
-                file.write(bytes(min(free, MEBIBYTE)))
-            except OSError:
-                return
+    with (disk / "filler").open("ab", buffering=0) as file, suppress(OSError):
+        while (free := free_bytes(disk) - leave_bytes) > 0:
+            file.write(bytes(min(free, MEBIBYTE)))
 
 
 def free_bytes(disk: Path) -> int:
@@ -65,82 +56,80 @@ def clip() -> bytes:
     return video()
 
 
-class TestReserve:
-    def test_nothing_is_begun_that_would_use_it(self, start_server: Any, small_disk: Path, clip: bytes) -> None:
-        """Below the reserve nothing new is taken in, with a sentence that says what to do; sessions go on."""
-        with start_server(data_dir=small_disk / "data", reserve_bytes=4 * MEBIBYTE) as (_, client):
-            session = begin(client)["id"]
-            saved = save(client, session).json()["id"]
-            content = client.get(f"/api/v1/runs/{saved}/download").content
-            fill(small_disk, 3 * MEBIBYTE)
-            plan = {
-                "experiment": "ball",
-                "axes": [{"name": "occlusion_width_px", "values": [30]}],
-                "trials": 2,
-                "trackers": ["apf"],
-            }
-            refused = [
-                send(client, ("ball.mp4", clip)),
-                save(client, session),
-                send_run(client, content),
-                client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})),
-                client.post("/api/v1/sweeps", json=plan),
-            ]
-            for answer in refused:
-                message = error_of(answer, 507)["message"]
-                assert "keeps 4 MiB free" in message
-                assert "Delete uploads, saved runs, sweeps or sessions" in message
-            assert steer(client, session, "seek", frame=20)["position"] == 20
-            (small_disk / "filler").unlink()
-            assert save(client, session).status_code == 201
-
-    def test_an_upload_is_stopped_on_the_way(self, start_server: Any, small_disk: Path) -> None:
-        """An upload that does not say how large it is is stopped when the reserve is reached, and leaves nothing."""
-        with start_server(data_dir=small_disk / "data", reserve_bytes=4 * MEBIBYTE) as (_, client):
-            boundary = b"--x\r\n" + b'Content-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'
-
-            def body() -> Iterator[bytes]:
-                yield boundary
-                for _ in range(40):
-                    yield bytes(MEBIBYTE)
-
-            headers = {"content-type": "multipart/form-data; boundary=x"}
-            error_of(client.post("/api/v1/uploads", content=body(), headers=headers), 507)
-            assert not list((small_disk / "data" / "incoming").iterdir())
-            assert free_bytes(small_disk) > 4 * MEBIBYTE
+# Reserve.
 
 
-class TestFullDisk:
-    def test_room_can_be_made(self, start_server: Any, small_disk: Path, clip: bytes) -> None:
-        """With no byte left what happened is kept, and uploads, runs and sessions can be deleted."""
-        with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
-            upload = send(client, ("ball.mp4", clip)).json()["id"]
-            first, second = begin(client)["id"], begin(client)["id"]
-            steer(client, first, "seek", frame=20)
-            run = save(client, first).json()["id"]
-            fill(small_disk)
-            assert free_bytes(small_disk) == 0
-            noted = client.post(f"/api/v1/sessions/{first}/bookmarks", json={"note": "kept"})
-            assert noted.status_code == 201, noted.text
-            fill(small_disk)
-            left = command(client, first, "branch", frame=5, values={"tracker": "apf"})
-            assert left.status_code == 200, left.text
-            fill(small_disk)
-            for what in (f"sessions/{second}", f"runs/{run}", f"uploads/{upload}"):
-                answer = client.delete(f"/api/v1/{what}")
-                assert answer.status_code == 204, answer.text
-                error_of(client.get(f"/api/v1/{what}"), 404)
-                fill(small_disk)
-            assert not list((small_disk / "data" / "uploads").iterdir())
-            assert save(client, first).status_code == 507
-        # It starts on a full disk, too, and has lost nothing.
+def test_nothing_is_begun_that_would_use_it(start_server: Any, small_disk: Path, clip: bytes) -> None:
+    """Below the reserve nothing new is taken in, with a sentence that says what to do; sessions go on.
+
+    An upload that does not say how large it is is stopped when the reserve is reached, and leaves nothing.
+    """
+
+    def endless() -> Iterator[bytes]:
+        yield b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'
+        for _ in range(40):
+            yield bytes(MEBIBYTE)
+
+    with start_server(data_dir=small_disk / "data", reserve_bytes=4 * MEBIBYTE) as (_, client):
+        headers = {"content-type": "multipart/form-data; boundary=x"}
+        error_of(client.post("/api/v1/uploads", content=endless(), headers=headers), 507)
+        assert not list((small_disk / "data" / "incoming").iterdir())
+        assert free_bytes(small_disk) > 4 * MEBIBYTE
+        session = begin(client)["id"]
+        saved = save(client, session).json()["id"]
+        content = client.get(f"/api/v1/runs/{saved}/download").content
+        fill(small_disk, 3 * MEBIBYTE)
+        axes = [{"name": "occlusion_width_px", "values": [30]}]
+        plan = {"experiment": "ball", "axes": axes, "trials": 2, "trackers": ["apf"]}
+        refused = [
+            send(client, ("ball.mp4", clip)),
+            save(client, session),
+            send_run(client, content),
+            client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})),
+            client.post("/api/v1/sweeps", json=plan),
+        ]
+        for answer in refused:
+            message = error_of(answer, 507)["message"]
+            assert "keeps 4 MiB free" in message
+            assert "Delete uploads, saved runs, sweeps or sessions" in message
+        assert steer(client, session, "seek", frame=20)["position"] == 20
+        (small_disk / "filler").unlink()
+        assert save(client, session).status_code == 201
+
+
+# Full disk.
+
+
+def test_room_can_be_made(start_server: Any, small_disk: Path, clip: bytes) -> None:
+    """With no byte left what happened is kept, and uploads, runs and sessions can be deleted."""
+    with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
+        upload = send(client, ("ball.mp4", clip)).json()["id"]
+        first, second = begin(client)["id"], begin(client)["id"]
+        steer(client, first, "seek", frame=20)
+        run = save(client, first).json()["id"]
         fill(small_disk)
-        with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
-            (found,) = client.get("/api/v1/sessions").json()
-            assert [mark["note"] for mark in found["bookmarks"]] == ["kept"]
-            assert len(found["branches"]) == 2
-            assert client.get("/api/v1/runs").json() == client.get("/api/v1/uploads").json() == []
-            assert client.delete(f"/api/v1/sessions/{first}").status_code == 204
+        assert free_bytes(small_disk) == 0
+        noted = client.post(f"/api/v1/sessions/{first}/bookmarks", json={"note": "kept"})
+        assert noted.status_code == 201, noted.text
+        fill(small_disk)
+        left = command(client, first, "branch", frame=5, values={"tracker": "apf"})
+        assert left.status_code == 200, left.text
+        fill(small_disk)
+        for what in (f"sessions/{second}", f"runs/{run}", f"uploads/{upload}"):
+            answer = client.delete(f"/api/v1/{what}")
+            assert answer.status_code == 204, answer.text
+            error_of(client.get(f"/api/v1/{what}"), 404)
+            fill(small_disk)
+        assert not list((small_disk / "data" / "uploads").iterdir())
+        assert save(client, first).status_code == 507
+    # It starts on a full disk, too, and has lost nothing.
+    fill(small_disk)
+    with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
+        (found,) = client.get("/api/v1/sessions").json()
+        assert [mark["note"] for mark in found["bookmarks"]] == ["kept"]
+        assert len(found["branches"]) == 2
+        assert client.get("/api/v1/runs").json() == client.get("/api/v1/uploads").json() == []
+        assert client.delete(f"/api/v1/sessions/{first}").status_code == 204
 
 
 @pytest.mark.parametrize("harm", ["deleted", "read-only"])
@@ -166,24 +155,27 @@ def test_a_data_directory_that_takes_nothing(start_server: Any, small_disk: Path
         assert steer(client, session, "seek", frame=20)["position"] == 20
 
 
-class TestLimits:
-    def test_saved_runs(self, start_server: Any) -> None:
-        """There is a most of saved and imported runs, and of what they have together."""
-        with start_server(max_runs=1) as (_, client):
-            session = begin(client)["id"]
-            run = save(client, session).json()["id"]
-            assert "at most 1 saved runs" in error_of(save(client, session), 409)["message"]
-            assert "delete one first" in error_of(send_run(client, b"PK"), 409)["message"]
-            client.delete(f"/api/v1/runs/{run}")
-            assert save(client, session).status_code == 201
-        with start_server(max_runs_bytes=1) as (_, client):
-            assert "delete one first" in error_of(save(client, begin(client)["id"]), 507)["message"]
+# Limits.
 
-    def test_all_uploads(self, start_server: Any, clip: bytes) -> None:
-        """There is a most of bytes of all uploads together, and it is looked at before anything is sent."""
-        with start_server(max_uploads_bytes=len(clip) + 1000) as (_, client):
-            first = send(client, ("ball.mp4", clip)).json()["id"]
-            message = error_of(send(client, ("ball.mp4", clip)), 507)["message"]
-            assert message.startswith("Uploads take ")
-            client.delete(f"/api/v1/uploads/{first}")
-            assert send(client, ("ball.mp4", clip)).status_code == 201
+
+def test_saved_runs(start_server: Any) -> None:
+    """There is a most of saved and imported runs, and of what they have together."""
+    with start_server(max_runs=1) as (_, client):
+        session = begin(client)["id"]
+        run = save(client, session).json()["id"]
+        assert "at most 1 saved runs" in error_of(save(client, session), 409)["message"]
+        assert "delete one first" in error_of(send_run(client, b"PK"), 409)["message"]
+        client.delete(f"/api/v1/runs/{run}")
+        assert save(client, session).status_code == 201
+    with start_server(max_runs_bytes=1) as (_, client):
+        assert "delete one first" in error_of(save(client, begin(client)["id"]), 507)["message"]
+
+
+def test_all_uploads(start_server: Any, clip: bytes) -> None:
+    """There is a most of bytes of all uploads together, and it is looked at before anything is sent."""
+    with start_server(max_uploads_bytes=len(clip) + 1000) as (_, client):
+        first = send(client, ("ball.mp4", clip)).json()["id"]
+        message = error_of(send(client, ("ball.mp4", clip)), 507)["message"]
+        assert message.startswith("Uploads take ")
+        client.delete(f"/api/v1/uploads/{first}")
+        assert send(client, ("ball.mp4", clip)).status_code == 201

@@ -42,43 +42,30 @@ def test_a_database_that_is_locked_at_the_start(tmp_path: Path, monkeypatch: pyt
             connect(url)
 
 
-def test_names() -> None:
-    """Names are long, different each time, and recognised; nothing else is."""
+def test_names(tmp_path: Path) -> None:
+    """Names are long, different each time, and recognised; a name that the server did not make opens nothing."""
     assert len({new_name() for _ in range(100)}) == 100
     assert is_name(new_name())
     for text in ["", "..", "a/b", "../../etc/passwd", "A" * 16, "a" * 33, "0123456789abcde\n"]:
         assert not is_name(text)
-
-
-def test_files_refuse_other_names(tmp_path: Path) -> None:
-    """A name that the server did not make opens nothing."""
-    files = DataDirectory(tmp_path)
-    for path_of in (files.upload, files.record, files.thumbnail, partial(files.remove, "uploads")):
-        with pytest.raises(ValueError, match="made by the server"):
-            path_of("../x")
-    files.close()
+    with closing(DataDirectory(tmp_path)) as files:
+        for path_of in (files.upload, files.record, files.thumbnail, partial(files.remove, "uploads")):
+            with pytest.raises(ValueError, match="made by the server"):
+                path_of("../x")
 
 
 def test_one_server_at_a_time(tmp_path: Path) -> None:
-    """A data directory has one server at a time, and another one when that is gone."""
-    settings = Settings(data_dir=tmp_path)
-    first = Store(settings)
-    with pytest.raises(RuntimeError, match="in use"):
+    """A data directory has one server at a time, and another one when that is gone; its owner alone can read it."""
+    settings = Settings(data_dir=tmp_path / "new")
+    with closing(Store(settings)), pytest.raises(RuntimeError, match="in use"):
         Store(settings)
-    first.close()
     Store(settings).close()
-
-
-def test_owner_only(tmp_path: Path) -> None:
-    """What people made can be read by the server's owner alone."""
-    Store(Settings(data_dir=tmp_path / "new")).close()
     assert (tmp_path / "new").stat().st_mode & 0o077 == 0
 
 
 def test_uploads_are_found_by_their_content(tmp_path: Path) -> None:
     """Of several uploads with one content the newest is found, through the index on it; of none, none."""
-    store = Store(Settings(data_dir=tmp_path))
-    try:
+    with closing(Store(Settings(data_dir=tmp_path))) as store:
         for number, sha256 in enumerate(("a", "b", "a")):
             shape = {"frames": 2, "width": 4, "height": 4, "frame_rate_hz": 25.0, "duration_s": 1.0, "size_bytes": 9}
             made = {"id": f"{number}" * 16, "name": f"{number}.mp4", "created": f"2026-0{number + 1}"}
@@ -88,40 +75,49 @@ def test_uploads_are_found_by_their_content(tmp_path: Path) -> None:
         with store._engine.connect() as database:
             plan = database.exec_driver_sql("EXPLAIN QUERY PLAN SELECT * FROM uploads WHERE sha256 = 'a'").fetchall()
         assert "USING INDEX" in str(plan)
-    finally:
-        store.close()
 
 
-def test_what_was_coming_or_going_is_cleared(tmp_path: Path) -> None:
-    """Uploads that were coming when the last server stopped, and exports that were not fetched, are cleared away."""
-    files = DataDirectory(tmp_path)
-    files.new_incoming().mkdir()
-    files.new_outgoing().mkdir()
-    files.close()
-    again = DataDirectory(tmp_path)
-    assert [*again.incoming.iterdir(), *again.outgoing.iterdir()] == []
-    again.close()
+def test_what_was_coming_or_going_is_cleared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Uploads that were coming when the last server stopped, and exports that were not fetched, are cleared away.
+
+    Pictures are kept up to the limit; those beyond it are drawn again when somebody asks.
+    """
+    monkeypatch.setattr("pftrack_server.store.files.MOST_PREVIEWS", 2)
+    with closing(DataDirectory(tmp_path)) as files:
+        files.new_incoming().mkdir()
+        files.new_outgoing().mkdir()
+        name = new_name()
+        (files.uploads / name).mkdir()
+        for frame in range(4):
+            files.keep_preview(name, frame, b"picture")
+        assert [files.preview(name, frame).exists() for frame in range(4)] == [True, True, False, False]
+    with closing(DataDirectory(tmp_path)) as again:
+        assert [*again.incoming.iterdir(), *again.outgoing.iterdir()] == []
 
 
 def test_links_are_not_followed(tmp_path: Path) -> None:
-    """A link in one of the server's folders that leads out of it opens nothing, and is deleted as a link."""
+    """A link in one of the server's folders that leads out of it opens nothing, and is deleted as a link.
+
+    Where the server's own folders lie is the choice of its owner.
+    """
     secret = tmp_path / "secret"
     (secret / "content").mkdir(parents=True)
     (secret / "index.json").write_text("secret")
-    files = DataDirectory(tmp_path / "data")
-    try:
-        name = new_name()
-        (files.uploads / name).symlink_to(secret)
-        (files.runs / f"{name}.pft").symlink_to(secret / "index.json")
-        (files.runs / f"{name}.png").symlink_to(secret / "index.json")
-        (files.sweeps / f"{name}.parquet").symlink_to(secret / "index.json")
-        (files.states / name).symlink_to(secret)
+    (tmp_path / "large").mkdir()
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "uploads").symlink_to(tmp_path / "large")
+    with closing(DataDirectory(tmp_path / "data")) as files:
+        name, inner = new_name(), new_name()
+        assert files.upload(inner).name == "content"
+        for folder in (files.uploads, files.states):
+            (folder / name).symlink_to(secret)
+        for path in (files.runs / f"{name}.pft", files.runs / f"{name}.png", files.sweeps / f"{name}.parquet"):
+            path.symlink_to(secret / "index.json")
         paths = [files.upload, files.index, files.record, files.thumbnail, files.sweep, files.states_of]
         paths += [lambda name: files.truth(name, "boxes"), lambda name: files.preview(name, 0)]
         for path_of in paths:
             with pytest.raises(ApiError, match="links are not followed"):
                 path_of(name)
-        inner = new_name()
         (files.uploads / inner / "content").mkdir(parents=True)
         (files.uploads / inner / "content" / "000000").symlink_to(secret / "index.json")
         with pytest.raises(ApiError, match="links are not followed"):
@@ -130,41 +126,18 @@ def test_links_are_not_followed(tmp_path: Path) -> None:
             files.remove(kind, name)
         files.remove_states(name)
         assert not any(path.is_symlink() for path in (tmp_path / "data").rglob(f"{name}*"))
+        assert not any(path.is_symlink() for path in (tmp_path / "large").rglob(f"{name}*"))
         assert (secret / "index.json").read_text() == "secret"
-    finally:
-        files.close()
-
-
-def test_few_pictures_of_an_upload_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures are kept up to the limit; those beyond it are drawn again when somebody asks."""
-    monkeypatch.setattr("pftrack_server.store.files.MOST_PREVIEWS", 2)
-    files, name = DataDirectory(tmp_path), new_name()
-    (files.uploads / name).mkdir()
-    for frame in range(4):
-        files.keep_preview(name, frame, b"picture")
-    assert [files.preview(name, frame).exists() for frame in range(4)] == [True, True, False, False]
-    files.close()
-
-
-def test_a_folder_may_lie_elsewhere(tmp_path: Path) -> None:
-    """Where the server's own folders lie is the choice of its owner."""
-    (tmp_path / "large").mkdir()
-    (tmp_path / "data").mkdir()
-    (tmp_path / "data" / "uploads").symlink_to(tmp_path / "large")
-    files = DataDirectory(tmp_path / "data")
-    assert files.upload("0123456789abcdef").name == "content"
-    files.close()
 
 
 def test_a_filter_is_kept_under_the_hash_of_its_text(tmp_path: Path) -> None:
     """A file with any other text under that name is not used, and keeping the text again mends it."""
-    files = DataDirectory(tmp_path)
-    text = "def should_resample(log_weights):\n    return True\n"
-    recipe = Recipe(experiment="ball", filters={"mine": (files.keep_filter(text),)})
-    assert files.filters_of(recipe) == (text,)
-    (kept,) = files.filters.iterdir()
-    kept.write_text("raise SystemExit\n")
-    assert files.filters_of(recipe) == ()
-    assert files.keep_filter(text) == digest_of(text)
-    assert files.filters_of(recipe) == (text,)
-    files.close()
+    with closing(DataDirectory(tmp_path)) as files:
+        text = "def should_resample(log_weights):\n    return True\n"
+        recipe = Recipe(experiment="ball", filters={"mine": (files.keep_filter(text),)})
+        assert files.filters_of(recipe) == (text,)
+        (kept,) = files.filters.iterdir()
+        kept.write_text("raise SystemExit\n")
+        assert files.filters_of(recipe) == ()
+        assert files.keep_filter(text) == digest_of(text)
+        assert files.filters_of(recipe) == (text,)
