@@ -17,9 +17,7 @@ GENERATED = {"node_modules", "__pycache__", "data"}
 
 NUMBERED = re.compile(r"\b(?:document|spec|specification)s?,? (?:section )?\d", re.IGNORECASE)
 UNNAMED = re.compile(r"\bthe (?:source )?(?:document|specification)\b", re.IGNORECASE)
-MEANT = {
-    "frontend_static/shared/theme.js": "the page's document",
-}
+MEANT = {"frontend_static/shared/theme.js": "the page's document"}
 """Files in which the words mean something else."""
 
 
@@ -40,14 +38,12 @@ def prose(path: Path) -> str:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_file_that_a_page_names_exists(page: Path) -> None:
-    """A module that is renamed or moved is renamed on the pages, too."""
+def test_every_file_and_formula_of_a_page_is_good(page: Path) -> None:
+    """A module that is renamed or moved is renamed on the pages, too.
+
+    Formulas are those of lessons: the reader that makes pages of these reads all of them.
+    """
     assert [name for name in sorted(named_paths(page)) if not (ROOT / name).exists()] == []
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_formula_can_be_read(page: Path) -> None:
-    """Formulas are those of lessons: the reader that makes pages of these reads all of them."""
     html = paragraphs(page.read_text("utf-8"))
     assert re.findall(r'<code class="unread"[^>]*>(.*?)</code>', html) == []
     assert "$" not in re.sub(r"<(pre|code)>.*?</\1>", "", html, flags=re.DOTALL)

@@ -9,16 +9,7 @@ import pytest
 from pftrack.reproduce import RESULTS
 from pftrack.reproduce.finding import Finding, read_record
 from pftrack.reproduce.pool import Pool
-from tools.reproduction import (
-    PAGE,
-    README,
-    RECORD,
-    SENTENCE,
-    STUDIES,
-    blocks,
-    findings_of,
-    sentence,
-)
+from tools.reproduction import PAGE, README, RECORD, SENTENCE, STUDIES, blocks, findings_of, sentence
 
 ENTRIES = read_record(RECORD)
 FISH, HISTOGRAM = (PAGE.parents[1] / "experiments" / name for name in ("fish.md", "histogram.md"))
@@ -39,20 +30,14 @@ def test_the_page_is_written_from_the_record(name: str) -> None:
     assert found[1].strip() == blocks(ENTRIES)[name]
 
 
-def test_the_readme_counts_as_the_record_does() -> None:
-    """The sentence in the README has the counts of the record."""
+def test_the_pages_count_as_the_record_does() -> None:
+    """The sentence in the README has the counts of the record, and the page of the fish how many figures differ."""
     found = SENTENCE.search(README.read_text(encoding="utf-8"))
     assert found is not None
     assert found[0].split() == sentence(ENTRIES).split()
-
-
-def test_the_page_of_the_fish_counts_as_the_record_does() -> None:
-    """How many figures differ there, and how many of them for a known cause."""
     fish = findings_of(ENTRIES, ["fish-offline", "fish", "fish-ablations"])
-    differ = sum(one.verdict == "differs" for one in fish)
-    counted = (
-        f"{differ} figures differ from the paper or the reference, {sum(one.explained for one in fish)} for a known"
-    )
+    differ, explained = sum(one.verdict == "differs" for one in fish), sum(one.explained for one in fish)
+    counted = f"{differ} figures differ from the paper or the reference, {explained} for a known"
     assert counted in " ".join(FISH.read_text(encoding="utf-8").split())
 
 
@@ -70,12 +55,11 @@ def test_no_exemption_is_without_need_or_reason() -> None:
 
 
 def test_every_tolerance_has_a_ground() -> None:
-    """A figure that is compared says why it may be so far from its reference, and only what is stated says it is."""
+    """A figure that is compared says why it may be so far from its reference, and only what is stated says it is.
+
+    What all results are known to cost in the quick form is about a minute of two cores.
+    """
     assert [one.result for one in findings_of(ENTRIES) if one.tolerance is not None and not one.ground] == []
-
-
-def test_the_quick_form_takes_a_minute() -> None:
-    """What all results are known to cost is about a minute of two cores."""
     assert sum(result.quick_s for result in RESULTS.values()) <= QUICK_S
 
 

@@ -26,18 +26,13 @@ def shown(name: str, field: FieldInfo) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def expected() -> list[tuple[str, str, str]]:
-    """The rows of the table: variable, default, meaning."""
-    return [
-        (f"`PFTRACK_{name.upper()}`", shown(name, field), field.description or "")
-        for name, field in Settings.model_fields.items()
-    ]
-
-
 def test_the_table_is_that_of_the_settings() -> None:
     """Every setting has its row, with its default and its meaning, in the same order, and there is no other row."""
     rows = re.findall(r"^\| (`PFTRACK_\w+`) \| (.*?) \| (.*?) \|$", PAGE.read_text(), re.MULTILINE)
-    assert [row for row in rows if row[0].strip("`") not in BESIDE_SETTINGS] == expected()
+    assert [row for row in rows if row[0].strip("`") not in BESIDE_SETTINGS] == [
+        (f"`PFTRACK_{name.upper()}`", shown(name, field), field.description or "")
+        for name, field in Settings.model_fields.items()
+    ]
 
 
 def test_every_variable_is_in_the_table() -> None:
@@ -50,5 +45,4 @@ def test_every_variable_is_in_the_table() -> None:
     ]
     named = set(re.findall(r"\bPFTRACK_[A-Z][A-Z_]*[A-Z]\b", "\n".join(code)))
     assert named >= BESIDE_SETTINGS
-    missing = {name for name in named if f"| `{name}` |" not in PAGE.read_text()}
-    assert not missing
+    assert {name for name in named if f"| `{name}` |" not in PAGE.read_text()} == set()

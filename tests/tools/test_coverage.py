@@ -7,19 +7,8 @@ import pytest
 from pftrack.core.model.parameters import revise
 from pftrack.experiments import EXPERIMENTS
 from pftrack.testing.coverage import SEEDS, declared_of, find_contradictions
-from tools.coverage import (
-    ASIDE,
-    DATA,
-    PAGE,
-    Setting,
-    coverages,
-    draw,
-    judge_drawn,
-    measured_settings,
-    page,
-    read_drawn,
-    update,
-)
+from tools import coverage
+from tools.coverage import DATA, PAGE, Setting, coverages, draw, measured_settings, page
 
 STORED = json.loads(DATA.read_text())
 MEASURED = coverages(STORED)
@@ -42,7 +31,7 @@ def test_an_experiment_can_be_measured_again() -> None:
     """Its rows take the places of those that are stored, in the same order, and the others stay."""
     some = [row for row in STORED["coverage"] if row["experiment"] == "prism"]
     measured = {"revisions": {"prism": "new"}, "seeds": 40, "frames": {"prism": 7}, "coverage": some[::-1]}
-    again = update(STORED, measured)
+    again = coverage.update(STORED, measured)
     assert again["revisions"] == {**STORED["revisions"], "prism": "new"}
     assert again["frames"] == {**STORED["frames"], "prism": 7}
     assert coverages(again).keys() == MEASURED.keys()
@@ -75,7 +64,7 @@ def test_settings_at_random_are_useful_ones(name: str) -> None:
 
 def test_bands_that_are_off_at_random_settings_are_told() -> None:
     """Of those that nothing was chosen by, eight in ten are declared, in the direction in which they are off."""
-    rows = [row for row in read_drawn() if row["number"] >= ASIDE]
-    off = [it for row in rows for it in judge_drawn(row) if it.off]
+    rows = [row for row in coverage.read_drawn() if row["number"] >= coverage.ASIDE]
+    off = [it for row in rows for it in coverage.judge_drawn(row) if it.off]
     assert off
     assert sum(it.declared for it in off) >= 0.8 * len(off)

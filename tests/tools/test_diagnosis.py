@@ -11,22 +11,8 @@ from pftrack.core.model.source import History
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.reproduce.pool import Pool
-from tools.diagnosis import (
-    OPEN_SET,
-    PICTURES,
-    Case,
-    Judgement,
-    Spoiled,
-    draw,
-    figures_of,
-    judge_case,
-    meanings,
-    measure,
-    numbers,
-    open_set,
-    pages,
-    read_judged,
-)
+from tools import diagnosis
+from tools.diagnosis import PICTURES, Case, Judgement, Spoiled, draw, figures_of, judge_case, read_judged
 
 STORED = read_judged()
 FEW = Judgement(["sample-impoverishment"], "sample-impoverishment", "unclear", calm_aided=True, calm_unaided=False)
@@ -34,12 +20,12 @@ FEW = Judgement(["sample-impoverishment"], "sample-impoverishment", "unclear", c
 
 def test_the_pages_and_the_library_say_what_is_stored() -> None:
     """`python -m tools.diagnosis table` writes them; all cases of the study are there."""
-    for file, texts in pages(STORED).items():
+    for file, texts in diagnosis.pages(STORED).items():
         page = file.read_text(encoding="utf-8")
         for name, text in texts.items():
             assert f"<!-- reproduction {name} -->\n\n{text}\n\n<!-- end -->" in page, name
-    assert OPEN_SET.read_text(encoding="utf-8") == open_set(STORED)
-    assert list(STORED) == numbers()
+    assert diagnosis.OPEN_SET.read_text(encoding="utf-8") == diagnosis.open_set(STORED)
+    assert list(STORED) == diagnosis.numbers()
 
 
 def test_a_case_is_drawn_alike_again_and_leaves_the_rest_of_the_run_as_it_is() -> None:
@@ -60,7 +46,7 @@ def test_all_that_the_file_names_is_there() -> None:
     models = {name: type(find(name).simulate().parameters) for name in EXPERIMENTS.own}
     names = {f"{owner}.{it.name}" for owner, model in models.items() for it in declarations(model)}
     names |= {name.partition(".")[2] for name in names}
-    for meaning in meanings():
+    for meaning in diagnosis.meanings():
         named = {*meaning.lowered, *meaning.raised, *meaning.changed, *meaning.left}
         assert named <= names, meaning.name
         assert {*meaning.pictures} <= {*PICTURES[True]}, meaning.name
@@ -146,6 +132,6 @@ def test_cases_that_are_stored_are_not_judged_again(tmp_path: Path) -> None:
     path.write_text(f"{json.dumps([0, FEW])}\n[1, null]\n[2, null]\n", "utf-8")
     with Pool(1) as pool:
         for _ in range(2):
-            measure(pool, range(4), path)
+            diagnosis.measure(pool, range(4), path)
             assert pool.pieces == 1
     assert read_judged(path) == {0: FEW, 1: None, 2: None, 3: None}
