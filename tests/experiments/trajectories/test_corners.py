@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
+from pftrack.experiments.trajectories import scene
 from pftrack.experiments.trajectories.corners import (
     GONE_FRAMES,
     CornerParameters,
@@ -16,36 +17,33 @@ from pftrack.experiments.trajectories.corners import (
     find_corners,
     follow,
 )
-from pftrack.experiments.trajectories.scene import CORNERS_FRAMES as FRAMES
-from pftrack.experiments.trajectories.scene import (
-    CORNERS_PX,
-    LINE,
-    ON_BOOK,
-    ON_BOX,
-    ON_WALL,
-    CornerSceneParameters,
-    CornerSource,
-    SceneMotion,
-    book,
-    shifts_px,
-    wall,
-)
-from pftrack.experiments.trajectories.scene import CORNERS_SIZE_PX as SIZE_PX
 from pftrack.vision.matching import cut, match
 
 SIZE = (160, 120)
 
 
-def world(seed: int = 0) -> NDArray[np.uint8]:
-    """A large grey texture of rectangles, of which pictures show a part."""
-    rng = np.random.default_rng(seed)
-    grey = np.full((300, 400), 128, np.uint8)
-    for x, y, level in rng.integers(0, [400, 300, 256], (500, 3)).tolist():
-        cv2.rectangle(grey, (x, y), (x + 14, y + 9), level, -1)
+def rectangles(
+    rng: np.random.Generator, size: tuple[int, int], count: int, sides: tuple[int, int] = (14, 9)
+) -> NDArray[np.uint8]:
+    """A grey texture of rectangles."""
+    grey = np.full(size[::-1], 128, np.uint8)
+    for x, y, level in rng.integers(0, [*size, 256], (count, 3)).tolist():
+        cv2.rectangle(grey, (x, y), (x + sides[0], y + sides[1]), level, -1)
     return grey
 
 
-WORLD = world()
+WORLD = rectangles(np.random.default_rng(0), (400, 300), 500)
+"""A large texture, of which pictures show a part."""
+
+
+def noise(seed: int) -> NDArray[np.uint8]:
+    return np.random.default_rng(seed).integers(0, 256, (*SIZE[::-1], 3)).astype(np.uint8)
+
+
+def apart(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The distances of all pairs of places."""
+    first, second = np.triu_indices(len(places), 1)
+    return np.hypot(*(places[first] - places[second]).T)
 
 
 def seen(x: int, y: int = 60) -> NDArray[np.uint8]:
@@ -61,7 +59,7 @@ def test_corners_are_followed_as_the_picture_moves() -> None:
     """What moves by whole pixels is found there, at no cost, and what was known before is left as it was."""
     parameters = with_values()
     corners, first = begin(seen(60), parameters)
-    followed, positions = corners, first
+    followed, there = corners, np.zeros(0)
     for step in range(1, 5):
         followed, positions = follow(followed, seen(60 + 3 * step, 60 - 2 * step), parameters, step)
         there = ~np.isnan(positions[:, 0])
@@ -74,32 +72,27 @@ def test_corners_are_followed_as_the_picture_moves() -> None:
 
 def test_a_corner_that_leaves_is_not_found() -> None:
     """Beyond the edge of the picture there is no match; when the picture comes back, so does the corner."""
-    parameters = with_values(largest_cost=10)
+    parameters, found = with_values(largest_cost=10), []
     corners, first = begin(seen(60), parameters)
-    path = [62, 68, 74, 80, 86, 80, 74, 68, 62, 60]
-    found = []
-    for index, x in enumerate(path, 1):
+    for index, x in enumerate([62, 68, 74, 80, 86, 80, 74, 68, 62, 60], 1):
         corners, positions = follow(corners, seen(x), parameters, index)
         found.append(positions)
     left = first[:, 0] < 26
     assert left.any()
     assert np.isnan(found[4][left]).all()
-    assert (found[-1][left] == first[left]).all()
-    stayed = (first[:, 0] > 35) & ~np.isnan(found[-1][:, 0])
-    assert (found[-1][stayed] == first[stayed]).all()
+    back = left | ((first[:, 0] > 35) & ~np.isnan(found[-1][:, 0]))
+    assert (found[-1][back] == first[back]).all()
 
 
 def test_matches_that_cost_too_much_are_none() -> None:
     """A picture of something else has no match at all: no place, and the search stays where it was."""
     parameters = with_values(largest_cost=5)
     corners, first = begin(seen(60), parameters)
-    other = np.random.default_rng(1).integers(0, 256, (*SIZE[::-1], 3)).astype(np.uint8)
-    lost, positions = follow(corners, other, parameters, 1)
+    lost, positions = follow(corners, noise(1), parameters, 1)
     assert np.isnan(positions).all()
     assert (lost.places == first).all()
     assert (lost.missing == 1).all()
-    _, back = follow(lost, seen(60), parameters, 2)
-    assert (back == first).all()
+    assert (follow(lost, seen(60), parameters, 2)[1] == first).all()
 
 
 def test_matches_that_are_ambiguous_are_none() -> None:
@@ -117,23 +110,19 @@ def test_matches_that_are_ambiguous_are_none() -> None:
     assert len(first) == 20
 
 
-def test_gone_corners_are_replaced() -> None:
+@pytest.mark.parametrize("new", [True, False])
+def test_gone_corners_are_replaced(new: bool) -> None:
     """With the option, after ten frames each that is gone gives its place to another, elsewhere; without, none does."""
-    parameters = with_values(new_corners=True, corner_quality=0.01, largest_cost=20)
-    begun, first = begin(seen(20), parameters)
-    for new in (True, False):
-        corners = begun
-        for index in range(1, 2 * GONE_FRAMES + 1):
-            values = revise(parameters, {"new_corners": new})
-            corners, positions = follow(corners, seen(180), values, index)
-        assert (corners.born > 0).any() == new
-        if new:
-            slots = corners.born > 0
-            assert set(corners.born[slots]) <= {GONE_FRAMES, 2 * GONE_FRAMES}
-            assert not np.isnan(positions[slots]).any()
-            apart = np.hypot(*(positions[slots][:, None] - positions[slots]).transpose(2, 0, 1))
-            assert (apart + 1e9 * np.eye(slots.sum()) >= parameters.corner_distance_px).all()
-            assert len(corners.born) == len(first)
+    parameters = with_values(new_corners=new, corner_quality=0.01, largest_cost=20)
+    corners, first = begin(seen(20), parameters)
+    for index in range(1, 2 * GONE_FRAMES + 1):
+        corners, positions = follow(corners, seen(180), parameters, index)
+    slots = corners.born > 0
+    assert slots.any() == new
+    assert set(corners.born[slots]) <= {GONE_FRAMES, 2 * GONE_FRAMES}
+    assert not np.isnan(positions[slots]).any()
+    assert apart(positions[slots]).min(initial=np.inf) >= parameters.corner_distance_px
+    assert len(corners.born) == len(first)
 
 
 def test_renewed_templates_adapt() -> None:
@@ -161,41 +150,32 @@ def test_a_picture_without_room_has_no_corner(size: tuple[int, int]) -> None:
 def test_what_rests_is_told_by_its_place() -> None:
     """A corner rests if its first place goes on showing it, however wrong the matches are; what moves does not rest."""
     parameters = with_values(match_cost="difference")
-    corners, _ = begin(seen(60), parameters)
-    assert not corners.resting.any()
-    rng = np.random.default_rng(2)
-    moving = corners
+    resting = moving = begin(seen(60), parameters)[0]
+    assert not resting.resting.any()
     for index in range(1, GONE_FRAMES + 1):
-        hidden = rng.integers(0, 256, (*SIZE[::-1], 3)).astype(np.uint8)
-        corners, _ = follow(corners, hidden if index in {2, 3, 6} else seen(60), parameters, index)
+        resting, _ = follow(resting, noise(index) if index in {2, 3, 6} else seen(60), parameters, index)
         moving, _ = follow(moving, seen(60 + 3 * index), parameters, index)
-    assert corners.resting.all()
+    assert resting.resting.all()
     assert moving.resting.mean() < 0.2
 
 
 def test_new_corners_are_away_from_those_that_stay() -> None:
     """Where half of the picture becomes another one, what is taken up there and elsewhere is not taken up twice."""
     parameters = with_values(new_corners=True, corner_count=40, corner_quality=0.001, largest_cost=5)
-    other = seen(60).copy()
-    other[:, 80:] = seen(200)[:, 80:]
+    other = np.hstack([seen(60)[:, :80], seen(200)[:, 80:]])
     corners, _ = begin(seen(60), parameters)
     for index in range(1, GONE_FRAMES + 1):
         corners, positions = follow(corners, other, parameters, index)
-    new, stayed = corners.born > 0, (corners.born == 0) & ~np.isnan(positions[:, 0])
-    assert new.any()
-    assert stayed.any()
-    apart = np.hypot(*(positions[new][:, None] - positions[stayed]).transpose(2, 0, 1))
-    assert apart.min() >= parameters.corner_distance_px
+    new, stayed = positions[corners.born > 0], positions[(corners.born == 0) & ~np.isnan(positions[:, 0])]
+    assert np.hypot(*(new[:, None] - stayed).transpose(2, 0, 1)).min() >= parameters.corner_distance_px
 
 
-def test_the_largest_correlation_cost_is_in_hundredths() -> None:
+@pytest.mark.parametrize(("largest", "found"), [(20, False), (200, True)])
+def test_the_largest_correlation_cost_is_in_hundredths(largest: int, found: bool) -> None:
     """By correlation a cost is 0 to 2: what is unlike, at about 0.5 and more, is none at 20 and taken at 200."""
-    other = np.random.default_rng(1).integers(0, 256, (*SIZE[::-1], 3)).astype(np.uint8)
-    for largest, found in ((20, False), (200, True)):
-        parameters = with_values(match_cost="correlation", largest_cost=largest)
-        corners, _ = begin(seen(60), parameters)
-        _, positions = follow(corners, other, parameters, 1)
-        assert np.isfinite(positions[:, 0]).any() == found
+    parameters = with_values(match_cost="correlation", largest_cost=largest)
+    corners, _ = begin(seen(60), parameters)
+    assert np.isfinite(follow(corners, noise(1), parameters, 1)[1]).any() == found
 
 
 DETECTORS: list[Detector] = ["eigenvalue", "orientation"]
@@ -203,9 +183,7 @@ DETECTORS: list[Detector] = ["eigenvalue", "orientation"]
 
 def picture(seed: int = 0) -> NDArray[np.uint8]:
     rng = np.random.default_rng(seed)
-    grey = np.full((120, 160), 128, np.uint8)
-    for x, y, level in rng.integers(0, [150, 110, 256], (40, 3)):
-        cv2.rectangle(grey, (int(x), int(y)), (int(x) + 12, int(y) + 8), int(level), -1)
+    grey = rectangles(rng, (160, 120), 40, (12, 8))
     return np.clip(grey + rng.normal(0, 2, grey.shape), 0, 255).astype(np.uint8)
 
 
@@ -236,26 +214,19 @@ def test_the_documents_detector_takes_points_of_a_slanted_line() -> None:
     """Ichimura and Ikoma 2000 report false corners on a slanted line: the steps of the line have little direction."""
     grey = np.full((90, 90), 120, np.uint8)
     cv2.line(grey, (-20, 75), (110, 15), 225, 3)
-    counts = {
-        name: len(find_corners(grey, detection_with_values(corner_detector=name, corner_window_px=3)))
-        for name in DETECTORS
-    }
-    assert counts["orientation"] >= 3
+    parameters = detection_with_values(corner_detector="orientation", corner_window_px=3)
+    assert len(find_corners(grey, parameters)) >= 3
 
 
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_corners_keep_their_distance(detector: Detector) -> None:
     """From each other, from the edge, and to the number and the places that are allowed."""
-    grey = picture(1)
-    parameters = detection_with_values(
-        corner_detector=detector, corner_distance_px=15, corner_margin_px=20, corner_count=10
-    )
+    grey, limits = picture(1), {"corner_distance_px": 15, "corner_margin_px": 20, "corner_count": 10}
+    parameters = detection_with_values(corner_detector=detector, **limits)
     found = find_corners(grey, parameters)
-    apart = np.hypot(*(found[:, None] - found[None]).transpose(2, 0, 1)) + 1e9 * np.eye(len(found))
-    assert 0 < len(found) <= 10
-    assert apart.min() >= 15
-    assert (found >= 20).all()
-    assert (found <= np.array([160, 120]) - 21).all()
+    assert 1 < len(found) <= 10
+    assert apart(found).min() >= 15
+    assert ((found >= 20) & (found <= np.array([160, 120]) - 21)).all()
     among = np.zeros(grey.shape, np.bool_)
     among[:, 80:] = True
     assert (find_corners(grey, parameters, among)[:, 0] >= 80).all()
@@ -269,96 +240,93 @@ def test_a_picture_without_room_has_no_corner_in_detection(size: tuple[int, int]
     assert found.shape == (min(len(found), 1), 2)
 
 
-PLAIN = CornerSceneParameters()
+PLAIN = scene.CornerSceneParameters()
 CLEAN = revise(PLAIN, {"image_noise_sd": 0, "gain_jump": 0, "gain_jump_share": 0})
 
 
-def history(parameters: CornerSceneParameters = PLAIN) -> History[CornerSceneParameters]:
+def history(parameters: scene.CornerSceneParameters = PLAIN) -> History[scene.CornerSceneParameters]:
     return History(((0, parameters),))
 
 
-def grey(source: CornerSource, index: int, past: History[CornerSceneParameters]) -> NDArray[np.uint8]:
+def grey(source: scene.CornerSource, index: int, past: History[scene.CornerSceneParameters]) -> NDArray[np.uint8]:
     image = source.frame(index, past).image_rgb
     return image[:, :, 0]
 
 
 @pytest.fixture(scope="module")
-def source() -> CornerSource:
-    return CornerSource(1, PLAIN)
+def source() -> scene.CornerSource:
+    return scene.CornerSource(1, PLAIN)
 
 
-def test_corners_stay_in_sight(source: CornerSource) -> None:
+def test_corners_stay_in_sight(source: scene.CornerSource) -> None:
     """At most 60 corners of all surfaces are followed, and for 60 frames none is near the edge or hidden."""
-    points = source.points_px
+    points, motion = source.points_px, scene.SceneMotion(scene.shifts_px(np.arange(float(scene.CORNERS_FRAMES))))
     first = np.zeros(len(points), np.int64)
-    motion = SceneMotion(shifts_px(np.arange(float(FRAMES))))
     assert 50 <= len(points) <= 60
-    assert set(motion.surfaces(points, first)) == {ON_WALL, ON_BOOK, ON_BOX}
+    assert set(motion.surfaces(points, first)) == {scene.ON_WALL, scene.ON_BOOK, scene.ON_BOX}
     for index in (0, 20, 59):
         now = motion.path(points, index, first)
-        assert (now >= 12).all()
-        assert (now <= np.array(SIZE_PX) - 13).all()
+        assert ((now >= 12) & (now <= np.array(scene.CORNERS_SIZE_PX) - 13)).all()
         assert not motion.hidden(points, index, 8.0).any()
 
 
-def test_false_corners_lie_on_the_slanted_line(source: CornerSource) -> None:
+def test_false_corners_lie_on_the_slanted_line(source: scene.CornerSource) -> None:
     """The last six points are on the book's bright line, evenly along it."""
-    (x0, y0), (x1, y1) = LINE
-    on_book = source.points_px[-6:] - CORNERS_PX[ON_BOOK]
+    (x0, y0), (x1, y1) = scene.LINE
+    on_book = source.points_px[-6:] - scene.CORNERS_PX[scene.ON_BOOK]
     off = (on_book[:, 0] - x0) * (y1 - y0) - (on_book[:, 1] - y0) * (x1 - x0)
     assert np.abs(off / np.hypot(x1 - x0, y1 - y0)).max() < 1.0
     x, y = np.rint(on_book).astype(int).T
-    assert (book(1)[y, x] == 16 * 225).all()
-    without = CornerSource(1, revise(PLAIN, {"false_corners": 0}))
+    assert (scene.book(1)[y, x] == 16 * 225).all()
+    without = scene.CornerSource(1, revise(PLAIN, {"false_corners": 0}))
     assert not (without.points_px[:, None] == source.points_px[-6:]).all(axis=2).any()
 
 
 def test_the_truth_is_where_the_picture_has_moved_to() -> None:
     """Without noise and jumps, what is not ambiguous is matched within half a pixel of its true place, in any frame."""
-    source = CornerSource(0, CLEAN)
+    source, clean = scene.CornerSource(0, CLEAN), history(CLEAN)
     points = source.points_px
     first = np.zeros(len(points), np.int64)
+    templates = cut(grey(source, 0, clean), points.astype(np.int64), 11)
     for index in (1, 25, 59):
-        motion = source.frame(index, history(CLEAN)).target.motion  # type: ignore[union-attr]
+        motion = source.frame(index, clean).target.motion  # type: ignore[union-attr]
         truth = motion.path(points, index, first)
-        templates = cut(grey(source, 0, history(CLEAN)), points.astype(np.int64), 11)
-        found = match(grey(source, index, history(CLEAN)), templates, np.rint(truth).astype(np.int64), 3, "correlation")
+        found = match(grey(source, index, clean), templates, np.rint(truth).astype(np.int64), 3, "correlation")
         off = np.abs(found.places + found.offsets - truth).max(axis=1)
         assert np.median(off) < 0.15
-        assert np.quantile(off[motion.surfaces(points, first) != ON_BOOK], 0.95) < 0.6
+        assert np.quantile(off[motion.surfaces(points, first) != scene.ON_BOOK], 0.95) < 0.6
 
 
-def test_points_that_are_taken_up_later_have_a_truth(source: CornerSource) -> None:
+def test_points_that_are_taken_up_later_have_a_truth() -> None:
     """A point of a later picture moves with the surface that is in front there."""
-    index, later = 40, 55
-    motion = SceneMotion(shifts_px(np.arange(60.0)))
-    corners = CORNERS_PX + motion.shifts[index]
-    points = np.array([[20.0, 20.0], corners[ON_BOOK] + 5.0, corners[ON_BOX] + 5.0])
-    born = np.full(3, index)
-    assert motion.surfaces(points, born).tolist() == [ON_WALL, ON_BOOK, ON_BOX]
-    moved = motion.path(points, later, born) - points
-    assert moved == pytest.approx(motion.shifts[later] - motion.shifts[index])
+    index, later, motion = 40, 55, scene.SceneMotion(scene.shifts_px(np.arange(60.0)))
+    corners = scene.CORNERS_PX + motion.shifts[index]
+    points, born = (
+        np.array([[20.0, 20.0], corners[scene.ON_BOOK] + 5.0, corners[scene.ON_BOX] + 5.0]),
+        np.full(3, index),
+    )
+    assert motion.surfaces(points, born).tolist() == [scene.ON_WALL, scene.ON_BOOK, scene.ON_BOX]
+    moved = motion.path(points, later, born)
+    assert moved - points == pytest.approx(motion.shifts[later] - motion.shifts[index])
     assert motion.path(points, index, born) == pytest.approx(points)
-    assert SceneMotion(motion.shifts[:56]).path(points, later, born) == pytest.approx(points + moved)
+    assert scene.SceneMotion(motion.shifts[:56]).path(points, later, born) == pytest.approx(moved)
 
 
 def test_the_drift_turns_back() -> None:
     """After 60 frames what has drifted away comes back, so that an endless run stays in the picture."""
-    shifts = shifts_px(np.arange(600.0))
-    for surface, size in ((ON_BOOK, (110, 84)), (ON_BOX, (70, 90))):
-        corner = CORNERS_PX[surface] + shifts[:, surface]
+    shifts = scene.shifts_px(np.arange(600.0))
+    for surface, size in ((scene.ON_BOOK, (110, 84)), (scene.ON_BOX, (70, 90))):
+        corner = scene.CORNERS_PX[surface] + shifts[:, surface]
         assert (corner > 0).all()
-        assert (corner + size < SIZE_PX).all()
-    assert np.abs(shifts[:, ON_WALL]).max() < 48
+        assert (corner + size < scene.CORNERS_SIZE_PX).all()
+    assert np.abs(shifts[:, scene.ON_WALL]).max() < 48
 
 
-def test_parameters_act_from_their_frame_on(source: CornerSource) -> None:
+def test_parameters_act_from_their_frame_on(source: scene.CornerSource) -> None:
     """A change leaves earlier frames alone: at half the speed all is where it was half as many frames later."""
-    slow = revise(PLAIN, {"scene_speed": 0.5})
-    changed = History(((0, PLAIN), (11, slow)))
+    changed = History(((0, PLAIN), (11, revise(PLAIN, {"scene_speed": 0.5}))))
     assert (grey(source, 10, changed) == grey(source, 10, history())).all()
-    one = source.frame(30, changed).target
-    other = source.frame(20, history()).target
+    one, other = (source.frame(index, past).target for index, past in ((30, changed), (20, history())))
     assert (one.position == other.position).all()  # type: ignore[union-attr]
     noisy = History(((0, PLAIN), (5, revise(PLAIN, {"image_noise_sd": 0}))))
     assert grey(source, 6, noisy).std() < grey(source, 6, history()).std()
@@ -366,17 +334,17 @@ def test_parameters_act_from_their_frame_on(source: CornerSource) -> None:
 
 def test_the_light_jumps() -> None:
     """With jumps in every frame the mean brightness is off by about a tenth; without, by the flicker alone."""
-    jumping = history(revise(CLEAN, {"gain_jump": 0.11, "gain_jump_share": 1}))
-    source = CornerSource(0, CLEAN)
-    steady = np.array([grey(source, index, history(CLEAN)).mean() for index in range(8)])
-    unsteady = np.array([grey(source, index, jumping).mean() for index in range(8)])
+    source, jumping = scene.CornerSource(0, CLEAN), history(revise(CLEAN, {"gain_jump": 0.11, "gain_jump_share": 1}))
+    steady, unsteady = (
+        np.array([grey(source, index, past).mean() for index in range(8)]) for past in (history(CLEAN), jumping)
+    )
     assert np.abs(unsteady / steady - 1.0) == pytest.approx(0.11, abs=0.01)
     assert steady.std() / steady.mean() < 0.05
 
 
 def test_the_lattice_is_what_was_asked_for() -> None:
     """Pitch and contrast of the wall are those of the parameters."""
-    lines = wall(0, 20, 100.0)[::-1][:, 5:9].mean(axis=1)[::-1]
+    lines = scene.wall(0, 20, 100.0)[::-1][:, 5:9].mean(axis=1)[::-1]
     dark = lines < lines.max() - 16 * 60
     assert np.flatnonzero(dark[1:] & ~dark[:-1])[:3].tolist() == [19, 39, 59]
 
@@ -384,4 +352,4 @@ def test_the_lattice_is_what_was_asked_for() -> None:
 def test_a_scene_without_a_corner_is_refused() -> None:
     """Where nothing is left to be followed, a sentence says so."""
     with pytest.raises(ValueError, match=r"no corner of frame 0 stays in sight for 60 frames"):
-        CornerSource(0, revise(PLAIN, {"false_corners": 0, "corner_margin_px": 150}))
+        scene.CornerSource(0, revise(PLAIN, {"false_corners": 0, "corner_margin_px": 150}))
