@@ -24,36 +24,44 @@ def at_least(**more: Any) -> Statement:
     return Statement(result="x", source="here", least=1.0, **more)
 
 
-def test_findings_are_judged_honestly() -> None:
+KNOWN, EASIER, HERE = {"known": "another scene"}, {"reason": "an easier scene"}, {"own": True}
+
+
+@pytest.mark.parametrize(
+    ("statement", "ours", "verdict", "fails"),
+    [
+        (near(), 1.04, "reproduced", False),
+        (near(), 1.06, "differs", True),
+        (near(), math.nan, "differs", True),
+        (near(**KNOWN), 1.06, "differs", False),
+        (near(**KNOWN), 1.04, "reproduced", False),
+        (at_least(), 0.9, "differs", True),
+        (at_least(), math.nan, "differs", True),
+        (at_least(**KNOWN), 0.9, "differs", False),
+        (at_least(**KNOWN), 1.0, "reproduced", False),
+        # A figure on the good side of its tolerance is better, for a stated reason; on the bad side it fails as ever.
+        (near(better="higher", **EASIER), 1.2, "better", False),
+        (near(better="higher", **EASIER), 0.8, "differs", True),
+        (near(better="lower", **EASIER), 0.8, "better", False),
+        # An own figure guards against mistakes: as it was it is counted apart, and otherwise it fails.
+        (near(**HERE), 1.0, "our own figure", False),
+        (at_least(**HERE), 1.0, "our own figure", False),
+        (near(**HERE), 2.0, "differs", True),
+    ],
+)
+def test_findings_are_judged_honestly(statement: Statement, ours: float, verdict: str, fails: bool) -> None:
     """Outside the tolerance fails, no number fails, and an unconfirmed claim that does not hold differs as is known."""
-    assert near().judge(1.04).verdict == "reproduced"
-    assert near().judge(1.06).fails
-    assert near().judge(math.nan).fails
-    assert near().judge(math.nan).as_dict()["ours"] is None
-    expected = near(known="another scene").judge(1.06)
-    assert (expected.verdict, expected.fails, expected.reason) == ("differs", False, "another scene")
-    assert near(known="another scene").judge(1.04).verdict == "reproduced"
-    assert at_least().judge(0.9).fails
-    assert at_least().judge(math.nan).fails
-    assert not at_least(known="why").judge(0.9).fails
-    assert at_least(known="why").judge(1.0).verdict == "reproduced"
+    found = statement.judge(ours)
+    assert (found.verdict, found.fails) == (verdict, fails)
+    assert math.isfinite(ours) or found.as_dict()["ours"] is None
 
 
-def test_better_needs_a_reason_and_a_side() -> None:
-    """A figure on the good side of its tolerance is better, for a stated reason; on the bad side it fails as ever."""
-    higher = near(better="higher", reason="an easier scene")
-    assert (higher.judge(1.2).verdict, higher.judge(1.2).reason) == ("better", "an easier scene")
-    assert higher.judge(0.8).fails
-    assert near(better="lower", reason="an easier scene").judge(0.8).verdict == "better"
+def test_a_difference_and_a_better_figure_have_a_reason() -> None:
+    """It is the one that is stated, and a side that is better needs one."""
+    assert near(**KNOWN).judge(1.06).reason == "another scene"
+    assert near(better="higher", **EASIER).judge(1.2).reason == "an easier scene"
     with pytest.raises(ValueError, match="a reason must be stated"):
         near(better="higher")
-
-
-def test_an_own_figure_is_not_a_reference() -> None:
-    """It guards against mistakes: as it was it is counted apart, and otherwise it fails."""
-    assert near(own=True).judge(1.0).verdict == "our own figure"
-    assert at_least(own=True).judge(1.0).verdict == "our own figure"
-    assert near(own=True).judge(2.0).fails
 
 
 def test_verdicts_are_counted_apart() -> None:
@@ -69,14 +77,10 @@ def test_verdicts_are_counted_apart() -> None:
 
 def test_a_cell_of_a_table_has_its_figures_and_its_exemption() -> None:
     """Keys find the reference, its tolerance and the reason why this cell alone may differ, and fill the sentence."""
-    table = Statement(
-        result="{0}, N = {1}",
-        source="here",
-        reference={"guided": {100: 18.0, 500: [23.0, 24.0]}},
-        tolerance={100: 2.0, 500: 0.5},
-        ground="chosen",
-        known={"reason": "few particles", "of": [["guided", 100]]},  # type: ignore[arg-type]
-    )
+    known: Any = {"reason": "few particles", "of": [["guided", 100]]}
+    stated = {"guided": {100: 18.0, 500: [23.0, 24.0]}}
+    more = {"tolerance": {100: 2.0, 500: 0.5}, "ground": "chosen", "known": known}
+    table = Statement(result="{0}, N = {1}", source="here", reference=stated, **more)
     many, few = table.judge(23.4, "guided", 500), table.judge(10.0, "guided", 100)
     assert (many.result, many.reference, many.tolerance, many.verdict) == ("guided, N = 500", 23.5, 0.5, "reproduced")
     assert (few.verdict, few.reason, few.fails, few.tolerance) == ("differs", "few particles", False, 2.0)

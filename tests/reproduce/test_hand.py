@@ -5,7 +5,6 @@ from itertools import product
 import pytest
 
 from pftrack.core.model.preset import Preset
-from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.reproduce.hand import MOTIONS, RANKINGS, WIDTHS, Outcome, mean, right_figure, steps
 from pftrack.reproduce.pool import Pool
@@ -36,12 +35,10 @@ def test_the_figure_has_a_panel_for_each_motion_and_bars_for_both_rankings() -> 
 @pytest.mark.parametrize("preset", HAND.presets, ids=lambda preset: preset.name)
 def test_presets_do_what_they_say(preset: Preset) -> None:
     """What works is never lost, with one hand kept the turn is lost from frame 21 on, and particles are further off."""
-    errors = {}
-    for chosen in (preset, HAND.presets[0]):
-        timeline = (Change(0, chosen.parameters),)
-        run = whole_run(HAND, tracker=chosen.tracker, seed=chosen.seed, timeline=timeline)
-        errors[chosen.name] = run.summary()
-    found, works = errors[preset.name], errors[HAND.presets[0].name]
+    found, works = (
+        whole_run(HAND, tracker=chosen.tracker, seed=chosen.seed, values=chosen.parameters).summary()
+        for chosen in (preset, HAND.presets[0])
+    )
     kind = preset.title.partition(":")[0]
     assert works.verdict.success
     if kind == "worse":

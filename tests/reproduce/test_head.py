@@ -62,13 +62,10 @@ def test_success_is_counted_below_the_threshold() -> None:
 
 def test_a_curve_is_compared_by_its_place() -> None:
     """Errors that are half a degree smaller give a curve that lies half a degree elsewhere."""
-    as_reference: dict[Model, list[TrialResult]] = {
-        "mean": [made_up(1.75)] * 20,
-        "individual": [made_up(1.45)] * 17 + [made_up(1.9)] * 3,
-    }
-    moved = {model: [made_up(float(one.errors_deg[0]) - 0.5) for one in all_] for model, all_ in as_reference.items()}
-    for given, wanted in ((as_reference, 0.0), (moved, 0.25)):
-        findings = {finding.result: finding for finding in curves(given)}
+    pitches: dict[Model, list[float]] = {"mean": [1.75] * 20, "individual": [1.45] * 17 + [1.9] * 3}
+    for moved, wanted in ((0.0, 0.0), (0.5, 0.25)):
+        trials = {model: [made_up(pitch - moved) for pitch in all_] for model, all_ in pitches.items()}
+        findings = {finding.result: finding for finding in curves(trials)}
         pitch = findings["head: success curve of pitch, mean model, by how much it lies elsewhere, degrees"]
         assert pitch.ours == pytest.approx(wanted, abs=0.02)
         assert pitch.verdict == "reproduced"

@@ -30,42 +30,39 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bool]]:
     return told
 
 
-def test_a_second_call_goes_on(computed: list[tuple[str, bool]], tmp_path: Path) -> None:
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "record.json"
+
+
+def test_a_second_call_goes_on(computed: list[tuple[str, bool]], path: Path) -> None:
     """What is in the file is not computed again; the rest is, and all findings are returned."""
-    path = tmp_path / "record.json"
     reproduce(NAMES[:1], full=True, record=Record(path, "one"))
     found = reproduce(NAMES, full=True, record=Record(path, "two"))
     assert sorted(computed) == sorted((name, True) for name in NAMES)
     assert [each.result for each in found[:2]] == ["a", "b"]
-    assert {name: entry.revision for name, entry in read_record(path).items()} == {NAMES[0]: "one", NAMES[1]: "two"}
+    kept = read_record(path)
+    assert {name: entry.revision for name, entry in kept.items()} == {NAMES[0]: "one", NAMES[1]: "two"}
+    # Findings are the same after they were written and read, also one without a number.
+    assert [one.as_dict() for name in NAMES for one in kept[name].findings] == [one.as_dict() for one in found[:2]]
 
 
-def test_a_full_result_takes_the_place_of_a_quick_one(computed: list[tuple[str, bool]], tmp_path: Path) -> None:
+def test_a_full_result_takes_the_place_of_a_quick_one(computed: list[tuple[str, bool]], path: Path) -> None:
     """A quick result is computed again in full, and a full one is enough where a quick one is asked for."""
-    path = tmp_path / "record.json"
     for full in (False, True, False):
         reproduce(NAMES[:1], full=full, record=Record(path, "one"))
     assert computed == [(NAMES[0], False), (NAMES[0], True)]
     assert read_record(path)[NAMES[0]].form == "full"
 
 
-def test_a_record_comes_back_as_it_was(computed: list[tuple[str, bool]], tmp_path: Path) -> None:
-    """Findings are the same after they were written and read, also one without a number."""
-    path = tmp_path / "record.json"
-    before = reproduce(NAMES, record=Record(path, "one"))[:2]
-    after = [one for name in NAMES for one in read_record(path)[name].findings]
-    assert [one.as_dict() for one in after] == [one.as_dict() for one in before]
-    assert computed
-
-
 @pytest.mark.parametrize(
     ("before", "asked", "again"), [("full", True, True), ("quick", False, True), ("full", False, False)]
 )
-def test_a_result_of_older_sources_is_computed_again(
-    before: Form, asked: bool, again: bool, computed: list[tuple[str, bool]], tmp_path: Path
+def test_what_older_sources_gave_is_computed_again(
+    before: Form, asked: bool, again: bool, computed: list[tuple[str, bool]], path: Path
 ) -> None:
     """It is older than the code until then; a full one stays where a quick one is asked for."""
-    kept, (name, _) = Record(tmp_path / "record.json", "one"), NAMES
+    kept, (name, _) = Record(path, "one"), NAMES
     kept.keep(name, before, [], sources="of another day", pieces=1, seconds=0.0)
     assert is_older(name, read_record(kept.path)[name])
     reproduce([name], full=asked, record=kept)
@@ -74,43 +71,32 @@ def test_a_result_of_older_sources_is_computed_again(
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"results": {"a": {}}}', json.dumps({"results": {"a": {"form": 1}}})])
-def test_another_file_is_refused(text: str, tmp_path: Path) -> None:
+def test_another_file_is_refused(text: str, path: Path) -> None:
     """A file that is no record is not written over."""
-    path = tmp_path / "record.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match="is not a record of reproduced results"):
         Record(path, "one")
     assert path.read_text(encoding="utf-8") == text
 
 
-def names_of(result: str) -> set[str]:
-    found = finding.list_sources(RESULTS[result].module)
-    return {path.relative_to(finding.ROOT).as_posix() for path in found}
+BALL_STUDY = ("reproduce/ball.py", "experiments/ball/model.py", "experiments/ball/experiment.py")
+HAND_STUDY = ("reproduce/hand.py", "experiments/hand/likelihood.py", "experiments/hand/experiment.py")
 
 
 @pytest.mark.parametrize(
     ("result", "inside", "outside"),
     [
-        (
-            "occlusion",
-            ("reproduce/ball", "experiments/ball/model", "experiments/ball/experiment"),
-            "experiments/hand",
-        ),
-        ("hand", ("reproduce/hand", "experiments/hand/likelihood", "experiments/hand/experiment"), "experiments/ball"),
+        ("occlusion", BALL_STUDY, "experiments/hand/"),
+        ("hand", HAND_STUDY, "experiments/ball/"),
+        ("fish", ("experiments/fish/learned.json", "reproduce/fish.yaml"), "reproduce/hand.yaml"),
     ],
 )
 def test_a_result_depends_on_what_it_imports(result: str, inside: tuple[str, ...], outside: str) -> None:
-    """Its tracker and its experiment are among its sources, those of other studies are not."""
-    found = names_of(result)
-    assert {f"pftrack/{name}.py" for name in inside} <= found
-    assert [name for name in found if name.startswith(f"pftrack/{outside}/")] == []
-
-
-def test_data_beside_the_code_count() -> None:
-    """What a tracker has learned is among the sources, and so is what is stated of the study, but not of others."""
-    found = names_of("fish")
-    assert {"pftrack/experiments/fish/learned.json", "pftrack/reproduce/fish.yaml"} <= found
-    assert "pftrack/reproduce/hand.yaml" not in found
+    """Its tracker, its experiment and data beside the code are among its sources, those of other studies are not."""
+    every = finding.list_sources(RESULTS[result].module)
+    found = {path.relative_to(finding.ROOT / "pftrack").as_posix() for path in every}
+    assert set(inside) <= found
+    assert [name for name in found if name.startswith(outside)] == []
 
 
 def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -119,12 +105,10 @@ def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: p
     folder = tmp_path / "pftrack"
     folder.mkdir()
     texts = {"study": "from pftrack import middle", "middle": "import pftrack.below", "below": "", "beside": ""}
-    for name, text in texts.items():
-        (folder / f"{name}.py").write_text(text, encoding="utf-8")
     hashes = []
-    for changed in ("", "beside", "below"):
-        if changed:
-            (folder / f"{changed}.py").write_text("ANYTHING = 1", encoding="utf-8")
+    for changed in ({}, {"beside": "ANYTHING = 1"}, {"below": "ANYTHING = 1"}):
+        for name, text in {**texts, **changed}.items():
+            (folder / f"{name}.py").write_text(text, encoding="utf-8")
         finding.hash_sources.cache_clear()
         hashes.append(finding.hash_sources("pftrack.study"))
     assert hashes[0] == hashes[1] != hashes[2]

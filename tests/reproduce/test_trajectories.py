@@ -13,12 +13,9 @@ from pftrack.reproduce.trajectories import likelihood_figure, track_figure
 
 def test_the_table_within_the_tolerances_for_few_runs() -> None:
     """Eleven runs are enough for the order of the methods; the linear filter has no runs to average."""
-    found = {}
     settings: tuple[tuple[Method, float, int], ...] = (("lg", 10.0, 1), ("lng", 1.0, 11), ("nlng", 3.0, 11))
-    for method, noise, count in settings:
-        found[method] = follow(
-            method, np.repeat(REFERENCE_PX[:, None], count, axis=1), Settings(noise, 1.0, count=1000)
-        )
+    tracks = {method: (np.repeat(REFERENCE_PX[:, None], count, axis=1), noise) for method, noise, count in settings}
+    found = {it: follow(it, track, Settings(noise, 1.0, count=1000)) for it, (track, noise) in tracks.items()}
     sides = "filtered", "smoothed"
     table = {name: dict(zip(sides, trajectories._medians(one), strict=True)) for name, one in found.items()}
     compared = trajectories.REFERENCES.judge_all("error", table["lg"], "lg")
