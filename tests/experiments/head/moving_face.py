@@ -4,6 +4,8 @@ A face that only moves keeps its pose and its templates, so that what a tracker 
 the features are, how well they correlate, which of them are covered, and when the face counts as lost.
 """
 
+from collections.abc import Iterable
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +77,14 @@ def stepped(
     state: PoseState, method: Method, given: HeadTrackerParameters, index: int, picture: NDArray[np.uint8]
 ) -> PoseState:
     return head.step(method, state, frame(index, picture), given, Stream(3, index, Purpose.TRACK))
+
+
+def followed(method: Method, given: HeadTrackerParameters, pictures: Iterable[NDArray[np.uint8]]) -> PoseState:
+    """Return the state after some pictures."""
+    state = begun(method, given)
+    for index, picture in enumerate(pictures, 1):
+        state = stepped(state, method, given, index, picture)
+    return state
 
 
 def covered(picture: NDArray[np.uint8], names: tuple[str, ...]) -> NDArray[np.uint8]:

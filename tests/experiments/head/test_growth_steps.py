@@ -2,15 +2,16 @@
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
-from pftrack.core.model.drawing import Mesh, Primitive
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import find_export
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
@@ -28,7 +29,11 @@ from tests.making import whole_run
 
 HEAD = find("head")
 SMALL: dict[str, Value] = {"image_width_px": 320, "feature_noise_px": 3}
-MEAN = mean_model().points_mm
+MEAN, COUNT = mean_model().points_mm, len(FEATURES)
+
+
+def variances(state: PoseState, correlations: NDArray[np.float64], eyes_px: float = 54.0) -> NDArray[np.float64]:
+    return face_growth.position_variances(state, correlations, eyes_px, 0.5)
 
 
 def run_of(frames: int, **values: Value) -> Run:
@@ -142,22 +147,19 @@ def test_another_focal_length_begins_the_model_again() -> None:
 
 def test_what_is_not_recognised_teaches_nothing(state: PoseState) -> None:
     """A feature that is not recognised, or whose place is no number, has an infinite variance."""
-    count = len(FEATURES)
-    sure = face_growth.position_variances(state, np.ones(count), 54.0, 0.5)
-    unlike = face_growth.position_variances(state, np.full(count, 0.75), 54.0, 0.5)
+    recognised = np.arange(COUNT) > 2
+    sure, unlike, unknown = (variances(state, np.full(COUNT, it)) for it in (1.0, 0.75, np.nan))
     assert (unlike > sure + 5 * 99 * 0.2).all()
-    recognised = np.arange(count) > 2
-    hidden = face_growth.position_variances(replace(state, recognised=recognised), np.ones(count), 54.0, 0.5)
+    hidden = variances(replace(state, recognised=recognised), np.ones(COUNT))
     assert np.array_equal(np.isfinite(hidden).all(axis=1), recognised)
-    assert not np.isfinite(face_growth.position_variances(state, np.full(count, np.nan), 54.0, 0.5)).any()
+    assert not np.isfinite(unknown).any()
 
 
 def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState) -> None:
     """The slip of a template grows with the face; a belief of few effective particles counts as less than it says."""
-    count = len(FEATURES)
-    near, nearer = (face_growth.position_variances(state, np.ones(count), size, 0.5) for size in (54.0, 108.0))
+    near, nearer = (variances(state, np.ones(COUNT), size) for size in (54.0, 108.0))
     slip = (nearer - near) / 3.0
-    assert slip == pytest.approx(np.full((count, 2), slip[0, 0]))
+    assert slip == pytest.approx(np.full((COUNT, 2), slip[0, 0]))
     assert slip[0, 0] > 1.0
     told = np.maximum(state.feature_covariances.diagonal(axis1=1, axis2=2), 0.5**2)
     assert (near - slip > 1.005 * face_growth.PERSISTENCE * told)[state.recognised].all()
@@ -165,14 +167,9 @@ def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState
 
 def test_frames_in_which_features_may_be_hidden_teach_nothing() -> None:
     """The face is learned only where it is clear that all features are seen."""
-    run = whole_run(HEAD, seed=1, frames=12, values={"person": 102, **SMALL})
-    state, frame, values = (
-        run.current.state,
-        simulated(14)[13],
-        revise(HEAD.simulate().parameters, {"person": 102, **SMALL}),
-    )
-    rival = state.belief.rival
-    assert rival is not None
+    given = {"person": 102, **SMALL}
+    state, frame = whole_run(HEAD, seed=1, frames=12, values=given).current.state, simulated(14)[13]
+    values, rival = revise(HEAD.simulate().parameters, given), state.belief.rival
     learned = []
     for log_odds in (15.0, -2.0, -15.0):
         belief = replace(state.belief, rival=replace(rival, doubting=False, log_odds=log_odds))
@@ -181,12 +178,17 @@ def test_frames_in_which_features_may_be_hidden_teach_nothing() -> None:
     assert learned == [False, False, True]
 
 
+def learned_from(growth: Growing, state: PoseState) -> Growing:
+    return face_growth.learn(growth, state, np.ones(COUNT), 54.0, revise(HEAD.simulate().parameters, SMALL))
+
+
+def begun(state: PoseState) -> Growing:
+    return face_growth.begin(mean_model(), state.solid.focal_px, revise(HEAD.simulate().parameters, SMALL))
+
+
 def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
     """The camera that is found for the face sees its points where they are in the picture."""
-    parameters = revise(HEAD.simulate().parameters, SMALL)
-    solid = state.solid
-    growth = face_growth.begin(mean_model(), solid.focal_px, parameters)
-    own = face_growth.learn(growth, state, np.ones(len(FEATURES)), 54.0, parameters).own
+    own, solid = learned_from(begun(state), state).own, state.solid
     x, y, z = own.camera[:, :3] @ own.shape.T + own.camera[:, 3:]
     seen = solid.focal_px * np.column_stack([x, y]) / z[:, None] + solid.principal_px
     assert np.abs(seen - state.feature_means).max() < 5.0
@@ -194,20 +196,16 @@ def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
 
 def test_too_few_points_teach_nothing(state: PoseState) -> None:
     """With three features that are recognised the model stays as it was, the same object."""
-    growth: Growing = state.memory.growth
-    three = replace(state, recognised=np.arange(len(FEATURES)) < 3)
-    parameters = revise(HEAD.simulate().parameters, SMALL)
-    assert face_growth.learn(growth, three, np.ones(len(FEATURES)), 54.0, parameters) is growth
+    three, growth = replace(state, recognised=np.arange(COUNT) < 3), state.memory.growth
+    assert learned_from(growth, three) is growth
 
 
 def test_a_point_never_seen_stays_as_unsure_as_at_first(state: PoseState) -> None:
     """The nose, if never recognised, keeps a depth at the mean's and at least 0.9 of the deviation of people there."""
-    parameters = revise(HEAD.simulate().parameters, SMALL)
-    growth = face_growth.begin(mean_model(), state.solid.focal_px, parameters)
+    growth, hidden = begun(state), replace(state, recognised=np.arange(COUNT) > 0)
     first = growth.covariances[0]
-    hidden = replace(state, recognised=np.arange(len(FEATURES)) > 0)
     for _ in range(30):
-        growth = face_growth.learn(growth, hidden, np.ones(len(FEATURES)), 54.0, parameters)
+        growth = learned_from(growth, hidden)
     # What is published is partly the mean, which is off as people are.
     own = replace(growth, weight=1.0).covariances[0]
     assert np.sqrt(own[2, 2]) > 0.9 * np.sqrt(first[2, 2])
@@ -235,8 +233,7 @@ def test_a_face_that_is_found_again_may_be_anywhere(state: PoseState) -> None:
     again = face_growth.widen_motion(growth)
     assert growth.own.camera is not None
     assert growth.mean_camera is not None
-    assert again.own.camera is None
-    assert again.mean_camera is None
+    assert (again.own.camera, again.mean_camera) == (None, None)
     assert np.array_equal(again.own.precision, growth.own.precision)
 
 
@@ -259,15 +256,13 @@ def test_people_vary_as_they_are_drawn() -> None:
 def test_it_may_begin_with_a_face_that_was_learned(grown: Run) -> None:
     """With what was exported it begins where that ended: nearer to the driver's face than the mean, from frame 0 on."""
     grown.finish()
-    (exported,) = (export for export in HEAD.exports if export.name == "face-json")
-    text = exported.make(grown.current.state, grown.diagnostics).decode()
+    text = find_export(HEAD.exports, "face-json").make(grown.current.state, grown.diagnostics).decode()
     run = run_of(6, **SMALL, starting_face=text)
+    learned = growth_of(grown).shape
     first = float(run.current.diagnostics.series["shape_error_mm"])
-    assert first == pytest.approx(error_mm(growth_of(grown).shape, 102), abs=0.01)
-    run.finish()
-    assert np.abs(run.current.state.solid.points_mm - growth_of(grown).shape).max() < 0.5
-    saved = run.recipe.timeline[0].values["starting_face"]
-    assert len(str(saved)) < 1500
+    assert first == pytest.approx(error_mm(learned, 102), abs=0.01)
+    assert np.abs(run.finish().state.solid.points_mm - learned).max() < 0.5
+    assert len(str(run.recipe.timeline[0].values["starting_face"])) < 1500
 
 
 @pytest.mark.parametrize(
@@ -288,21 +283,23 @@ def test_what_is_no_face_is_refused(text: str, words: str) -> None:
     assert caught.value.field == "starting_face"
 
 
+def turned(driver: int) -> NDArray[np.float64]:
+    return person(driver).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T
+
+
 def test_a_face_that_was_brought_along_stays_the_same() -> None:
     """A change of something else leaves it as it is to the digit, or the model would begin again."""
-    parameters = HEAD.simulate().parameters
     for driver in range(100, 140):
-        turned = person(driver).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T
-        first = revise(parameters, {"starting_face": as_json(FEATURES, turned).decode()})
+        first = revise(HEAD.simulate().parameters, {"starting_face": as_json(FEATURES, turned(driver)).decode()})
         assert revise(first, {"model_memory": 0.9}).starting_face == first.starting_face
 
 
 def test_a_face_that_is_turned_is_turned_back() -> None:
     """A model in another pose and place is laid onto the mean face, as large as it is."""
-    turned = 1.1 * person(102).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T + (10.0, 200.0, -50.0)
-    found = starting_model(as_json(FEATURES, turned).decode()).points_mm
-    onto = fit_similarity(1.1 * person(102).points_mm, MEAN)
-    np.testing.assert_allclose(found, onto(1.1 * person(102).points_mm) / onto.scale, atol=1e-3)
+    large = 1.1 * person(102).points_mm
+    found = starting_model(as_json(FEATURES, 1.1 * turned(102) + (10.0, 200.0, -50.0)).decode()).points_mm
+    onto = fit_similarity(large, MEAN)
+    np.testing.assert_allclose(found, onto(large) / onto.scale, atol=1e-3)
 
 
 # A growing face is drawn as it is: its points, colours by uncertainty, ellipsoids, and the mean face as a wire.
@@ -315,36 +312,29 @@ def run() -> Run:
     return whole_run(HEAD, seed=1, frames=40, values=VALUES)
 
 
-def worlds(run: Run, frame: int) -> dict[str, Primitive]:
+def worlds(run: Run, frame: int) -> dict[str, Any]:
     (world,) = HEAD.draw(run.seek(frame), run.diagnostics).worlds
-    return world.primitives
-
-
-def mesh(primitives: dict[str, Primitive], name: str) -> Mesh:
-    found = primitives[name]
-    assert isinstance(found, Mesh)
-    return found
+    return dict(world.primitives)
 
 
 def test_the_mean_head_becomes_the_persons(run: Run) -> None:
     """The surface begins as that of the mean face and ends as that of the model that the tracker uses."""
-    first, last = mesh(worlds(run, 0), "surface").vertices, mesh(worlds(run, 39), "surface").vertices
-    model = run.current.state.memory.model
-    np.testing.assert_allclose(first, front(mean_model()).vertices_mm, atol=1e-4)
-    np.testing.assert_allclose(last, front(model).vertices_mm, atol=1e-4)
+    first, last = (worlds(run, frame)["surface"].vertices for frame in (0, 39))
+    mean = front(mean_model())
+    np.testing.assert_allclose(first, mean.vertices_mm, atol=1e-4)
+    np.testing.assert_allclose(last, front(run.current.state.memory.model).vertices_mm, atol=1e-4)
     assert np.abs(last - first).max() > 1.0
-    wire = worlds(run, 39)["mean face"]
-    assert np.array_equal(wire.segments, front(mean_model()).vertices_mm.astype(np.float32)[front(mean_model()).edges])
+    assert np.array_equal(worlds(run, 39)["mean face"].segments, mean.vertices_mm.astype(np.float32)[mean.edges])
 
 
 def test_it_is_coloured_by_how_sure_it_is(run: Run) -> None:
     """On the picture and in the world alike; surer with time, and least sure far from what is seen."""
-    step = run.seek(39)
-    drawing = HEAD.draw(step, run.diagnostics)
-    later, before = mesh(worlds(run, 39), "surface"), mesh(worlds(run, 1), "surface")
+    before, later = (worlds(run, frame)["surface"] for frame in (1, 39))
+    drawing = HEAD.draw(run.current, run.diagnostics)
     assert later.layer == UNCERTAINTY
-    assert np.array_equal(later.colour, mesh(drawing.primitives, "head").colour)
-    apart = np.linalg.norm(later.vertices[:, None] - step.state.memory.model.points_mm, axis=2).min(axis=1)
+    assert np.array_equal(later.colour, drawing.primitives["head"].colour)
+    points = run.current.state.memory.model.points_mm
+    apart = np.linalg.norm(later.vertices[:, None] - points, axis=2).min(axis=1)
     # Viridis grows in green with the amount.
     assert later.colour[apart < 8, 1].mean() < before.colour[apart < 8, 1].mean() - 25
     assert later.colour[apart > 40, 1].mean() > later.colour[apart < 8, 1].mean() + 20
@@ -367,7 +357,7 @@ def test_a_lost_face_says_nothing_of_itself(run: Run) -> None:
     lost = replace(step.state, memory=replace(step.state.memory, lost_frames=2))
     (world,) = HEAD.draw(replace(step, state=lost), run.diagnostics).worlds
     assert "model ellipsoids" not in world.primitives
-    assert mesh(world.primitives, "surface").is_uniform
+    assert world.primitives["surface"].is_uniform
 
 
 def test_the_surface_is_taken_away_with_its_outside_out(run: Run) -> None:

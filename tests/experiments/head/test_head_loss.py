@@ -13,7 +13,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import History
 from pftrack.experiments import find
 from pftrack.experiments.head import trackers as head
-from pftrack.experiments.head.appearance import SEARCH_EVERY, HeadMemory, around
+from pftrack.experiments.head.appearance import SEARCH_EVERY, around
 from pftrack.experiments.head.detection import DetectedFace
 from pftrack.experiments.head.first_sight import EYES, is_same_face, pose_found
 from pftrack.experiments.head.parameters import HeadTrackerParameters
@@ -33,40 +33,52 @@ from tests.experiments.head.moving_face import (
     stepped,
 )
 
+Picture, Points = NDArray[np.uint8], NDArray[np.float64]
+
 
 class Search:
     """A face that goes away, with a finder that answers as told, by the frame in which it is asked."""
 
-    def __init__(
-        self, given: HeadTrackerParameters, monkeypatch: pytest.MonkeyPatch, answers: Callable[[int], object]
-    ) -> None:
-        self.given, self.index, self.asked = given, 0, []
+    def __init__(self, given: HeadTrackerParameters, find: Callable[[int], object]) -> None:
+        self.given, self.answer, self.index = given, find, 0
+        self.asked: list[tuple[int, object, object]] = []
         self.state = begun("pf-asd", given)
 
-        def find(picture: NDArray[np.uint8], box: object, model: object) -> object:
-            self.asked.append((self.index, box, model))
-            return answers(self.index)
+    def find(self, picture: Picture, box: object, model: object) -> object:
+        self.asked.append((self.index, box, model))
+        return self.answer(self.index)
 
-        monkeypatch.setattr(head, "find_again", find)
-
-    def step(self, picture: NDArray[np.uint8], method: Method = "pf-asd") -> PoseState:
+    def step(self, picture: Picture, method: Method = "pf-asd") -> PoseState:
         self.index += 1
         self.state = stepped(self.state, method, self.given, self.index, picture)
         return self.state
 
 
-def test_a_lost_face_is_looked_for_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def search(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Search]:
+    """Return what begins a search for a face that is found at some points, or in some frames."""
+
+    def begin(found: Points | Callable[[int], object], **values: Value) -> Search:
+        given = parameters(**{"find_again": True, "patience_frames": 1, **values})
+        run = Search(given, found if callable(found) else lambda _: detected(found))
+        monkeypatch.setattr(head, "find_again", run.find)
+        return run
+
+    return begin
+
+
+def detected(points: Points) -> DetectedFace:
+    return DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2)
+
+
+def test_a_lost_face_is_looked_for_now_and_then(search: Callable[..., Search]) -> None:
     """After `patience` doubtful frames it is lost; it is looked for in the next frame and in every fifth after that."""
-    given = parameters(find_again=True, patience_frames=3, pose_noise_deg=2.0, face_model="personal")
-    run = Search(given, monkeypatch, lambda _: None)
+    run = search(lambda _: None, patience_frames=3, pose_noise_deg=2.0, face_model="personal")
     known = run.step(grey())
-    for count in (1, 2):
-        assert not memory(run.step(NOTHING)).lost
-        assert memory(run.state).doubtful_frames == count
-    assert memory(run.step(NOTHING)).lost
+    found = [memory(run.step(NOTHING)) for _ in range(3)]
+    assert [(one.doubtful_frames, one.lost) for one in found] == [(1, False), (2, False), (3, True)]
     tracker = head.TRACKERS["pf-asd"]
-    assert tracker.searching(run.state)
-    assert not tracker.searching(known)
+    assert [tracker.searching(state) for state in (known, run.state)] == [False, True]
     run.state = replace(run.state, recognised=np.ones(11, np.bool_))
     lost_at, before = run.index, run.state
     for count in range(2, 20):
@@ -88,20 +100,18 @@ def test_a_lost_face_is_looked_for_now_and_then(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("scale", [0.81, 1.0, 1.24])
 def test_a_face_of_much_the_same_size_is_found_again(
-    method: Method, scale: float, monkeypatch: pytest.MonkeyPatch
+    method: Method, scale: float, search: Callable[..., Search]
 ) -> None:
     """It keeps its templates and its frame 0; it begins at the points that were found, with their roll and size."""
     points = similar(scale, 0.2, (6.0, -4.0))
-    face = DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2)
-    given = parameters(find_again=True, patience_frames=1)
-    run = Search(given, monkeypatch, lambda _: face)
-    before = run.step(grey(), method)
+    run = search(points)
+    before = memory(run.step(grey(), method))
     assert memory(run.step(NOTHING, method)).lost
     state = run.step(grey_at(points), method)
     found = memory(state)
     assert (found.lost, found.doubtful_frames, state.switched) == (False, 0, True)
-    assert found.templates is memory(before).templates
-    assert found.sight is memory(before).sight
+    assert found.templates is before.templates
+    assert found.sight is before.sight
     assert found.enlarged == pytest.approx(scale)
     assert found.box == pytest.approx(around(points))
     assert state.recognised.all()
@@ -110,48 +120,35 @@ def test_a_face_of_much_the_same_size_is_found_again(
     assert state.feature_means == pytest.approx(points, abs=4)
     assert state.project(state.solid.points_mm) == pytest.approx(points, abs=1e-6 if method != "rb-pf" else 1e-5)
     spread = np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2) / 2)
-    if method != "rb-pf":
-        expected = 0.05 * memory(before).box[2] / 1.5
-        assert np.mean(spread) == pytest.approx(expected, rel=0.1)
+    assert method == "rb-pf" or np.mean(spread) == pytest.approx(0.05 * before.box[2] / 1.5, rel=0.1)
 
 
 @pytest.mark.parametrize("scale", [0.79, 1.26])
-def test_a_face_of_another_size_begins_again(scale: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_face_of_another_size_begins_again(scale: float, search: Callable[..., Search]) -> None:
     """Its templates are cut where it was found, the pose begins at 0, and the person is still the same."""
     points = similar(scale, 0.0, (0.0, 0.0))
-    run = Search(
-        parameters(find_again=True, patience_frames=1),
-        monkeypatch,
-        lambda _: DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2),
-    )
-    before = run.step(grey())
+    run, picture = search(points), grey_at(points)
+    before = memory(run.step(grey()))
     run.step(NOTHING)
-    picture = grey_at(points)
     state = run.step(picture)
     found = memory(state)
     assert not found.lost
-    assert found.templates is not memory(before).templates
+    assert found.templates is not before.templates
     assert np.array_equal(found.sight.points_px, points)
     assert np.array_equal(found.sight.grey, picture)
-    assert found.sight.own == memory(before).sight.own
+    assert found.sight.own == before.sight.own
     assert found.enlarged == 1.0
     assert state.estimate.tolist() == [0, 0, 0]
-    after = run.step(picture)
-    assert memory(after).correlations.min() > 0.7
+    assert memory(run.step(picture)).correlations.min() > 0.7
 
 
 @pytest.mark.parametrize("upper", ["affine", "perspective"])
-def test_a_found_face_is_tracked_on(upper: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_found_face_is_tracked_on(upper: str, search: Callable[..., Search]) -> None:
     """Found where it is, it is followed from the next frame on, and the correlations are as before."""
     moved = POINTS + np.array([12.0, 6.0])
-    run = Search(
-        parameters(find_again=True, patience_frames=2, upper_layer=upper),
-        monkeypatch,
-        lambda index: DetectedFace(moved, (0.0, 0.0, 1.0, 1.0), 2) if index > 8 else None,
-    )
-    run.step(grey())
-    for index in range(1, 10):
-        run.step(NOTHING if index < 8 else grey(12, 6))
+    run = search(lambda index: detected(moved) if index > 8 else None, patience_frames=2, upper_layer=upper)
+    for picture in [grey()] + [NOTHING] * 7 + [grey(12, 6)] * 2:
+        run.step(picture)
     assert not memory(run.state).lost
     for _ in range(4):
         run.step(grey(12, 6))
@@ -160,38 +157,31 @@ def test_a_found_face_is_tracked_on(upper: str, monkeypatch: pytest.MonkeyPatch)
     assert np.rad2deg(np.abs(run.state.estimate)).max() < 5
 
 
-@pytest.mark.parametrize("changed", [{"face_model": "personal"}, {"focal_widths": 1.0}])
-def test_a_face_that_has_come_nearer_stays_near(changed: dict[str, Value], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Found again a fifth larger, it is as large when its solid is made again in another form."""
-    face = DetectedFace(similar(1.2, 0.0, (0.0, 0.0)), (0.0, 0.0, 1.0, 1.0), 2)
-    run = Search(parameters(find_again=True, patience_frames=1), monkeypatch, lambda _: face)
-    before = run.step(grey())
-    run.step(NOTHING)
-    found = run.step(grey_at(face.points_px))
-    assert found.solid.scale == pytest.approx(1.2 * before.solid.scale)
-    run.given = revise(run.given, changed)
-    assert head._form(run.state, run.given).solid.scale == pytest.approx(found.solid.scale, rel=0.05)
+def test_a_face_that_is_found_twice_is_as_large_as_it_was_found(search: Callable[..., Search]) -> None:
+    """Its size is always that relative to first sight, however often it was lost in between.
 
-
-def test_a_face_that_is_found_twice_is_as_large_as_it_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its size is always that relative to first sight, however often it was lost in between."""
-    face = DetectedFace(similar(1.2, 0.1, (0.0, 0.0)), (0.0, 0.0, 1.0, 1.0), 2)
-    run = Search(parameters(find_again=True, patience_frames=1), monkeypatch, lambda _: face)
-    first = memory(run.step(grey())).sight
+    It is as large when its solid is made again in another form.
+    """
+    points = similar(1.2, 0.1, (0.0, 0.0))
+    run = search(points)
+    first = run.step(grey())
     for _ in range(3):
         run.step(NOTHING)
-        found = run.step(grey_at(face.points_px))
+        found = run.step(grey_at(points))
         assert memory(found).enlarged == pytest.approx(1.2)
-        assert memory(found).sight is first
+        assert memory(found).sight is memory(first).sight
         assert found.estimate == pytest.approx([0, 0, 0.1])
+        assert found.solid.scale == pytest.approx(1.2 * first.solid.scale)
+    for changed in ({"face_model": "personal"}, {"focal_widths": 1.0}):
+        again = head._form(found, revise(run.given, changed))
+        assert again.solid.scale == pytest.approx(found.solid.scale, rel=0.05)
 
 
 @pytest.mark.parametrize("upper", ["affine", "perspective"])
-def test_templates_in_relief_outlast_any_size(upper: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_templates_in_relief_outlast_any_size(upper: str, search: Callable[..., Search]) -> None:
     """Found again half as large again, a face keeps them; made again in another form they are those of first sight."""
     points = similar(1.5, 0.0, (0.0, 0.0))
-    given = parameters(find_again=True, patience_frames=1, templates="relief", upper_layer=upper)
-    run = Search(given, monkeypatch, lambda _: DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2))
+    run = search(points, templates="relief", upper_layer=upper)
     before = memory(run.step(grey()))
     run.step(NOTHING)
     found = memory(run.step(grey_at(points)))
@@ -199,25 +189,20 @@ def test_templates_in_relief_outlast_any_size(upper: str, monkeypatch: pytest.Mo
     assert found.sight is before.sight
     assert found.reliefs is before.reliefs
     for changed in ({"face_model": "personal"}, {"template_scale": 0.7}, {"focal_widths": 1.0}):
-        other = revise(given, changed)
+        other = revise(run.given, changed)
         again, fresh = memory(head._form(run.state, other)).reliefs, memory(begun("pf-asd", other)).reliefs
         assert again is not before.reliefs
         assert np.array_equal(again.points_mm, fresh.points_mm)
         assert np.array_equal(again.levels, fresh.levels)
 
 
-def test_what_only_a_finder_takes_for_the_face_is_not_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_only_a_finder_takes_for_the_face_is_not_it(search: Callable[..., Search]) -> None:
     """A small face that it sees in the texture beside the true one is left alone, and the search goes on."""
-    wrong = DetectedFace(similar(0.25, 0.0, (10.0, 30.0)), (0.0, 0.0, 1.0, 1.0), 2)
-    right = DetectedFace(POINTS, (0.0, 0.0, 1.0, 1.0), 2)
-    run = Search(
-        parameters(find_again=True, patience_frames=1), monkeypatch, lambda index: wrong if index < 8 else right
-    )
+    wrong = similar(0.25, 0.0, (10.0, 30.0))
+    run = search(lambda index: detected(wrong if index < 8 else POINTS))
     run.step(grey())
     run.step(NOTHING)
-    for _ in range(5):
-        assert memory(run.step(grey())).lost
-    assert not memory(run.step(grey())).lost
+    assert [memory(run.step(grey())).lost for _ in range(6)] == [True] * 5 + [False]
     assert [index for index, _, _ in run.asked] == [3, 8]
 
 
@@ -229,24 +214,19 @@ SIGHT = memory(begun("pf-asd", parameters())).sight
 
 @pytest.mark.parametrize(("scale", "roll"), [(1.0, 0.0), (0.6, 0.4), (1.4, -0.3)])
 def test_a_face_is_known_again_at_any_size_and_roll(scale: float, roll: float) -> None:
-    """Also darker and with less contrast, and if the finder is some pixels off; not where there is something else."""
+    """Also darker and with less contrast, and if the finder is some pixels off; not where there is something else.
+
+    Five features are enough, as long as they are where they should be.
+    """
     points = similar(scale, roll, (8.0, -5.0))
-    picture = grey_at(points)
+    picture, half = grey_at(points), grey()
+    half[int(np.sort(POINTS[:, 1])[5]) + 12 :] = 128
     assert is_same_face(picture, SIGHT, points)
     assert is_same_face((20 + picture // 3).astype(np.uint8), SIGHT, points + 3.0 * scale)
+    assert is_same_face(half, SIGHT, POINTS)
     assert not is_same_face(grey_at(POINTS)[::-1, ::-1].copy(), SIGHT, points)
     assert not is_same_face(NOTHING, SIGHT, points)
     assert not is_same_face(picture, SIGHT, similar(0.3 * scale, roll, (0.0, 30.0)))
-
-
-def test_a_face_of_which_half_is_covered_is_known_again() -> None:
-    """Five features are enough, as long as they are where they should be."""
-    picture = grey()
-    lowest = np.sort(POINTS[:, 1])[5]
-    picture[int(lowest) + 12 :] = 128
-    assert is_same_face(picture, SIGHT, POINTS)
-    picture[:] = 128
-    assert not is_same_face(picture, SIGHT, POINTS)
 
 
 @pytest.mark.parametrize(("pitch", "yaw"), [(0, 0), (0, 30), (20, -15), (-20, 45)])
@@ -272,17 +252,12 @@ def test_a_turned_head_is_found_turned() -> None:
     """With templates in relief the first guess after a loss is nearer to the true pose than the front is."""
     values = {"templates": "relief", "upper_layer": "perspective", "person": 240, "image_width_px": 480, "speed": 1.5}
     run = Run(HEAD, HEAD.simulate(), seed=4, frames=2, timeline=(Change(0, values),))
-    run.seek(1)
-    state, given = run.current.state, run.parameters_at(0)
-    known: HeadMemory = state.memory
-    source = HeadSource(4, given)
+    state, given = run.seek(1).state, run.parameters_at(0)
     found, front = [], []
     for index in range(20, 200, 20):
-        frame = source.frame(index, History(((0, given),)))
-        true = frame.target.position
-        turned = head._judge_face(
-            known, state.solid, head._grey(frame), frame.target.landmarks.points_px, true[2], given
-        )
+        frame = HeadSource(4, given).frame(index, History(((0, given),)))
+        true, points = frame.target.position, frame.target.landmarks.points_px
+        turned = head._judge_face(state.memory, state.solid, head._grey(frame), points, true[2], given)
         found.append(np.abs(turned.theta - true)[:2].sum())
         front.append(np.abs(true[:2]).sum())
     assert np.mean(found) < 0.7 * np.mean(front)

@@ -14,7 +14,7 @@ from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.head import appearance
 from pftrack.experiments.head import trackers as head
-from pftrack.experiments.head.appearance import SIZES_PX, FirstSight, Form, HeadMemory, around, template_sizes, widen
+from pftrack.experiments.head.appearance import SIZES_PX, FirstSight, Form, around, template_sizes, widen
 from pftrack.experiments.head.detection import eye_distance
 from pftrack.experiments.head.first_sight import fit_pose, solid_of
 from pftrack.experiments.head.parameters import AS_PUBLISHED
@@ -33,6 +33,7 @@ from tests.experiments.head.moving_face import (
     WIDTH,
     begun,
     covered,
+    followed,
     frame,
     grey,
     memory,
@@ -89,44 +90,36 @@ def test_light_does_not_matter(method: Method) -> None:
 def test_what_is_reported_is_of_this_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     """Correlations are those at the positions that are estimated now, and doubt is about these positions."""
     # Few particles that are weighed but a little, so that features lie beside their places.
-    loose = {"sample_count": 10, "feature_noise_px": 12.0, "correlation_spread": 1.0}
-    given = parameters(**loose)
+    given = parameters(sample_count=10, feature_noise_px=12.0, correlation_spread=1.0)
     monkeypatch.setattr(head, "RECOGNISED_CORRELATION", 0.0)
     monkeypatch.setattr(head, "LARGEST_MISFIT", 2.0)
-    state = begun("alpha-0", given)
-    for index in range(1, 4):
-        state = stepped(state, "alpha-0", given, index, grey(3 * index, 0))
+    state = followed("alpha-0", given, (grey(3 * index, 0) for index in range(1, 4)))
     after = stepped(state, "alpha-0", given, 4, grey(12, 0))
-    templates = memory(state).templates
-    there = template.correlations(grey(12, 0), after.feature_means[:, None], templates)[:, 0]
+    there = template.correlations(grey(12, 0), after.feature_means[:, None], memory(state).templates)[:, 0]
     assert memory(after).correlations == pytest.approx(there, abs=1e-12)
     misfit = memory(after).misfit(after.project(after.solid.points_mm), after.feature_means)
     assert 0.02 < misfit < 2.0
     for limit, doubtful in ((misfit * (1 - 1e-9), 1), (misfit * (1 + 1e-9), 0)):
         monkeypatch.setattr(head, "LARGEST_MISFIT", limit)
-        judged = stepped(state, "alpha-0", given, 4, grey(12, 0))
-        assert memory(judged).doubtful_frames == doubtful
+        assert memory(stepped(state, "alpha-0", given, 4, grey(12, 0))).doubtful_frames == doubtful
 
 
 def test_covered_features_are_not_recognised() -> None:
     """What lies under something flat correlates with nothing; the rest of the face is followed all the same."""
     # If they were never hidden they would cling to what looks like them by chance.
-    given = parameters(hidden_weight=0.25, sample_count=300)
-    state = begun("pf-asd", given)
     names = ("lmou", "rmou")
-    for index in range(1, 7):
-        state = stepped(state, "pf-asd", given, index, covered(grey(), names))
-    hidden = np.array([name in names for name in FEATURES])
+    state = followed("pf-asd", parameters(hidden_weight=0.25, sample_count=300), [covered(grey(), names)] * 6)
+    hidden = np.isin(FEATURES, names)
     assert state.recognised.tolist() == (~hidden).tolist()
     assert memory(state).correlations[hidden].max() < 0.5
     found = head.TRACKERS["pf-asd"].measure(state)
     assert found["feature_recognised"] == tuple((~hidden).astype(float))
     assert found["correlation"] == tuple(memory(state).correlations.tolist())
-    deviations = np.array(found["feature_sd_px"])
+    deviations, off = np.array(found["feature_sd_px"]), np.abs(state.feature_means - POINTS)
     assert deviations[hidden].min() > 1.5 * np.median(deviations[~hidden])
     # Nothing says where they are but the rest of the face, and that they are where they were.
-    assert np.abs(state.feature_means - POINTS)[hidden].max() < 12
-    assert np.abs(state.feature_means - POINTS)[~hidden].max() < 1.5
+    assert off[hidden].max() < 12
+    assert off[~hidden].max() < 1.5
     assert memory(state).doubtful_frames == 0
 
 
@@ -144,10 +137,7 @@ def test_a_wider_spread_is_less_sure() -> None:
 def test_a_face_is_doubtful_with_too_few_features(least: int, doubtful: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """With nine of eleven features to be seen it is one if nine make a face, and doubtful if ten do."""
     monkeypatch.setattr(head, "LEAST_RECOGNISED", least)
-    given = parameters(hidden_weight=0.25)
-    state = begun("pf-asd", given)
-    for index in range(1, 4):
-        state = stepped(state, "pf-asd", given, index, covered(grey(), ("lmou", "rmou")))
+    state = followed("pf-asd", parameters(hidden_weight=0.25), [covered(grey(), ("lmou", "rmou"))] * 3)
     assert int(state.recognised.sum()) == 9
     assert (memory(state).doubtful_frames > 0) == doubtful
     assert (memory(state).box == around(state.feature_means)) == (not doubtful)
@@ -162,9 +152,8 @@ def test_a_face_is_doubtful_with_features_out_of_place(
     given = parameters()
     state = begun("alpha-0", given)
     # Every other feature a little to the left: no affine camera sees the face like that.
-    off = np.where(np.arange(11) % 2, 4.0, -4.0)[:, None] * [1.0, 0.0]
-    moved = replace(state.solid, points_mm=state.solid.points_mm + np.column_stack([off / PX_PER_MM, np.zeros(11)]))
-    state = replace(state, solid=moved)
+    off = np.where(np.arange(11) % 2, 4.0, -4.0)[:, None] * [1.0 / PX_PER_MM, 0.0, 0.0]
+    state = replace(state, solid=replace(state.solid, points_mm=state.solid.points_mm + off))
     after = stepped(state, "alpha-0", given, 1, grey())
     assert after.recognised.all()
     assert (memory(after).doubtful_frames == 1) == doubtful
@@ -186,13 +175,12 @@ MIRRORED = [FEATURES.index(SIDES.get(name[0], name[0]) + name[1:]) for name in F
 
 def test_a_mirrored_face_is_seen_by_the_mirrored_camera() -> None:
     """Of a face in the middle of a mirrored picture the turn and the roll change sign, and the nod does not."""
-    points_mm = mean_model().points_mm
-    symmetric = FaceModel((points_mm + points_mm[MIRRORED] * [-1, 1, 1]) / 2)
+    points_mm, mirror = mean_model().points_mm, np.diag([-1.0, 1.0, 1.0])
+    symmetric = FaceModel((points_mm + points_mm[MIRRORED] @ mirror) / 2)
     points = similar(1.0, 0.15, (3.0, 5.0)) * [0.9, 1.0]
     mirrored = points[MIRRORED] * [-1, 1] + np.array([WIDTH, 0])
     form = Form("personal", "perspective", 1.2, 1.0)
     one, other = (solid_of(FirstSight(grey(), seen, symmetric), symmetric, form)[1] for seen in (points, mirrored))
-    mirror = np.diag([-1.0, 1.0, 1.0])
     assert other == pytest.approx(mirror @ one @ mirror, abs=1e-6)
     assert np.abs(one - np.eye(3)).max() > 0.1
 
@@ -254,10 +242,8 @@ def test_no_seed_loses_a_fast_head(person: int) -> None:
 def test_a_face_that_only_moves_keeps_its_pose(method: Method, camera: str) -> None:
     """Every method and either camera may have templates in relief."""
     given = parameters(templates="relief", upper_layer=camera, slack_px=4.0, initial_speed_px=2.0)
-    state = begun(method, given)
+    state = followed(method, given, (grey(2 * index, index) for index in range(1, 6)))
     assert memory(state).reliefs is not None
-    for index in range(1, 6):
-        state = stepped(state, method, given, index, grey(2 * index, index))
     assert np.rad2deg(np.abs(state.estimate)).max() < 6
     assert np.abs(state.feature_means - POINTS - (10, 5)).max() < 6
     assert memory(state).correlations.min() > 0.6
@@ -266,16 +252,14 @@ def test_a_face_that_only_moves_keeps_its_pose(method: Method, camera: str) -> N
 def test_relief_may_be_chosen_in_mid_run() -> None:
     """Templates are laid onto the head, or taken off it, and the pose goes on from where it was."""
     flat, bent = parameters(), parameters(templates="relief", slack_px=4.0)
-    state = stepped(begun("pf-asd", flat), "pf-asd", flat, 1, grey(1, 0))
-    assert memory(state).reliefs is None
-    state = stepped(state, "pf-asd", bent, 2, grey(2, 0))
-    assert memory(state).reliefs is not None
-    small = memory(stepped(state, "pf-asd", revise(bent, {"template_scale": 0.5}), 3, grey(3, 0))).reliefs
-    large = memory(state).reliefs
-    assert np.abs(small.points_mm).max() < 0.6 * np.abs(large.points_mm).max()
-    state = stepped(state, "pf-asd", flat, 3, grey(3, 0))
-    assert memory(state).reliefs is None
-    assert np.rad2deg(np.abs(state.estimate)).max() < 6
+    before = stepped(begun("pf-asd", flat), "pf-asd", flat, 1, grey(1, 0))
+    laid = stepped(before, "pf-asd", bent, 2, grey(2, 0))
+    after = stepped(laid, "pf-asd", flat, 3, grey(3, 0))
+    assert [memory(state).reliefs is None for state in (before, laid, after)] == [True, False, True]
+    small = stepped(laid, "pf-asd", revise(bent, {"template_scale": 0.5}), 3, grey(3, 0))
+    least, most = (np.abs(memory(state).reliefs.points_mm).max() for state in (small, laid))
+    assert least < 0.6 * most
+    assert np.rad2deg(np.abs(after.estimate)).max() < 6
 
 
 @pytest.mark.parametrize(
@@ -338,8 +322,8 @@ def test_a_recording_says_how_fast_a_turn_may_change(rate_hz: float, noise: floa
 def test_sizes_are_those_of_the_table_and_scale_with_the_face() -> None:
     """At 108 px between the eyes the sizes are those of table 4.1; on a face half as large, half of them."""
     assert np.array_equal(template_sizes(FEATURES, 108), list(SIZES_PX.values()))
-    assert template_sizes(["nose", "lmou"], 54).tolist() == [[32, 20], [12, 12]]
-    assert template_sizes(["nose", "lmou"], 108, 0.5).tolist() == [[32, 20], [12, 12]]
+    for given in ((54,), (108, 0.5)):
+        assert template_sizes(["nose", "lmou"], *given).tolist() == [[32, 20], [12, 12]]
     assert template_sizes(["nose"], 1).tolist() == [[6, 6]]
 
 
@@ -348,36 +332,33 @@ def test_sizes_are_those_of_the_table_and_scale_with_the_face() -> None:
 HEAD = find("head")
 
 
-def memory_after(frames: int, **values: Value) -> tuple[HeadMemory, HeadMemory]:
+def small_run(tracker: str, **values: Value) -> Run:
     timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3, **values}),)
-    run = Run(HEAD, HEAD.simulate(), seed=1, frames=frames, timeline=timeline)
-    first = run.current.state.memory
-    return first, run.finish().state.memory
+    return Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=timeline)
 
 
 def test_doubt_needs_patience() -> None:
     """A face is lost after as many doubtful frames in a row as patience allows, never without; a good one resets."""
-    memory, _ = memory_after(1)
-    points = memory.sight.points_px + 5
+    kept = memory(begun("pf-asd", parameters()))
+    points = kept.sight.points_px + 5
     for count in (1, 2):
-        memory = memory.judge(np.zeros(11), points, 3, doubtful=True)
-        assert (memory.doubtful_frames, memory.lost) == (count, False)
-    assert memory.judge(np.zeros(11), points, 3, doubtful=True).lost
-    assert not memory.judge(np.zeros(11), points, 0, doubtful=True).lost
-    good = memory.judge(np.ones(11), points, 3, doubtful=False)
+        kept = kept.judge(np.zeros(11), points, 3, doubtful=True)
+        assert (kept.doubtful_frames, kept.lost) == (count, False)
+    assert kept.judge(np.zeros(11), points, 3, doubtful=True).lost
+    assert not kept.judge(np.zeros(11), points, 0, doubtful=True).lost
+    good = kept.judge(np.ones(11), points, 3, doubtful=False)
     assert good.doubtful_frames == 0
-    assert good.box == around(points)
-    assert memory.box != good.box
+    assert good.box == around(points) != kept.box
 
 
 def test_one_feature_out_of_place_is_no_misfit() -> None:
     """The median counts: five of eleven may be anywhere, six make a misfit."""
-    memory, _ = memory_after(1)
-    expected = memory.sight.points_px
+    kept = memory(begun("pf-asd", parameters()))
+    expected = kept.sight.points_px
     for count, misfit in ((5, 0.0), (6, 2.0)):
         moved = expected.copy()
         moved[:count, 0] += 2 * eye_distance(expected)
-        assert memory.misfit(expected, moved) == pytest.approx(misfit)
+        assert kept.misfit(expected, moved) == pytest.approx(misfit)
 
 
 def test_the_box_of_a_face_is_half_as_large_again_as_its_features() -> None:
@@ -401,17 +382,15 @@ def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
 )
 def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str, value: Value) -> None:
     """Solid and templates are then those of a run that began so, and the pose goes on from where it was."""
-    beginning = {"face_model": "mean", "image_width_px": 320, "feature_noise_px": 3, "joint_sample_count": 500}
-    begun = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=(Change(0, {**beginning, name: value}),))
-    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=(Change(0, beginning),))
+    beginning: dict[str, Value] = {"face_model": "mean", "joint_sample_count": 500}
+    wanted = small_run(tracker, **{**beginning, name: value}).current.state
+    run = small_run(tracker, **beginning)
     before = run.seek(10).state
     run.change({name: value})
     after = run.advance().state
-    wanted, got = begun.current.state.solid, after.solid
     for field in ("points_mm", "reference", "focal_px", "principal_px", "translation_mm"):
-        np.testing.assert_array_equal(getattr(got, field), getattr(wanted, field))
-    sets = (state.memory.templates for state in (begun.current.state, after))
-    np.testing.assert_array_equal(*(templates.pixels for templates in sets))
+        np.testing.assert_array_equal(getattr(after.solid, field), getattr(wanted.solid, field))
+    np.testing.assert_array_equal(after.memory.templates.pixels, wanted.memory.templates.pixels)
     # Five hundred joint particles of 22 numbers are few: they jump by some degrees from frame to frame.
     assert np.rad2deg(np.abs(after.estimate - before.estimate)).max() < (4.0 if tracker == "pf-asd" else 8.0)
 
@@ -420,8 +399,8 @@ def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str
     ("tracker", "beginning", "name", "value"),
     [
         ("pf-asd", AS_PUBLISHED, "focal_widths", 1.2),
-        ("rb-pf", {**AS_PUBLISHED, "joint_sample_count": 500}, "focal_widths", 1.2),
-        ("rb-pf", {"joint_sample_count": 500}, "template_scale", 0.9),
+        ("rb-pf", AS_PUBLISHED, "focal_widths", 1.2),
+        ("rb-pf", {}, "template_scale", 0.9),
         ("pf-asd", {"upper_layer": "perspective"}, "template_scale", 0.9),
     ],
 )
@@ -429,8 +408,7 @@ def test_what_the_upper_layer_does_not_read_leaves_it_alone(
     tracker: str, beginning: dict[str, Value], name: str, value: Value
 ) -> None:
     """Its motion is not interrupted by the slider of something else."""
-    timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3, **beginning}),)
-    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=timeline)
+    run = small_run(tracker, joint_sample_count=500, **beginning)
     state, parameters = run.seek(10).state, run.parameters_at(10)
     assert head._form(state, revise(parameters, {name: value})).belief is state.belief
 
