@@ -7,9 +7,8 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -104,52 +103,49 @@ def test_problems_are_told(call: Call, tmp_path: Path) -> None:
     assert err == "pftrack: 1 runs could not be computed; the column problem says why\n"
 
 
-@contextmanager
-def interrupted(number: signal.Signals, out: Path, errors: int) -> Iterator[subprocess.Popen[str]]:
-    """A sweep of 2,400 runs whose group is sent a signal when it has kept something."""
-    plan = "ball", *AXES, "--trackers", "h-spf", "--trials", "300", *SMALL
-    with subprocess.Popen(
-        [sys.executable, "-m", "pftrack", "sweep", *plan, "--out", str(out), "--jobs", "2", "--json"],
-        stdout=subprocess.PIPE,
-        stderr=errors,
-        text=True,
-        start_new_session=True,
-        env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
-    ) as process:
-        wait_for(lambda: list(out.with_name(f"{out.name}.partial").glob("0*.parquet")))
-        os.killpg(process.pid, number)
-        yield process
+def test_a_terminal_shows_how_far_it_is_until_ctrl_c_ends_it_cleanly(tmp_path: Path) -> None:
+    """On a terminal the bar shows runs done and the rate; standard output has the result alone.
 
-
-def checked(process: subprocess.Popen[str], text: str, out: Path) -> str:
-    """Check how an interrupted sweep ended, and return what it had to say of that."""
-    assert process.returncode == 1
+    Of 2,400 runs some are kept when the group is interrupted. At the end there are exit status 1, a line that tells
+    --resume and no process; what was computed is there.
+    """
+    out = tmp_path / "ended.parquet"
+    ours, theirs = pty.openpty()
+    command = [
+        sys.executable,
+        "-m",
+        "pftrack",
+        "sweep",
+        "ball",
+        *AXES,
+        "--trackers",
+        "h-spf",
+        "--trials",
+        "300",
+        *SMALL,
+    ]
+    command += ["--out", str(out), "--jobs", "2", "--json"]
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120"}
+    with ThreadPoolExecutor(1) as reader:
+        shown = reader.submit(all_of, ours)  # at once: a terminal that nobody reads is full before long
+        try:
+            with subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=theirs, text=True, start_new_session=True, env=environment
+            ) as process:
+                wait_for(lambda: list(out.with_name(f"{out.name}.partial").glob("0*.parquet")))
+                os.killpg(process.pid, signal.SIGINT)
+                text, _ = process.communicate(timeout=60)
+        finally:
+            os.close(theirs)
+    os.close(ours)
     error = json.loads(text)["error"]
+    assert process.returncode == 1
     assert error["message"].endswith(f"go on with pftrack sweep --resume {out}")
     assert 0 < error["runs"] < error["of"] == 2400
     assert len(read_result(out).table) == error["runs"]
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
-    return str(error["message"])
-
-
-def test_a_terminal_shows_how_far_it_is_until_ctrl_c_ends_it_cleanly(tmp_path: Path) -> None:
-    """On a terminal the bar shows runs done and the rate; standard output has the result alone.
-
-    At the end there are exit status 1, a line that tells --resume and no process; what was computed is there.
-    """
-    out = tmp_path / "ended.parquet"
-    ours, theirs = pty.openpty()
-    with ThreadPoolExecutor(1) as reader:
-        shown = reader.submit(all_of, ours)  # at once: a terminal that nobody reads is full before long
-        try:
-            with interrupted(signal.SIGINT, out, theirs) as process:
-                text, _ = process.communicate(timeout=60)
-        finally:
-            os.close(theirs)
-    os.close(ours)
-    said = checked(process, text, out)
-    assert shown.result().replace(b"\r\n", b"\n").endswith(f"pftrack: {said}\n".encode())
+    assert shown.result().replace(b"\r\n", b"\n").endswith(f"pftrack: {error['message']}\n".encode())
     assert re.search(rb"/2,?400", shown.result())
     assert b"measuring" in shown.result()
 
