@@ -6,13 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-import pytest
 
-from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import LectureRow
 from pftrack_server.teaching.lectures import LARGEST_BYTES, read_lecture, write_lecture
 from pftrack_server.teaching.messages import KINDS
-from tests.server.host import begin, error_of, running, steer
+from tests.server.host import begin, error_of, steer
 
 FILE = """---
 title: From Bayes to particles
@@ -30,25 +28,24 @@ items:
 ---
 Begin with the *question*.
 """
-BOMB = "a: &a [x, x]\nb: &b [*a, *a]"
+
+
+def lecture(items: str) -> str:
+    return f"---\ntitle: x\nitems:\n{items}\n---\n"
+
+
 HOSTILE = {
     "no head": ("title: x", "Line 1: the file begins with a head"),
     "no end": ("---\ntitle: x", "Line 1: the head that begins here"),
     "not text": (b"---\ntitle: \xff\xfe\n---\n", "Line 2: this is not UTF-8"),
-    "bomb": (f"---\ntitle: x\n{BOMB}\n---\n", "Line 3: references"),
+    "bomb": ("---\ntitle: x\na: &a [x, x]\nb: &b [*a, *a]\n---\n", "Line 3: references"),
     "tag": ("---\ntitle: !!python/object/apply:os.getcwd []\n---\n", "Line 2: the tag"),
     "no title": ("---\nitems: []\n---\n", "`title` is missing; docs/how-to/lectures.md"),
-    "unknown key": ("---\ntitle: x\nitems:\n- leson: bayes\n---\n", "Line 4: there is no `items.0.leson` in a lecture"),
-    "two kinds": (
-        "---\ntitle: x\nitems:\n- lesson: a\n- lesson: a\n  failure: b\n---\n",
-        "Line 5: `items.1` does not fit",
-    ),
-    "tracker": ("---\ntitle: x\nitems:\n- session: {recipe: {experiment: ball, tracker: none}}\n---\n", "Line 4: "),
-    "minutes": ("---\ntitle: x\nitems:\n- lesson: a\n  minutes: -3\n---\n", "Line 5: `items.0.minutes` does not fit"),
-    "too many": (
-        f"---\ntitle: x\nitems:\n{'- lesson: a' + chr(10):s}---\n".replace("- lesson: a\n", "- lesson: a\n" * 101),
-        "at most 100",
-    ),
+    "unknown key": (lecture("- leson: bayes"), "Line 4: there is no `items.0.leson` in a lecture"),
+    "two kinds": (lecture("- lesson: a\n- lesson: a\n  failure: b"), "Line 5: `items.1` does not fit"),
+    "tracker": (lecture("- session: {recipe: {experiment: ball, tracker: none}}"), "Line 4: "),
+    "minutes": (lecture("- lesson: a\n  minutes: -3"), "Line 5: `items.0.minutes` does not fit"),
+    "too many": (lecture("- lesson: a\n" * 101), "at most 100"),
     "too large": ("---\n" + "#" * LARGEST_BYTES, "larger than 128 KiB"),
     "long notes": (f"---\ntitle: x\n---\n{'n' * 10_001}", "Line 4: the text has more"),
 }
@@ -63,14 +60,11 @@ def fragment(page: str) -> Any:
     return json.loads(urlsafe_b64decode(text + "=" * (-len(text) % 4)))
 
 
-def test_a_file_is_kept_as_it_was_written(tmp_path: Path) -> None:
+def test_a_file_is_kept_as_it_was_written(start_server: Any) -> None:
     """What a file says is known, it is given back letter by letter, and a restart loses nothing."""
-    settings = Settings(data_dir=tmp_path)
-    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
-        answer = take_in(client, FILE)
-        assert answer.status_code == 201, answer.text
-        made = answer.json()
-    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
+    with start_server() as (_, client):
+        made = take_in(client, FILE).json()
+    with start_server() as (_, client):
         [summary] = client.get("/api/v1/lectures").json()
         lecture = client.get(f"/api/v1/lectures/{made['id']}").json()
         assert lecture == made
@@ -78,14 +72,12 @@ def test_a_file_is_kept_as_it_was_written(tmp_path: Path) -> None:
         lesson, failure, poll, question, session = lecture["items"]
         assert [item["problem"] for item in lecture["items"]] == [None] * 5
         assert (lesson["title"], lesson["page"]) == ("From picture back to state: Bayes' rule", "learn/bayes")
-        assert lesson["minutes"] == next(
-            it["minutes"] for it in client.get("/api/v1/lessons").json()["lessons"] if it["id"] == "bayes"
-        )
+        listed = {it["id"]: it["minutes"] for it in client.get("/api/v1/lessons").json()["lessons"]}
+        assert lesson["minutes"] == listed["bayes"]
         assert failure["page"].startswith("failures/")
         assert failure["minutes"] == 7.5
         assert poll["asks"]["answers"] == ["Yes", "No"], "words of a poll are words"
-        assert question["asks"]["lesson"] == "sir"
-        assert question["asks"]["lecture"] == made["id"]
+        assert (question["asks"]["lesson"], question["asks"]["lecture"]) == ("sir", made["id"])
         assert session["title"] == "The pillar"
         assert session["page"].startswith("session/new#")
         assert fragment(session["page"]) == {"recipe": {"experiment": "ball", "seed": 3}, "position": 12}
@@ -121,24 +113,22 @@ def test_the_documentation_shows_a_lecture() -> None:
     assert [example.splitlines()[line - 1][:2] for line in lines] == ["- "] * len(lines)
 
 
-@pytest.mark.parametrize("name", HOSTILE)
-def test_what_is_no_lecture_is_refused(client: httpx.Client, name: str) -> None:
+def test_what_is_no_lecture_is_refused(client: httpx.Client) -> None:
     """Whatever comes is refused in a sentence that names the line."""
-    text, sentence = HOSTILE[name]
-    assert sentence in error_of(take_in(client, text), 422)["message"]
+    for text, sentence in HOSTILE.values():
+        assert sentence in error_of(take_in(client, text), 422)["message"]
     assert client.get("/api/v1/lectures").json() == []
 
 
 def test_what_is_not_here_is_told(client: httpx.Client) -> None:
     """An item that another server has stays in the order, with its line and what is wrong; the rest can be shown."""
     items = "- lesson: elsewhere\n- failure: none\n- session: {recipe: {experiment: away}}\n- lesson: bayes"
-    text = f"---\ntitle: x\nitems:\n{items}\n---\n"
-    lecture = take_in(client, text).json()
-    *missing, here = lecture["items"]
+    made = take_in(client, lecture(items)).json()
+    *missing, here = made["items"]
     assert [item["problem"].split(":")[0] for item in missing] == ["Line 4", "Line 5", "Line 6"]
     assert [item["page"] for item in missing] == [None] * 3
     assert here["page"] == "learn/bayes"
-    client.delete(f"/api/v1/lectures/{lecture['id']}")
+    client.delete(f"/api/v1/lectures/{made['id']}")
 
 
 def test_an_order_of_the_page(client: httpx.Client) -> None:
@@ -152,9 +142,8 @@ def test_an_order_of_the_page(client: httpx.Client) -> None:
         {"comparison": {"runs": references, "arrangement": "over"}},
         {"poll": "No", "answers": ["yes", "- off", "1e5"]},
     ]
-    answer = client.post(
-        "/api/v1/lectures", json={"title": 'A "title": of\u2028mine', "items": items, "notes": "---\n"}
-    )
+    body = {"title": 'A "title": of\u2028mine', "items": items, "notes": "---\n"}
+    answer = client.post("/api/v1/lectures", json=body)
     assert answer.status_code == 201, answer.text
     lecture = answer.json()
     client.delete(f"/api/v1/runs/{run['id']}")

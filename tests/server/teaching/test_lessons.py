@@ -2,7 +2,9 @@
 
 import asyncio
 import json
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -12,14 +14,15 @@ import pytest
 from pftrack.doctor import compiling
 from pftrack.process import calls
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.lesson import Demonstration
+from pftrack.teaching.lessons.lesson import Demonstration, answer_of
+from pftrack.teaching.lessons.library import read_lesson
 from pftrack_server.teaching import functions
 from pftrack_server.teaching.lessons import Lessons
 from tests.server.host import Server, error_of
+from tests.teaching.lessons.test_library import GOOD, choosing
 from tests.waiting import wait_for
 
 URL = "/api/v1/lessons"
-DEMONSTRATIONS = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]
 
 
 def figure(client: httpx.Client, lesson: str, **wanted: Any) -> dict[str, Any]:
@@ -28,8 +31,23 @@ def figure(client: httpx.Client, lesson: str, **wanted: Any) -> dict[str, Any]:
     return answer.json()
 
 
-def traces(shown: dict[str, Any]) -> list[dict[str, Any]]:
-    return [trace for panel in shown["figure"]["panels"] for trace in panel["traces"]]
+def answered(client: httpx.Client, lesson: str, answer: object) -> httpx.Response:
+    """What is said of an answer once the run that it is judged by has been computed."""
+    got: list[httpx.Response] = []
+
+    def is_judged() -> bool:
+        got.append(client.post(f"{URL}/{lesson}/answer", json={"answer": answer}))
+        return got[-1].status_code != 202
+
+    wait_for(is_judged, what="the run is computed")
+    return got[-1]
+
+
+def checked(client: httpx.Client, lesson: str) -> list[dict[str, Any]]:
+    """The checks of a lesson, once they have been computed."""
+    told = wait_for(lambda: (it := client.get(f"{URL}/{lesson}/checks").json())["done"] == it["total"] and it)
+    results: list[dict[str, Any]] = told["results"]
+    return results
 
 
 def test_all_lessons_are_listed_in_the_order_of_the_course(client: httpx.Client) -> None:
@@ -45,7 +63,10 @@ def test_all_lessons_are_listed_in_the_order_of_the_course(client: httpx.Client)
 
 @pytest.mark.parametrize("name", LESSONS)
 def test_a_lesson_tells_all_but_its_answer(client: httpx.Client, name: str) -> None:
-    """Texts are HTML, every formula could be read, every parameter has a control, and nothing gives the answer away."""
+    """Texts are HTML, every formula could be read, every parameter has a control, and nothing gives the answer away.
+
+    Before the answer, the figure at the question's values lacks what reveals it; after it, it is the library's.
+    """
     lesson = LESSONS[name]
     told = client.get(f"{URL}/{name}").json()
     assert told == client.get(f"{URL}/{lesson.number}").json()
@@ -54,45 +75,35 @@ def test_a_lesson_tells_all_but_its_answer(client: httpx.Client, name: str) -> N
     assert set(told["question"]) == {"text", "kind", "unit", "bounds", "choices", "panel", "along"}
     assert told["notice"]
     assert (told["scenario"] is None) == isinstance(lesson.body, Demonstration)
-    neighbours = [told["previous"], told["next"]]
-    assert all(each is None or each["id"] != name for each in neighbours)
-
-
-@pytest.mark.parametrize("name", DEMONSTRATIONS)
-def test_the_veil_hides_what_answers_the_question(client: httpx.Client, name: str) -> None:
-    """Before the answer, the figure at the question's values lacks what reveals it; after it, it is the library's."""
-    lesson = LESSONS[name]
-    veiled, open_ = figure(client, name), figure(client, name, revealed=True)
-    told = client.get(f"{URL}/{name}").json()
-    assert veiled["parameters"] == told["asked"]
-    assert open_["parameters"] == told["defaults"]
-    assert not [trace for trace in traces(veiled) if trace["reveals"]]
-    body = lesson.body
-    assert isinstance(body, Demonstration)
-    shown = body.show(body.parameters, body.seed)
-    assert open_["figure"] == shown.figure.model_dump(mode="json")
-    assert [number["title"] for number in open_["numbers"]] == [number.title for number in shown.numbers]
+    assert all(each is None or each["id"] != name for each in (told["previous"], told["next"]))
+    if isinstance(body := lesson.body, Demonstration):
+        veiled, open_ = figure(client, name), figure(client, name, revealed=True)
+        assert (veiled["parameters"], open_["parameters"]) == (told["asked"], told["defaults"])
+        assert not [trace for panel in veiled["figure"]["panels"] for trace in panel["traces"] if trace["reveals"]]
+        shown = body.show(body.parameters, body.seed)
+        assert open_["figure"] == shown.figure.model_dump(mode="json")
+        assert [number["title"] for number in open_["numbers"]] == [number.title for number in shown.numbers]
 
 
 def test_a_slider_and_a_seed_change_what_is_shown(client: httpx.Client) -> None:
-    """The same seed gives the same figure; another one other draws; another value another figure."""
-    first = figure(client, "probability", revealed=True, parameters={"count": 50})
+    """The same seed gives the same figure; another one other draws; another value another figure.
+
+    A refusal names field, bound and value; a handle cannot be dragged further than the bound.
+    """
+    first, again = (figure(client, "probability", revealed=True, parameters={"count": 50}) for _ in range(2))
     assert first["parameters"]["count"] == 50
-    assert first == figure(client, "probability", revealed=True, parameters={"count": 50})
-    assert first["figure"] != figure(client, "probability", revealed=True, parameters={"count": 60})["figure"]
-    assert first["figure"] != figure(client, "probability", revealed=True, parameters={"count": 50}, seed=99)["figure"]
-
-
-def test_what_is_typed_out_of_bounds_is_refused_and_what_is_dragged_there_stops(client: httpx.Client) -> None:
-    """A refusal names field, bound and value; a handle cannot be dragged further than the bound."""
+    assert first == again
+    for other in ({"parameters": {"count": 60}}, {"parameters": {"count": 50}, "seed": 99}):
+        assert first["figure"] != figure(client, "probability", revealed=True, **other)["figure"]
     wanted = {"revealed": True, "parameters": {"count": 10**9}}
     refused = error_of(client.post(f"{URL}/probability/figure", json=wanted), 422)
     assert refused["field"] == "count"
     assert "20000" in refused["bound"]
     assert figure(client, "probability", **wanted, nearest=True)["parameters"]["count"] == 20000
     for values in ({"unknown": 1}, {"count": "many"}, {"count": None}):
-        error_of(client.post(f"{URL}/probability/figure", json={"parameters": values}), 422)
-        error_of(client.post(f"{URL}/probability/figure", json={"parameters": values, "nearest": True}), 422)
+        for nearest in (False, True):
+            wrong = {"parameters": values, "nearest": nearest}
+            error_of(client.post(f"{URL}/probability/figure", json=wrong), 422)
 
 
 def test_answers_are_judged_in_words(client: httpx.Client) -> None:
@@ -114,12 +125,7 @@ def test_the_answer_of_a_scenario_comes_from_a_whole_run(client: httpx.Client) -
     """While the run is computed the answer says how far it is; what is not a number is refused before any run."""
     error_of(client.post(f"{URL}/colour/answer", json={"answer": "never"}), 422)
 
-    def judged() -> dict[str, Any] | None:
-        answer = client.post(f"{URL}/colour/answer", json={"answer": 92})
-        assert answer.status_code in {200, 202}, answer.text
-        return answer.json() if answer.status_code == 200 else None
-
-    verdict = wait_for(judged)
+    verdict = answered(client, "colour", 92).json()
     assert verdict["right"]
     assert verdict["frame"] == verdict["exact"], "it is the frame that the question asks for"
     assert error_of(client.post(f"{URL}/colour/figure", json={}), 422)["message"].startswith("This lesson shows a run")
@@ -127,39 +133,29 @@ def test_the_answer_of_a_scenario_comes_from_a_whole_run(client: httpx.Client) -
 
 def test_checks_are_computed_once_and_kept(server: Server, client: httpx.Client) -> None:
     """Each check comes with ours, exact and tolerance; the results lie in the data directory under their content."""
-
-    def checked() -> dict[str, Any] | None:
-        found: dict[str, Any] = client.get(f"{URL}/bayes/checks").json()
-        return found if found["done"] == found["total"] else None
-
-    found = wait_for(checked)
-    assert [result["check"] for result in found["results"]] == [check.name for check in LESSONS["bayes"].checks]
-    for result in found["results"]:
+    results = checked(client, "bayes")
+    assert [result["check"] for result in results] == [check.name for check in LESSONS["bayes"].checks]
+    for result in results:
         assert result["passed"], result
         assert abs(result["ours"] - result["exact"]) <= result["tolerance"]
     folder = server.app.state.services.settings.data_dir / "lessons-computed"
     # All is told before it is written.
-    assert wait_for(
-        lambda: [path for path in folder.rglob("*") if path.is_file() and b'"results"' in path.read_bytes()]
-    )
+    wait_for(lambda: any(path.is_file() and b'"results"' in path.read_bytes() for path in folder.rglob("*")))
 
 
-def test_a_notebook_of_a_lesson_can_be_taken_away(client: httpx.Client) -> None:
-    """It is JSON of Jupyter's format under the lesson's name, of a demonstration and of a run."""
+def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Client) -> None:
+    """The interface answers 404 with the list, and so does the page, which a number leads to the lesson's name.
+
+    A notebook of a demonstration or a run is JSON of Jupyter's format under the lesson's name.
+    """
     for name in ("bayes", "colour"):
         answer = client.get(f"{URL}/{name}/notebook.ipynb")
         assert f'filename="{name}.ipynb"' in answer.headers["content-disposition"]
         assert answer.json()["nbformat"] == 4
-
-
-def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Client) -> None:
-    """The interface answers 404 with the list, and so does the page, which a number leads to the lesson's name."""
     assert "9 sir" in error_of(client.get(f"{URL}/nothing"), 404)["message"]
     error_of(client.post(f"{URL}/99/figure", json={}), 404)
-    assert client.get("/learn/nothing").status_code == 404
+    assert [client.get(f"/learn{path}").status_code for path in ("/nothing", "/sir", "")] == [404, 200, 200]
     assert client.get("/learn/9").headers["location"].endswith("/learn/sir")
-    assert client.get("/learn/sir").status_code == 200
-    assert client.get("/learn").status_code == 200
 
 
 def test_a_worker_that_compiles_gives_signs_of_life(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,3 +190,33 @@ def test_a_slow_figure_keeps_nobody_waiting(server: Server, client: httpx.Client
         await asyncio.gather(*busy, return_exceptions=True)
 
     server.run(stop())
+
+
+# A lecturer's lesson: a file in the data directory, listed, asked, judged and checked as any other.
+
+
+def test_a_file_in_the_data_directory_is_a_lesson(start_server: Callable[..., Any], tmp_path: Path) -> None:
+    """It is listed beside the course, judged by its run and checked; what is wrong with others is told by line."""
+    folder = tmp_path / "data" / "lessons"
+    folder.mkdir(parents=True)
+    endless, broken = GOOD.replace("frames: 12", f"frames: 0x{'f' * 5000}"), GOOD.replace("[tracker,", "[tracer,")
+    for name, text in (("mine", GOOD), ("broken", broken), ("nothing", choosing(1000, 900)), ("endless", endless)):
+        (folder / f"{name}.md").write_text(text.replace("my-lesson", name), encoding="utf-8")
+    with start_server() as (_, client):
+        listed = client.get(URL).json()
+        assert {"mine", "nothing", "colour"} <= {it["id"] for it in listed["lessons"]}
+        problem, large = listed["problems"]
+        assert (large["origin"], large["line"]) == ("endless.md", 7)
+        assert (problem["origin"], problem["line"]) == ("broken.md", 12)
+        assert "did you mean tracker?" in problem["message"]
+        right = answer_of(read_lesson(GOOD)).exact
+        assert [answered(client, "mine", said).json()["right"] for said in (right, 50)] == [True, False]
+        assert [result["passed"] for result in checked(client, "mine")] == [True]
+        beyond = "below the lowest number of every choice"
+        assert beyond in error_of(answered(client, "nothing", "held"), 422)["message"]
+        (failed,) = checked(client, "nothing")
+        assert not failed["passed"]
+        assert beyond in failed["problem"]
+        # A file that was mended is another lesson: what was computed of it before does not count.
+        (folder / "nothing.md").write_text(choosing(1000, 0).replace("my-lesson", "nothing"), encoding="utf-8")
+        assert [result["passed"] for result in checked(client, "nothing")] == [True]

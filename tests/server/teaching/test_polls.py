@@ -8,9 +8,8 @@ from typing import Any
 
 import httpx
 
-from pftrack_server.core.settings import Settings
 from pftrack_server.store.database import PollRow
-from tests.server.host import Server, error_of, running
+from tests.server.host import Server, error_of
 from tests.server.teaching.class_room import Follower, follower, lead
 from tests.waiting import wait_for
 
@@ -33,10 +32,9 @@ def kept(client: httpx.Client, **query: Any) -> list[dict[str, Any]]:
     return client.get("/api/v1/polls", params=query).json()
 
 
-def test_answers_outlive_class_and_server(tmp_path: Path) -> None:
+def test_answers_outlive_class_and_server(start_server: Any, tmp_path: Path) -> None:
     """What was answered is there after a restart, revealed or not, with no trace of who answered."""
-    settings = Settings(data_dir=tmp_path)
-    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
+    with start_server() as (server, client):
         follow = lead(client, lesson="bayes")
         with follower(server, follow) as one, follower(server, follow) as two, one.socket(), two.socket():
             first = ask(client, follow, **ASKED)
@@ -50,10 +48,10 @@ def test_answers_outlive_class_and_server(tmp_path: Path) -> None:
             client.delete(f"/api/v1/follows/{follow['id']}")
         third = lead(client, lesson="bayes")
         ask(client, third, question="Nobody answers", answers=["Yes", "No"])
-    database = sqlite3.connect(settings.data_dir / "pftrack.sqlite")
+    database = sqlite3.connect(tmp_path / "data" / "pftrack.sqlite")
     assert not any(seat in "\n".join(database.iterdump()) for seat in seats)
     database.close()
-    with running(settings) as server, httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501
+    with start_server() as (server, client):
         newer, older = kept(client)
         assert (newer["question"], newer["counts"], newer["followers"]) == ("And now?", [0, 1], 2)
         assert (older["question"], older["counts"], older["votes"]) == (ASKED["question"], [2, 0], 2)
@@ -81,9 +79,7 @@ def test_answers_outlive_class_and_server(tmp_path: Path) -> None:
         assert [each["id"] for each in kept(client)] == [newer["id"]]
 
 
-def test_what_is_withdrawn_is_forgotten(
-    guarded: Server, lecturer: httpx.Client, follow: dict[str, Any], one: Follower
-) -> None:
+def test_withdrawn(guarded: Server, lecturer: httpx.Client, follow: dict[str, Any], one: Follower) -> None:
     """Written down meanwhile, a poll is not listed before it is revealed, and not kept if it is withdrawn first."""
     with one.socket():
         poll = ask(lecturer, follow, **ASKED)
@@ -107,9 +103,7 @@ def test_a_lessons_question_is_asked(lecturer: httpx.Client, follow: dict[str, A
         error_of(lecturer.put(f"/api/v1/follows/{follow['id']}/poll", json=wrong), 422)
 
 
-def test_a_link_gives_no_rights_over_what_was_answered(
-    guarded: Server, lecturer: httpx.Client, follow: dict[str, Any], one: Follower
-) -> None:
+def test_a_link_gives_no_rights(guarded: Server, lecturer: httpx.Client, follow: dict[str, Any], one: Follower) -> None:
     """Neither a follower nor the lecturer's second device lists, exports, deletes or shows again."""
     owner = follow["owner_link"].split(guarded.base, 1)[1]
     with httpx.Client(base_url=guarded.url, timeout=60, verify=False) as device:  # noqa: S501

@@ -1,5 +1,6 @@
 """Roles: what owner and follower may ask for, held against all routes that the app has."""
 
+from functools import reduce
 from typing import Any
 
 import pytest
@@ -10,6 +11,7 @@ from pftrack_server.app import create_app
 from pftrack_server.core.settings import Settings
 from pftrack_server.teaching.roles import Reach, is_allowed
 
+NOTHING = Reach(*5 * (frozenset(),))
 REACH = Reach(frozenset({"seen", "own"}), frozenset({"own"}), frozenset({"bayes"}), frozenset(), frozenset())
 TRYING = REACH._replace(tried=frozenset({"bayes"}))
 LED = Reach(frozenset({"seen"}), frozenset({"seen"}), frozenset({"bayes"}), frozenset({"bayes"}), frozenset({"mine"}))
@@ -38,11 +40,7 @@ STEERING = {
     "POST /api/v1/sessions/{session}/bookmarks",
     "DELETE /api/v1/sessions/{session}/bookmarks/{bookmark}",
 }
-TURNING = {
-    "GET /learn/{lesson}",
-    "POST /api/v1/lessons/{lesson}/figure",
-    "POST /api/v1/lessons/{lesson}/answer",
-}
+TURNING = {"GET /learn/{lesson}", "POST /api/v1/lessons/{lesson}/figure", "POST /api/v1/lessons/{lesson}/answer"}
 FOLLOWING = {
     "GET /follow",
     "GET /api/v1/follow",
@@ -62,6 +60,7 @@ LEADING = {
     "DELETE /api/v1/follows/{follow}/poll",
     "WS /api/v1/follows/{follow}/stream",
 }
+OUTSIDE = {"GET /follow", "GET /viz/client/{name}", "GET /static", "HEAD /static"}
 METHODS = ("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE")
 
 
@@ -77,55 +76,41 @@ def routes() -> set[str]:
     return found
 
 
-def _allowed(routes: set[str], role: Any, reach: Reach, **names: str) -> set[str]:
-    """Return the routes that somebody may ask for who puts these names into their addresses."""
-    filled = {"session": "other", "lesson": "other", "follow": "other", **names}
-
-    def may(route: str) -> bool:
-        method, path = route.split(" ")
-        for name, value in filled.items():
-            path = path.replace(f"{{{name}}}", value)
-        path = f"{path}/shared/style.css" if path == "/static" else path
-        return is_allowed(role, reach, method, path)
-
-    return {route for route in routes if may(route)}
-
-
 def test_the_walk_sees_the_app(routes: set[str]) -> None:
     """The lists above are of routes that there are."""
-    assert routes > LOOKING | STEERING | TURNING | FOLLOWING | LEADING
+    assert routes > LOOKING | STEERING | TURNING | FOLLOWING | LEADING | OUTSIDE
     assert {"POST /api/v1/sessions", "DELETE /api/v1/runs/{run}", "WS /api/v1/sweeps/{sweep}/stream"} < routes
 
 
-def test_a_follower_looks_and_does_nothing_else(routes: set[str]) -> None:
-    """Of all routes a follower may ask for these, and a route that is new is closed."""
-    assert _allowed(routes, "follower", REACH, session="seen", lesson="bayes") == LOOKING | FOLLOWING
-    allowed = _allowed(routes, "follower", REACH)
-    assert {route for route in allowed if "{session}" in route or "{lesson}" in route} == set()
+@pytest.mark.parametrize(
+    ("role", "reach", "session", "allowed"),
+    [
+        ("follower", REACH, "seen", LOOKING | FOLLOWING),
+        ("follower", REACH, "own", LOOKING | FOLLOWING | STEERING),
+        ("follower", TRYING, "seen", LOOKING | FOLLOWING | TURNING),
+        ("owner", LED, "seen", LOOKING | STEERING | TURNING | LEADING),
+        ("stranger", NOTHING, "seen", OUTSIDE),
+    ],
+)
+def test_whoever_has_a_link_reaches_this(routes: set[str], role: Any, reach: Reach, session: str, allowed: Any) -> None:
+    """A follower looks, steers a fork, and turns the lesson that it tries; a lecturer's link leads one class.
 
+    A stranger, whose browser has no seat yet, gets what it needs to come in. A route that is new is closed, and so is
+    everything of other sessions, lessons and classes.
+    """
 
-def test_a_follower_steers_a_fork(routes: set[str]) -> None:
-    """A session of the follower's own can be steered, and what is the server's is closed all the same."""
-    assert _allowed(routes, "follower", REACH, session="own", lesson="bayes") == LOOKING | FOLLOWING | STEERING
+    def reached(session: str, lesson: str, follow: str) -> set[str]:
+        filled = {"{session}": session, "{lesson}": lesson, "{follow}": follow, "/static": "/static/shared/style.css"}
 
+        def may(route: str) -> bool:
+            method, path = route.split(" ")
+            return is_allowed(role, reach, method, reduce(lambda path, pair: path.replace(*pair), filled.items(), path))
 
-def test_a_follower_turns_the_lesson(routes: set[str]) -> None:
-    """A follower who tries the lesson may turn its figure and answer its question."""
-    assert _allowed(routes, "follower", TRYING, session="seen", lesson="bayes") == LOOKING | FOLLOWING | TURNING
+        return {route for route in routes if may(route)}
 
-
-def test_a_lecturer_leads_one_class(routes: set[str]) -> None:
-    """A lecturer's link gives rights over one class and what it follows."""
-    allowed = _allowed(routes, "owner", LED, session="seen", lesson="bayes", follow="mine")
-    assert allowed == LOOKING | STEERING | TURNING | LEADING
-    others = _allowed(routes, "owner", LED)
-    assert {route for route in others if any(name in route for name in ("{session}", "{lesson}", "{follow}"))} == set()
-
-
-def test_a_stranger_gets_the_page_alone(routes: set[str]) -> None:
-    """A browser that has no seat yet gets what it needs to come in."""
-    allowed = _allowed(routes, "stranger", Reach(*5 * (frozenset(),)), session="seen", lesson="bayes")
-    assert allowed == {"GET /follow", "GET /viz/client/{name}", "GET /static", "HEAD /static"}
+    assert reached(session, "bayes", "mine") == allowed
+    of_others = reached("other", "other", "other")
+    assert not [route for route in of_others if any(name in route for name in ("{session}", "{lesson}", "{follow}"))]
 
 
 @pytest.mark.parametrize(
