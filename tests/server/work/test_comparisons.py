@@ -29,6 +29,12 @@ def compare(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
     return answer.json()
 
 
+def compared(frames: int) -> Comparison:
+    """Compare two trackers by the library."""
+    runs = (Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=frames) for name in ("h-spf", "condensation"))
+    return Comparison.of(*runs).finish()
+
+
 def outline(client: httpx.Client, *runs: dict[str, Any]) -> dict[str, Any]:
     """Return what is known of a comparison from the start."""
     return compare(client, *runs)["result"]
@@ -47,8 +53,7 @@ def test_recipes_are_compared_as_the_library_compares_them(client: httpx.Client)
     assert [run["shown"]["frames"] for run in begun["runs"]] == [25, 25]
     assert [setting["name"] for setting in begun["settings"]] == ["tracker"]
     done = ended(client, job)
-    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=25) for name in ("h-spf", "condensation")]
-    expected = Comparison.of(*runs).finish().as_dict()
+    expected = compared(25).as_dict()
     assert done["state"] == "done"
     found = done["result"]["found"]
     assert found == {name: expected[name] for name in found}
@@ -129,48 +134,48 @@ def test_a_comparison_is_kept_named_found_and_deleted(client: httpx.Client) -> N
     runs = [{"recipe": run["recipe"]} for run in begun["runs"]]
     body = {"title": "Two trackers", "runs": runs, "position": 4, "arrangement": "over"}
     kept = client.post(SAVED, json=body).raise_for_status().json()
+    place = f"{SAVED}/{kept['id']}"
     assert kept["title"] == "Two trackers"
     assert (kept["experiments"], kept["trackers"]) == (["ball"], ["h-spf", "condensation"])
-    found = client.get(f"{SAVED}/{kept['id']}").json()
+    found = client.get(place).json()
     assert (found["position"], found["arrangement"]) == (4, "over")
     again = outline(client, *({"recipe": run["recipe"]} for run in found["runs"]))
     assert [run["recipe"] for run in again["runs"]] == [run["recipe"] for run in begun["runs"]]
 
-    renamed = client.patch(f"{SAVED}/{kept['id']}", json={"title": "  Why one is lost "}).raise_for_status().json()
+    renamed = client.patch(place, json={"title": "  Why one is lost "}).raise_for_status().json()
     assert renamed["title"] == "Why one is lost"
-    assert error_of(client.patch(f"{SAVED}/{kept['id']}", json={"title": " "}), 422)
+    error_of(client.patch(place, json={"title": " "}), 422)
     work = client.get("/api/v1/work", params={"q": "why condensation"}).json()
     assert [each["title"] for each in work["comparisons"]] == ["Why one is lost"]
     assert work["found"]["comparisons"] == 1
     assert [each["id"] for each in client.get(SAVED).json()] == [kept["id"]]
 
-    client.delete(f"{SAVED}/{kept['id']}").raise_for_status()
-    assert "comparison does not exist" in error_of(client.get(f"{SAVED}/{kept['id']}"), 404)["message"]
-    assert "comparison does not exist" in error_of(client.delete(f"{SAVED}/{kept['id']}"), 404)["message"]
-
-
-def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
-    """One run alone, a name that cannot be seen, and an experiment that there is not."""
-    runs = [ball(), ball("condensation")]
-    assert client.post(SAVED, json={"title": "one", "runs": runs[:1]}).status_code == 422
-    assert client.post(SAVED, json={"title": "\u200b", "runs": runs}).status_code == 422
-    unknown = {"recipe": {"experiment": "no-such"}}
-    assert client.post(SAVED, json={"title": "x", "runs": [unknown, ball()]}).status_code in {404, 422}
-    assert client.get(SAVED).json() == []
+    client.delete(place).raise_for_status()
+    for method in ("GET", "DELETE"):
+        assert "comparison does not exist" in error_of(client.request(method, place), 404)["message"]
 
 
 def test_what_is_kept_of_a_comparison_is_bounded(start_server: Any) -> None:
-    """A tracker that the experiment lacks and one comparison too many are refused; no path of a recording is kept."""
+    """One run alone, a name that cannot be seen, unknown experiments and trackers and one too many are not kept.
+
+    No path of a recording is kept.
+    """
     clip = {"footage": {"name": "clip.mp4", "path": "/etc/hostname", "truth": {"0": [1.0, 2.0, 3.0, 4.0]}}}
     with start_server(max_comparisons=1) as (_, client):
-        wrong = {"title": "wrong", "runs": [ball(), ball("viterbi")]}
-        assert "viterbi" in error_of(client.post(SAVED, json=wrong), 422)["message"]
-        body = {"title": "clips", "runs": [ball(**clip), ball("condensation", **clip)]}
-        kept = client.post(SAVED, json=body).raise_for_status().json()
+
+        def keep(*runs: dict[str, Any], title: str = "clips") -> httpx.Response:
+            return client.post(SAVED, json={"title": title, "runs": runs})
+
+        body = ball(**clip), ball("condensation", **clip)
+        for refused in (keep(ball()), keep(*body, title="\u200b"), keep(*body, {"recipe": {"experiment": "no-such"}})):
+            error_of(refused, 422)
+        assert "viterbi" in error_of(keep(ball(), ball("viterbi")), 422)["message"]
+        assert client.get(SAVED).json() == []
+        kept = keep(*body).raise_for_status().json()
         for run in client.get(f"{SAVED}/{kept['id']}").json()["runs"]:
             footage = run["recipe"]["footage"]
             assert (footage["name"], footage.get("path"), footage.get("truth")) == ("clip.mp4", None, None)
-        assert "at most 1 comparisons" in error_of(client.post(SAVED, json=body), 409)["message"]
+        assert "at most 1 comparisons" in error_of(keep(*body), 409)["message"]
 
 
 def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
@@ -179,17 +184,15 @@ def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
     offered = outline(client, *runs)["exports"]
     assert [one["name"] for one in offered] == ["csv", "png", "svg", "json"]
     written = {one["name"]: export(client, one["name"], runs) for one in offered}
-    compared = Comparison.of(
-        *(Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=30) for name in ("h-spf", "condensation"))
-    ).finish()
+    expected = compared(30)
     rows = list(csv.DictReader(io.StringIO(written["csv"].decode())))
-    assert [row["name"] for row in rows] == [name for name in compared.names for _ in range(30)]
-    errors = [row.error for each in compared.rows for row in each]
+    assert [row["name"] for row in rows] == [name for name in expected.names for _ in range(30)]
+    errors = [row.error for each in expected.rows for row in each]
     assert [float(row["error"]) for row in rows] == errors
     assert written["png"].startswith(b"\x89PNG")
     assert b"<svg" in written["svg"]
     told = json.loads(written["json"])
-    assert told["outcomes"] == compared.as_dict()["outcomes"]
+    assert told["outcomes"] == expected.as_dict()["outcomes"]
     recipes = [{"recipe": run["recipe"]} for run in told["runs"]]
     assert outline(client, *recipes)["frames"] == 30, "it can be made again"
     answer = client.post("/api/v1/comparisons/exports/docx", json={"runs": runs})

@@ -10,8 +10,8 @@ from pftrack.analysis.other_seeds import ensemble
 from pftrack_server.work.explorations import ExplorationJob
 from tests.server.asking import columns, get
 from tests.server.confined import children
-from tests.server.follow_jobs import ended, taken
-from tests.server.host import begin, command, error_of, steer
+from tests.server.follow_jobs import asked, ended, taken
+from tests.server.host import begin, error_of, steer
 from tests.waiting import wait_for
 
 
@@ -28,16 +28,24 @@ def lost_session(client: httpx.Client, frames: int = 45) -> str:
 
 
 def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) -> None:
-    """A list comes, no change first; the seed of the best change makes a branch that has its target in the end."""
-    session = lost_session(client)
-    begun = explore(client, session, kind="what-if", frame=7, seconds=5)
+    """A list comes, no change first; the seed of the best change makes a branch that has its target in the end.
+
+    The change makes what was found stale and does not drop it; back on its branch it is what it was.
+    """
+    session = lost_session(client, frames=60)
+    begun = explore(client, session, kind="what-if", frame=7, seconds=3)
     assert (begun["kind"], begun["name"], begun["error"]) == ("exploration", "what-if", None)
     found = ended(client, begun)
-    assert found["state"] == "done", found["error"]
+    assert (found["state"], found["stale"]) == ("done", False), found["error"]
     assert begun.keys() == found.keys() == ExplorationJob.model_fields.keys(), "what it keeps for itself is not told"
+    assert 0 < found["done"] <= found["total"]
     told = found["result"]
-    assert (told["loss"], told["findings"][0]["verdict"]) == (7, "baseline")
+    assert (told["loss"], told["end"], told["last"], told["findings"][0]["verdict"]) == (7, 37, 59, "baseline")
     assert told["first_lost_frame"] == columns(client, session)["lost"].index(True)
+    for each in told["findings"]:
+        assert each["shares"].startswith(f"{each['holding']} of {each['runs']} hold to frame 37")
+        assert each["holding_at_end"] <= each["runs_to_end"] <= each["runs"]
+        assert each["runs"] >= 11 or each["verdict"] in {"baseline", "few"}
     best = told["findings"][1]
     assert best["share"] >= told["findings"][-1]["share"]
     made = steer(client, session, "branch", frame=told["begin"], values=best["values"], seed=best["seed"])
@@ -45,24 +53,10 @@ def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) ->
     steer(client, session, "seek", frame=told["end"])
     lost = columns(client, session)["lost"][told["end"] - told["judged"] + 1 : told["end"] + 1]
     assert best["holding"] == 0 or not any(lost)
-
-
-def test_what_was_found_of_a_run_before_it_changed_is_stale(client: httpx.Client) -> None:
-    """A change makes it stale and does not drop it; back on its branch it is what it was."""
-    session = lost_session(client, frames=60)
-    found = ended(client, explore(client, session, kind="what-if", frame=7, seconds=2))
-    told = found["result"]
-    assert (found["stale"], told["end"], told["last"]) == (False, 37, 59)
-    assert 0 < found["done"] <= found["total"]
-    for each in told["findings"]:
-        assert each["shares"].startswith(f"{each['holding']} of {each['runs']} hold to frame 37")
-        assert each["holding_at_end"] <= each["runs_to_end"] <= each["runs"]
-    assert all(each["verdict"] in {"baseline", "few"} for each in told["findings"] if each["runs"] < 11)
-    steer(client, session, "branch", frame=told["begin"], values={"occlusion_width_px": 30})
-    later = client.get(f"/api/v1/jobs/{found['id']}").json()
+    later = asked(client, found)
     assert (later["stale"], later["result"]) == (True, told)
-    assert command(client, session, "activate", branch=found["branch"]).status_code == 200
-    assert not client.get(f"/api/v1/jobs/{found['id']}").json()["stale"]
+    steer(client, session, "activate", branch=found["branch"])
+    assert not asked(client, found)["stale"]
 
 
 def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:
@@ -83,9 +77,8 @@ def test_other_seeds_are_those_of_the_library(client: httpx.Client) -> None:
     """The bands are those of an ensemble in Python, for the settings that are in force now."""
     session = lost_session(client, 30)
     found = ended(client, explore(client, session, kind="ensemble"))
-    expected = ensemble(
-        pftrack.run("ball", frames=30, seed=get(client, session)["recipe"]["seed"], occlusion_width_px=100)
-    )
+    seed = get(client, session)["recipe"]["seed"]
+    expected = ensemble(pftrack.run("ball", frames=30, seed=seed, occlusion_width_px=100))
     told = found["result"]
     assert (told["runs"], told["frames"], told["computed"]) == (40, 30, [40] * 30)
     np.testing.assert_array_equal(told["holding"], expected.holding)
@@ -99,25 +92,20 @@ def test_a_run_that_holds_is_told_so(client: httpx.Client) -> None:
     assert (found["state"], found["error"]) == ("failed", "The run has not lost its target so far")
 
 
-def test_an_exploration_ends_with_its_session(client: httpx.Client) -> None:
-    """Its processes are gone long before its time is over, since nobody can ask for what they find."""
-    session = lost_session(client)
-    before = set(children())
-    explore(client, session, kind="what-if", seconds=300)
-    begun = wait_for(lambda: set(children()) - before, what="an exploration has processes")
-    client.delete(f"/api/v1/sessions/{session}")
-    wait_for(lambda: not (begun & set(children())), what="they are gone")
+def test_a_session_asks_a_few_questions_at_a_time_and_ends_with_them(client: httpx.Client) -> None:
+    """The fourth is refused with a sentence that says how many there may be.
 
-
-def test_a_session_asks_a_few_questions_at_a_time(client: httpx.Client) -> None:
-    """The fourth is refused with a sentence that says how many there may be."""
-    session = lost_session(client)
+    Their processes are gone long before their time is over, since nobody can ask for what they find.
+    """
+    session, before = lost_session(client), set(children())
     begun = [explore(client, session, kind="what-if", seconds=300) for _ in range(3)]
     refused = client.post(f"/api/v1/sessions/{session}/explorations", json={"kind": "ensemble"})
     assert "at most 3 questions" in error_of(refused, 409)["message"]
-    for each in begun:
-        client.delete(f"/api/v1/jobs/{each['id']}")
-    assert explore(client, session, kind="ensemble")["state"] == "working"
+    client.delete(f"/api/v1/jobs/{begun[0]['id']}")
+    assert explore(client, session, kind="what-if", seconds=300)["state"] == "working"
+    processes = wait_for(lambda: set(children()) - before, what="an exploration has processes")
+    client.delete(f"/api/v1/sessions/{session}")
+    wait_for(lambda: not (processes & set(children())), what="they are gone")
 
 
 WRONG = {"assumed_noise_sd": 0.4}

@@ -14,6 +14,7 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.output.exports.formats import FORMATS, exports_of
 from pftrack.runs.run import Run
+from tests.server.asking import columns
 from tests.server.follow_jobs import asked, ended, taken, written
 from tests.server.host import begin, change_values, error_of, steer
 
@@ -47,29 +48,19 @@ def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> N
 
 def test_a_session_is_guided_by_a_learned_file(client: httpx.Client) -> None:
     """A file is taken up in a session as a parameter is, whose numbers are the library's; a wrong one is refused."""
-    session = begin(client, tracker="guided")
-    address = f"/api/v1/sessions/{session['id']}"
-    steer(client, session["id"], "seek", frame=40)
-    text = taken(client, session["id"], "learned").text
-    wrong = change_values(client, session["id"], {"learned": text.replace('"ball"', '"fish"')})
+    begun = begin(client, tracker="guided")
+    session = begun["id"]
+    steer(client, session, "seek", frame=40)
+    text = taken(client, session, "learned").text
+    wrong = change_values(client, session, {"learned": text.replace('"ball"', '"fish"')})
     assert "it was learned in 'fish', and this is 'ball'" in error_of(wrong, 422)["message"]
-    assert change_values(client, session["id"], {"learned": text}).status_code == 200
-    steer(client, session["id"], "restart")
-    steer(client, session["id"], "seek", frame=12)
-    ball = find("ball")
-    changes = (Change(0, {"learned": text}),)
-    run = Run(ball, ball.simulate(), tracker="guided", seed=session["recipe"].get("seed", 0), timeline=changes)
+    assert change_values(client, session, {"learned": text}).status_code == 200
+    steer(client, session, "restart")
+    steer(client, session, "seek", frame=12)
+    ball, seed = find("ball"), begun["recipe"].get("seed", 0)
+    run = Run(ball, ball.simulate(), tracker="guided", seed=seed, timeline=(Change(0, {"learned": text}),))
     run.seek(12)
-    columns = client.get(f"{address}/diagnostics").json()
-    assert columns["columns"]["estimate"][12] == list(run.current.diagnostics.estimate)
-
-
-def pictures_in(film: Path) -> int:
-    """Return how many pictures OpenCV reads of a film."""
-    reader, count = cv2.VideoCapture(str(film)), 0
-    while reader.read()[0]:
-        count += 1
-    return count
+    assert columns(client, session)["estimate"][12] == list(run.current.diagnostics.estimate)
 
 
 def file_of(client: httpx.Client, begun: httpx.Response) -> tuple[httpx.Response, dict[str, Any]]:
@@ -85,9 +76,9 @@ def test_a_film_is_written_beside_the_session_and_says_how_far_it_is(client: htt
     film, told = file_of(client, client.post(f"{address}/exports/mp4"))
     assert (told["name"], told["done"]) == ("sine-9.mp4", told["total"])
     assert film.headers["content-type"] == "video/mp4"
-    place = tmp_path / "film.mp4"
-    place.write_bytes(film.content)
-    assert pictures_in(place) == 10
+    (tmp_path / "film.mp4").write_bytes(film.content)
+    reader = cv2.VideoCapture(str(tmp_path / "film.mp4"))
+    assert [reader.read()[0] for _ in range(11)] == [True] * 10 + [False]
     assert client.delete(f"/api/v1/jobs/{told['id']}").status_code == 204
     assert "job does not exist" in error_of(client.get(told["result"]["address"]), 404)["message"]
 

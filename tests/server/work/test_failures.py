@@ -31,13 +31,10 @@ def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
 
 def test_a_failure_says_what_its_cure_changes(client: httpx.Client) -> None:
     """Only what differs is listed, in the words of the experiment: a parameter, or the tracker."""
-    by_name = client.get("/api/v1/failures/overconfident-weights").json()
+    by_name, by_number = (client.get(f"/api/v1/failures/{name}").json() for name in ("overconfident-weights", 4))
     assert by_name["differences"] == [{"title": "Sharpness lambda", "unit": "", "failing": 200, "cured": 20}]
-    by_number = client.get("/api/v1/failures/4").json()
-    assert by_number["id"] == "wrong-dynamics"
-    assert by_number["differences"] == [
-        {"title": "Tracker", "unit": "", "failing": "Guided diffusion", "cured": "Condensation"}
-    ]
+    tracker = {"title": "Tracker", "unit": "", "failing": "Guided diffusion", "cured": "Condensation"}
+    assert (by_number["id"], by_number["differences"]) == ("wrong-dynamics", [tracker])
 
 
 def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Server) -> None:

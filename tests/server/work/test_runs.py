@@ -2,17 +2,15 @@
 
 import json
 import zipfile
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 
-from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs import record
 from pftrack.runs.reproduction import load
-from pftrack.runs.run import Run
 from pftrack_server.work.runs import outcome
 from tests.server.follow_jobs import bring_in, import_refusal, send_run
 from tests.server.host import Server, begin, change_values, error_of, steer
@@ -21,6 +19,12 @@ from tests.server.uploads.test_uploads import send, video
 
 def save(client: httpx.Client, session: str, **more: Any) -> dict[str, Any]:
     answer = client.post("/api/v1/runs", json={"session": session, **more})
+    assert answer.status_code == 201, answer.text
+    return answer.json()
+
+
+def opened(client: httpx.Client, run: str) -> dict[str, Any]:
+    answer = client.post(f"/api/v1/runs/{run}/open")
     assert answer.status_code == 201, answer.text
     return answer.json()
 
@@ -70,79 +74,62 @@ def test_saved_and_listed(client: httpx.Client) -> None:
         error_of(client.get(f"/api/v1/runs/{run['id']}{path}"), 404)
 
 
-def test_opened_again(client: httpx.Client) -> None:
-    """A saved run opens where it was saved, with its bookmarks and the same numbers."""
+def test_the_same_numbers_wherever_it_is_opened(client: httpx.Client, tmp_path: Path) -> None:
+    """A saved run opens where it was saved, with its bookmarks; downloaded it replays in the library.
+
+    Brought in elsewhere it is computed once in a confined process, listed, and opens.
+    """
     run = made(client)
-    answer = client.post(f"/api/v1/runs/{run['id']}/open")
-    assert answer.status_code == 201, answer.text
-    session = answer.json()
+    expected = run["summary"]["estimates_sha256"]
+    session = opened(client, run["id"])
     assert (session["position"], session["computed"], session["tracker"]) == (30, 39, "apf")
     assert session["bookmarks"][0]["note"] == "here"
-    again = save(client, session["id"])
-    assert again["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
-
-
-def test_downloaded_and_replayed(client: httpx.Client, tmp_path: Path) -> None:
-    """A downloaded run replays in the library to the same numbers."""
-    run = made(client)
+    assert save(client, session["id"])["summary"]["estimates_sha256"] == expected
     download = client.get(f"/api/v1/runs/{run['id']}/download")
     assert download.headers["content-disposition"].endswith('.pft"')
     path = tmp_path / "run.pft"
     path.write_bytes(download.content)
     replayed = load(path)
     replayed.seek(39)
-    assert replayed.estimates_sha256 == run["summary"]["estimates_sha256"]
+    assert replayed.estimates_sha256 == expected
+    brought = bring_in(client, download.content, "from a friend.pft")
+    assert (brought["title"], brought["summary"]["reproduced"]) == ("from a friend", True)
+    assert brought["summary"]["estimates_sha256"] == expected
+    opened(client, brought["id"])
 
 
-def test_brought_in(client: httpx.Client) -> None:
-    """A run that was saved elsewhere is computed once in a confined process, listed, and opens."""
-    run = made(client)
-    content = client.get(f"/api/v1/runs/{run['id']}/download").content
-    brought = bring_in(client, content, "from a friend.pft")
-    assert brought["title"] == "from a friend"
-    assert brought["summary"]["estimates_sha256"] == run["summary"]["estimates_sha256"]
-    assert brought["summary"]["reproduced"] is True
-    assert client.post(f"/api/v1/runs/{brought['id']}/open").status_code == 201
-
-
-@pytest.mark.parametrize(
-    ("seed", "change", "words"),
-    [(2**53, 5, "between 0 and 9007199254740991"), (7, 20, "frames 0 to 19")],
-)
-def test_a_run_that_no_page_could_show(
-    client: httpx.Client, tmp_path: Path, seed: int, change: int, words: str
-) -> None:
-    """A seed that browsers round, and a change after the end, are refused with the bound."""
-    experiment = find("ball")
-    run = Run(experiment, experiment.simulate(), seed=seed, frames=20, timeline=(Change(change, {"sample_count": 90}),))
-    record.save(run, tmp_path / "run.pft")
-    content = (tmp_path / "run.pft").read_bytes()
-    assert words in import_refusal(client, content)
-
-
-@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04" + b"\0" * 100, b"PK\x05\x06" + b"\0" * 18])
-def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) -> None:
-    """A file that is not a run is refused with a sentence, and nothing of it is kept."""
-    files = server.app.state.services.store.files
-    before = len(list(files.runs.iterdir()))
-    assert "not a saved run" in error_of(send_run(client, content), 422)["message"]
-    assert len(list(files.runs.iterdir())) == before
-    assert list(files.incoming.iterdir()) == []
+def a_run(**recipe: Any) -> bytes:
+    """Return a file that says that it is a run of the ball."""
+    raw = {"format": "pftrack-run", "version": 2, "recipe": {"experiment": "ball", "frames": 20, **recipe}}
+    file = BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("run.json", json.dumps(raw | {"computed": 1, "estimates_sha256": "0" * 64}))
+    return file.getvalue()
 
 
 @pytest.mark.parametrize(
-    ("recipe", "words"),
+    ("content", "words"),
     [
-        ({"footage": {"mark": {"base64": "eHg="}}}, "not on this server; upload it first"),
-        ({"timeline": [{"frame": 0, "values": {"base64": "eHg="}}]}, "base64"),
+        *((content, "not a saved run") for content in (b"", b"hello", b"PK\x03\x04" + b"\0" * 100)),
+        (b"PK\x05\x06" + b"\0" * 18, "not a saved run"),
+        (a_run(seed=2**53), "between 0 and 9007199254740991"),
+        (a_run(seed=7, timeline=[{"frame": 20, "values": {"sample_count": 90}}]), "frames 0 to 19"),
+        (a_run(footage={"mark": {"base64": "eHg="}}), "not on this server; upload it first"),
+        (a_run(timeline=[{"frame": 0, "values": {"base64": "eHg="}}]), "base64"),
     ],
 )
-def test_a_run_that_speaks_of_bytes(client: httpx.Client, tmp_path: Path, recipe: dict[str, Any], words: str) -> None:
-    """No value of a record is taken for the bytes of an answer, whatever it is called."""
-    raw = {"format": "pftrack-run", "version": 2, "recipe": {"experiment": "ball", "frames": 5, **recipe}}
-    with zipfile.ZipFile(tmp_path / "run.pft", "w") as archive:
-        archive.writestr("run.json", json.dumps(raw | {"computed": 1, "estimates_sha256": "0" * 64}))
-    assert words in import_refusal(client, (tmp_path / "run.pft").read_bytes())
+def test_what_is_no_run_or_none_that_a_page_could_show(
+    server: Server, client: httpx.Client, content: bytes, words: str
+) -> None:
+    """It is refused with a sentence, and nothing of it is kept.
+
+    Browsers would round the seed; no value of a record is taken for the bytes of an answer, whatever it is called.
+    """
+    files = server.app.state.services.store.files
+    before = len(list(files.runs.iterdir()))
+    assert words in import_refusal(client, content)
+    assert len(list(files.runs.iterdir())) == before
+    assert list(files.incoming.iterdir()) == []
 
 
 def test_too_large(start_server: Any) -> None:
@@ -161,21 +148,17 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     run = save(client, session["id"])
     client.delete(f"/api/v1/sessions/{session['id']}")
     content = client.get(f"/api/v1/runs/{run['id']}/download").content
-    answer = client.post(f"/api/v1/runs/{run['id']}/open")
-    assert answer.status_code == 201, answer.text
-    opened = answer.json()
-    assert (opened["upload"], opened["recipe"]["footage"]["start"]) == (upload["id"], 1)
-    assert opened["recipe"]["footage"]["mark"] == {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
-    assert estimates(client, opened["id"]) == numbers
-    client.delete(f"/api/v1/sessions/{opened['id']}")
+    again = opened(client, run["id"])
+    assert (again["upload"], again["recipe"]["footage"]["start"]) == (upload["id"], 1)
+    assert again["recipe"]["footage"]["mark"] == {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
+    assert estimates(client, again["id"]) == numbers
+    client.delete(f"/api/v1/sessions/{again['id']}")
     client.delete(f"/api/v1/uploads/{upload['id']}")
     message = error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
     assert message.startswith(f"This run needs the clip {upload['name']}, which is not on this server.")
     assert "upload it first" in import_refusal(client, content)
-    again = send(client, ("other name.mp4", clip)).json()
-    answer = client.post(f"/api/v1/runs/{run['id']}/open")
-    assert answer.status_code == 201, answer.text
-    assert answer.json()["upload"] == again["id"]
+    other = send(client, ("other name.mp4", clip)).json()
+    assert opened(client, run["id"])["upload"] == other["id"]
 
 
 def test_runs_outlive_the_server(start_server: Any) -> None:
@@ -186,4 +169,4 @@ def test_runs_outlive_the_server(start_server: Any) -> None:
     with start_server() as (_, client):
         assert client.get("/api/v1/runs").json() == [run]
         assert client.get("/api/v1/uploads").json() == [upload]
-        assert client.post(f"/api/v1/runs/{run['id']}/open").status_code == 201
+        opened(client, run["id"])

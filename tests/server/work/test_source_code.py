@@ -52,12 +52,14 @@ def as_command(line: str) -> str:
     return CliRunner().invoke(app, arguments, catch_exceptions=False).stdout
 
 
+def sine(frame: int, values: dict[str, Any], **more: Any) -> Recipe:
+    return Recipe(experiment="sine", timeline=(Change(frame, values),), **more)
+
+
 RECIPES = {
-    "preset": Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 10}),)),
-    "values": Recipe(
-        experiment="sine", tracker="kalman", seed=4, frames=40, timeline=(Change(0, {"initial_sd": 0.3}),)
-    ),
-    "changes": Recipe(experiment="sine", seed=4, frames=40, timeline=(Change(9, {"sample_count": 60}),)),
+    "preset": sine(0, {"sample_count": 10}, tracker="condensation"),
+    "values": sine(0, {"initial_sd": 0.3}, tracker="kalman", seed=4, frames=40),
+    "changes": sine(9, {"sample_count": 60}, seed=4, frames=40),
 }
 
 
@@ -120,25 +122,37 @@ def test_the_lines_of_a_sweep_carry_it_out(tmp_path: Path) -> None:
         assert json.loads(as_command(f"{told.command.rstrip()} --json"))["runs"] == 8
 
 
-def test_a_sweep_on_a_recording_is_a_command() -> None:
-    """With the recording, the box and the frame where it is; what no option can say is left to lines of Python."""
-    box = {"kind": "box", "x": 1, "y": 2.5, "width": 9, "height": 9}
-    clip = Footage(name="a clip.mp4", sha256="0" * 64, start=2, mark=box)
-    plan = Plan("ball", (), ("condensation",), trials=3, frames=12, footage=clip, kind="video")
+BOX = {"kind": "box", "x": 1, "y": 2.5, "width": 9, "height": 9}
+
+
+def clip(name: str = "a clip.mp4") -> tuple[Footage, Plan]:
+    """Return a recording, and a plan of a sweep on it."""
+    footage = Footage(name=name, sha256="0" * 64, start=2, mark=BOX)
+    return footage, Plan("ball", (), ("condensation",), trials=3, frames=12, footage=footage, kind="video")
+
+
+def test_lines_on_a_recording_name_it() -> None:
+    """A sweep has the recording, the box and the frame where it is; what no option can say is left to Python.
+
+    The file itself is looked for where the lines are run.
+    """
+    footage, plan = clip()
     words = shlex.split(sweep_code(plan).command)
     assert words[:3] == ["pftrack", "sweep", "ball"]
     assert words[-8:] == ["--video", "a clip.mp4", "--box", "1,2.5,9,9", "--start", "2", "--out", "sweep.parquet"]
-    known = replace(plan, footage=clip.model_copy(update={"truth": {0: (1.0, 2.0)}}))
+    known = replace(plan, footage=footage.model_copy(update={"truth": {0: (1.0, 2.0)}}))
     assert sweep_code(known).command.startswith("python - ")
+    told = run_code(Recipe(experiment="ball", footage=footage), find("ball"))
+    assert "recording='a clip.mp4',  # where it lies here" in told.python
+    assert "'mark': {" in told.python
+    assert told.command.splitlines()[-1] == "pftrack run run.json --video 'a clip.mp4'"
 
 
+ARGUMENT = {"timeline": [{"frame": 0, "values": {"a=open('it-has-run', 'w'), b": 1}}]}
 STRANGE_NAMES: dict[str, dict[str, Any]] = {
-    "argument": {"timeline": [{"frame": 0, "values": {"a=open('it-has-run', 'w'), b": 1}}]},
+    "argument": ARGUMENT,
     "parameter of nobody": {"timeline": [{"frame": 3, "values": {"colour_of_nobody": 1}}]},
-    "beside a filter": {
-        "filters": {"mine": ["x = 1"]},
-        "timeline": [{"frame": 0, "values": {"a=open('it-has-run', 'w'), b": 1}}],
-    },
+    "beside a filter": {"filters": {"mine": ["x = 1"]}, **ARGUMENT},
     "file": {"tracker": "Downloads/evil.py"},
     "later file": {"timeline": [{"frame": 3, "values": {"tracker": "Downloads/evil.py"}}]},
 }
@@ -163,19 +177,7 @@ def test_only_names_that_are_declared_are_written_and_kept(client: httpx.Client,
 def test_a_name_of_a_recording_stays_a_text() -> None:
     """With quotes in it, too: the lines run nothing of it."""
     name = 'a"), print("it has run"), ("'
-    footage = Footage(name=name, sha256="0" * 64, mark={"kind": "box", "x": 1, "y": 2, "width": 9, "height": 9})
-    plan = Plan("ball", (), ("condensation",), frames=12, footage=footage, kind="video")
+    footage, plan = clip(name)
     for code in (sweep_code(plan), run_code(Recipe(experiment="ball", footage=footage), find("ball"))):
         tree = ast.parse(code.python)
         assert name in [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
-
-
-def test_a_recording_is_named_and_its_mark_is_in_the_lines() -> None:
-    """The file itself is looked for where the lines are run."""
-    footage = Footage(
-        name="clip.mp4", sha256="0" * 64, start=2, mark={"kind": "box", "x": 1, "y": 2, "width": 9, "height": 9}
-    )
-    told = run_code(Recipe(experiment="ball", footage=footage), find("ball"))
-    assert "recording='clip.mp4',  # where it lies here" in told.python
-    assert "'mark': {" in told.python
-    assert told.command.splitlines()[-1] == "pftrack run run.json --video clip.mp4"

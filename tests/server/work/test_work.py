@@ -8,6 +8,8 @@ import pytest
 from pftrack_server.work.routes import Words, date_words
 from tests.server.host import begin
 
+KINDS = ("sessions", "runs", "comparisons", "sweeps", "uploads")
+
 
 @pytest.fixture
 def kept(client: httpx.Client) -> dict[str, str]:
@@ -20,8 +22,7 @@ def kept(client: httpx.Client) -> dict[str, str]:
 def found(client: httpx.Client, words: str, **more: object) -> set[str]:
     answer = client.get("/api/v1/work", params={"q": words, **more})  # type: ignore[dict-item]  # numbers and texts
     assert answer.status_code == 200, answer.text
-    kinds = ("sessions", "runs", "comparisons", "sweeps", "uploads")
-    return {thing["id"] for kind in kinds for thing in answer.json()[kind]}
+    return {thing["id"] for kind in KINDS for thing in answer.json()[kind]}
 
 
 def quiet_zone(*hours: int) -> timezone:
@@ -89,13 +90,8 @@ def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict
     assert work["found"]["sessions"] == work["total"]["sessions"] >= 2
     assert found(client, "", show="runs") >= {kept["run"]}
     assert not found(client, "", show="runs") & {kept["ball"], kept["sine"]}
-    assert client.get("/api/v1/work", params={"q": "nothing has this"}).json()["found"] == {
-        "sessions": 0,
-        "runs": 0,
-        "comparisons": 0,
-        "sweeps": 0,
-        "uploads": 0,
-    }
+    nothing = client.get("/api/v1/work", params={"q": "nothing has this"}).json()["found"]
+    assert nothing == dict.fromkeys(KINDS, 0)
 
 
 @pytest.mark.parametrize(
