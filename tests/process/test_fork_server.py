@@ -9,7 +9,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -75,6 +77,14 @@ def server() -> Iterator[ForkServer]:
     made.close()
 
 
+@contextmanager
+def forked(server: ForkServer, function: Callable[..., object] = obey, **more: Any) -> Iterator[Child]:
+    """A child whose end of the pipe is closed afterwards."""
+    child = server.fork(function, **more)
+    with child.end:
+        yield child
+
+
 def has_ended(pid: int) -> bool:
     """Whether a process has ended, also while nobody has taken note of it."""
     try:
@@ -127,15 +137,13 @@ def test_it_may_be_forked_off_its_owner() -> None:
 
 def test_one_that_was_killed_is_started_again(server: ForkServer) -> None:
     """A child goes on without it, unless it has asked to end with it; how that ends nobody can tell."""
-    child = server.fork(obey)
-    with child.end:
+    with forked(server) as child:
         parent = lose_server(child)
         assert describe(child.status()) == "lost with the process that had started it"
         assert child.has_ended
         assert psutil.pid_exists(child.pid)
         tell(child, "exit")
-    another = server.fork(obey)
-    with another.end:
+    with forked(server) as another:
         assert who(another)[1] != parent
 
 
@@ -158,8 +166,7 @@ def test_what_it_loads_for_one_child_all_later_ones_share(
     """It is loaded once, also by one that takes the place of one that was lost; what fails keeps no child back."""
 
     def loaded(what: str | None) -> object:
-        child = server.fork(tell_loaded, load=(load, what) if what else None)
-        with child.end:
+        with forked(server, tell_loaded, load=(load, what) if what else None) as child:
             return BlockingEnd(child.end).receive()
 
     assert loaded(None) == []
@@ -167,8 +174,7 @@ def test_what_it_loads_for_one_child_all_later_ones_share(
     assert loaded("nonsense") == ["one"]
     assert "ValueError: nonsense" in capfd.readouterr().err
     assert loaded("two") == loaded(None) == ["one", "two"]
-    child = server.fork(obey)
-    with child.end:
+    with forked(server) as child:
         lose_server(child)
     assert loaded("two") == ["two"]
 
@@ -196,8 +202,7 @@ def test_a_child_that_nobody_wants_any_more_leaves_nothing_behind(
         with pytest.raises(asyncio.CancelledError):
             await asked
 
-    child = server.fork(obey)
-    with child.end:
+    with forked(server) as child:
         _, parent, *_ = who(child)
         tell(child, "exit")
         assert child.status(30) == 3
@@ -210,8 +215,7 @@ def test_a_child_that_nobody_wants_any_more_leaves_nothing_behind(
 
 def test_it_ends_with_its_owner(server: ForkServer) -> None:
     """Closing a fork server ends what it has forked, in the middle of whatever it does."""
-    child = server.fork(obey)
-    with child.end:
+    with forked(server) as child:
         pid, parent, *_ = who(child)
         tell(child, "hang")
         family = psutil.Process(pid), psutil.Process(parent)
@@ -230,8 +234,7 @@ def test_what_a_child_has_started_ends_with_it(
     server: ForkServer, first: str, start: Callable[[socket.socket], None]
 ) -> None:
     """What a child has started ends after it, or with the fork server, in whatever group it is."""
-    child = server.fork(start)
-    with child.end:
+    with forked(server, start) as child:
         other = BlockingEnd(child.end).receive()
         if first == "the child":
             tell(child, "return")
@@ -244,8 +247,7 @@ def test_a_number_that_another_group_has_by_now_is_not_killed(
     server: ForkServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A child that has ended is not killed again, since the system may have given its number to others."""
-    child = server.fork(obey)
-    with child.end:
+    with forked(server) as child:
         who(child)
         tell(child, "return")
     assert child.status(wait_s=30) == 0
@@ -268,8 +270,7 @@ def test_a_secret_stays_with_the_owner(monkeypatch: pytest.MonkeyPatch) -> None:
     """A variable that is named as a secret is in the environment of no other process."""
     monkeypatch.setenv("PFTRACK_TOKEN", "secret")
     server = ForkServer(PRELOAD, secrets=("PFTRACK_TOKEN",))
-    child = server.fork(obey)
-    with child.end:
+    with forked(server) as child:
         who(child)
         assert "PFTRACK_TOKEN" not in psutil.Process(child.pid).environ()
         assert child.pid

@@ -2,12 +2,13 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import declarations
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.reproduce.pool import Pool
@@ -68,27 +69,30 @@ def test_what_is_right_follows_from_what_was_changed() -> None:
     assert case_of("largest_cost", 255.0, 300.0, "trajectories").right == set()
 
 
+def frames_of(name: str, frame: int, *spoiling: Any) -> list[Frame]:
+    """Return a frame of an experiment's scene as it is, and twice as it is spoiled: by what, how much, from when on."""
+    setup = find(name).simulate()
+    history = History(((0, setup.parameters),))
+    source = setup.open_source(3, setup.parameters)
+    spoiled = Spoiled(source, *spoiling, 3)
+    return [it.frame(frame, history) for it in (source, spoiled, spoiled)]
+
+
 @pytest.mark.parametrize("kind", PICTURES[True])
 def test_pictures_are_spoiled_from_a_frame_on(kind: str) -> None:
     """Before it they are as they were; from there on others, and of one frame always the same."""
-    ball = find("ball")
-    setup = ball.simulate()
-    history = History(((0, setup.parameters),))
-    source = setup.open_source(3, setup.parameters)
-    spoiled = Spoiled(source, kind, 0.9, 5, 3)
-    assert np.array_equal(spoiled.frame(4, history).picture, source.frame(4, history).picture)
-    assert not np.array_equal(spoiled.frame(9, history).picture, source.frame(9, history).picture)
-    assert np.array_equal(spoiled.frame(9, history).picture, spoiled.frame(9, history).picture)
-    assert spoiled.frame(9, history).index == 9
+    was, calm, _ = frames_of("ball", 4, kind, 0.9, 5)
+    assert np.array_equal(calm.picture, was.picture)
+    was, one, again = frames_of("ball", 9, kind, 0.9, 5)
+    assert not np.array_equal(one.picture, was.picture)
+    assert np.array_equal(one.picture, again.picture)
+    assert one.index == 9
 
 
 @pytest.mark.parametrize("kind", PICTURES[False])
 def test_measured_numbers_are_spoiled_too(kind: str) -> None:
     """What is blank is not known; what is left out, frozen or noisy differs."""
-    setup = find("sine").simulate()
-    history = History(((0, setup.parameters),))
-    source = setup.open_source(3, setup.parameters)
-    before, after = (it.frame(9, history).signal for it in (source, Spoiled(source, kind, 0.9, 5, 3)))
+    before, after, _ = (it.signal for it in frames_of("sine", 9, kind, 0.9, 5))
     assert before is not None
     assert after is not None
     assert not np.array_equal(before, after)
@@ -97,13 +101,12 @@ def test_measured_numbers_are_spoiled_too(kind: str) -> None:
 
 def test_a_grown_picture_has_its_target_where_it_is_seen() -> None:
     """The truth grows with the picture, about its middle."""
-    setup = find("ball").simulate()
-    history = History(((0, setup.parameters),))
-    source = setup.open_source(3, setup.parameters)
-    was, grown = (it.frame(30, history).target for it in (source, Spoiled(source, "size", 1.0, 0, 3)))
+    unchanged, larger, _ = frames_of("ball", 30, "size", 1.0, 0)
+    was, grown = unchanged.target, larger.target
     assert was is not None
     assert grown is not None
-    middle = (np.array(source.size) - 1) / 2
+    assert unchanged.picture is not None
+    middle = (np.array(unchanged.picture.shape[1::-1]) - 1) / 2
     assert grown.position - middle == pytest.approx(2 * (was.position - middle))
     assert grown.size == 2 * was.size
 
