@@ -1,7 +1,12 @@
+"""What is drawn of each experiment stands where it is believed to be."""
+
+from typing import Any
+
 import numpy as np
 import pytest
 
 from pftrack.core.model import drawing as shapes
+from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.hand.shape import joints
@@ -14,48 +19,43 @@ from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 
 
+def at(name: str, frame: int, tracker: str | None = None, **values: Value) -> tuple[Run, dict[str, Any]]:
+    """Return a run at a frame, and what is drawn of it."""
+    found = find(name)
+    run = Run(found, found.simulate(), tracker=tracker, seed=1, frames=frame + 1, timeline=(Change(0, values),))
+    return run, dict(found.draw(run.seek(frame), run.diagnostics).primitives)
+
+
 def test_a_second_run_of_a_ball_is_a_cross_at_its_estimate() -> None:
     """Its middle is where the other run believes the ball to be."""
-    run, _ = ball_drawing()
+    run, _ = at("ball", 20)
     other = run.branch(5, {"tracker": "apf"}).seek(20).diagnostics
     cross = run.experiment.draw(run.current, run.diagnostics, other).primitives["second"]
     assert np.allclose(cross.segments[..., :2].mean(axis=(0, 1)), other.estimate)
 
 
-def ball_drawing(**values: object) -> tuple[Run, dict]:
-    ball = find("ball")
-    run = Run(ball, ball.simulate(), seed=1, frames=40, timeline=(Change(0, values),))
-    return run, ball.draw(run.seek(20), run.diagnostics).primitives
-
-
 def test_particles_are_drawn_where_they_are() -> None:
-    """Particles stand at their positions on stems as high as their weights, coloured by the sampler that drew them."""
-    run, drawn = ball_drawing()
-    particles = run.current.state.particles
-    points = drawn["particles"]
+    """Particles stand at their positions on stems as high as their weights, coloured by the sampler that drew them.
+
+    No more than 5,000 are drawn, spread over the whole set.
+    """
+    run, drawn = at("ball", 20)
+    particles, points = run.current.state.particles, drawn["particles"]
     assert np.allclose(points.positions[:, :2], particles.states[:, :2], atol=1e-3)
     relative = np.exp(particles.log_weights - particles.log_weights.max())
     assert np.allclose(points.positions[:, 2], 1.0 + shapes.LIFT * 320 * relative, atol=1e-3)
     assert points.stems
-    samples = run.current.diagnostics.vector("samples")
     orange = (points.colours == (230, 159, 0)).all(axis=1).sum()
-    assert orange == samples[0]
+    assert orange == run.current.diagnostics.vector("samples")[0]
     assert drawn["weights"].colours.shape == points.colours.shape
-
-
-def test_of_many_particles_an_even_selection_is_drawn() -> None:
-    """No more than 5,000 particles are drawn, spread over the whole set."""
-    _, drawn = ball_drawing(sample_count=30_000)
-    assert len(drawn["particles"].positions) == 5000
+    assert len(at("ball", 20, sample_count=30_000)[1]["particles"].positions) == 5000
 
 
 def test_marks_mean_what_they_say() -> None:
     """Truth and gate surround the truth, the trail ends at the estimate, the path through time recedes evenly."""
-    run, drawn = ball_drawing(smoothing_lag_frames=5)
-    truth = run.current.frame.target.position
-    assert np.allclose(drawn["truth"].centre[:2], truth)
-    assert drawn["truth"].half_axes[0, 0] == 5
-    assert drawn["gate"].half_axes[0, 0] == 15
+    run, drawn = at("ball", 20, smoothing_lag_frames=5)
+    assert np.allclose(drawn["truth"].centre[:2], run.current.frame.target.position)
+    assert [drawn[name].half_axes[0, 0] for name in ("truth", "gate")] == [5, 15]
     assert np.allclose(drawn["trail"].positions[-1, :2], run.current.state.estimate)
     assert len(drawn["trail"].positions) == 21
     assert np.allclose(drawn["space-time"].positions[:, 2], np.arange(-20, 1) * 1.25 * 320 / 60, atol=1e-3)
@@ -73,25 +73,20 @@ def test_of_stems_that_stand_side_by_side_the_highest_is_drawn() -> None:
 
 def test_past_frames_recede_behind_the_picture() -> None:
     """Each outline is as large as the picture and as deep as the path was then, which the axis says."""
-    _, drawn = ball_drawing()
-    outlines, axis = drawn["past frames"], drawn["axis"]
-    corners = outlines.segments[:, 0].reshape(3, 4, 3)
+    _, drawn = at("ball", 20)
+    corners = drawn["past frames"].segments[:, 0].reshape(3, 4, 3)
     assert np.allclose(corners[:, :, 2], -np.array([[20], [40], [60]]) * 1.25 * 320 / 60)
     assert np.allclose(np.ptp(corners[:, :, :2], axis=1), (320, 240))
-    assert np.allclose(axis.segments[0, :, 2], (-400, shapes.LIFT * 320))
+    assert np.allclose(drawn["axis"].segments[0, :, 2], (-400, shapes.LIFT * 320))
     words = {item.text: item.position[2] for item in drawn.values() if isinstance(item, shapes.Text)}
-    assert np.allclose(words["60 frames ago"], -400)
-    assert np.allclose(words["weight"], shapes.LIFT * 320)
+    assert np.allclose([words["60 frames ago"], words["weight"]], [-400, shapes.LIFT * 320])
 
 
 def test_the_posterior_of_a_signal_is_a_surface() -> None:
     """It is highest over the estimates, falls to the sides as a Gaussian does, and is low where that is wide."""
-    sine = find("sine")
-    run = Run(sine, sine.simulate(), tracker="kalman", seed=1, frames=31)
-    density = sine.draw(run.seek(30), run.diagnostics).primitives["density"]
-    past = [row.estimate[0] for row in run.diagnostics]
-    slices = density.vertices.reshape(61, 17, 3)
-    assert np.allclose(slices[::2, 8, 1], 200 - 125 * np.array(past), atol=0.01)
+    run, drawn = at("sine", 30, "kalman")
+    slices = drawn["density"].vertices.reshape(61, 17, 3)
+    assert np.allclose(slices[::2, 8, 1], 200 - 125 * np.array([row.estimate[0] for row in run.diagnostics]), atol=0.01)
     heights = slices[:, :, 2] - 1.0
     assert np.allclose(heights[:, 5] / heights[:, 8], np.exp(-0.5 * 1.125**2), rtol=1e-3)
     deviations = np.array([max(row.sigma[0], 0.008) for row in run.diagnostics])
@@ -101,30 +96,23 @@ def test_the_posterior_of_a_signal_is_a_surface() -> None:
 
 def test_particles_of_a_feature_are_as_deep_as_it() -> None:
     """Seen from aside they surround the point of the solid that they look for."""
-    head = find("head")
-    run = Run(head, head.simulate(), seed=1, frames=3)
-    run.seek(2)
-    state = run.current.state
-    cloud = head.draw(run.current, run.diagnostics).primitives["particles"]
-    depths = place_points(state, state.solid.points_mm)[:, 2]
-    off = cloud.positions[:, 2].reshape(len(depths), -1) - depths[:, None]
-    assert off.min() >= -1e-3
-    assert off.max() <= 10.001
+    run, drawn = at("head", 2)
+    depths = place_points(run.current.state, run.current.state.solid.points_mm)[:, 2:]
+    off = drawn["particles"].positions[:, 2].reshape(len(depths), -1) - depths
+    assert -1e-3 <= off.min() <= off.max() <= 10.001
 
 
 def test_likeness_of_a_window_is_a_relief() -> None:
     """The more alike, the higher."""
-    window = find("histogram")
-    run = Run(window, window.simulate(), seed=1, frames=3)
-    likeness = window.draw(run.seek(2), run.diagnostics).primitives["likeness"]
-    top = likeness.vertices[likeness.vertices[:, 2].argmax()]
+    run, drawn = at("histogram", 2)
+    top = drawn["likeness"].vertices[drawn["likeness"].vertices[:, 2].argmax()]
     assert 0.8 * shapes.LIFT * 320 < top[2] <= 0.5 + shapes.LIFT * 320
     assert np.hypot(*(top[:2] - run.current.state.estimate[:2])) < 20
 
 
 def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
     """The picture shows it in colours, and as high as it is where there is depth."""
-    run, _ = ball_drawing()
+    run, _ = at("ball", 20)
     found = Inspection(run).map((320, 240))
     shown = draw_likelihood(run.experiment.draw(run.current, run.diagnostics), found)
     picture = shown.primitives["picture"]
@@ -137,62 +125,50 @@ def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
 
 def test_a_body_of_points_stands_before_its_camera() -> None:
     """On the ray of its pixel each point is as near to the camera, beside the others, as the tracker believes."""
-    structure = find("structure")
-    run = Run(structure, structure.simulate(), seed=1, frames=61)
-    drawn = structure.draw(run.seek(60), run.diagnostics).primitives
-    state, camera = run.current.state, drawn["camera"]
-    assert camera.apex[2] == pytest.approx(state.focal_px)
-    placed = state.placed
-    inside = placed.points @ placed.camera[:, :3].T + placed.camera[:, 3]
+    run, drawn = at("structure", 60)
+    state, apex = run.current.state, drawn["camera"].apex
+    assert apex[2] == pytest.approx(state.focal_px)
+    inside = state.placed.points @ state.placed.camera[:, :3].T + state.placed.camera[:, 3]
     crosses = drawn["shape crosses"].segments.reshape(-1, 4, 3).mean(axis=1)
     assert len(crosses) == len(inside)
-    away = camera.apex[2] - crosses[:, 2:]
-    rays = np.column_stack([(crosses[:, :2] - camera.apex[:2]) / camera.apex[2], np.ones(len(crosses))]) * away
-    scale = away[0, 0] / inside[0, 2]
-    assert np.allclose(rays, scale * inside, rtol=1e-3, atol=1e-2)
+    away = apex[2] - crosses[:, 2:]
+    rays = np.column_stack([(crosses[:, :2] - apex[:2]) / apex[2], np.ones(len(crosses))]) * away
+    assert np.allclose(rays, away[0, 0] / inside[0, 2] * inside, rtol=1e-3, atol=1e-2)
 
 
 def test_a_chain_stands_out_of_the_picture() -> None:
     """Its joints are as much nearer or further than the root as they are believed to be, and as they truly are."""
-    linkage = find("linkage")
-    run = Run(linkage, linkage.simulate(), seed=1, frames=4)
-    drawn = linkage.draw(run.seek(3), run.diagnostics).primitives
-    longest = max(run.current.frame.picture.shape)
-    joints, true = (drawn[f"{name} joints"] for name in ("estimate", "true"))
-    chain = chain_of(run.current.state.mean, run.current.state)
-    assert np.allclose(joints.positions[:, 2], 0.3 * longest + chain[0, 2] - chain[:, 2], atol=1e-2)
-    assert np.allclose(true.positions[:, 2], 0.3 * longest - places(run.current.frame.target)[:, 2], atol=1e-2)
-    assert joints.stems
+    run, drawn = at("linkage", 3)
+    state, frame = run.current.state, run.current.frame
+    chain, true = chain_of(state.mean, state), places(frame.target)
+    for name, depths in (("estimate", chain[:, 2] - chain[0, 2]), ("true", true[:, 2])):
+        expected = 0.3 * max(frame.picture.shape) - depths
+        assert np.allclose(drawn[f"{name} joints"].positions[:, 2], expected, atol=1e-2)
+    assert drawn["estimate joints"].stems
 
 
 def test_a_hand_stands_before_the_picture_where_it_is_seen() -> None:
     """Around each joint of the hand that is shown there is a part of its body."""
-    hand = find("hand")
-    run = Run(hand, hand.simulate(), seed=1, frames=3)
-    drawn = hand.draw(run.seek(2), run.diagnostics).primitives
-    state = run.current.state
+    run, drawn = at("hand", 2)
+    state, hand = run.current.state, run.experiment
     found = joints(state.beam.members[0], state.scale, state.shape).reshape(-1, 3) + np.array([0, 0, 1.2 * state.scale])
     apart = np.linalg.norm(drawn["fingers in space"].vertices[:, None] - found, axis=2).min(axis=0)
     assert apart.max() < 1.05 * state.scale * state.shape.radii.max()
-    assert (
-        "fingers in space"
-        not in shapes.from_front(hand.draw(run.current, run.diagnostics), hand.display.layers).primitives
-    )
+    flat = shapes.from_front(hand.draw(run.current, run.diagnostics), hand.display.layers)
+    assert "fingers in space" not in flat.primitives
 
 
 @pytest.mark.parametrize("name", ["ball", "sine"])
 def test_a_page_without_scene_has_depth_as_a_world(name: str) -> None:
     """It holds what is before and behind the picture, away from the viewer what is behind; the picture loses it."""
-    experiment = find(name)
-    run = Run(experiment, experiment.simulate(), tracker="condensation", seed=1, frames=21)
-    drawing = experiment.draw(run.seek(20), run.diagnostics)
-    shown = with_depth(drawing, experiment.display.layers)
-    assert shown.primitives.keys() == shapes.from_front(drawing, experiment.display.layers).primitives.keys()
+    run, before = at(name, 20, "condensation")
+    drawing, layers = run.experiment.draw(run.current, run.diagnostics), run.experiment.display.layers
+    shown = with_depth(drawing, layers)
+    assert shown.primitives.keys() == shapes.from_front(drawing, layers).primitives.keys()
     (drawn,) = shown.worlds
-    assert {"stems", "frame", "axis"} <= drawn.primitives.keys()
     frame, axis, stems = (drawn.primitives[each] for each in ("frame", "axis", "stems"))
     assert np.allclose(np.ptp(frame.positions, axis=0), (drawing.width, drawing.height, 0))
-    assert np.allclose(axis.segments[..., 2], -drawing.primitives["axis"].segments[..., 2])
+    assert np.allclose(axis.segments[..., 2], -before["axis"].segments[..., 2])
     assert stems.segments[..., 2].max() == 0.0 > stems.segments[..., 2].min()
     corners = np.vstack([frame.positions, axis.segments[0]]) - drawn.world.middle
     assert np.linalg.norm(corners, axis=1).max() < drawn.world.radius

@@ -44,11 +44,18 @@ BROKEN = {
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One package that is right, one that takes its name, and one broken in each way."""
     place = tmp_path_factory.mktemp("installed")
-    install(place, "a-good-one", GOOD, "own = a_good_one:EXPERIMENT")
-    install(place, "a-second-one", GOOD, "own = a_second_one:EXPERIMENT")
+    for name in ("a-good-one", "a-second-one"):
+        install(place, name, GOOD, f"own = {name.replace('-', '_')}:EXPERIMENT")
     for number, (name, (source, _)) in enumerate(BROKEN.items()):
         install(place, f"broken-{number}", source, f"{name} = broken_{number}:EXPERIMENT")
     return place
+
+
+def said(place: Path, program: str, *arguments: str) -> str:
+    """Return what a program says beside what is installed in a folder."""
+    done = python(place, "-c", program, *arguments)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def test_nothing_is_imported_before_it_is_asked_for(place: Path) -> None:
@@ -62,8 +69,7 @@ def test_nothing_is_imported_before_it_is_asked_for(place: Path) -> None:
         "assert not [n for n in sys.modules if n.startswith(('a_', 'broken_'))]\n"
         "assert next(iter(EXPERIMENTS)) == 'ball' and imported() == ['pftrack.experiments.sine.experiment']"
     )
-    done = python(place, "-c", program)
-    assert done.returncode == 0, done.stderr
+    assert said(place, program) == ""
 
 
 def test_what_can_be_used_is_let_in_and_all_else_is_reported(place: Path) -> None:
@@ -73,9 +79,7 @@ def test_what_can_be_used_is_let_in_and_all_else_is_reported(place: Path) -> Non
         "print(json.dumps([list(EXPERIMENTS), EXPERIMENTS['own'].title, len(EXPERIMENTS),"
         " {p.package: p.problem for p in EXPERIMENTS.plugins}]))"
     )
-    done = python(place, "-c", program)
-    assert done.returncode == 0, done.stderr
-    names, title, count, problems = json.loads(done.stdout)
+    names, title, count, problems = json.loads(said(place, program))
     assert names == [*EXPERIMENTS.own, "own"]
     assert (title, count) == ("A signal of my own", len(EXPERIMENTS.own) + 1)
     assert problems.pop("a-good-one 1.0") == ""
@@ -125,9 +129,7 @@ def test_the_doctor_reports_what_is_broken(place: Path, tmp_path: Path) -> None:
         folder.mkdir()
         install(folder, "a-good-one", GOOD, "own = a_good_one:EXPERIMENT")
     install(places[2], "a-failing-one", failing, "failing = a_failing_one:EXPERIMENT")
-    done = python(tmp_path, "-c", DOCTORS, *map(str, places))
-    assert done.returncode == 0, done.stderr
-    broken, good, failed = done.stdout.splitlines()
+    broken, good, failed = said(tmp_path, DOCTORS, *map(str, places)).splitlines()
     assert broken.startswith("warning The experiment Up/../and of broken-9")
     assert "importing it raises ModuleNotFoundError: No module named 'surely_not_installed'" in broken
     assert good == f"ok {len(EXPERIMENTS.own)} of pftrack, and own of a-good-one 1.0"
@@ -204,8 +206,9 @@ def test_a_mistake_is_named_with_its_line(folder: Path, old: str, new: str, mess
 def test_measures_of_a_file_are_of_the_errors_by_default(tmp_path: Path) -> None:
     """A mistake in one is named with its line, as in other sections."""
     known, own = find("structure"), Path(pftrack.experiments.__file__).parent / "structure"
-    assert read_words(own, known.trackers)["measured"].measures[-1] == known.measured.measures[-1]
-    assert known.measured.measures[-1].frames is ERRORS
+    measure = known.measured.measures[-1]
+    assert read_words(own, known.trackers)["measured"].measures[-1] == measure
+    assert measure.frames is ERRORS
     text = (own / "experiment.yaml").read_text("utf-8").replace("how: until", "hou: until")
     (tmp_path / "experiment.yaml").write_text(text, "utf-8")
     with pytest.raises(ValueError, match=r"line \d+: measures.frames_to_shape has an unknown field 'hou'"):
@@ -221,7 +224,7 @@ def test_values_of_a_measure_that_no_file_declares_are_refused(folder: Path) -> 
 def test_numbers_in_the_words_of_measures_are_those_of_the_code() -> None:
     """Files repeat them."""
     last = find("linkage").measure_named("final_direction_error_deg")
-    assert f"last {linkage.LAST_FRAMES} " in last.title
-    assert f"last {linkage.LAST_FRAMES} " in last.description
+    for text in (last.title, last.description):
+        assert f"last {linkage.LAST_FRAMES} " in text
     for name in (structure.WITHIN, "frames_to_shape"):
         assert f"at most {structure.FOUND_PERCENT:g} %" in find("structure").measure_named(name).description
