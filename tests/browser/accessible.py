@@ -6,7 +6,7 @@ import pytest
 
 from tests.browser.views import View
 
-__all__ = ["check", "fits"]
+__all__ = ["check", "fits", "usable"]
 
 OVERFLOW = "document.documentElement.scrollWidth - innerWidth"
 SIZES = ((853, 533), (800, 800), (390, 800))
@@ -18,6 +18,12 @@ AXE = """async (rules) => {
     const options = { resultTypes: ["violations"], ...(rules && { runOnly: { type: "rule", values: rules } }) };
     return (await axe.run({ exclude: [["iframe"]] }, options)).violations;
 }"""
+
+
+def usable(page: Any) -> None:
+    """Axe finds nothing, and nothing is wider than the window."""
+    check(page)
+    fits(page)
 
 
 def check(page: Any) -> None:
@@ -38,8 +44,9 @@ def check(page: Any) -> None:
 
 
 def fits(page: Any) -> None:
-    """Nothing is wider than the window, at any of the sizes."""
+    """Nothing is wider than the window, at any of the sizes; at the end it has its own again."""
+    before, view = page.viewport_size, View(page)
     for width, height in SIZES:
-        page.set_viewport_size({"width": width, "height": height})
-        said = f"nothing is wider than {width} px"
-        View(page).until(lambda: page.evaluate(OVERFLOW) <= 0 and page.evaluate("innerWidth") == width, said)  # noqa: B023 - called at once
+        view.resize(width, height)
+        view.until(lambda: page.evaluate(OVERFLOW) <= 0, "nothing is wider")
+    view.resize(before["width"], before["height"])

@@ -1,4 +1,4 @@
-"""An experiment with several hypotheses, with an interval, and with a method that reports nothing at all.
+"""An experiment with several hypotheses and with an interval.
 
 A signal is followed by three possibilities: where it is, its mirror image, and in every third frame that it stands
 still. The test that installs it compares what the page draws with what it wrote down.
@@ -10,21 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model import series as told
 from pftrack.core.model.drawing import Drawing, Layer, Polyline
 from pftrack.core.model.glossary import Citation, Reference
 from pftrack.core.model.parameters import parameter
-from pftrack.core.model.series import (
-    SAMPLE_SIZE,
-    SAMPLERS,
-    SIGMA,
-    STEP_TIME,
-    Hypotheses,
-    Interval,
-    Plot,
-    Reading,
-    Series,
-    SeriesValue,
-)
+from pftrack.core.model.series import Plot, Reading, Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Diagnostics, Step, Tracker
@@ -88,12 +78,9 @@ def step(state: Bank, frame: Frame, parameters: BankParameters, rng: Generator) 
 
 def measure(state: Bank) -> Mapping[str, SeriesValue]:
     mean, sd = float(state.estimate[0]), float(state.sigma[0])
-    return {
-        "bank": Hypotheses(
-            tuple((float(place),) for (place,) in state.places), tuple(state.weights.tolist()), state.parents
-        ),
-        "range": Interval(mean - 2 * sd, mean + 2 * sd),
-    }
+    places = tuple((float(place),) for (place,) in state.places)
+    bank = told.Hypotheses(places, tuple(state.weights.tolist()), state.parents)
+    return {"bank": bank, "range": told.Interval(mean - 2 * sd, mean + 2 * sd)}
 
 
 def true_value(frame: Frame, state: Bank) -> Mapping[str, SeriesValue]:
@@ -109,33 +96,18 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     return Drawing(200, 100, {"estimate": Polyline(line, (0, 114, 178), 3.0, "estimate")}, f"frame {step.frame.index}")
 
 
-TRACKERS = (
-    Tracker(
-        "bank",
-        start,
-        step,
-        "Bank",
-        "Keeps two or three possibilities.",
-        series=(
-            Series("bank", "possibilities", shape="hypotheses", components=("value",)),
-            Series("range", "range", shape="interval"),
-        ),
-        measure=measure,
-    ),
-    Tracker("plain", start, step, "Plain", "Reports nothing beside its estimate."),
+SERIES = (
+    Series("bank", "possibilities", shape="hypotheses", components=("value",)),
+    Series("range", "range", shape="interval"),
 )
-
+BANK = Tracker("bank", start, step, "Bank", "Keeps two or three possibilities.", series=SERIES, measure=measure)
+CITATION = Citation(Reference("tests", "phdthesis", ("N. N.",), "The tests", 2026))
 EXPERIMENT = Experiment(
     id="bank",
     interface=4,
     title="A bank of possibilities",
-    texts=Texts(
-        "Which of them is it?",
-        "A signal and its mirror image.",
-        (Citation(Reference("tests", "phdthesis", ("N. N.",), "The tests", 2026)),),
-        target="signal",
-    ),
-    trackers={tracker.id: tracker for tracker in TRACKERS},
+    texts=Texts("Which of them is it?", "A signal and its mirror image.", (CITATION,), target="signal"),
+    trackers={"bank": BANK},
     frames=60,
     presets=(),
     simulate=lambda: Setup(SignalSource, BankParameters()),
@@ -148,9 +120,7 @@ EXPERIMENT = Experiment(
             Plot("hypotheses", "possibilities", "hypotheses", "What it may be.", series=("bank",), truth="truth"),
             Plot("tree", "possibilities", "tree", "Where each comes from.", series=("bank",), shown="shown"),
             Plot("range", "range", "interval", "Where it should be.", series=("range",), truth="truth"),
-            SIGMA,
-            SAMPLE_SIZE,
-            SAMPLERS,
+            *(told.SIGMA, told.SAMPLE_SIZE, told.SAMPLERS),
         ),
         readings=(
             Reading("estimate", "estimate"),
@@ -158,7 +128,7 @@ EXPERIMENT = Experiment(
             Reading("proposal", "samplers"),
             Reading("most probable", "hypotheses", series="bank"),
             Reading("range", "interval", series="range"),
-            STEP_TIME,
+            told.STEP_TIME,
         ),
     ),
 )

@@ -43,6 +43,13 @@ class Follower(View):
         return self.page.locator(".flat-canvas").get_attribute("data-frame")
 
 
+def lead(page: Any) -> str:
+    """Let a class follow a page, and return the link."""
+    page.locator(".follow-chip:enabled").click()
+    page.get_by_role("button", name="Begin", exact=True).click()
+    return str(page.locator("[data-role=class-link]").inner_text())
+
+
 class Lecturer(SessionPage):
     """The page of a session with a class."""
 
@@ -52,9 +59,7 @@ class Lecturer(SessionPage):
 
     def lead(self) -> str:
         """Let a class follow, and return the link."""
-        self.page.locator(".follow-chip:enabled").click()
-        self.page.get_by_role("button", name="Begin").click()
-        link = str(self.page.locator("[data-role=class-link]").inner_text())
+        link = lead(self.page)
         place, name = link.rsplit("/", 1)
         assert place == f"{self._server.url.removeprefix('http://')}/f"
         assert re.fullmatch(r"[0-9a-z]{4}-[0-9a-z]{4}-[0-9a-z]{4}", name)
@@ -68,22 +73,26 @@ class Lecturer(SessionPage):
         self.until(lambda: self.page.inner_text(".follow-chip") == words, f"the chip says {words}")
 
 
+def listen(page: Any, hear: Callable[[str], None]) -> None:
+    """Hear all that is wrong on a page."""
+    page.on("pageerror", lambda error: hear(str(error)))
+    page.on("console", lambda line: hear(f"{line.text} {line.location['url']}") if line.type == "error" else None)
+
+
 @contextmanager
 def newcomers(chromium: Any, server: Server, hear: Callable[[str], None]) -> Iterator[Callable[..., Follower]]:
     """Let people come who were never here, by default with a phone; at the end all classes end."""
     contexts = []
 
     def come(size: tuple[int, int] = PHONE) -> Follower:
-        context = chromium.new_context(
-            viewport={"width": size[0], "height": size[1]}, base_url=f"{server.url}/", color_scheme="light"
-        )
+        viewport = {"width": size[0], "height": size[1]}
+        context = chromium.new_context(viewport=viewport, base_url=f"{server.url}/", color_scheme="light")
         contexts.append(context)
         context.set_default_timeout(60_000)
         for script in (FRUGAL, CUTTING):
             context.add_init_script(script)
         page = context.new_page()
-        page.on("pageerror", lambda error: hear(str(error)))
-        page.on("console", lambda line: hear(f"{line.text} {line.location['url']}") if line.type == "error" else None)
+        listen(page, hear)
         return Follower(page)
 
     yield come

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from websockets.sync.client import connect
 
-from tests.browser.class_room import Follower, newcomers
+from tests.browser.class_room import Follower, listen, newcomers
 from tests.browser.host import START_S, Server, until
 from tests.browser.views import Gallery, SessionPage
 from tests.conftest import CHROMIUM, FRUGAL
@@ -19,13 +19,9 @@ from tests.installing import ROOT, install
 PLACES = 8
 """Sessions that a server has room for: more than any test needs, and few enough to be taken where one is about that."""
 EXAMPLE = ROOT / "examples" / "own_experiment"
+WINDOW = {"width": 1280, "height": 800}
 TOKEN = "salt & pepper, 100 %"
-LIMITS = {
-    "PFTRACK_MAX_SESSIONS": "12",
-    "PFTRACK_MAX_PARTICLES": "2000",
-    "PFTRACK_MAX_SWEEP_RUNS": "100",
-    "PFTRACK_SWEEP_JOBS": "1",
-}
+LIMITS = {"MAX_SESSIONS": "12", "MAX_PARTICLES": "2000", "MAX_SWEEP_RUNS": "100", "SWEEP_JOBS": "1"}
 """Of a server on which nothing takes long."""
 
 
@@ -84,8 +80,9 @@ def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     for name in ("bank", "circled"):
         install(place, name, (Path(__file__).parent / f"{name}.py").read_text(), f"{name} = {name}:EXPERIMENT")
     install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
-    different = {**LIMITS, "PFTRACK_BASE_PATH": "/", "PFTRACK_TRUSTED_PROXIES": "127.0.0.1"}
-    server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN, **different)
+    different = {**LIMITS, "BASE_PATH": "/", "TRUSTED_PROXIES": "127.0.0.1"}
+    variables = {f"PFTRACK_{name}": value for name, value in different.items()}
+    server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN, **variables)
     # Whoever asks before that for more than 10 s is told to come again, which a page writes to its console.
     until(lambda: server.get("compilation")["finished"], "the packages' experiments are ready", START_S)
     yield server
@@ -129,9 +126,7 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 
     @cache
     def context(server: Server) -> Any:
-        made = chromium.new_context(
-            viewport={"width": 1280, "height": 800}, base_url=f"{server.url}/", color_scheme="light"
-        )
+        made = chromium.new_context(viewport=WINDOW, base_url=f"{server.url}/", color_scheme="light")
         made.set_default_timeout(60_000)
         made.add_init_script(FRUGAL)
         made.new_page()  # stays open: another one for each test to be cleared from would be another process
@@ -152,11 +147,7 @@ def unchosen(
     page = context.new_page()
     # A browser remembers 250 files by itself, and the start page with what it fetches ahead has more.
     page.add_init_script("performance.setResourceTimingBufferSize(1000)")
-    page.on("pageerror", lambda error: complaints.hear(str(error)))
-    page.on(
-        "console",
-        lambda line: complaints.hear(f"{line.text} {line.location['url']}") if line.type == "error" else None,
-    )
+    listen(page, complaints.hear)
     yield page
     complaints.is_leaving = True
     first, *opened = context.pages
@@ -178,12 +169,7 @@ def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
 
 
 # The styles of a page with sessions, and no script.
-STYLES = (
-    "shared/palette",
-    "shared/style",
-    "shared/figure/figure",
-    "session/session",
-)
+STYLES = ("shared/palette", "shared/style", "shared/figure/figure", "session/session")
 LINKS = "".join(f'<link rel="stylesheet" href="static/{style}.css">' for style in STYLES)
 BARE = f"<head><title>Bare</title>{LINKS}</head><body><main></main></body>"
 
@@ -213,6 +199,17 @@ def watch(page: Any, server: Server) -> Callable[..., SessionPage]:
         return SessionPage(page, server).ready()
 
     return opened
+
+
+@pytest.fixture
+def stranger(chromium: Any) -> Iterator[Any]:
+    """A page of somebody who was never here, by a browser that shows sessions flat."""
+    context = chromium.new_context(viewport=WINDOW)
+    context.set_default_timeout(60_000)
+    for script in (FRUGAL, CHOSEN.format("flat")):
+        context.add_init_script(script)
+    yield context.new_page()
+    context.close()
 
 
 @pytest.fixture

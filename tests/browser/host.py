@@ -121,11 +121,15 @@ class Server:
     def start_session(self, **wish: Any) -> dict[str, Any]:
         """Start a session; the ball's unless told otherwise."""
         before = set(descendants(self._process.pid))
-        session: dict[str, Any] = self.post(
-            "sessions", session_request({"experiment": "ball", "seed": 5, "frames": 90, **wish})
-        )
+        wanted = session_request({"experiment": "ball", "seed": 5, "frames": 90, **wish})
+        session: dict[str, Any] = self.post("sessions", wanted)
         self._born[session["id"]] = set(descendants(self._process.pid)) - before
         return session
+
+    def upload(self, name: str, content: bytes) -> str:
+        """Bring in a clip, and return its number."""
+        answer = self._http.post(f"{self.url}/api/v1/uploads", files={"file": (name, content)})
+        return str(answer.raise_for_status().json()["id"])
 
     def session(self, session: str) -> dict[str, Any]:
         return self.get(f"sessions/{session}")

@@ -11,6 +11,7 @@ import httpx
 import numpy as np
 import pytest
 
+from tests.browser.class_room import lead
 from tests.browser.conftest import CHOSEN, TOKEN
 from tests.browser.host import Server
 from tests.browser.views import PARTICLES, SessionPage
@@ -83,6 +84,7 @@ def outside(request: pytest.FixtureRequest) -> Iterator[Outside]:
 def secure(chromium: Any, outside: Outside) -> Iterator[Any]:
     """A page of a browser outside, which has opened the link with the token."""
     context = chromium.new_context(base_url=f"{outside.address}/", color_scheme="light")
+    context.set_default_timeout(60_000)
     for script in (FRUGAL, CHOSEN.format("flat")):
         context.add_init_script(script)
     page = context.new_page()
@@ -118,9 +120,7 @@ def test_a_session_plays_and_a_class_follows(outside: Outside, secure: Any) -> N
     }
     assert all(url.startswith(f"{place}/") for url in sockets)
 
-    page.locator(".follow-chip:enabled").click()
-    page.get_by_role("button", name="Begin").click()
-    link = f"https://{page.locator('[data-role=class-link]').inner_text()}"
+    link = f"https://{lead(page)}"
     assert link.startswith(f"{address}/f/")
     code = page.locator(".class-qr img")
     shown.until(lambda: code.evaluate("it => it.naturalWidth") > 0, "the code is drawn")

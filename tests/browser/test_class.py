@@ -48,15 +48,14 @@ def test_a_lecturer_and_three_followers(
     first.page.locator(".flat-canvas").click()
     first.page.keyboard.press("End")
     status, sentence = first.page.evaluate(STEER, [lecturer.id, "play"])
-    assert status == 403
-    assert "this is for the lecturer" in sentence
-    server.post(f"sessions/{lecturer.id}/commands", {"kind": "change", "values": {"sample_count": 250}})
+    assert (status, "this is for the lecturer" in sentence) == (403, True)
+    lecturer.change(sample_count=250)
     lecturer.press("ArrowRight")
     lecturer.stands_at(2)
-    all_of(followers, lambda one: "250 was 800" in one.text(".in-force"), "the list says what has changed")
+    told = ((".in-force", "250 was 800"), (".following", "Following · frame 2 of 90"), (".readout", "250"))
+    for place, words in told:
+        all_of(followers, lambda one, place=place, words=words: words in one.text(place), f"{place} says {words}")  # type: ignore[misc]
     all_of(followers, lambda one: one.frame == "2", "frame 2 is painted")
-    all_of(followers, lambda one: one.text(".following").startswith("Following · frame 2 of 90"), "the line says so")
-    all_of(followers, lambda one: "250" in one.text(".readout"), "the readings are those of the frame")
 
     cut_off(lecturer, third)
     asked_and_answered(lecturer, followers)
@@ -117,21 +116,18 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     lecturer.page.evaluate("Element.prototype.requestFullscreen = null")  # a full screen cannot be made larger
     lecturer.press("f")
     lecturer.page.get_by_role("button", name="Reveal").click()
-    lecturer.until(lambda: lecturer.page.locator(".lead-poll .poll-bar:visible").count() == 2, "the bars are unfolded")
+    bars = lecturer.page.locator(".lead-poll .poll-bar:visible")
+    lecturer.until(lambda: bars.count() == 2, "the bars are unfolded")
     frame = lecturer.position
     lecturer.press("ArrowRight")
-    lecturer.until(
-        lambda: lecturer.page.locator(".lead-poll .poll-bar:visible").count() == 0, "it is in its place again"
-    )
+    lecturer.until(lambda: bars.count() == 0, "it is in its place again")
     assert lecturer.position == frame, "the key does nothing else"
     lecturer.press("f")
     said = "Most answered “No”, 2 of 3; “Yes” 1."
     all_of(followers, lambda one: said in one.text(".poll"), "what was answered is told in words")
     lecturer.until(lambda: said in lecturer.page.inner_text(".lead-poll"), "the lecturer's page says so, too")
-    assert [bar.split() for bar in second.page.locator(".poll-count").all_inner_texts()] == [
-        ["1", "·", "33", "%"],
-        ["2", "·", "67", "%"],
-    ]
+    counts = second.page.locator(".poll-count").all_inner_texts()
+    assert [" ".join(count.split()) for count in counts] == ["1 · 33 %", "2 · 67 %"]
     assert "No · your answer" in first.text(".poll")
     lecturer.page.locator(".lead-poll").get_by_role("button", name="Close").click()
     all_of(followers, lambda one: one.page.locator(".poll").is_hidden(), "the poll is gone")
@@ -139,11 +135,7 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
 
 def taken_along(lecturer: Lecturer, followers: list[Follower]) -> None:
     """A preset is another session, to which the class comes along."""
-    before = lecturer.id
-    lecturer.press("p")
-    lecturer.page.locator("[data-preset]").last.click()
-    lecturer.until(lambda: lecturer.id not in {before, "new"}, "another session is open")
-    lecturer.ready()
+    lecturer.choose_preset()
     lecturer.press(" ")
     lecturer.until(lambda: not lecturer.session["playing"], "it pauses")
     lecturer.counts("3 follow")
@@ -167,9 +159,8 @@ def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
     lecturer.press("Escape")
     assert follower.page.get_by_role("link", name="Back to the class").is_visible()
     own.menu("close")
-    follower.until(
-        lambda: follower.page.get_by_role("button", name="Try it yourself").is_enabled(), "the place is free"
-    )
+    tries = follower.page.get_by_role("button", name="Try it yourself")
+    follower.until(tries.is_enabled, "the place is free")
 
 
 def shows_another(lecturer: Lecturer, address: str) -> Page:

@@ -7,15 +7,11 @@ from typing import Any
 
 import pytest
 
-from tests.browser.accessible import check, fits
+from tests.browser.accessible import usable
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
-from tests.browser.views import LINES, TRACE, SessionPage, View
+from tests.browser.views import LINES, PAINTED_FRAMES, TRACE, SessionPage, View
 
-FRAMES = (
-    "[...document.querySelectorAll('.flat-canvas')].map((it) => it.dataset.frame)"
-    ".filter((it) => it !== undefined).map(Number)"
-)
 # Colours among the pixels of the topmost canvas, which has none where nothing is believed.
 TOPMOST = """(() => {
     const canvas = [...document.querySelectorAll('.flat-canvas')].at(-1);
@@ -40,7 +36,7 @@ class ComparePage(View):
 
     @property
     def frames(self) -> list[int]:
-        return self.page.evaluate(FRAMES)
+        return self.page.evaluate(PAINTED_FRAMES)
 
     def button(self, name: str) -> Any:
         return self.page.get_by_role("button", name=name)
@@ -103,7 +99,8 @@ def test_a_branch_is_compared_with_its_run(
     shown.stand_at(19, 19)
     page.keyboard.press("d")
     shown.stand_at(21, 21)
-    shown.until(lambda: [lines(page).get(f"error {run}") for run in (0, 1)] == [22, 22], "both are in one plot")
+    both = {"error 0": 22, "error 1": 22}.items()
+    shown.until(lambda: both <= page.evaluate(LINES).items(), "both are in one plot")
     assert {page.evaluate(TRACE, f"error {run}")["ink"] for run in (0, 1)} == {"#0072b2", "#009e73"}
 
     shown.button("Over each other").click()
@@ -111,8 +108,7 @@ def test_a_branch_is_compared_with_its_run(
     assert page.evaluate(TOPMOST)["clear"] > 0.5, "it has no picture of its own then"
     shown.button("Side by side").click()
     shown.until(lambda: page.evaluate(TOPMOST)["clear"] == 0, "it has its picture again")
-    check(page)
-    fits(page)
+    usable(page)
 
     address = page.url
     page.goto("about:blank")
@@ -126,10 +122,11 @@ def test_a_branch_is_compared_with_its_run(
 def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) -> None:
     """Two boxes lead to both; their trackers are what differs."""
     page = shown.page
-    saved = [save(server, tracker) for tracker in ("h-spf", "apf")]
+    runs = [server.start_session(tracker=tracker, seed=7, frames=30, position=29) for tracker in ("h-spf", "apf")]
+    saved = [server.post("runs", {"session": run["id"]}) for run in runs]
     page.goto("work?show=runs")
     for run in saved:
-        page.locator(f"[data-run='{run}'] input").click()
+        page.locator(f"[data-run='{run['id']}'] input").click()
     page.get_by_role("link", name="Compare 2 runs").click()
     page.wait_for_url("**/compare#*")
     shown.ready(2)
@@ -193,13 +190,3 @@ def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complai
         page.goto(address)
         shown.until(lambda said=said: said in page.inner_text("main"), said)  # type: ignore[misc]
         assert page.get_by_role("link", name="Choose saved runs").count() == 1
-
-
-def save(server: Server, tracker: str) -> str:
-    """Save a run of 30 frames, and return its name."""
-    session = server.start_session(tracker=tracker, seed=7, frames=30, position=29)["id"]
-    return server.post("runs", {"session": session})["id"]
-
-
-def lines(page: Any) -> dict[str, int]:
-    return page.evaluate(LINES)

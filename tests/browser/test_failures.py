@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from tests.browser.accessible import check, fits
+from tests.browser.accessible import check, fits, usable
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
-from tests.browser.views import View
+from tests.browser.views import PAINTED_FRAMES, View
 
 
 class FailurePage(View):
@@ -22,16 +22,10 @@ class FailurePage(View):
     @property
     def frames(self) -> list[int]:
         """The frames that are painted, the failing run's first."""
-        return self.page.evaluate(
-            "[...document.querySelectorAll('.flat-canvas')].map((it) => it.dataset.frame)"
-            ".filter((it) => it !== undefined).map(Number)"
-        )
+        return self.page.evaluate(PAINTED_FRAMES)
 
-    def verdict(self, side: str) -> str:
-        return str(self.page.locator(f"[data-side={side}] .verdict").inner_text())
-
-    def measured(self, side: str) -> str:
-        return str(self.page.locator(f"[data-side={side}] .measured").inner_text())
+    def told(self, side: str, place: str = ".verdict") -> str:
+        return str(self.page.locator(f"[data-side={side}] {place}").inner_text())
 
     def stand_at(self, frame: int) -> None:
         self.until(lambda: self.frames == [frame, frame], f"both show frame {frame}")
@@ -71,32 +65,32 @@ def test_failure_three_is_found_in_the_gallery(failure: FailurePage, server: Ser
     assert "Error over 60 frames. It fails after frame 6: up to 138.9 px" in words
     card = page.locator(".failure-card", has=page.locator(".failure-number", has_text="3"))
     assert card.locator("h3").inner_text().split() == ["3", "Look-alike", "capture"]
-    check(page)
-    fits(page)
-    page.set_viewport_size({"width": 1280, "height": 800})
+    usable(page)
     assert card.locator("h3 a").get_attribute("href") == "failures/look-alike-capture"
 
 
 def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server: Server) -> None:
-    """By its number it opens at the frame before; one frame on the one is lost and the other not, and both say why."""
+    """By its number it opens at the frame before; one frame on the one is lost and the other not, and both say why.
+
+    The link of either run starts a session at the frame before, which stays when the failure's page is left.
+    """
     page = failure.page
     page.goto("failures/4")
     failure.ready()
     assert page.url.endswith("/failures/wrong-dynamics")
     failure.stand_at(6)
-    failure.until(lambda: failure.verdict("failing") == "held (by truth)", "the target is held in the frame before")
-    failure.until(lambda: "the estimate 3.8 px that way" in failure.measured("failing"), "what is measured is told")
-    failure.until(lambda: "Never lost in" in failure.measured("cured"), "of the cured run as well")
-    numbers = [page.inner_text(f"[data-side={side}] .failure-numbers") for side in ("failing", "cured")]
-    assert all("distance from the truth" in each for each in numbers)
-    assert numbers[0] != numbers[1]
-    assert "Tracker Guided diffusion" in page.inner_text("[data-side=failing] h2")
-    assert "Tracker Condensation" in page.inner_text("[data-side=cured] h2")
+    failure.until(lambda: failure.told("failing") == "held (by truth)", "the target is held in the frame before")
+    for side, words in (("failing", "the estimate 3.8 px that way"), ("cured", "Never lost in")):
+        page.locator(f"[data-side={side}] .measured", has_text=words).wait_for()
+    numbers = {failure.told(side, ".failure-numbers") for side in ("failing", "cured")}
+    assert ["distance from the truth" in each for each in numbers] == [True, True]
+    for side, tracker in (("failing", "Guided diffusion"), ("cured", "Condensation")):
+        assert f"Tracker {tracker}" in failure.told(side, "h2")
 
     page.keyboard.press("ArrowRight")
     failure.stand_at(7)
-    failure.until(lambda: failure.verdict("failing") == "lost since 7 (by truth)", "the failing run has lost the ball")
-    failure.until(lambda: failure.verdict("cured") == "held (by truth)", "the cured one has not")
+    failure.until(lambda: failure.told("failing") == "lost since 7 (by truth)", "the failing run has lost the ball")
+    failure.until(lambda: failure.told("cured") == "held (by truth)", "the cured one has not")
     page.locator(".failure-deck .scrubber").focus()
     page.keyboard.press("Home")
     failure.stand_at(0)
@@ -111,20 +105,11 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     page.get_by_role("button", name="Present in large type").wait_for()
     failure.until(lambda: page.evaluate("document.fullscreenElement === null"), "it has left it")
     fits(page)
-    page.set_viewport_size({"width": 390, "height": 800})
+    failure.resize(390)
     title = page.locator("h1").evaluate("(it) => [it.scrollWidth <= it.clientWidth, it.innerText]")
     assert title == [True, "4 Wrong dynamics"], "on a phone it is read whole"
 
     assert len(server.get("sessions")) == 2
-    page.goto("failures")
-    failure.until(lambda: server.get("sessions") == [], "both sessions have ended with the page")
-
-
-def test_a_run_opens_as_a_session_of_its_own(failure: FailurePage, server: Server) -> None:
-    """The link of either run starts a session at the frame before, which stays when the failure's page is left."""
-    page = failure.page
-    page.goto("failures/wrong-dynamics")
-    failure.ready()
     page.locator("[data-side=cured]").get_by_role("link", name="Open as a session").click()
     page.wait_for_url(lambda url: "/session/" in url and "/session/new" not in url)
     opened = page.url.rsplit("/", 1)[1]
@@ -152,8 +137,7 @@ def test_both_runs_are_compared_by_one_click(failure: FailurePage, server: Serve
     page.wait_for_url("**/compare#*")
     failure.until(lambda: failure.frames == [7, 7], "both stand where they stood")
     table = page.inner_text(".comparison-table")
-    assert "Guided diffusion" in table
-    assert "Condensation" in table
+    assert all(tracker in table for tracker in ("Guided diffusion", "Condensation"))
     page.goto("failures")
     failure.until(lambda: server.get("sessions") == [], "the sessions have ended with their pages")
 

@@ -84,23 +84,22 @@ def test_escape_leaves_the_tour_and_a_reload_goes_on_with_it(gallery: Gallery, s
     page.reload()
     tour.ready()
     tour.note("Lost")
-    page.set_viewport_size({"width": 390, "height": 800})
-    tour.until(lambda: page.evaluate(INSIDE), "the note is within a phone's screen")
+    tour.resize(390)
+    inside = "({ left, right, top, bottom }) => left >= 0 && right <= innerWidth && top >= 0 && bottom <= innerHeight"
+    box = "document.querySelector('.callout').getBoundingClientRect()"
+    tour.until(lambda: page.evaluate(f"({inside})({box})"), "the note is within a phone's screen")
     page.keyboard.press("Escape")
     page.locator(".callout").wait_for(state="detached")
     assert page.evaluate(REMEMBERED) == "left"
     assert "tour" not in page.url
 
 
-INSIDE = """(() => {
-    const box = document.querySelector('.callout').getBoundingClientRect();
-    return innerWidth === 390 && box.left >= 0 && box.right <= 390 && box.top >= 0 && box.bottom <= innerHeight;
-})()"""
-
-
 # test_failures.py has a server that is full.
 def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
-    """What is typed is looked for and stands in the address; other kinds are a step that one may go back."""
+    """What is typed is looked for and stands in the address; other kinds are a step that one may go back.
+
+    Several sessions are ended at once.
+    """
     ball, sine = server.start_session(seed=8), server.start_session(experiment="sine", seed=8)
     page.goto("work")
     work = View(page)
@@ -123,13 +122,12 @@ def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     here(ball).wait_for()
     page.goto("work?show=sessions&q=occluder")
     here(ball).wait_for()
-    assert here(sine).count() == 0
-    assert page.locator("[data-part=runs]").count() == 0
+    assert (here(sine).count(), page.locator("[data-part=runs]").count()) == (0, 0)
+    they_are_ended_at_once(page, server, [ball, sine])
 
 
-def test_many_sessions_are_ended_at_once(page: Any, server: Server) -> None:
+def they_are_ended_at_once(page: Any, server: Server, ended: list[dict[str, Any]]) -> None:
     """What is chosen stays chosen in another search; one question names all of them, and they are gone."""
-    ended = [server.start_session(seed=8), server.start_session(experiment="sine", seed=8)]
     kept = server.start_session(seed=9)
     page.goto("work?show=sessions")
     page.locator(f"[data-session='{ended[0]['id']}'] input").check()
@@ -155,9 +153,8 @@ def test_a_renamed_run_has_its_new_name_on_all_buttons(page: Any, server: Server
     page.get_by_role("button", name="Rename", exact=True).click()
     row.get_by_role("button", name="Download Wednesday").wait_for()
     names = "buttons => buttons.map((button) => button.ariaLabel)"
-    assert row.get_by_role("button").evaluate_all(names) == [
-        *(None, "Download Wednesday", "Rename Wednesday", "Delete Wednesday")
-    ]
+    named = [f"{act} Wednesday" for act in ("Download", "Rename", "Delete")]
+    assert row.get_by_role("button").evaluate_all(names) == [None, *named]
     assert page.evaluate("document.activeElement.ariaLabel") == "Rename Wednesday"
 
 
@@ -182,10 +179,8 @@ def test_the_frame_is_told_in_words_when_the_run_stands(watch: Watch, server: Se
     words = shown.page.locator("[data-role=in-words]")
     shown.until(lambda: words.inner_text().startswith("Frame 59 of 90; "), "the frame is told")
     assert f"; {shown.verdict}; estimate " in words.inner_text()
-    plot = shown.plot("ess").get_by_role("img")
-    shown.until(lambda: "In frame 59 ESS" in (plot.get_attribute("aria-label") or ""), "the plot is told")
-    canvas = shown.page.locator(".flat-canvas")
-    shown.until(lambda: "frame 59" in (canvas.get_attribute("aria-label") or ""), "the picture is told")
+    shown.plot("ess").get_by_role("img", name="In frame 59 ESS").wait_for()
+    shown.page.get_by_role("img", name="frame 59").and_(shown.page.locator(".flat-canvas")).wait_for()
     leading, listed = shown.page.locator(".measures"), shown.page.locator(".measures dl")
     shown.until(lambda: "hit rate" in leading.inner_text() and "100 %" in leading.inner_text(), "it is said first")
     leading.locator("summary").click()

@@ -29,76 +29,49 @@ OCCLUDER = """(() => {
     for (let x = 0; x < canvas.width; x += 1) if (Math.abs(data[4 * x] - 60) < 12) width += 1;
     return Math.round((width * 320) / canvas.width);
 })()"""
-# Pixels of the canvas in the blue of the observation's particles.
-SKY = """(() => {
+# Pixels of the canvas that have a colour.
+INKED = """(colour) => {
     const canvas = document.querySelector('.flat-canvas');
     const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    const [red, green, blue] = colour;
     let count = 0;
     for (let i = 0; i < data.length; i += 4) {
-        count += Math.abs(data[i] - 86) + Math.abs(data[i + 1] - 180) + Math.abs(data[i + 2] - 233) < 20 ? 1 : 0;
+        if (Math.abs(data[i] - red) + Math.abs(data[i + 1] - green) + Math.abs(data[i + 2] - blue) < 20) count += 1;
     }
     return count;
-})()"""
-
-
+}"""
+SKY, RING = [86, 180, 233], [204, 121, 167]
+"""The colours of the observation's particles, and of what is looked at."""
+# Width and height of the canvas, its width on the page, and the larger share of its place that it takes.
 SIZE = """(() => {
     const { width, height, offsetWidth } = document.querySelector('.flat-canvas');
-    return [width, height, offsetWidth];
-})()"""
-# Share of its place that the canvas takes, in the direction in which it takes more.
-FILLED = """(() => {
-    const { width, height } = document.querySelector('.flat-canvas');
     const { clientWidth, clientHeight } = document.querySelector('.flat-place');
-    return Math.max(width / clientWidth, height / clientHeight);
+    return [width, height, offsetWidth, Math.max(width / clientWidth, height / clientHeight)];
 })()"""
 
 
-class FlatPage(SessionPage):
-    """The page of a session in the flat view."""
-
-    def ready(self) -> "FlatPage":
-        self.until(lambda: self.page.locator(".play").is_enabled(), "the play button can be pressed")
-        self.until(lambda: self.painted is not None, "a frame is painted")
-        self.page.locator(".controls [type=range]").first.wait_for(state="attached")
-        return self
-
-    @property
-    def painted(self) -> int | None:
-        """The frame on the canvas."""
-        frame = self.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame ?? null")
-        return None if frame is None else int(frame)
-
-    @property
-    def occluder(self) -> int:
-        return int(self.page.evaluate(OCCLUDER))
-
-    def paints(self, frame: int) -> None:
-        self.until(lambda: self.painted == frame, f"frame {frame} is painted")
-
-    def box(self, label: str) -> Any:
-        """The box of a parameter."""
-        return self.page.get_by_label(label, exact=True).and_(self.page.locator("[type=number], [type=checkbox]"))
-
-    def slider(self, label: str) -> Any:
-        return self.page.get_by_label(label, exact=True).and_(self.page.locator("[type=range]"))
+Watch = Callable[..., SessionPage]
 
 
-Look = Callable[..., FlatPage]
+def occluder(view: SessionPage) -> int:
+    return int(view.page.evaluate(OCCLUDER))
 
 
 @pytest.fixture
-def look(unchosen: Any, server: Server) -> Look:
+def look(unchosen: Any, server: Server) -> Watch:
     """Start a session and open its page, which shows it flat by itself in this browser."""
 
-    def opened(**recipe: Any) -> FlatPage:
-        session = server.start_session(**recipe)
-        unchosen.goto(session["page"])
-        return FlatPage(unchosen, server).ready()
+    def opened(**recipe: Any) -> SessionPage:
+        unchosen.goto(server.start_session(**recipe)["page"])
+        view = SessionPage(unchosen, server).ready()
+        view.until(lambda: view.painted is not None, "a frame is painted")
+        view.page.locator(".controls [type=range]").first.wait_for(state="attached")
+        return view
 
     return opened
 
 
-def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Server) -> None:
+def test_where_webgl_runs_in_software_the_view_is_flat(look: Watch, server: Server) -> None:
     """The canvas shows each frame that the run reaches, and says in words what it shows; no scene is loaded.
 
     It keeps its proportions in any window, and its layers are switched on and off.
@@ -106,7 +79,7 @@ def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Serve
     view = look(tracker="apf")
     layers_are_switched_on_and_off(view, server)
     the_canvas_keeps_its_proportions_in_any_window(view)
-    view.page.set_viewport_size({"width": 1280, "height": 800})
+    view.resize(1280)
     canvas = view.page.locator(".flat-canvas")
     assert view.page.locator("iframe").count() == 0
     server.seek(view.id, 12)
@@ -114,65 +87,65 @@ def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Serve
     assert canvas.get_attribute("role") == "img"
     view.until(lambda: "frame 12 " in canvas.get_attribute("aria-label"), "it is told in words once the run stands")
     assert canvas.get_attribute("aria-label").endswith(view.page.inner_text(".flat-caption"))
-    assert view.occluder == pytest.approx(40, abs=2)
+    assert occluder(view) == pytest.approx(40, abs=2)
     view.press("ArrowRight")
     view.paints(13)
     view.press("Space")
     view.until(lambda: (view.painted or 0) > 30, "the run plays on the canvas")
 
 
-def the_canvas_keeps_its_proportions_in_any_window(view: FlatPage) -> None:
+def the_canvas_keeps_its_proportions_in_any_window(view: SessionPage) -> None:
     """It is as large as its place allows, in pixels of the display, and stays sharp when the window changes.
 
     On a phone it has the width for itself; a button opens the parameters over it and closes them.
     """
     for width, height in ((1280, 800), (800, 700), (390, 800)):
-        view.page.set_viewport_size({"width": width, "height": height})
-        view.until(lambda: 0.99 < view.page.evaluate(FILLED) <= 1, "the canvas fills its place")
-        wide, high, shown = view.page.evaluate(SIZE)
+        view.resize(width, height)
+        view.until(lambda: 0.99 < view.page.evaluate(SIZE)[3] <= 1, "the canvas fills its place")
+        wide, high, shown, _ = view.page.evaluate(SIZE)
         assert wide / high == pytest.approx(320 / 240, abs=0.01)
         assert wide == shown
         assert view.page.evaluate("document.documentElement.scrollWidth") <= width
 
-    slider = view.slider("Occluder width (px)")
+    slider = view.control("Occluder width (px)", "range")
     view.until(lambda: not slider.is_visible(), "the panel is away")
-    opener = view.page.get_by_role("button", name="Parameters")
-    opener.click()
+    view.page.get_by_role("button", name="Parameters").click()
     slider.wait_for()
     view.page.get_by_role("button", name="Close", exact=True).click()
     slider.wait_for(state="hidden")
 
 
-def test_the_panel(look: Look, server: Server, complaints: Complaints) -> None:
+def test_the_panel(look: Watch, server: Server, complaints: Complaints) -> None:
     """All that its controls do, in one visit; the seed comes last, since it begins the run anew."""
     complaints.expected = ("the server responded with a status of 422",)
     view = look()
     a_slider_changes_the_picture(view)
-    server.post(f"sessions/{view.id}/commands", {"kind": "pause"})
-    what_is_half_typed_is_left_alone(view, server)
+    view.command("pause")
+    what_is_half_typed_is_left_alone(view)
     a_refused_value_springs_back(view)
-    what_others_change_is_shown(view, server)
+    what_others_change_is_shown(view)
+    a_slider_reaches_the_value_in_force(view)
     tracker_and_seed_can_be_chosen(view)
 
 
-def a_slider_changes_the_picture(view: FlatPage) -> None:
+def a_slider_changes_the_picture(view: SessionPage) -> None:
     """Moved by the keyboard, a slider changes what is drawn from the next frame on, and the box beside it follows."""
-    slider = view.slider("Occluder width (px)")
+    slider = view.control("Occluder width (px)", "range")
     slider.focus()
     for _ in range(5):
         view.page.keyboard.press("ArrowRight")
     view.until(lambda: view.session["parameters"]["occlusion_width_px"] == 45, "the session has the new value")
-    view.until(lambda: view.box("Occluder width (px)").input_value() == "45", "the box has followed")
+    view.until(lambda: view.control("Occluder width (px)").input_value() == "45", "the box has followed")
     view.page.keyboard.press("Space")
-    view.until(lambda: view.occluder == pytest.approx(45, abs=2), "the wider occluder is seen")
+    view.until(lambda: occluder(view) == pytest.approx(45, abs=2), "the wider occluder is seen")
 
 
-def what_is_half_typed_is_left_alone(view: FlatPage, server: Server) -> None:
+def what_is_half_typed_is_left_alone(view: SessionPage) -> None:
     """The session's word does not overwrite a number that is being typed; a box that is left empty shows it again."""
-    box = view.box("Particles")
+    box = view.control("Particles")
     box.fill("30")
-    server.post(f"sessions/{view.id}/commands", {"kind": "change", "values": {"occlusion_width_px": 61}})
-    view.until(lambda: view.slider("Occluder width (px)").input_value() == "61", "the change is shown")
+    view.change(occlusion_width_px=61)
+    view.until(lambda: view.control("Occluder width (px)", "range").input_value() == "61", "the change is shown")
     assert box.input_value() == "30"
     box.press("End")
     box.press("0")
@@ -183,9 +156,9 @@ def what_is_half_typed_is_left_alone(view: FlatPage, server: Server) -> None:
     view.until(lambda: box.input_value() == "300", "the box shows what is in force")
 
 
-def a_refused_value_springs_back(view: FlatPage) -> None:
+def a_refused_value_springs_back(view: SessionPage) -> None:
     """What is out of bounds is refused by the server in a sentence, and the control shows what is in force."""
-    box = view.box("Particles")
+    box = view.control("Particles")
     box.fill("100000000")
     box.press("Enter")
     view.page.locator(".toast.error").wait_for()
@@ -193,57 +166,53 @@ def a_refused_value_springs_back(view: FlatPage) -> None:
     view.until(lambda: box.input_value() == str(view.session["parameters"]["sample_count"]), "the box springs back")
 
 
-def what_others_change_is_shown(view: FlatPage, server: Server) -> None:
+def a_slider_reaches_the_value_in_force(view: SessionPage) -> None:
+    """Its useful range is 0 to 120, and the session has 300."""
+    slider = view.control("Occluder width (px)", "range")
+    for value, most in ((80, "120"), (300, "300")):
+        view.change(occlusion_width_px=value)
+        view.until(lambda value=value: slider.input_value() == str(value), "it shows the value")  # type: ignore[misc]
+        assert [slider.get_attribute(name) for name in ("min", "max")] == ["0", most]
+
+
+def what_others_change_is_shown(view: SessionPage) -> None:
     """A change from elsewhere moves slider, box and tracker, and takes away what that tracker does not read."""
-    server.post(
-        f"sessions/{view.id}/commands",
-        {"kind": "change", "values": {"occlusion_width_px": 80, "tracker": "condensation"}},
-    )
-    view.until(lambda: view.slider("Occluder width (px)").input_value() == "80", "the slider shows it")
-    view.until(
-        lambda: view.page.get_by_label("Tracker", exact=True).input_value() == "condensation", "the tracker, too"
-    )
-    readers = {item["name"]: item for item in view.session["declarations"]}
-    controls = {item["name"]: item["label"] for item in view.session["declarations"]}
+    view.change(occlusion_width_px=80, tracker="condensation")
+    view.until(lambda: view.control("Occluder width (px)", "range").input_value() == "80", "the slider shows it")
+    tracker = view.page.get_by_label("Tracker", exact=True)
+    view.until(lambda: tracker.input_value() == "condensation", "the tracker, too")
     panel = view.page.locator(".control")  # a fold may be called as what is in it is, and files are in their own menu
-    for name in (name for name in controls if readers[name]["kind"] != "file"):
-        reads = not readers[name]["trackers"] or "condensation" in readers[name]["trackers"]
-        assert (panel.get_by_label(controls[name], exact=True).count() > 0) == reads, name
+    for each in (each for each in view.session["declarations"] if each["kind"] != "file"):
+        reads = not each["trackers"] or "condensation" in each["trackers"]
+        assert (panel.get_by_label(each["label"], exact=True).count() > 0) == reads, each["name"]
 
 
-def tracker_and_seed_can_be_chosen(view: FlatPage) -> None:
+def tracker_and_seed_can_be_chosen(view: SessionPage) -> None:
     """Another tracker counts from the next frame; another seed begins the run anew."""
     view.page.get_by_label("Tracker", exact=True).select_option("apf")
     view.until(lambda: view.session["tracker"] == "apf", "the session has the tracker")
     view.page.locator(".controls").get_by_text("More", exact=True).click()
-    seed = view.box("Seed")
+    seed = view.control("Seed")
     seed.fill("77")
     seed.press("Enter")
     view.until(lambda: view.session["recipe"]["seed"] == 77, "the session has the seed")
 
 
-def layers_are_switched_on_and_off(view: FlatPage, server: Server) -> None:
+def layers_are_switched_on_and_off(view: SessionPage, server: Server) -> None:
     """A layer that is switched off is gone at once, also while the run stands still."""
     server.seek(view.id, 5)
     view.paints(5)
-    before = view.page.evaluate(SKY)
+    before = view.page.evaluate(INKED, SKY)
     view.page.locator(".controls").get_by_text("More", exact=True).click()
     view.page.get_by_text("What to draw").click()
-    view.page.get_by_label("Particles by sampler").uncheck()
-    view.until(lambda: view.page.evaluate(SKY) < before / 10, "the particles are gone")
-    view.page.get_by_label("Particles by sampler").check()
-    view.until(lambda: view.page.evaluate(SKY) == before, "they are back")
+    layer = view.page.get_by_label("Particles by sampler")
+    layer.uncheck()
+    view.until(lambda: view.page.evaluate(INKED, SKY) < before / 10, "the particles are gone")
+    layer.check()
+    view.until(lambda: view.page.evaluate(INKED, SKY) == before, "they are back")
 
 
-def test_a_slider_reaches_the_value_in_force(watch: Callable[..., SessionPage]) -> None:
-    """Its useful range is 0 to 120, and the session has 300."""
-    label = "Occluder width (px)"
-    slider = watch(parameters={"occlusion_width_px": 300}).page.get_by_role("slider", name=label)
-    assert [slider.get_attribute(name) for name in ("min", "max")] == ["0", "300"]
-    assert slider.input_value() == "300"
-
-
-def test_the_choice_of_a_view_is_remembered(look: Look) -> None:
+def test_the_choice_of_a_view_is_remembered(look: Watch) -> None:
     """A press on 3-D shows the scene, here and after a reload; the address has the last word."""
     view = look()
     switch = view.page.get_by_role("group", name="View")
@@ -262,11 +231,10 @@ def test_the_choice_of_a_view_is_remembered(look: Look) -> None:
     view.ready()
 
 
-def test_without_webgl_there_is_no_scene_to_choose(unchosen: Any, server: Server) -> None:
+def test_without_webgl_there_is_no_scene_to_choose(unchosen: Any, look: Watch) -> None:
     """A browser without 3-D graphics gets the flat view, and says why when the scene is asked for."""
     unchosen.add_init_script(NO_WEBGL)
-    unchosen.goto(server.start_session()["page"])
-    view = FlatPage(unchosen, server).ready()
+    view = look()
     button = view.page.get_by_role("group", name="View").get_by_text("3-D")
     button.click()
     view.until(button.is_disabled, "the button cannot be pressed again")
@@ -283,7 +251,7 @@ def test_with_a_graphics_card_there_is_the_scene(unchosen: Any, server: Server) 
     assert unchosen.get_by_role("group", name="View").get_by_text("3-D").get_attribute("aria-pressed") == "true"
 
 
-def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Server, complaints: Complaints) -> None:
+def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Watch, server: Server, complaints: Complaints) -> None:
     """The notice lies over the canvas; after Resume the same canvas shows the run where it was, and goes on."""
     view = look()
     server.seek(view.id, 30)
@@ -304,39 +272,15 @@ def test_a_killed_worker_is_reported_and_the_view_goes_on(look: Look, server: Se
     assert view.page.locator("#same").count() == 1
 
 
-# How many pixels of the canvas have the colour of what is looked at.
-RING = """(() => {
-    const canvas = document.querySelector('.flat-canvas');
-    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-    let count = 0;
-    for (let i = 0; i < data.length; i += 4) {
-        count += Math.abs(data[i] - 204) + Math.abs(data[i + 1] - 121) + Math.abs(data[i + 2] - 167) < 20 ? 1 : 0;
-    }
-    return count;
-})()"""
-
-
-@pytest.fixture
-def opened(unchosen: Any, server: Server) -> Callable[..., FlatPage]:
-    """Start a session and open its page, flat."""
-
-    def begin(**recipe: Any) -> FlatPage:
-        session = server.start_session(**recipe)
-        unchosen.goto(session["page"])
-        return FlatPage(unchosen, server).ready()
-
-    return begin
-
-
-def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], server: Server) -> None:
+def test_what_is_pointed_at_is_told_and_drawn(watch: Watch, server: Server) -> None:
     """By pointer and by keys: a place with its likelihood, a particle with its path, which goes on with the run.
 
     The likelihood lies over the picture, and with the last look all of it is gone from the picture.
     """
-    view = opened(tracker="condensation", seed=3)
+    view = watch(tracker="condensation", seed=3)
     server.seek(view.id, 20)
     view.paints(20)
-    assert view.page.evaluate(RING) == 0
+    assert view.page.evaluate(INKED, RING) == 0
     view.press("i")
     card = view.page.locator(".inspection-card")
     view.until(lambda: "colour of the pixel, estimate at" in card.inner_text(), "the estimate is told")
@@ -353,7 +297,7 @@ def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], s
     view.press("ArrowRight")
     view.until(lambda: "place at 160.5, 59.5 px" in card.inner_text(), "an arrow moves by a pixel")
     assert view.painted == 20
-    assert view.page.evaluate(RING) > 20
+    assert view.page.evaluate(INKED, RING) > 20
 
     view.press("Enter")
     view.until(lambda: "drawn by" in card.inner_text(), "the nearest particle is told")
@@ -366,7 +310,7 @@ def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], s
     view.until(lambda: "in the next frame" in card.inner_text(), "its children are told")
 
     view.press("i")
-    view.until(lambda: view.page.evaluate(RING) == 0, "nothing of it is drawn any more")
+    view.until(lambda: view.page.evaluate(INKED, RING) == 0, "nothing of it is drawn any more")
     assert "purple" not in view.page.inner_text(".flat-caption")
     assert view.page.locator(".plots").is_visible()
 
@@ -407,31 +351,21 @@ class WorldPage(SessionPage):
     def stands(self, azimuth: int, elevation: int) -> None:
         self.until(lambda: self.side == (azimuth, elevation), f"it is seen from {azimuth}, {elevation} degrees")
 
-    @property
-    def shown(self) -> int:
-        return int(self.page.evaluate(SUM))
-
     def changes(self, work: Callable[[], object]) -> None:
         """Do something, and wait until another picture is shown; what is still to be painted comes before it."""
         self.until(lambda: self.page.evaluate(STEADY), "nothing is painted any more")
-        before = self.shown
+        before = self.page.evaluate(SUM)
         work()
-        self.until(lambda: self.shown != before, "the world looks otherwise")
+        self.until(lambda: self.page.evaluate(SUM) != before, "the world looks otherwise")
 
 
-@pytest.fixture
-def view(unchosen: Any, server: Server) -> WorldPage:
-    session = server.start_session(experiment="head", frames=60)
-    unchosen.goto(session["page"])
-    page = WorldPage(unchosen, server).ready()
-    page.canvas.wait_for()
-    return page
-
-
-def test_a_world_is_looked_at(view: WorldPage, server: Server) -> None:
+def test_a_world_is_looked_at(page: Any, server: Server) -> None:
     """All that can be done with it, in one visit."""
+    page.goto(server.start_session(experiment="head", frames=60)["page"])
+    view = WorldPage(page, server).ready()
+    view.canvas.wait_for()
     it_is_seen_from_its_viewpoints(view)
-    it_is_turned_by_hand(view, server)
+    it_is_turned_by_hand(view)
     it_goes_on_with_the_run(view, server)
     it_makes_room(view)
 
@@ -453,21 +387,12 @@ def it_is_seen_from_its_viewpoints(view: WorldPage) -> None:
     view.changes(view.page.locator("[data-viewpoint='3-d']").click)
 
 
-def it_is_turned_by_hand(view: WorldPage, server: Server) -> None:
+def it_is_turned_by_hand(view: WorldPage) -> None:
     """Dragged to the right it shows its left; arrow keys turn it while it has the focus, and move the run elsewhere."""
-    server.seek(view.id, 9)
-    view.stands_at(9)
+    view.go_to(9)
     box = view.canvas.bounding_box()
-    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-
-    def drag() -> None:
-        mouse = view.page.mouse
-        mouse.move(*middle)
-        mouse.down()
-        mouse.move(middle[0] + 50, middle[1] + 20, steps=4)
-        mouse.up()
-
-    view.changes(drag)
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    view.changes(lambda: view.drag((x, y), (x + 50, y + 20)))
     view.stands(-65, 27)
     assert view.page.locator("[data-viewpoint][aria-pressed=true]").count() == 0
     view.canvas.focus()
@@ -487,8 +412,7 @@ def it_is_turned_by_hand(view: WorldPage, server: Server) -> None:
 def it_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
     """It is painted with the picture, and layers hold in it, too."""
     view.changes(lambda: server.seek(view.id, 30))
-    picture = view.page.locator(".flat-canvas")
-    view.until(lambda: picture.get_attribute("data-frame") == "30", "the frame is painted")
+    view.paints(30)
     view.page.locator(".controls").get_by_text("More", exact=True).click()
     view.page.get_by_text("What to draw").click()
     view.changes(view.page.get_by_label("Axes", exact=True).uncheck)
@@ -497,15 +421,15 @@ def it_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
 
 def it_makes_room(view: WorldPage) -> None:
     """It can be enlarged and folded away; it hides nothing of the picture, and nothing sticks out."""
-    small = view.canvas.bounding_box()["width"]
-    view.page.get_by_label("Larger").click()
+    small, larger = view.canvas.bounding_box()["width"], view.page.get_by_label("Larger")
+    larger.click()
     view.until(lambda: view.canvas.bounding_box()["width"] > 1.5 * small, "it is larger")
-    view.page.get_by_label("Larger").click()
+    larger.click()
     view.page.locator(".world summary").click()
     assert not view.canvas.is_visible()
     view.page.locator(".world summary").click()
     for width, height, place in ((1280, 800, "beside"), (700, 800, "beside"), (390, 844, "below")):
-        view.page.set_viewport_size({"width": width, "height": height})
+        view.resize(width, height)
         apart = lambda: not view.page.evaluate(OVERLAP, [".flat-canvas", ".world"])  # noqa: E731 - one line of reading
         view.until(apart, f"it stands {place} the picture")
     assert view.page.evaluate("document.documentElement.scrollWidth") <= 390

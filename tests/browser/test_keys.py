@@ -1,8 +1,6 @@
 """The keyboard; from inside the scene's frame it is tried in `test_lesson`."""
 
 from collections.abc import Callable
-from string import ascii_lowercase, digits
-from typing import Any
 
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
@@ -14,8 +12,8 @@ def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
     """What keys do on the page of one session; the preset comes last, since it opens another one."""
     shown = watch()
     help_lists_the_keys_and_takes_the_others(shown)
-    keys_move_through_the_run(shown, server)
-    the_scrubber_goes_back_and_stays(shown, server)
+    keys_move_through_the_run(shown)
+    the_scrubber_goes_back_and_stays(shown)
     enter_in_the_branch_dialog_branches(shown)
     a_run_that_has_ended_says_what_a_change_does(shown, server)
     no_digit_leaves_the_session(shown)
@@ -23,35 +21,16 @@ def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
     a_preset_is_asked_for_by_a_menu(shown)
 
 
-def test_keys_do_nothing_where_there_is_no_session(page: Any, complaints: Any) -> None:
-    """Whatever is pressed before, or where, a session is not there, no script fails."""
-    complaints.expected = ("404",)
-    page.goto("session/0123456789abcdef")
-    page.get_by_text("Session not found").wait_for()
-    named = ("Escape", "Home", "End", "ArrowLeft", "Shift+ArrowRight")
-    for key in (*ascii_lowercase, *digits, *" []?", *named):
-        page.keyboard.press(key)
-    assert complaints.unexpected == []
-
-
-def keys_move_through_the_run(shown: SessionPage, server: Server) -> None:
+def keys_move_through_the_run(shown: SessionPage) -> None:
     """Arrows go one frame or ten, home and end to either side, space plays and pauses, brackets change the speed."""
-    server.seek(shown.id, 30)
-    shown.stands_at(30)
-    for key, frame in (
-        ("ArrowLeft", 29),
-        ("ArrowRight", 30),
-        ("Shift+ArrowLeft", 20),
-        ("Shift+ArrowRight", 30),
-        ("Home", 0),
-        ("End", 30),
-    ):
+    shown.go_to(30)
+    steps = {"ArrowLeft": 29, "ArrowRight": 30, "Shift+ArrowLeft": 20, "Shift+ArrowRight": 30, "Home": 0, "End": 30}
+    for key, frame in steps.items():
         shown.press(key)
         shown.stands_at(frame)
-    shown.press("[")
-    shown.until(lambda: shown.session["speed"] == 0.5, "the speed is halved")
-    shown.press("]")
-    shown.until(lambda: shown.session["speed"] == 1, "the speed is as before")
+    for key, speed in (("[", 0.5), ("]", 1)):
+        shown.press(key)
+        shown.until(lambda speed=speed: shown.session["speed"] == speed, f"the speed is {speed}")  # type: ignore[misc]
     shown.press(" ")
     shown.until(lambda: shown.session["playing"], "it plays")
     shown.until(lambda: "Pause" in shown.page.inner_text(".play"), "the button pauses now")
@@ -85,10 +64,9 @@ def enter_in_the_branch_dialog_branches(shown: SessionPage) -> None:
     assert shown.session["branches"][1]["frame"] == 33
 
 
-def the_scrubber_goes_back_and_stays(shown: SessionPage, server: Server) -> None:
+def the_scrubber_goes_back_and_stays(shown: SessionPage) -> None:
     """Dragging shows the past; letting go pauses there."""
-    server.seek(shown.id, 89)
-    shown.stands_at(89)
+    shown.go_to(89)
     area = shown.page.locator(".scrubber").bounding_box()
     y = area["y"] + 30
     left, right = area["x"] + 104, area["x"] + area["width"] - 10
@@ -101,15 +79,13 @@ def the_scrubber_goes_back_and_stays(shown: SessionPage, server: Server) -> None
     shown.page.mouse.up()
     shown.stands_at(33)
     assert not shown.session["playing"]
-    now = lambda: shown.page.get_attribute(".scrubber", "aria-valuenow")  # noqa: E731 - one line of reading
-    shown.until(lambda: now() == "33", "the scrubber stands there")
+    shown.page.locator(".scrubber[aria-valuenow='33']").wait_for()
 
 
 def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Server) -> None:
     """At its end, and in its past, the panel says where a change makes a branch; another tracker then makes it."""
     said, tracker = shown.page.locator(".control-effect"), shown.page.locator(".controls select").first
-    server.seek(shown.id, 60)
-    shown.stands_at(60)
+    shown.go_to(60)
     said.wait_for(state="hidden")
     assert said.text_content() == ""
     server.seek(shown.id, 40)
@@ -139,7 +115,7 @@ def no_digit_leaves_the_session(shown: SessionPage) -> None:
 
 def a_parameter_is_found_by_words(shown: SessionPage) -> None:
     """Ctrl+K and a few words lead to a control, also where the panel is folded."""
-    shown.page.set_viewport_size({"width": 800, "height": 700})
+    shown.resize(800, 700)
     shown.press("Control+k")
     shown.page.get_by_label("Search").fill("particles parameter")
     shown.press("Enter")
@@ -164,8 +140,7 @@ def a_preset_is_asked_for_by_a_menu(shown: SessionPage) -> None:
 def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch, server: Server) -> None:
     """At the last frame nothing is left to compute, so it begins a frame before; its values count from there."""
     shown = watch(frames=12)
-    server.seek(shown.id, 11)
-    shown.stands_at(11)
+    shown.go_to(11)
     shown.press("n")
     frame = shown.page.locator("#branch-frame")
     frame.wait_for()
@@ -175,9 +150,8 @@ def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch, 
     dialog.locator("summary").click()
     labels = dialog.locator(".control:has(> select) > label")
     assert labels.count() > 0
-    assert labels.evaluate_all(
-        "(all) => all.every((it) => it.getBoundingClientRect().bottom <= it.nextSibling.getBoundingClientRect().top)"
-    )
+    is_above = "it.getBoundingClientRect().bottom <= it.nextSibling.getBoundingClientRect().top"
+    assert labels.evaluate_all(f"(all) => all.every((it) => {is_above})")
     frame.fill("")
     dialog.get_by_role("button", name="Branch here").click()
     assert frame.evaluate("(it) => it.validity.valueMissing"), "without a frame nothing is asked for"
@@ -188,6 +162,4 @@ def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch, 
     dialog.get_by_role("button", name="Branch here").click()
     dialog.wait_for(state="detached")
     shown.until(lambda: len(shown.session["branches"]) == 2, "there is a branch")
-    branch = shown.session["branches"][1]
-    assert branch["frame"] == 5
-    assert shown.session["parameters"]["sample_count"] == 123
+    assert (shown.session["branches"][1]["frame"], shown.session["parameters"]["sample_count"]) == (5, 123)

@@ -17,6 +17,7 @@ def box(page: Any, selector: str) -> dict[str, float]:
 def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
     """Plots stand beside the scene where there is room, below it where there is less, and fit a phone."""
     shown = watch()
+    assert not shown.page.locator(".look-at").is_visible(), "another run than a preset's has no words"
     beside_each_other(shown)
     the_title_is_whole(shown)
     one_row_of_sparklines(shown)
@@ -36,15 +37,14 @@ def beside_each_other(shown: SessionPage) -> None:
 def one_row_of_sparklines(shown: SessionPage) -> None:
     """The plots fold under the scene, side by side; no control falls off the edge."""
     page = shown.page
-    page.set_viewport_size({"width": 800, "height": 700})
+    shown.resize(800, 700)
     shown.until(lambda: box(page, ".side")["y"] > box(page, ".scene")["y"] + 100, "the plots are under the scene")
     tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".plots .figure-panel").all()}
     assert len(tops) == 1
     assert page.evaluate(OVERFLOW) <= 0
     for control in page.locator(".transport button:visible, .top button:visible").all():
         area = control.bounding_box()
-        assert area["x"] >= 0
-        assert area["x"] + area["width"] <= 800
+        assert 0 <= area["x"] <= 800 - area["width"]
 
 
 def the_title_is_whole(shown: SessionPage) -> None:
@@ -60,12 +60,12 @@ def on_a_phone(shown: SessionPage) -> None:
     frame is whole and in no other's place.
     """
     page = shown.page
-    page.set_viewport_size({"width": 400, "height": 800})
+    shown.resize(400)
     shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
     assert page.locator(".play").is_visible()
     assert page.evaluate(OVERFLOW) <= 0
-    page.set_viewport_size({"width": 390, "height": 800})
-    shown.until(lambda: page.evaluate("innerWidth === 390 && document.body.clientWidth === 390"), "it is narrower")
+    shown.resize(390)
+    shown.until(lambda: page.evaluate("document.body.clientWidth") == 390, "it is narrower")
     title, brand = box(page, ".top h1"), box(page, ".top .brand")
     assert title["width"] > 350
     assert title["y"] >= brand["y"] + brand["height"]
@@ -82,24 +82,22 @@ def on_a_phone(shown: SessionPage) -> None:
 
 
 def test_a_preset_leaves_room_and_says_what_it_is_about(watch: Watch, server: Server) -> None:
-    """Words, picture and panel of a preset in one visit; another run than a preset's has no words."""
+    """Words, picture and panel of a preset in one visit."""
     shown = watch(seed=0, frames=None)
     it_says_what_to_look_at(shown)
-    the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown, server)
-    assert not watch(seed=5).page.locator(".look-at").is_visible()
+    the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown)
 
 
-def change_in_the_past(shown: SessionPage, server: Server, value: int) -> None:
+def change_in_the_past(shown: SessionPage, value: int) -> None:
     """Change a parameter in an earlier frame, which makes a branch."""
     branches = len(shown.session["branches"])
     for frame in (8, 4):
-        server.seek(shown.id, frame)
-        shown.stands_at(frame)
-    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"ball_radius_px": value}})
+        shown.go_to(frame)
+    shown.change(ball_radius_px=value)
     shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is a branch more")
 
 
-def the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown: SessionPage, server: Server) -> None:
+def the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown: SessionPage) -> None:
     """At first there are the preset's few controls; one fold holds the others by group.
 
     What was unfolded stays so, when the run branches and when the page is opened again.
@@ -116,7 +114,7 @@ def the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown: SessionPage, 
     radius = panel.get_by_label("Ball radius (px)", exact=True).first
     assert radius.is_visible()
 
-    change_in_the_past(shown, server, 9)
+    change_in_the_past(shown, 9)
     shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
     assert radius.is_visible()
     shown.page.reload()
@@ -138,7 +136,7 @@ def it_says_what_to_look_at(shown: SessionPage) -> None:
     words.wait_for()
     assert "when the pillar hides the ball" in words.inner_text()
     for width in (1280, 800, 390):
-        shown.page.set_viewport_size({"width": width, "height": 800})
+        shown.resize(width)
         shown.until(lambda: shown.page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
         assert words.is_visible()
         shown.until(lambda: words.bounding_box()["y"] >= shown.page.evaluate(UNDER), "it leaves the picture free")
@@ -146,7 +144,7 @@ def it_says_what_to_look_at(shown: SessionPage) -> None:
         shown.page.get_by_role("button", name="Menu").click()
         shown.page.get_by_role("button", name="What to look at").click()
         words.wait_for(state=state)
-    shown.page.set_viewport_size({"width": 1280, "height": 800})
+    shown.resize(1280)
 
 
 def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.browser.accessible import check, fits
-from tests.browser.class_room import PHONE, Follower, all_of
+from tests.browser.class_room import PHONE, Follower, all_of, lead
 from tests.browser.host import Server, until
 from tests.browser.test_compare import ball, link
 from tests.browser.views import View
@@ -17,7 +17,11 @@ NEXT = "[data-role=lecture-next]"
 
 
 class LecturePage(View):
-    """The page on which a lecture is made."""
+    """A page of one who makes a lecture, or holds it."""
+
+    def is_followed(self) -> None:
+        """Wait until somebody has come along."""
+        self.until(lambda: self.page.inner_text(".follow-chip") == "1 follows", "somebody follows")
 
     @property
     def order(self) -> list[str]:
@@ -27,16 +31,11 @@ class LecturePage(View):
     def handle(self, place: int) -> Any:
         return self.page.locator(".order-handle").nth(place)
 
-    def drag(self, place: int, to: int) -> None:
+    def pull(self, place: int, to: int) -> None:
         """Drag a line by its handle to where another one is."""
         boxes = [self.handle(each).bounding_box() for each in (place, to)]
-        points = [(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2) for box in boxes]
-        beyond = 20 if to > place else -20
-        self.page.mouse.move(*points[0])
-        self.page.mouse.down()
-        self.page.mouse.move(points[0][0], (points[0][1] + points[1][1]) / 2, steps=8)
-        self.page.mouse.move(points[1][0], points[1][1] + beyond, steps=8)
-        self.page.mouse.up()
+        (x, y), (_, goal) = ((box["x"] + box["width"] / 2, box["y"] + box["height"] / 2) for box in boxes)
+        self.drag((x, y), (x, (y + goal) / 2), (x, goal + (20 if to > place else -20)), steps=8)
 
     def add(self, kind: str, name: str) -> None:
         """Add what is listed under a kind."""
@@ -63,16 +62,16 @@ def test_a_lecture_is_made_and_held(page: Any, server: Server, newcomer: Callabl
     made.until(lambda: len(made.order) == 4, "all items are there")
     until(lambda: len(server.get(address)["items"]) == 4, "all items are saved")
     failure, lesson, poll, session = made.order
-    made.drag(0, 2)
+    made.pull(0, 2)
     made.until(lambda: made.order == [lesson, poll, failure, session], "the failure was dragged down")
     made.handle(3).focus()
-    page.keyboard.press("ArrowUp")
-    page.keyboard.press("ArrowUp")
+    for _ in range(2):
+        page.keyboard.press("ArrowUp")
     made.until(lambda: made.order == [lesson, session, poll, failure], "the session was moved by keys")
     assert page.evaluate("document.activeElement.getAttribute('aria-label')") == f"Move {session}: arrow keys"
     page.get_by_role("button", name=f"Move {poll} down").click()
     page.get_by_label(f"Minutes for {lesson}").fill("12")
-    page.get_by_label(f"Minutes for {lesson}").press("Enter")
+    page.keyboard.press("Enter")
     wanted = [lesson, session, failure, poll]
     until(lambda: [item["title"] for item in server.get(address)["items"]] == wanted, "the order is saved")
     until(lambda: server.get(address)["items"][0]["minutes"] == 12, "the minutes are saved")
@@ -98,38 +97,34 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     page.locator(".figure-view[data-shown]").wait_for()
     presented = "document.documentElement.dataset.presenting !== undefined"
     assert page.evaluate(presented)
-    assert page.inner_text(".lecture-place") == titles[0]
+    assert [page.inner_text(f".lecture-{part}") for part in ("place", "count")] == [titles[0], "1 of 4"]
     assert page.locator(".neighbours").is_hidden(), "one way on, the lecture's"
-    assert page.inner_text(".lecture-count") == "1 of 4"
     assert "of 12 min" in page.inner_text(".lecture-clocks")
     check(page)
-    page.locator(".follow-chip:enabled").click()
-    page.get_by_role("button", name="Begin", exact=True).click()
-    page.locator("[data-role=class-link]").wait_for()
-    page.keyboard.press("Escape")
     follower = newcomer()
-    follower.open(server.get("follows")[0]["links"][0]["address"].removeprefix("http://"))
-    made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "somebody follows")
+    follower.open(lead(page))
+    page.keyboard.press("Escape")
+    made.is_followed()
 
     page.keyboard.press("n")  # the lecture's next item, and not the next lesson
     page.wait_for_url("**/session/*")
     page.locator(".flat-canvas[data-frame]").wait_for()
-    made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "the class comes along to the session")
+    made.is_followed()
     all_of([follower], lambda one: one.frame is not None, "the class sees the session")
     assert page.evaluate(presented)
     opened = page.url
     page.locator(NEXT).click()
     page.wait_for_url("**/failures/*")
-    made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "the class comes along to the failure")
+    made.is_followed()
     follower.until(lambda: follower.text("h1") == titles[2], "the class sees the failure")
 
     page.keyboard.press("PageUp")
     page.wait_for_url(opened)  # it is the session that was begun, and no other
     page.locator(".flat-canvas[data-frame]").wait_for()
-    made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "the class comes back")
+    made.is_followed()
     page.keyboard.press("n")  # and no branch of the session
     page.wait_for_url("**/failures/*")
-    made.until(lambda: page.inner_text(".follow-chip") == "1 follows", "the class comes along again")
+    made.is_followed()
 
     page.keyboard.press("PageDown")
     follower.until(lambda: "Does it hold?" in follower.text(".poll"), "what the lecture asks is asked")
@@ -173,17 +168,13 @@ def folded_above(page: Any) -> bool:
 
 def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Callable[..., Follower]) -> None:
     """One click asks the class what the lesson asks; what was answered is shown again and exported."""
-    lesson = View(page)
+    lesson = LecturePage(page)
     page.goto("learn/bayes")
     assert page.locator("[data-role=to-class]").is_hidden()
-    page.locator(".follow-chip:enabled").click()
-    page.get_by_role("button", name="Begin", exact=True).click()
-    page.locator("[data-role=class-link]").wait_for()
-    page.keyboard.press("Escape")
-    [follow] = server.get("follows")
     follower = newcomer()
-    follower.open(follow["links"][0]["address"].removeprefix("http://"))
-    lesson.until(lambda: page.inner_text(".follow-chip") == "1 follows", "somebody follows")
+    follower.open(lead(page))
+    page.keyboard.press("Escape")
+    lesson.is_followed()
     follower.page.locator(".figure-grip:disabled").first.wait_for(state="attached")
     grips = ".figure-knob:visible, .figure-grip:enabled:visible"
     assert follower.page.locator(grips).count() == 0, "nothing to be moved"
@@ -212,6 +203,6 @@ def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Calla
     rows = list(csv.DictReader(io.StringIO(download.value.path().read_text())))
     [asked] = [row for row in rows if row["answer"].startswith("Two peaks")]
     assert (asked["votes"], asked["share_percent"], asked["followers"]) == ("1", "100.0", "1")
-    page.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
+    lesson.resize(*PHONE)
     page.locator(".answered summary").first.click()
     fits(page)

@@ -29,11 +29,8 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch, server: Serve
     for _ in range(3):
         shown.press("ArrowRight")
     shown.stands_at(3)
-    first = shown.session["branch"]
-    shown.until(
-        lambda: all(shown.lines.get(f"{name} {first}") == 4 for name in ("error", "sigma", "ess")),
-        "the plots hold 4 frames",
-    )
+    drawn = {f"{name} {shown.session['branch']}": 4 for name in ("error", "sigma", "ess")}.items()
+    shown.until(lambda: drawn <= shown.lines.items(), "the plots hold 4 frames")
 
     shown.until(lambda: 36 <= shown.occluder <= 44, "the occluder is 40 px wide")
     wide = shown.slide("Occluder width (px)", 10)
@@ -56,7 +53,7 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch, server: Serve
     shown.until(lambda: shown.page.inner_text(".amount") == "1", "the frame is bookmarked")
     the_keys_of_the_page_work_within_it(shown)
     the_page_around_it_can_be_used_by_everybody(shown)
-    its_panel_leaves_room_and_keeps_its_folds(shown, server)
+    its_panel_leaves_room_and_keeps_its_folds(shown)
     complaints.expected = ("Failed to fetch",)  # what the scene was just fetching when it is left
     shown.page.get_by_role("button", name="Flat").click()
     shown.page.locator(".controls").get_by_label("Ball radius (px)", exact=True).first.wait_for()
@@ -89,15 +86,15 @@ def the_page_around_it_can_be_used_by_everybody(shown: SessionPage) -> None:
     assert not shown.page.evaluate(inside), "sixty steps of the tab key stay within the scene"
 
 
-def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage, server: Server) -> None:
+def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage) -> None:
     """Beside both panels the picture of the scene has half of the width; its own panel keeps its folds."""
     drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
     for width in (1000, 1280):
-        shown.page.set_viewport_size({"width": width, "height": 800})
+        shown.resize(width)
         share = f"parent.innerWidth === {width} && {drawn} >= {0.5 * width}"
         shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
     radius = shown.number("Ball radius (px)")
-    change_in_the_past(shown, server, 9)
+    change_in_the_past(shown, 9)
     shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
     assert radius.is_visible()
 
@@ -105,9 +102,7 @@ def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage, server: Server
 def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:
     """Few particles and a wide pillar lose the ball; from before the loss another tracker keeps it."""
     shown = watch(tracker="condensation")
-    server.post(
-        f"sessions/{shown.id}/commands", {"kind": "change", "values": {"occlusion_width_px": 60, "sample_count": 150}}
-    )
+    shown.change(occlusion_width_px=60, sample_count=150)
 
     shown.play_to_the_end()
     shown.until(lambda: shown.verdict.startswith("lost since"), "the page says that the ball is lost")
@@ -169,8 +164,7 @@ def test_a_particle_is_dragged_with_shift_and_the_camera_turns_without(
     # viser asks for it at each grip that is pressed, from a listener that cannot.
     complaints.expected = ("Unable to preventDefault inside passive event listener",)
     view = watch(tracker="condensation", seed=3)
-    server.seek(view.id, 20)
-    view.stands_at(20)
+    view.go_to(20)
     view.until(lambda: view.in_scene("window.pftrackScene?.drawn()", None) == "in place", "the picture stands still")
     view.until(lambda: view.in_scene(GRIPS, False), "there are grips")
     frame, mouse = view.page.locator(".scene-frame").bounding_box(), view.page.mouse

@@ -1,8 +1,6 @@
 """Lessons as a person takes them: predict, then see, then turn everything; and what may go wrong on the way."""
 
 import re
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,7 +13,6 @@ SHOW = ".question button[type=submit]"
 BROKEN = "---\ntitle: A lesson with a mistake\nexperiment: ball\nsead: 3\n---\nNothing is right here.\n"
 
 
-# Remembers what was asked for, and how many requests were under way at one time.
 class LessonPage(View):
     """The page of a lesson."""
 
@@ -28,13 +25,9 @@ class LessonPage(View):
     def stage(self) -> str | None:
         return self.page.locator("[data-part=question]").get_attribute("data-stage")
 
-    @property
-    def shown(self) -> int:
-        """How many figures were drawn."""
-        return int(self.page.locator("[data-part=show]").get_attribute("data-shown") or 0)
-
     def drawn(self) -> None:
-        self.until(lambda: self.shown > 0, "a figure is drawn")
+        shown = self.page.locator("[data-part=show]")
+        self.until(lambda: int(shown.get_attribute("data-shown") or 0) > 0, "a figure is drawn")
 
     def answer(self, text: str) -> None:
         self.page.fill(".question-number", text)
@@ -52,19 +45,14 @@ class LessonPage(View):
         return str(self.page.inner_text("[data-part=question]"))
 
 
+def ids(server: Server) -> set[str]:
+    """Return the names of all sessions."""
+    return {session["id"] for session in server.get("sessions")}
+
+
 @pytest.fixture
 def lesson(page: Any) -> LessonPage:
     return LessonPage(page)
-
-
-@pytest.fixture
-def broken(server: Server) -> Iterator[Path]:
-    """A lecturer's file with a mistake in its fourth line."""
-    path = server.data / "lessons" / "mistaken.md"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(BROKEN)
-    yield path
-    path.unlink()
 
 
 def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, complaints: Complaints) -> None:
@@ -88,8 +76,7 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
 
     lesson.answer("4")
     lesson.becomes("wrong")
-    assert "You said 4; it is 2" in lesson.words
-    assert "If the error fell as 1/N" in lesson.words
+    assert all(words in lesson.words for words in ("You said 4; it is 2", "If the error fell as 1/N"))
     lesson.until(lesson.is_open, "everything can be turned")
 
     lesson.page.click("text=Ask me again")
@@ -127,19 +114,21 @@ def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
     lesson.until(lambda: lesson.stage in {"right", "wrong"}, "it is judged")
 
 
-def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, broken: Path, complaints: Complaints) -> None:
+def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, server: Server, complaints: Complaints) -> None:
     """An unknown lesson has a way to the overview, which has the whole course, and a broken file with its line."""
     complaints.expected = ("404",)
-    answer = lesson.page.goto("learn/alchemy")
-    assert answer.status == 404
-    lesson.page.locator(".notice").wait_for()
-    assert "Unknown lesson" in lesson.page.inner_text(".notice")
-    assert "9 sir" in lesson.page.inner_text(".notice")
-    lesson.page.click("text=All lessons")
-    problems = lesson.page.locator(".learn-problems")
-    problems.wait_for()
-    assert "mistaken.md, line 4" in problems.inner_text()
-    assert "sead" in problems.inner_text()
+    assert lesson.page.goto("learn/alchemy").status == 404
+    notice = lesson.page.locator(".notice").inner_text()
+    assert all(words in notice for words in ("Unknown lesson", "9 sir"))
+    broken = server.data / "lessons" / "mistaken.md"
+    broken.parent.mkdir(exist_ok=True)
+    broken.write_text(BROKEN)
+    try:
+        lesson.page.click("text=All lessons")
+        problems = lesson.page.locator(".learn-problems").inner_text()
+    finally:
+        broken.unlink()
+    assert all(words in problems for words in ("mistaken.md, line 4", "sead"))
     assert lesson.page.locator("ol.course .lesson-card").count() == 12
 
 
@@ -154,12 +143,10 @@ def test_checks_are_told_on_the_page(lesson: LessonPage) -> None:
 
 def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPage, server: Server) -> None:
     """Before the answer no key and no control moves it; after it the unlocked controls do. It ends with the page."""
-    sessions = {session["id"] for session in server.get("sessions")}
+    others = ids(server)
     lesson.open("colour")
-    lesson.until(
-        lambda: lesson.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame !== undefined"), "a frame"
-    )
-    (started,) = [session for session in server.get("sessions") if session["id"] not in sessions]
+    lesson.page.locator(".flat-canvas[data-frame]").wait_for()
+    (started,) = (session for session in server.get("sessions") if session["id"] not in others)
     assert started["parameters"]["sharpness"] == 200
     lesson.until(lambda: lesson.page.locator("[data-control]").count() > 0, "the unlocked controls are there")
     assert not lesson.is_open()
@@ -176,30 +163,24 @@ def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPag
     assert len(names) < len(started["declarations"])
     lesson.page.locator("[data-control=sharpness] input[type=number]").fill("20")
     lesson.page.keyboard.press("Enter")
-    lesson.until(lambda: server.session(started["id"])["parameters"]["sharpness"] == 20, "the session has the value")
+    sharpness = lambda: server.session(started["id"])["parameters"]["sharpness"]  # noqa: E731 - one line of reading
+    lesson.until(lambda: sharpness() == 20, "the session has the value")
     lesson.page.locator("[data-control=sharpness] button").click()
-    lesson.until(
-        lambda: server.session(started["id"])["parameters"]["sharpness"] == 200, "the way back gives the first"
-    )
-    lesson.page.set_viewport_size({"width": 390, "height": 800})
+    lesson.until(lambda: sharpness() == 200, "the way back gives the first")
+    lesson.resize(390)
     height = "document.querySelector('.flat-canvas').clientHeight"
-    lesson.until(lambda: lesson.page.evaluate(f"innerWidth === 390 && {height} > 150"), "its picture has room")
-
+    lesson.until(lambda: lesson.page.evaluate(height) > 150, "its picture has room")
     lesson.page.goto("learn")
-    lesson.until(
-        lambda: started["id"] not in {session["id"] for session in server.get("sessions")}, "the session has ended"
-    )
+    lesson.until(lambda: ids(server) == others, "the session has ended")
 
 
 def test_where_it_is_used_is_shown_beside_the_text(lesson: LessonPage, server: Server) -> None:
     """A link puts a session in the place of the figure; the way back ends it."""
-    sessions = len(server.get("sessions"))
+    others = ids(server)
     lesson.open("sir#use-1")
-    lesson.until(
-        lambda: lesson.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame !== undefined"), "a frame"
-    )
+    lesson.page.locator(".flat-canvas[data-frame]").wait_for()
     assert lesson.page.locator("[data-part=own]").is_hidden()
     lesson.until(lambda: lesson.page.locator("[data-part=use] [data-control]").count() > 0, "what is unlocked is there")
     lesson.page.click("text=Back to the lesson")
     lesson.page.locator("[data-part=own]").wait_for(state="visible")
-    lesson.until(lambda: len(server.get("sessions")) == sessions, "the session has ended")
+    lesson.until(lambda: ids(server) == others, "the session has ended")

@@ -5,13 +5,20 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+import httpx
+import pytest
 from playwright.sync_api import Locator, Page, Route, expect
 
 from pftrack.analysis.alternatives import BASELINE, Alternative
 from pftrack.analysis.counterfactuals import Finding, Report
-from tests.browser.accessible import check, fits
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
+from pftrack.experiments import find
+from pftrack.runs.run import Run
+from tests.browser.accessible import check, fits, usable
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
+from tests.making import encoded
 
 expect.set_options(timeout=60_000)
 LOST = {"parameters": {"occlusion_width_px": 100}, "seed": 0}
@@ -97,14 +104,13 @@ def test_a_loss_calls_and_says_why_and_what_would_have_saved_it(
     expect(scene).to_be_hidden()
     asked = len(told["asked"])
     told["stale"] = True
-    server.post(f"sessions/{view.id}/commands", {"kind": "restart", "seed": 0})
+    view.command("restart", seed=0)
     server.seek(view.id, 8)
     view.until(lambda: len(told["asked"]) > asked, "another run is asked about anew")
     expect(scene).to_be_hidden()
     view.press("w")
     expect(page.locator(".why-sentence")).to_contain_text("Lost in frame 7: ")
-    server.seek(view.id, 59)
-    view.stands_at(59)
+    view.go_to(59)
     page.wait_for_timeout(1_000)
     expect(page.locator(".why-sentence")).to_contain_text("Lost in frame 7: ")
 
@@ -140,9 +146,7 @@ def the_place_of_the_plots_lists_changes(page: Page) -> None:
     page.get_by_role("button", name="All 4").click()
     expect(titles).to_have_count(5)
     expect(lines.nth(2)).to_contain_text("better for a while, but not later")
-    check(page)
-    fits(page)
-    page.set_viewport_size({"width": 1280, "height": 800})
+    usable(page)
 
 
 def test_an_answer_about_another_branch_is_not_shown(watch: Callable[..., SessionPage], server: Server) -> None:
@@ -152,8 +156,7 @@ def test_an_answer_about_another_branch_is_not_shown(watch: Callable[..., Sessio
     summary = page.get_by_role("region", name="The loss").locator("summary")
     server.seek(view.id, 59)
     expect(summary).to_contain_text("Lost in frame 15, ")
-    server.seek(view.id, 0)
-    view.stands_at(0)
+    view.go_to(0)
     held: list[Route] = []
     page.route("**/explanation*", lambda route: held.append(route))  # noqa: PLW0108 - Playwright marks what it calls
     view.press("w")
@@ -174,8 +177,7 @@ def test_changes_are_tried_and_other_seeds_lie_behind_the_error(
     """What a server tries fills the list, and ends by a button or with the page; a band shows what other seeds do."""
     view = watch(**LOST, frames=45)
     page = view.page
-    server.seek(view.id, 20)
-    view.stands_at(20)
+    view.go_to(20)
     page.get_by_role("region", name="The loss").get_by_role("button", name="What if…").click()
     first = page.locator(".what-if").get_by_role("listitem").first
     expect(first).to_contain_text("Same settings, other seeds", timeout=60_000)
@@ -190,3 +192,52 @@ def test_changes_are_tried_and_other_seeds_lie_behind_the_error(
     view.until(lambda: len((view.trace("error of other seeds") or {"low": []})["low"]) == 45, "the band is drawn")
     page.goto("about:blank")
     view.until(lambda: all(job["state"] != "working" for job in server.get("jobs")), "jobs of a closed page end")
+
+
+expect.set_options(timeout=60_000)
+FRAMES = 50
+SCENE: dict[str, Value] = {"occlusion_width_px": 200, "period_s": 3, "amplitude_px": 120, "distracter_radius_px": 0}
+BALL = find("ball")
+
+
+@pytest.fixture(scope="module")
+def film() -> tuple[bytes, dict[int, tuple[float, float]]]:
+    """A ball that disappears behind a wide pillar, as a video, and the corner of its box in some of the pictures."""
+    steps = list(Run(BALL, BALL.simulate(), frames=FRAMES, timeline=(Change(0, SCENE),)))
+    film = encoded([step.frame.image_rgb for step in steps], crf="4")
+    corners = [[float(value) - 5 for value in step.frame.target.position] for step in steps]
+    return film, {frame: (corners[frame][0], corners[frame][1]) for frame in (0, 20, FRAMES - 1)}
+
+
+def test_a_clip_is_explained_by_a_few_marks(
+    watch: Callable[..., SessionPage], server: Server, film: tuple[bytes, dict[int, tuple[float, float]]]
+) -> None:
+    """*Why?* asks for marks where nobody says whether it is lost; then it says why, and *What if…* what saves it."""
+    content, marks = film
+    upload = server.upload("mine.mp4", content)
+    shown = watch(tracker="h-spf", upload=upload, box=[*marks[0], 11, 11], seed=0, frames=None)
+    page = shown.page
+    shown.go_to(FRAMES - 1)
+    expect(page.locator(".verdict")).to_have_text("truth not known")
+    expect(page.locator(".stop-at-loss label")).to_have_attribute(
+        "title", re.compile(r"P\(lost\) is not calibrated on recordings")
+    )
+    page.locator(".why-ask").click()
+    expect(page.locator(".why-sentence")).to_contain_text("P(lost) is not calibrated on recordings. Mark the target")
+    table = "\n".join(["frame,x,y,w,h", *(f"{frame},{x},{y},11,11" for frame, (x, y) in marks.items())])
+    url = f"{server.url}/api/v1/sessions/{shown.id}/truth"
+    httpx.put(url, files={"file": ("truth.csv", table.encode())}, timeout=60).raise_for_status()
+    expect(page.locator(".verdict")).to_have_text(re.compile(r"^lost since \d+ \(by truth\)$"))
+    since = server.column(shown.id, "lost_since")[-1]
+    page.keyboard.press("w")
+    expect(page.locator(".why-sentence")).to_have_text(re.compile(rf"^Lost in frame {since}(, first in frame \d+)?: "))
+    check(page)
+    page.get_by_role("group", name="About the loss").get_by_role("button", name="What if…").click()
+    lines = page.locator(".what-if").get_by_role("listitem")
+    expect(lines.nth(1)).to_be_visible(timeout=60_000)
+    lines.nth(1).get_by_role("button").click()
+    expect(page.locator(".branches .chip")).to_have_count(2)
+    fits(page)
+    shown.resize(390)
+    page.keyboard.press("i")
+    expect(page.get_by_role("heading", name="Inspect the frame")).to_be_in_viewport()

@@ -97,9 +97,6 @@ class Several(View):
     def position(self, place: str) -> int:
         return int(self.ask(place, "store.session.position"))
 
-    def dispose(self, place: str) -> None:
-        self.page.evaluate(f"mounted.{place}.dispose()")
-
     def stand_at(self, frame: int) -> None:
         self.until(lambda: self.position("a") == self.position("b") == frame, f"both stand at frame {frame}")
 
@@ -142,7 +139,7 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     several.until(lambda: several.ask("a", "store.session.goal") is None, "the first one is there")
     several.stand_at(several.position("a"))
 
-    several.dispose("b")
+    several.ask("b", "dispose()")
     assert page.locator("#b *").count() == 0
     several.until(lambda: page.evaluate(LEFT)["sockets"] == 1, "the connection of the first one is left")
     several.until(lambda: page.locator("#a .figure-view[data-shown]").count() > 0, "so are its plots")
@@ -151,7 +148,7 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     several.until(lambda: several.position("a") == before + 1, "it goes on, and has the keys")
     several.until(lambda: page.evaluate(LINES), "its plots are there")
 
-    several.dispose("a")
+    several.ask("a", "dispose()")
     several.until(lambda: page.evaluate(LEFT) == at_first, f"all is as before, {at_first}, not {page.evaluate(LEFT)}")
     assert {server.session(it)["state"] for it in (one, other)} <= {"ready", "ended"}
 

@@ -29,7 +29,21 @@ FRAME = "Number(document.querySelector('.flat-canvas').dataset.frame)"
 SCENE = "document.querySelector('.view-switch button:last-of-type')"
 
 
-class Firefox:
+class Driven:
+    """A page that WebDriver drives."""
+
+    def evaluate(self, expression: str) -> Any:
+        """Return a string, a number or a truth value."""
+        raise NotImplementedError
+
+    def until(self, expression: str, what: str) -> None:
+        wait_for(lambda: self.evaluate(expression), 60.0, what)
+
+
+KEYS = {"type": "key", "id": "keys", "actions": [{"type": kind, "value": RIGHT} for kind in ("keyDown", "keyUp")]}
+
+
+class Firefox(Driven):
     """A page, and what its console said."""
 
     def __init__(self, socket: Connection) -> None:
@@ -53,18 +67,13 @@ class Firefox:
         self._ask("browsingContext.navigate", context=self._page, url=address, wait="complete")
 
     def evaluate(self, expression: str) -> Any:
-        """Return a string, a number or a truth value."""
         target = {"context": self._page}
         done = self._ask("script.evaluate", expression=expression, target=target, awaitPromise=True)
         assert done["type"] == "success", done
         return done["result"].get("value")
 
-    def press(self, key: str) -> None:
-        keys = [{"type": kind, "value": key} for kind in ("keyDown", "keyUp")]
-        self._ask("input.performActions", context=self._page, actions=[{"type": "key", "id": "keys", "actions": keys}])
-
-    def until(self, expression: str, what: str) -> None:
-        wait_for(lambda: self.evaluate(expression), 60.0, what)
+    def press_right(self) -> None:
+        self._ask("input.performActions", context=self._page, actions=[KEYS])
 
 
 @pytest.fixture
@@ -82,7 +91,7 @@ def firefox(tmp_path: Path) -> Iterator[Firefox]:
             process.terminate()
 
 
-class WebKit:
+class WebKit(Driven):
     """A page, and the errors of its scripts."""
 
     def __init__(self, driver: httpx.Client) -> None:
@@ -107,12 +116,8 @@ class WebKit:
     def evaluate(self, expression: str) -> Any:
         return self._ask(f"{self._session}/execute/sync", script=f"return {expression}", args=[])
 
-    def press(self, key: str) -> None:
-        keys = [{"type": kind, "value": key} for kind in ("keyDown", "keyUp")]
-        self._ask(f"{self._session}/actions", actions=[{"type": "key", "id": "keys", "actions": keys}])
-
-    def until(self, expression: str, what: str) -> None:
-        wait_for(lambda: self.evaluate(expression), 60.0, what)
+    def press_right(self) -> None:
+        self._ask(f"{self._session}/actions", actions=[KEYS])
 
     def quit(self) -> None:
         self._driver.delete(self._session)
@@ -157,7 +162,7 @@ def test_a_visit(engine: str, server: Server, request: pytest.FixtureRequest) ->
     page.until(f"{OCCLUDER} >= 38", "the picture is painted, with its occluder")
     page.evaluate(f"{SLIDER}.focus()")
     for _ in range(10):
-        page.press(RIGHT)
+        page.press_right()
     page.until(f"{BOX}.value === '50'", "the box has followed the slider")
     page.evaluate("document.querySelector('.play').click()")
     page.until(f"{FRAME} > 5 && {OCCLUDER} >= 48", "the run plays with the wider occluder")

@@ -77,6 +77,7 @@ LOSE = "() => { for (const each of sockets) each.close(); }"
 def page(chromium: Any, server: Server) -> Iterator[Any]:
     """A page whose display goes as fast as it does for people."""
     context = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=f"{server.url}/")
+    context.set_default_timeout(60_000)
     context.add_init_script(CHOSEN.format("flat"))
     context.add_init_script(SOCKETS)
     yield context.new_page()
@@ -94,7 +95,7 @@ def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server
     shown = SessionPage(page, server).ready()
     conditions = ((1, "Infinity", False), (0, "Infinity", False), (1, "150", False), (1, "Infinity", True))
     for speed, bytes_per_ms, loses in conditions:
-        server.post(f"sessions/{shown.id}/commands", {"kind": "speed", "speed": speed})
+        shown.command("speed", speed=speed)
         page.evaluate(f"line.bytesPerMs = {bytes_per_ms}")
         seen: list[list[str]] = []
         while len(seen) < MOMENTS:

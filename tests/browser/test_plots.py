@@ -1,20 +1,17 @@
-"""The plots of a pose: alpha of each feature, the pose with its band, and a face that is lost and found again."""
+"""Plots and worlds of several experiments: a pose, a face that is lost and found again, chains, trajectories."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments import find
 from tests.browser.host import Server
-from tests.browser.views import SessionPage
+from tests.browser.views import Gallery, SessionPage
 
 Watch = Callable[..., SessionPage]
-HEAD = find("head")
-"""Plots of the head that only a growing face has numbers for."""
 
 
-# How many px of the scrubber's lowest band have the colour of what is lost.
 def series(server: Server, session: str, name: str, branch: str | None = None) -> NDArray[np.float64]:
     rows = server.column(session, "series", branch)
     return np.array([row[name] for row in rows], dtype=np.float64)
@@ -91,8 +88,7 @@ def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: Sessi
 def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     """The wheel with Ctrl zooms all plots at the pointer, dragging moves them, a double click shows all."""
     shown = watch(frames=60)
-    server.seek(shown.id, 59)
-    shown.stands_at(59)
+    shown.go_to(59)
     page, branch = shown.page, shown.session["branch"]
     shown.until(lambda: shown.lines.get(f"error {branch}") == 60, "the error is drawn")
     frames = "document.querySelector('.plots .figure-view').figure.panels.map(({ x }) => [x.low, x.high])"
@@ -128,3 +124,52 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     shown.until(lambda: page.evaluate(frames)[0][0] > 20, "the key zooms at the frame that is shown")
     page.keyboard.press("0")
     shown.until(lambda: page.evaluate(frames)[0] == [0, 59], "and shows all")
+
+
+def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, server: Server) -> None:
+    """Opened from the gallery two regions are followed from a split until one is refuted; the scrubber marks both."""
+    page = gallery.page
+    gallery.preset("linkage", "mirror3")
+    shown = SessionPage(page, server).ready()
+    shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
+    page.get_by_text("tree of hypotheses").first.wait_for()
+    shown.play_to_the_end()
+    rows = server.column(shown.id, "series")
+    split, refuted = (next(frame for frame, row in enumerate(rows) if row[name]) for name in ("split", "refuted"))
+    assert split < refuted
+    counts = [row["hypothesis_count"] for row in rows]
+    assert set(counts[split:refuted]) == {2}
+    assert counts[refuted] == 1
+    assert all(row["contained"] == 1 for row in rows)
+    scrubber = page.locator(".scrubber")
+    shown.until(lambda: "events" in (scrubber.get_attribute("data-rows") or ""), "the scrubber has a row of events")
+    box = scrubber.bounding_box()
+    scrubber.focus()
+    page.keyboard.press("Home")
+    shown.stands_at(0)
+    left, width = box["x"] + 104, box["width"] - 114
+    page.mouse.click(left + width * split / (len(rows) - 1), box["y"] + 60)
+    shown.stands_at(split)
+    shown.until(lambda: "split" in (scrubber.get_attribute("aria-valuetext") or ""), "the scrubber says what happened")
+    page.locator(".world").nth(1).wait_for()
+
+
+def test_tracks_are_followed_while_one_watches(gallery: Gallery, server: Server) -> None:
+    """Opened from the gallery, tracks go straight through outliers, and errors of all of them are plotted."""
+    page = gallery.page
+    gallery.preset("trajectories", "known")
+    shown = SessionPage(page, server).ready()
+    shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
+    shown.play_to_the_end()
+    assert max(server.column(shown.id, "error")) < 10.0
+    page.get_by_text("smoothed px").first.wait_for()
+    page.get_by_text("measurements px").first.wait_for()
+    shown.resize(800)
+    shown.until(lambda: worlds_are_within(page), "both worlds are within the scene's place")
+
+
+def worlds_are_within(page: Any) -> bool:
+    """Return whether there are two worlds, neither of which is cut off above or at the left."""
+    place = page.locator(".flat-main").bounding_box()
+    boxes = [world.bounding_box() for world in page.locator(".world").all()]
+    return len(boxes) == 2 and all(box[side] >= place[side] for box in boxes for side in "xy")

@@ -21,11 +21,7 @@ def test_the_next_page_goes_on_presenting(watch: Callable[..., SessionPage]) -> 
     page = shown.page
     shown.press("f")
     shown.until(lambda: page.evaluate(WHOLE), "the session has the whole screen")
-    before = shown.id
-    shown.press("p")
-    page.locator("[data-preset]").last.click()
-    shown.until(lambda: shown.id not in {before, "new"}, "another session is open")
-    shown.ready()
+    shown.choose_preset()
     assert page.evaluate(PRESENTS), "a preset goes on"
 
     page.goto("learn/1")
@@ -51,12 +47,9 @@ def test_the_next_page_goes_on_presenting(watch: Callable[..., SessionPage]) -> 
 
 def left_at_once_it_leaves_the_whole_screen(shown: SessionPage) -> None:
     """F can be pressed twice without a wait for the browser in between."""
-    shown.page.evaluate("""() => {
-        window.changes = 0;
-        document.addEventListener('fullscreenchange', () => (window.changes += 1));
-    }""")
-    shown.press("f")
-    shown.press("f")
+    shown.page.evaluate("window.changes = 0; addEventListener('fullscreenchange', () => (window.changes += 1))")
+    for _ in range(2):
+        shown.press("f")
     shown.until(lambda: shown.page.evaluate("changes") == 2, "the whole screen was taken and given back")
     assert shown.page.evaluate("document.fullscreenElement === null")
 
@@ -100,13 +93,18 @@ def holds(page: Any, look: Callable[[], list[str]], expected: list[str], what: s
 
 
 @pytest.mark.parametrize("numbers", [range(1, 5), range(5, 9), range(9, 13)], ids=str)
-def test_lessons_fit_a_low_screen(low: Any, numbers: range) -> None:
-    """Presented at 1280 x 720 no lesson scrolls, is cut or has small letters, before its answer or after."""
+def test_lessons_fit_a_sheet_and_a_low_screen(low: Any, numbers: range) -> None:
+    """On paper there are idea, figure before the answer, question with room for an answer, and lines for notes.
+
+    Presented at 1280 x 720 no lesson scrolls, is cut or has small letters, before its answer or after.
+    """
     for number in numbers:
         low.goto(f"learn/{number}")
         low.locator(".figure-view[data-shown], .flat-canvas[data-frame]").first.wait_for()
         low.get_by_role("button", name="Skip").wait_for()
         View(low).until(lambda: low.locator(".flat-canvas:not([data-frame])").count() == 0, "all pictures are painted")
+        is_handout(low, f"lesson {number}")
+        assert low.locator(".verdict-words").count() == 0
         fits_presented(low, f"lesson {number}")
         low.get_by_role("button", name="Skip").click()
         low.locator("[data-part=question]:not([data-stage=asked])").wait_for()
@@ -136,22 +134,29 @@ def judged(page: Any, runs: int) -> None:
     View(page).until(lambda: page.locator(".verdict:not(:empty)").count() == runs, "the frames of all runs are judged")
 
 
-def test_failures_comparisons_and_sweeps_fit_a_low_screen(low: Any, server: Server) -> None:
-    """So do a failure of each experiment that has any, comparisons of two runs and of four, and the maps of a sweep."""
-    sweep = server.post("sweeps", SMALL)["id"]
-    for entry in {entry["experiment"]: entry for entry in server.get("failures")}.values():
+@pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_failure_fits_a_sheet_and_a_low_screen(low: Any, server: Server, *, every: bool) -> None:
+    """Each failure beside its cure, with what was measured; usually one of each experiment."""
+    for entry in {entry["id" if every else "experiment"]: entry for entry in server.get("failures")}.values():
         failure = entry["id"]
         low.goto(f"failures/{failure}")
         low.locator(f".flat-canvas[data-frame='{entry['frame']}']").nth(1).wait_for()
         low.locator(".scrubber-rows li").first.wait_for()
         View(low).until(lambda: low.locator(".measured:not(:has(.bone))").count() == 2, "what came of both is measured")
         judged(low, 2)
+        is_handout(low, failure)
         fits_presented(low, failure)
+
+
+def test_comparisons_and_sweeps_fit_a_low_screen(low: Any, server: Server) -> None:
+    """So do comparisons of two runs and of four, which are handouts, too, and the maps of a sweep."""
+    sweep = server.post("sweeps", SMALL)["id"]
     for runs in ([ball(), ball("condensation")], [ball("apf"), ball("condensation"), ball(), ball("kalman")]):
         low.goto("learn")
         low.goto(link(*runs))
         ComparePage(low).ready(len(runs))
         judged(low, len(runs))
+        is_handout(low, f"a comparison of {len(runs)} runs")
         fits_presented(low, f"a comparison of {len(runs)} runs")
     low.goto(f"sweep/{sweep}")
     SweepPage(low).complete()
@@ -318,46 +323,12 @@ def is_handout(page: Any, what: str) -> None:
     page.emulate_media(media="print", color_scheme="dark")
     page.set_viewport_size(SHEET_PX)
     found = page.evaluate(ON_SHEET)
-    assert found["controls"] == [], what
-    assert found["wide"] <= 0, what
-    assert found["pictures"] > 0, what
-    assert found["torn"] == 0, what
-    assert found["ground"] == "rgba(0, 0, 0, 0)", what
-    assert found["letters"] == "rgb(22, 25, 29)", what
-    assert found["notes"] == '"Notes"', what
+    assert found.pop("pictures") > 0, what
+    assert found.pop("wide") <= 0, what
+    looks = {"ground": "rgba(0, 0, 0, 0)", "letters": "rgb(22, 25, 29)", "notes": '"Notes"'}
+    assert found == {"controls": [], "torn": 0, **looks}, what
     page.emulate_media(media="null", color_scheme="light")
     page.set_viewport_size(before)
-
-
-@pytest.mark.parametrize("numbers", [range(1, 7), range(7, 13)], ids=str)
-def test_a_lesson_is_a_handout_without_its_answer(page: Any, numbers: range) -> None:
-    """Idea, figure as it is before the answer, question with room for an answer, and lines for notes."""
-    for number in numbers:
-        page.goto(f"learn/{number}")
-        page.locator(".figure-view[data-shown], .flat-canvas[data-frame]").first.wait_for()
-        page.get_by_role("button", name="Skip").wait_for()
-        is_handout(page, f"lesson {number}")
-        assert page.locator(".verdict-words").count() == 0
-
-
-@pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_a_failure_is_a_handout(page: Any, server: Server, *, every: bool) -> None:
-    """Each failure beside its cure, with what was measured; usually one of each experiment."""
-    failures = {entry["id" if every else "experiment"]: entry["id"] for entry in server.get("failures")}
-    for failure in failures.values():
-        page.goto(f"failures/{failure}")
-        page.locator(".failure-column:last-of-type .flat-canvas[data-frame]").wait_for()
-        View(page).until(lambda: page.locator(".measured:not(:has(.bone))").count() == 2, "both are measured")
-        is_handout(page, failure)
-
-
-def test_a_comparison_is_a_handout(page: Any) -> None:
-    """Two or four runs beside each other, with what differs and what came of them."""
-    for runs in ([ball(), ball("condensation")], [ball("apf"), ball("condensation"), ball(), ball("kalman")]):
-        page.goto("learn")
-        page.goto(link(*runs))
-        ComparePage(page).ready(len(runs))
-        is_handout(page, f"a comparison of {len(runs)} runs")
 
 
 def test_a_scene_in_space_is_printed_as_a_picture(page: Any) -> None:

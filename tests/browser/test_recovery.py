@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from pathlib import Path
+from string import ascii_lowercase, digits
 from typing import Any
 
 import pytest
@@ -14,35 +15,34 @@ from pftrack.runs.run import Run
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.test_sweep import SMALL, SweepPage
-from tests.browser.views import PARTICLES, Gallery, SessionPage, View
+from tests.browser.views import Gallery, SessionPage, View
 
 Watch = Callable[..., SessionPage]
 
 
-def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints) -> None:
+def test_links_that_lead_nowhere_say_so(page: Any, complaints: Complaints) -> None:
     """A link to a session that does not exist leads back to the gallery.
 
-    Until then the transport and the tools are switched off, and no empty plots are drawn.
+    Until then the transport and the tools are switched off, no empty plots are drawn, and keys do nothing. A share link
+    that was cut in the mail is no blank page.
     """
     complaints.expected = ("the server responded with a status of 404",)
     page.goto("session/0123456789abcdef")
-    page.locator(".notice").wait_for()
-    assert "Session not found" in page.inner_text(".notice")
+    assert "Session not found" in page.locator(".notice").inner_text()
     enabled = page.locator(".transport .group button:enabled")
     View(page).until(lambda: enabled.count() == 0, "the transport is switched off")
-    assert page.locator("[data-tool=save]:enabled").count() == 0
-    assert page.locator(".play").inner_text() == "Play"
+    assert (page.locator("[data-tool=save]:enabled").count(), page.locator(".play").inner_text()) == (0, "Play")
     page.wait_for_timeout(1_500)
     assert page.locator(".plots > *").count() == 0
     page.click("text=Back to the experiments")
     Gallery(page).card("ball").wait_for()
-
-
-def test_a_broken_link_says_what_it_must_hold(page: Any) -> None:
-    """A share link that was cut in the mail is no blank page."""
+    page.goto("session/0123456789abcdef")
+    page.get_by_text("Session not found").wait_for()
+    for key in (*ascii_lowercase, *digits, *" []?", "Escape", "Home", "End", "ArrowLeft", "Shift+ArrowRight"):
+        page.keyboard.press(key)
+    assert complaints.unexpected == []
     page.goto("session/new#eyJicm9rZW4")
-    page.locator(".notice").wait_for()
-    assert "must hold an experiment" in page.inner_text(".notice")
+    assert "must hold an experiment" in page.locator(".notice").inner_text()
 
 
 # The scene comes back after a lost connection in tests/viewer/test_browser.py as well.
@@ -68,8 +68,7 @@ def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: 
     shown.stands_at(20)
 
     def is_seen(frame: int) -> bool:
-        painted = page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame") == str(frame)
-        return painted or (view == "scene" and shown.in_scene(PARTICLES, 0) > 0)
+        return shown.painted == frame or (view == "scene" and shown.particles > 0)
 
     shown.until(lambda: is_seen(20), "the frame is seen")
     errors = server.column(shown.id, "error")

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import pftrack
-from tests.browser.accessible import check, fits
+from tests.browser.accessible import usable
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
@@ -55,8 +55,7 @@ def test_a_person_says_what_the_columns_are(gallery: Gallery, server: Server, co
     gallery.choose("gang.csv", "\n".join(lines).encode(), "text/csv")
     page.get_by_text("What are the columns of gang.csv?").wait_for()
     assert page.locator(".columns-rows td").first.inner_text() == "0"
-    check(page)
-    fits(page)
+    usable(page)
     for meaning, column in (("frame", "bild"), ("x", "links"), ("y", "oben"), ("w", "breit"), ("h", "hoch")):
         page.locator(f"#column-{meaning}").select_option(label=column)
     page.locator(".columns button[type=submit]").click()

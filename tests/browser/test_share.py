@@ -6,48 +6,38 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from tests.browser.accessible import check, fits
+from tests.browser.accessible import usable
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
-from tests.conftest import FRUGAL
 
 Watch = Callable[..., SessionPage]
 
 
-def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, chromium: Any) -> None:
+def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, stranger: Any) -> None:
     """Seed, tracker, timeline and position travel in the link; a stranger's browser computes the same errors."""
     shown = watch(tracker="condensation", parameters={"occlusion_width_px": 55})
     server.seek(shown.id, 12)
-    server.post(f"sessions/{shown.id}/commands", {"kind": "change", "values": {"sample_count": 200, "tracker": "apf"}})
-    server.seek(shown.id, 40)
-    shown.stands_at(40)
+    shown.change(sample_count=200, tracker="apf")
+    shown.go_to(40)
     shown.menu("share")
-    link = shown.page.input_value("[data-role=share-link]")
     errors = server.column(shown.id, "error")
 
-    context = chromium.new_context(viewport={"width": 1280, "height": 800})
-    context.add_init_script(FRUGAL)
-    other = context.new_page()
-    other.goto(link.replace("#", "?view=flat#"))
-    again = SessionPage(other, server).ready()
+    stranger.goto(shown.page.input_value("[data-role=share-link]"))
+    again = SessionPage(stranger, server).ready()
     again.stands_at(40)
     assert again.id != shown.id
     assert server.column(again.id, "error") == errors
-    assert again.session["tracker"] == "apf"
-    assert again.session["timeline"] == shown.session["timeline"]
+    assert (again.session["tracker"], again.session["timeline"]) == ("apf", shown.session["timeline"])
     again.until(lambda: again.page.inner_text("h1") == shown.page.inner_text("h1"), "both pages have the same title")
-    context.close()
 
 
 def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     """Position, branches, bookmarks and curves come back; a bookmark leads to its frame."""
     shown = watch()
-    server.seek(shown.id, 30)
-    shown.stands_at(30)
+    shown.go_to(30)
     shown.press("b")
     shown.until(lambda: shown.page.inner_text(".amount") == "1", "the bookmark is counted")
-    server.seek(shown.id, 15)
-    shown.stands_at(15)
+    shown.go_to(15)
     shown.branch("s-spf")
     shown.until(lambda: shown.verdict != "not computed yet", "the numbers of this frame are shown")
     verdict = shown.page.inner_text(".readout dl")
@@ -59,18 +49,13 @@ def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     shown.until(lambda: shown.page.inner_text(".readout dl") == verdict, "the numbers of this frame are the same")
     first = shown.session["branches"][0]["id"]
     shown.until(lambda: shown.lines.get(f"error {first}") == 31, "the other branch's curve is back")
-    bookmarks_lead_back(shown, server)
-
-
-def bookmarks_lead_back(shown: SessionPage, server: Server) -> None:
-    """A bookmark with a note is listed; a click goes there; it can be removed."""
+    # A bookmark with a note is listed; a click goes there; it can be removed.
     shown.page.click("button[aria-label=Bookmarks]")
     shown.page.fill("input[aria-label=Note]", "<b>here</b>")
     shown.page.click(".menu >> text=Add")
     entry = shown.page.locator(".menu li", has_text="<b>here</b>")
     entry.wait_for()
-    server.seek(shown.id, 5)
-    shown.stands_at(5)
+    shown.go_to(5)
     entry.locator("button").first.click()
     shown.stands_at(15)
     entry.locator("button[aria-label^=Remove]").click()
@@ -83,8 +68,7 @@ def test_a_saved_run_is_listed_taken_away_dropped_and_deleted(watch: Watch, serv
     Deleting asks first.
     """
     shown = watch(tracker="s-spf", parameters={"sample_count": 60})
-    server.seek(shown.id, 25)
-    shown.stands_at(25)
+    shown.go_to(25)
     first, errors = shown.id, server.column(shown.id, "error")
     shown.menu("save")
     shown.page.locator(".toast", has_text="Saved").wait_for()
@@ -112,9 +96,7 @@ def test_a_saved_run_is_listed_taken_away_dropped_and_deleted(watch: Watch, serv
     page.goto("work")
     row = page.locator("[data-run]").first
     row.wait_for()
-    check(page)
-    fits(page)
-    page.set_viewport_size({"width": 1280, "height": 800})
+    usable(page)
     count = page.locator("[data-run]").count()
     row.locator("button[aria-label^=Delete]").click()
     page.click("text=Keep")
@@ -136,5 +118,4 @@ def test_a_session_is_renamed_on_its_page_and_found_by_that(watch: Watch, server
     row = page.locator(f"[data-session='{session}']")
     row.locator(".row-title", has_text="Tuesday").wait_for()
     shown.until(lambda: row.locator("img").evaluate("(it) => it.naturalWidth > 0"), "it has a picture")
-    check(page)
-    fits(page)
+    usable(page)

@@ -3,21 +3,18 @@
 from collections.abc import Callable
 from typing import Any
 
-import httpx
 import pytest
 
-from tests.browser.accessible import check
+from tests.browser.accessible import fits, usable
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.views import SessionPage, View
 from tests.server.uploads.test_uploads import video
 
+AXES = {"occlusion_width_px": [5, 55, 105], "distracter_radius_px": [1, 20]}
 SMALL: dict[str, Any] = {
     "experiment": "ball",
-    "axes": [
-        {"name": "occlusion_width_px", "values": [5, 55, 105]},
-        {"name": "distracter_radius_px", "values": [1, 20]},
-    ],
+    "axes": [{"name": name, "values": values} for name, values in AXES.items()],
     "trackers": ["h-spf", "pc-pf"],
     "trials": 5,
     "frames": 40,
@@ -65,17 +62,23 @@ class SweepPage(View):
         x, y = self.centre(method, **cell)
         self.page.locator(f"[data-map='{method}'] .figure-picture").click(position={"x": x, "y": y})
         self.until(lambda: place in self.page.inner_text(".sweep-side h2"), "it is the cell")
-        self.runs().first.wait_for()
+        self.run.wait_for()
 
     def show(self, words: str) -> None:
         self.page.get_by_role("group", name="Quantity").get_by_role("button", name=words).click()
 
-    def runs(self) -> Any:
-        return self.page.locator("li.run")
+    @property
+    def run(self) -> Any:
+        """The first of the runs that are listed."""
+        return self.page.locator("li.run").first
 
 
 class Form(View):
     """The form of a new sweep."""
+
+    def fills(self, **fields: str) -> None:
+        for field, value in fields.items():
+            self.page.locator(f"[data-field={field}] input").fill(value)
 
     def says(self, runs: str) -> None:
         self.until(lambda: self.page.inner_text(".plan-size .figure >> nth=0") == runs, f"the plan has {runs}")
@@ -124,16 +127,17 @@ def test_a_session_becomes_a_sweep(page: Any, server: Server) -> None:
     page.locator("[data-map=condensation] [role=application]").wait_for()
 
 
-def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> None:
+def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server, complaints: Complaints) -> None:
     """A sweep started from the form fills its map; a click on a failing cell and run shows that run fail as told."""
+    complaints.expected = ("422",)
     page.goto("work?show=sweeps")
     page.click("text=New sweep")
     page.wait_for_selector(".plan-size")
+    form = Form(page)
+    errors_stand_beside_their_field(form)
     for index, values in enumerate(["5, 55, 105", "1, 20"]):
         page.locator(f"[data-field='axes.{index}.values']").fill(values)
-    page.locator("[data-field=trials] input").fill("8")
-    page.locator("[data-field=frames] input").fill("60")
-    form = Form(page)
+    form.fills(trials="8", frames="60")
     form.says("144 runs")
     form.until(lambda: page.inner_text("[data-role=time]").endswith("to compute"), "the form tells the time")
     sweep = form.start()
@@ -147,7 +151,7 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
     row = next(row for row in found if (row["first_lost_frame"] or 0) > 10)
     item = page.locator(f"li.run[data-run='{row['run']}']")
     assert f"first in frame {row['first_lost_frame']}," in item.inner_text()
-    assert sweep.runs().first.get_attribute("data-verdict") == "failure"
+    assert sweep.run.get_attribute("data-verdict") == "failure"
     with page.context.expect_page() as opening:
         item.locator(".run-title").click()
     opened = SessionPage(opening.value, server).ready()
@@ -170,10 +174,10 @@ def test_a_complete_sweep_is_looked_at(sweep: SweepPage, page: Any, server: Serv
 def the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, server: Server) -> None:
     """Beside a run there is a link for each other method, to the same seed."""
     sweep.click_cell("pc-pf", {"i": 2, "j": 1}, "Occluder width 105 px")
-    run = int(sweep.runs().first.get_attribute("data-run"))
+    run = int(sweep.run.get_attribute("data-run"))
     row = next(row for row in server.get(f"sweeps/{sweep.id}/rows?i=2&j=1")["rows"] if row["run"] == run)
     with page.context.expect_page() as opening:
-        sweep.runs().first.locator(".chip-link", has_text="h-SPF").click()
+        sweep.run.locator(".chip-link", has_text="h-SPF").click()
     opening.value.wait_for_url("**/session/*", wait_until="commit")
     session = server.session(opening.value.url.rsplit("/", 1)[1])
     assert (session["tracker"], session["recipe"]["seed"]) == ("h-spf", row["seed"])
@@ -193,7 +197,7 @@ def it_is_read_by_keyboard(sweep: SweepPage, page: Any) -> None:
     said = ("Occluder width 55 px", "Look-alike radius 20 px", "5 runs")
     sweep.until(lambda: all(words in tip.inner_text() for words in said), "the cell is told of")
     page.keyboard.press("Enter")
-    sweep.runs().first.wait_for()
+    sweep.run.wait_for()
     assert "Look-alike radius 20 px" in page.inner_text(".runs-head")
     rings = page.locator(".figure-ring:not(.cursor):visible")
     sweep.until(lambda: rings.count() == 2, "both maps mark the cell")
@@ -236,9 +240,8 @@ def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
     successes = sweep.colours("h-spf")
     sweep.show("Measure")
     page.select_option("select[aria-label='Which measure']", "inside_share")
-    sweep.until(
-        lambda: "Inside the true box, mean of all runs" in page.inner_text(".sweep-legend"), "the legend says so"
-    )
+    told = "Inside the true box, mean of all runs"
+    sweep.until(lambda: told in page.inner_text(".sweep-legend"), "the legend says so")
     sweep.until(lambda: sweep.colours("h-spf") != successes, "so do the maps")
     shown = sweep.colours("h-spf")
     sweep.until(lambda: "of=inside_share" in page.url, "the address names it")
@@ -250,12 +253,9 @@ def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
     sweep.until(lambda: sweep.colours("h-spf") != shown, "another measure is another map")
 
 
-def test_errors_stand_beside_their_field(page: Any, complaints: Complaints) -> None:
+def errors_stand_beside_their_field(form: Form) -> None:
     """What is wrong in the form is said beside the field, before and without starting anything."""
-    complaints.expected = ("422",)
-    page.goto("sweep/new")
-    page.wait_for_selector(".plan-size")
-    form = View(page)
+    page = form.page
     page.locator("[data-field='axes.0.values']").fill("5, 1000")
     beside = page.locator("[data-field='axes.0'] .wrong")
     form.until(beside.is_visible, "the error is shown")
@@ -263,11 +263,9 @@ def test_errors_stand_beside_their_field(page: Any, complaints: Complaints) -> N
     form.until(page.locator("text=Start the sweep").is_disabled, "it cannot be started")
     page.locator("[data-field='axes.0.values']").fill("5, 100")
     form.until(beside.is_hidden, "the error is gone")
-    page.locator("[data-field=trials] input").fill("0")
+    form.fills(trials="0")
     form.until(page.locator("[data-field=trials] .wrong").is_visible, "the error is beside the trials")
-    for width in (1280, 800):
-        page.set_viewport_size({"width": width, "height": 800})
-        form.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
+    fits(page)
 
 
 def it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> None:
@@ -275,10 +273,7 @@ def it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> None:
     sweep.show("Significance")
     sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
     sweep.click_cell("h-spf", FAILING, "Occluder width 55 px")
-    for width in (420, 800, 1280):
-        page.set_viewport_size({"width": width, "height": 800})
-        sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
-    check(page)
+    usable(page)
 
 
 def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
@@ -286,8 +281,7 @@ def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
     row = page.locator(f"[data-sweep='{sweep.id}']")
     page.goto("work?show=sweeps")
     row.wait_for()
-    assert "60 runs" in row.inner_text()
-    assert "complete" in row.inner_text()
+    assert all(words in row.inner_text() for words in ("60 runs", "complete"))
     page.goto("./")
     page.locator("[data-experiment=fish] >> text=Sweep over conditions").click()
     page.wait_for_selector(".plan-size")
@@ -298,8 +292,8 @@ def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
 
 def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], server: Server, page: Any) -> None:
     """The form knows the clip and the parameters of recordings; the maps show what the trackers say of themselves."""
-    sent = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("ball.mp4", video(16)))], timeout=60)
-    shown = watch(experiment="histogram", upload=sent.json()["id"], box=[10, 20, 10, 10], frames=None)
+    upload = server.upload("ball.mp4", video(16))
+    shown = watch(experiment="histogram", upload=upload, box=[10, 20, 10, 10], frames=None)
     page.goto(shown.page.get_attribute("[data-tool=sweep]", "href"))
     form = Form(page)
     page.wait_for_selector(".plan-size")
@@ -313,7 +307,7 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     choice.select_option("sample_count")
     for part, number in (("start", "30"), ("stop", "60"), ("step", "30")):
         page.locator(f".axis [data-field='axes.0.{part}']").fill(number)
-    page.locator("[data-field=trials] input").fill("2")
+    form.fills(trials="2")
     page.locator(".methods input[value=apf]").check()
     form.says("8 runs")
     sweep = form.start()

@@ -1,7 +1,7 @@
 """The pages as a person sees them: what can be read there and what can be done."""
 
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any, Self, TypeAlias
 
 from tests.browser.host import Server
 from tests.waiting import wait_for
@@ -14,55 +14,40 @@ PARTICLES = """(() => {
     return count;
 })()"""
 
-# How many columns of the picture in the scene are the occluder's grey, along a row that the ball leaves free;
-# the colours are those of the scene's defaults, and JPEG leaves a few units of doubt.
-OCCLUDER = """(() => {
-    let width = 0;
+# Asks something of the picture in the scene by its pixels, four numbers each, row after row.
+IN_PICTURE = """(() => {
+    let answer = 0;
     window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
         const image = item.isMesh && item.material.map?.image;
         if (!image || !image.width) return;
-        const canvas = new OffscreenCanvas(image.width, 1);
-        const context = canvas.getContext('2d');
-        context.drawImage(image, 0, 5, image.width, 1, 0, 0, image.width, 1);
-        const { data } = context.getImageData(0, 0, image.width, 1);
-        width = 0;
-        for (let x = 0; x < image.width; x += 1) if (Math.abs(data[4 * x] - 60) < 12) width += 1;
-    });
-    return width;
-})()"""
-
-# The ball's red is somewhere in the picture.
-BALL = """(() => {
-    let found = false;
-    window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
-        const image = item.isMesh && item.material.map?.image;
-        if (!image || !image.width) return;
-        const canvas = new OffscreenCanvas(image.width, image.height);
-        const context = canvas.getContext('2d');
+        const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
         context.drawImage(image, 0, 0);
         const { data } = context.getImageData(0, 0, image.width, image.height);
-        for (let i = 0; i < data.length; i += 4) found ||= data[i] > 150 && data[i + 1] < 90 && data[i + 2] < 90;
+        const row = data.subarray(20 * image.width, 24 * image.width);
+        answer = QUESTION;
     });
-    return found;
+    return answer;
 })()"""
+# How many columns are the occluder's grey, along a row that the ball leaves free; the colours are those of the scene's
+# defaults, and JPEG leaves a few units of doubt.
+OCCLUDER = IN_PICTURE.replace("QUESTION", "row.filter((value, at) => at % 4 === 0 && Math.abs(value - 60) < 12).length")
+# The ball's red is somewhere.
+BALL = IN_PICTURE.replace(
+    "QUESTION", "data.some((red, i) => i % 4 === 0 && red > 150 && data[i + 1] < 90 && data[i + 2] < 90)"
+)
 
+# The frames on all flat canvases of a page that have one.
+PAINTED_FRAMES = "[...document.querySelectorAll('.flat-canvas[data-frame]')].map((it) => Number(it.dataset.frame))"
 PAINTED = "document.querySelector('.flat-canvas')?.dataset.frame !== undefined"
 
-# The traces of the plots, by name, with how many points each holds.
-LINES = """(() => {
-    const figures = [...document.querySelectorAll('.plots .figure-view')].map(({ figure }) => figure);
-    const traces = figures.flatMap((figure) => figure?.panels ?? []).flatMap(({ traces }) => traces);
-    return Object.fromEntries(traces.map(({ name, x, links }) => [name, (x ?? links ?? []).length]));
-})()"""
-
-# A trace of the plots by its name.
-TRACE = """(name) => {
-    const figures = [...document.querySelectorAll('.plots .figure-view')].map(({ figure }) => figure);
-    const traces = figures.flatMap((figure) => figure?.panels ?? []).flatMap(({ traces }) => traces);
-    const found = traces.find((trace) => trace.name === name && (trace.x ?? trace.links ?? trace.intervals).length > 0);
-    return found ? { ...found } : null;
-}"""
-
+# The traces of the plots; those by name, with how many points each holds; and one of them by its name.
+TRACES = """[...document.querySelectorAll('.plots .figure-view')].flatMap(({ figure }) => figure?.panels ?? [])
+    .flatMap(({ traces }) => traces)"""
+LINES = f"Object.fromEntries({TRACES}.map(({{ name, x, links }}) => [name, (x ?? links ?? []).length]))"
+TRACE = f"""(name) => {{
+    const found = {TRACES}.find((one) => one.name === name && (one.x ?? one.links ?? one.intervals).length > 0);
+    return found ? {{ ...found }} : null;
+}}"""
 
 # Where values lie in a plot.
 PLACE = """([plot, x, y]) => {
@@ -77,11 +62,26 @@ PLACE = """([plot, x, y]) => {
 }"""
 
 
+Place: TypeAlias = tuple[float, float]
+
+
 class View:
     """A page with a way to await what it shows."""
 
     def __init__(self, page: Any) -> None:
         self.page = page
+
+    def resize(self, width: int, height: int = 800) -> None:
+        self.page.set_viewport_size({"width": width, "height": height})
+        self.until(lambda: self.page.evaluate("innerWidth") == width, f"the window is {width} px wide")
+
+    def drag(self, start: Place, *places: Place, steps: int = 4) -> None:
+        """Press the mouse at a place of the window, px, move it to others, and let it go there."""
+        self.page.mouse.move(*start)
+        self.page.mouse.down()
+        for place in places:
+            self.page.mouse.move(*place, steps=steps)
+        self.page.mouse.up()
 
     def until(self, holds: Callable[[], object], what: str, seconds: float = 120.0) -> None:
         """Ask again and again, the page going on meanwhile, until something holds."""
@@ -101,6 +101,11 @@ class Gallery(View):
         if not link.is_visible():
             self.card(experiment).locator("summary").click()
         link.click()
+
+    def has_picture(self, mark: str = "") -> None:
+        """Wait until the picture in which a target is marked has come."""
+        image = f"document.querySelector('{mark} .mark-surface img')"
+        self.until(lambda: self.page.evaluate(f"{image}?.complete"), "the picture is there")
 
     def choose(self, name: str, content: bytes, mime: str) -> None:
         """Choose a file in the drop zone."""
@@ -151,10 +156,8 @@ class SessionPage(View):
         from playwright.sync_api import Error
 
         frame = self.scene
-        if frame is None:
-            return otherwise
         try:
-            return frame.evaluate(expression)
+            return frame.evaluate(expression) if frame else otherwise
         except Error:
             return otherwise
 
@@ -190,24 +193,45 @@ class SessionPage(View):
     def stands_at(self, frame: int) -> None:
         self.until(lambda: self.position == frame, f"the page stands at frame {frame}")
 
+    @property
+    def painted(self) -> int | None:
+        """The frame on the canvas of the flat view."""
+        frame = self.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame ?? null")
+        return None if frame is None else int(frame)
+
+    def paints(self, frame: int) -> None:
+        self.until(lambda: self.painted == frame, f"frame {frame} is painted")
+
+    def control(self, label: str, kind: str = "number") -> Any:
+        """Return a parameter's control in the flat view: its box, or its slider."""
+        return self.page.get_by_label(label, exact=True).and_(self.page.locator(f"[type={kind}]"))
+
     # ------------------------------------------------------------ what can be done
+
+    def command(self, kind: str, **more: Any) -> None:
+        """Send a command from elsewhere."""
+        self._server.post(f"sessions/{self.id}/commands", {"kind": kind, **more})
+
+    def change(self, **values: Any) -> None:
+        """Change parameters from elsewhere."""
+        self.command("change", values=values)
+
+    def go_to(self, frame: int) -> None:
+        """Have the server go to a frame, and wait until the page is there."""
+        self._server.seek(self.id, frame)
+        self.stands_at(frame)
 
     def row(self, label: str) -> Any:
         """Return the row of the scene's panel with this label, unfolding all if it is in a fold."""
         opener = self.page.get_by_role("button", name="Scene panel")
         if opener.get_attribute("aria-pressed") == "false":
             opener.click()
-        row = self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')"))
+        row = self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')")).first
         self.scene.get_by_text("Speed", exact=True).wait_for()  # the last one of the panel
-        if not row.first.is_visible():
-            self.unfold()
-        return row.first
-
-    def unfold(self) -> None:
-        """Unfold all of the scene's panel; it stays so."""
         folded = self.scene.locator(".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon-chevron-down)")
-        while folded.count():
+        while not row.is_visible() and folded.count():
             folded.first.click()
+        return row
 
     def slide(self, label: str, presses: int) -> float:
         """Move a slider of the panel by its arrow key, not faster than the scene listens; return where it then is."""
@@ -252,11 +276,13 @@ class SessionPage(View):
             self.page.click(".play")
         self.stands_at(last)
 
-    def go_to_the_end(self) -> None:
-        """Go to the last frame without a look at those on the way."""
-        last = self.session["frames"] - 1
-        self._server.seek(self.id, last)
-        self.stands_at(last)
+    def choose_preset(self) -> None:
+        """Open the last preset of the menu, which is another session."""
+        before = self.id
+        self.press("p")
+        self.page.locator("[data-preset]").last.click()
+        self.until(lambda: self.id not in {before, "new"}, "another session is open")
+        self.ready()
 
     def branch(self, tracker: str) -> None:
         """Go on from here with another tracker."""
