@@ -11,12 +11,24 @@ import pytest
 import pftrack
 from tests.server.follow_jobs import ended, taken
 from tests.server.host import error_of, steer
-from tests.server.uploads.test_uploads import send, video
+from tests.server.uploads.test_uploads import accepted, columns_of, send, video
 from tests.server.work.test_explorations import explore
 from tests.session_requests import session_request
 from tests.tracks import table
 
 FRAMES = 12
+
+
+def begun(client: httpx.Client, wish: dict[str, Any]) -> dict[str, Any]:
+    """A session."""
+    answer = client.post("/api/v1/sessions", json=session_request(wish))
+    assert answer.status_code == 201, answer.text
+    session: dict[str, Any] = answer.json()
+    return session
+
+
+def refusal(client: httpx.Client, wish: dict[str, Any]) -> str:
+    return str(error_of(client.post("/api/v1/sessions", json=session_request(wish)), 422)["message"])
 
 
 @pytest.fixture
@@ -33,19 +45,17 @@ def recording(tmp_path: Path) -> bytes:
 
 
 def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -> None:
-    """Its clip can be seen before, and its numbers are those of the loop."""
-    upload = send(client, ("mine.pft", recording)).json()
+    """Its clip can be seen before, and its numbers are those of the loop; what was cut short is refused."""
+    assert "recording" in error_of(send(client, ("mine.pft", recording[:200])), 422)["message"]
+    upload = accepted(client, ("mine.pft", recording))
     assert (upload["kind"], upload["frames"], upload["warnings"]) == ("beliefs", FRAMES, [])
     assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").content.startswith(b"\xff\xd8")
     listed = client.get("/api/v1/experiments").json()
     (able,) = [each["id"] for each in listed if "beliefs" in each["footage"]]
     wish: dict[str, Any] = {"recipe": {"experiment": able, "footage": {"start": 2}}, "upload": upload["id"]}
-    answer = client.post("/api/v1/sessions", json=session_request(wish))
-    assert answer.status_code == 201, answer.text
-    session = answer.json()
+    session = begun(client, wish)
     assert session["frames"] == FRAMES - 2
-    steer(client, session["id"], "seek", frame=FRAMES - 3)
-    columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+    columns = columns_of(client, session, FRAMES - 3)
     assert columns["estimate"][-1] == pytest.approx([20 + FRAMES - 1] * 2, abs=0.5)
     assert columns["series"][-1]["particles"] == 80
     assert session["trackers"][0]["replays"] is True
@@ -54,28 +64,19 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 
-def test_a_damaged_recording_is_refused(client: httpx.Client, recording: bytes) -> None:
-    """What was cut before anything was said is refused in a sentence."""
-    assert "recording" in error_of(send(client, ("mine.pft", recording[:200])), 422)["message"]
-
-
 def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
     """A table with names of its own is refused, shown, and taken when it is said which column is which."""
     table = b"bild;nummer;links;oben;breit;hoch\n" + b"".join(b"%d;4;%d;20;30;40\n" % (t, 10 + t) for t in range(5))
     error_of(send(client, ("walk.csv", table)), 422)
     seen = client.post("/api/v1/uploads/table", json={"text": table.decode()}).json()
-    assert seen["header"] == ["bild", "nummer", "links", "oben", "breit", "hoch"]
-    assert seen["rows"][0] == ["0", "4", "10", "20", "30", "40"]
+    assert [";".join(row) for row in (seen["header"], *seen["rows"])][:2] == table.decode().split("\n")[:2]
     assert [each["name"] for each in seen["meanings"]][:3] == ["frame", "target", "x"]
     said = {"frame": 0, "target": 1, "x": 2, "y": 3, "w": 4, "h": 5}
     files = {"file": ("walk.csv", table)}
-    taken = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=files)
-    assert taken.status_code == 201, taken.text
-    assert (taken.json()["kind"], taken.json()["frames"]) == ("beliefs", 5)
     several = [("file", ("walk.mp4", video(5))), ("file", ("walk.csv", table))]
-    beside = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=several)
-    assert beside.status_code == 201, beside.text
-    assert (beside.json()["name"], beside.json()["kind"]) == ("walk.csv on walk.mp4", "beliefs")
+    for sent, name in ((files, "walk.csv"), (several, "walk.csv on walk.mp4")):
+        upload = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=sent).json()
+        assert (upload["name"], upload["kind"], upload["frames"]) == (name, "beliefs", 5)
     wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files)
     assert "Expected the frame" in error_of(wrong, 422)["message"]
     error_of(client.post("/api/v1/uploads/table", json={"text": "a,b\n1,2\n"}), 422)
@@ -87,28 +88,21 @@ def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
     missed = rows.pop(3)
     files = [("walk.mp4", video(FRAMES)), ("det.txt", "\n".join(rows).encode())]
     truth = ("gt.txt", "\n".join(row.replace(",21,", ",22,") for row in [*rows, missed]).encode())
-    answer = send(client, *files, truth)
-    assert answer.status_code == 201, answer.text
-    upload = answer.json()
+    upload = accepted(client, *files, truth)
     assert (upload["kind"], upload["frames"]) == ("beliefs", FRAMES)
     assert upload["name"] == "det.txt on walk.mp4"
     assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").content.startswith(b"\xff\xd8")
     wish = {"recipe": {"experiment": "recorded", "footage": {}}, "upload": upload["id"]}
-    session = client.post("/api/v1/sessions", json=session_request(wish)).json()
-    steer(client, session["id"], "seek", frame=FRAMES - 1)
-    columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
-    assert columns["error"][-1] == pytest.approx(1.0)
+    session = begun(client, wish)
+    assert columns_of(client, session, FRAMES - 1)["error"][-1] == pytest.approx(1.0)
     client.delete(f"/api/v1/sessions/{session['id']}")
-    refusal = error_of(send(client, *files, ("other.txt", truth[1])), 422)["message"]
-    assert "call the truth gt.txt" in refusal
+    assert "call the truth gt.txt" in error_of(send(client, *files, ("other.txt", truth[1])), 422)["message"]
 
 
 @pytest.fixture
 def tracks(client: httpx.Client) -> dict[str, Any]:
     """An upload."""
-    answer = send(client, ("prism.csv", table().encode()))
-    assert answer.status_code == 201, answer.text
-    return answer.json()
+    return accepted(client, ("prism.csv", table().encode()))
 
 
 def wish(upload: dict[str, Any], experiment: str = "structure", **footage: Any) -> dict[str, Any]:
@@ -120,12 +114,9 @@ def test_a_table_becomes_a_session(client: httpx.Client, tracks: dict[str, Any])
     assert (tracks["name"], tracks["kind"], tracks["frames"], tracks["warnings"]) == ("prism.csv", "tracks", 26, [])
     picture = client.get(f"/api/v1/uploads/{tracks['id']}/frames/3.jpg")
     assert picture.content.startswith(b"\xff\xd8")
-    answer = client.post("/api/v1/sessions", json=session_request(wish(tracks, start=2)))
-    assert answer.status_code == 201, answer.text
-    session = answer.json()
+    session = begun(client, wish(tracks, start=2))
     assert (session["frames"], session["recipe"]["footage"]["start"]) == (24, 2)
-    steer(client, session["id"], "seek", frame=23)
-    columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+    columns = columns_of(client, session, 23)
     assert len(columns["estimate"][23]) == 3 * 14
     strengths = [row.get("depth_strength") for row in columns["series"]]
     assert strengths[10] is None
@@ -137,53 +128,40 @@ def test_a_point_keeps_its_name(client: httpx.Client) -> None:
     """A point may be called as a file is on the disk of the server; it is spoken of by that name."""
     rows = [line.split(",") for line in table().splitlines()]
     never = [",".join([frame, "000000", *[""] * (len(rows[0]) - 2)]) for frame in {row[0] for row in rows[1:]}]
-    answer = send(client, ("prism.csv", "\n".join([table().rstrip("\n"), *never]).encode()))
-    assert answer.status_code == 201, answer.text
-    assert "Never seen and left out: 000000." in answer.json()["warnings"]
+    upload = accepted(client, ("prism.csv", "\n".join([table().rstrip("\n"), *never]).encode()))
+    assert "Never seen and left out: 000000." in upload["warnings"]
 
 
 def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict[str, Any]) -> None:
     """Tracks where pictures are wanted, pictures where tracks are, a mark where there is nothing to mark."""
     for experiment, words in (("ball", "must be pictures"), ("head", "must be pictures"), ("sine", "no recording")):
-        assert (
-            words
-            in error_of(client.post("/api/v1/sessions", json=session_request(wish(tracks, experiment))), 422)["message"]
-        )
-    clip = send(client, ("walk.mp4", video(4))).json()
-    assert (
-        "must be tracks" in error_of(client.post("/api/v1/sessions", json=session_request(wish(clip))), 422)["message"]
-    )
-    box = {"kind": "box", "x": 1, "y": 1, "width": 9, "height": 9}
-    error_of(client.post("/api/v1/sessions", json=session_request(wish(tracks, mark=box))), 422)
+        assert words in refusal(client, wish(tracks, experiment))
+    assert "must be tracks" in refusal(client, wish(send(client, ("walk.mp4", video(4))).json()))
+    assert refusal(client, wish(tracks, mark={"kind": "box", "x": 1, "y": 1, "width": 9, "height": 9}))
     question = {"experiment": "head", "frame": 0}
     error_of(client.get(f"/api/v1/uploads/{tracks['id']}/mark", params=question), 422)
     assert client.get(f"/api/v1/uploads/{tracks['id']}/truth", params={"experiment": "structure"}).json() is None
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("frame,point,left,top\n0,1,2,3\n", "the table has the columns frame, point, left, top; expected frame, point"),
+def test_a_table_that_is_none_is_refused_in_a_sentence(client: httpx.Client) -> None:
+    """The sentence says what the file has and what is expected."""
+    columns = "the table has the columns frame, point, left, top; expected frame, point"
+    for text, words in (
+        ("frame,point,left,top\n0,1,2,3\n", columns),
         ("frame,point,x,y\n0,1,2,3\n", "at least 2 frames in which points are seen"),
         ("frame,point,x,y\n0,1,left,3\n", "line 2: x must be a number, got 'left'"),
         ("a,b,c\n1,2,3\n", "the file is a text"),
-    ],
-)
-def test_a_table_that_is_none_is_refused_in_a_sentence(client: httpx.Client, text: str, words: str) -> None:
-    """The sentence says what the file has and what is expected."""
-    message = error_of(send(client, ("tracks.csv", text.encode())), 422)["message"]
-    assert words in message[0].lower() + message[1:]
+    ):
+        message = error_of(send(client, ("tracks.csv", text.encode())), 422)["message"]
+        assert words in message[0].lower() + message[1:]
 
 
 def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
     """A table of one point becomes a session that follows it, gaps included; for a shape it has too few."""
     rows = "".join(f"{3 * n},{'' if n == 5 else n * n / 9}\n" for n in range(20))
     path = send(client, ("mouse.csv", ("x,y\n" + rows).encode())).json()
-    refused = error_of(client.post("/api/v1/sessions", json=session_request(wish(path))), 422)["message"]
-    assert "must be the tracks of 4 to 100 points" in refused
-    answer = client.post("/api/v1/sessions", json=session_request(wish(path, "trajectories")))
-    assert answer.status_code == 201, answer.text
-    session = answer.json()["id"]
+    assert "must be the tracks of 4 to 100 points" in refusal(client, wish(path))
+    session = begun(client, wish(path, "trajectories"))["id"]
     steer(client, session, "seek", frame=19)
     rows = taken(client, session, "paths").text.splitlines()
     assert (len(rows), rows[0].split(",")[:4]) == (21, ["frame", "track", "x", "y"])
@@ -193,8 +171,6 @@ def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
 
 def test_experiments_say_what_they_take(client: httpx.Client) -> None:
     """Kinds of recording and columns of truth are told with each experiment."""
-    told = {each["id"]: each for each in client.get("/api/v1/experiments").json()}
-    assert told["structure"]["footage"] == ["tracks"]
-    assert told["structure"]["truth_columns"] == []
-    assert told["ball"]["footage"] == ["video", "gif", "images"]
-    assert told["sine"]["footage"] == []
+    told = {each["id"]: (each["footage"], each["truth_columns"]) for each in client.get("/api/v1/experiments").json()}
+    assert told["structure"] == (["tracks"], [])
+    assert (told["ball"][0], told["sine"][0]) == (["video", "gif", "images"], [])

@@ -35,13 +35,20 @@ def box(x: float, y: float, width: float = 19, height: float = 19) -> dict[str, 
 
 
 def test_a_target_that_stands_out(client: httpx.Client, upload: str) -> None:
-    """It is told in a number, in words, and by a picture of the likelihood that is bright on the target alone."""
+    """It is told in a number, in words, and by a picture of the likelihood that is bright on the target alone.
+
+    A box on the grey ground cannot be told from the ground, and what would help is said. A browser keeps the answer: a
+    mark that is moved back to where it was is not weighed again; what is refused is asked again.
+    """
+    dull = ask(client, upload, box(100, 20)).raise_for_status().json()
+    assert (dull["grade"], len(dull["advice"])) == ("not at all", 1)
+    assert dull["value"] < 0.3
+    headers = [ask(client, upload, mark).headers["cache-control"] for mark in (box(31, 51), {"kind": "box"})]
+    assert headers == ["private, max-age=600", "private, no-cache"]
     found = ask(client, upload, box(31, 51)).raise_for_status().json()
-    assert found["grade"] == "well"
+    assert (found["grade"], found["advice"], found["better"]) == ("well", [], None)
     assert found["value"] > 0.9
     assert found["remark"].startswith("Separates well: ")
-    assert found["advice"] == []
-    assert found["better"] is None
     encoded = base64.b64decode(found["picture"].removeprefix("data:image/jpeg;base64,"))
     picture = cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape == (120, 160, 3)
@@ -49,37 +56,19 @@ def test_a_target_that_stands_out(client: httpx.Client, upload: str) -> None:
     assert green[60, 40] > green[20, 120] + 60
 
 
-def test_a_target_that_does_not(client: httpx.Client, upload: str) -> None:
-    """A box on the grey ground cannot be told from the ground, and what would help is said."""
-    found = ask(client, upload, box(100, 20)).raise_for_status().json()
-    assert found["grade"] == "not at all"
-    assert found["value"] < 0.3
-    assert len(found["advice"]) == 1
-
-
-def test_a_browser_keeps_the_answer(client: httpx.Client, upload: str) -> None:
-    """A mark that is moved back to where it was is not weighed again; what is refused is asked again."""
-    headers = [ask(client, upload, mark).headers["cache-control"] for mark in (box(31, 51), {"kind": "box"})]
-    assert headers == ["private, max-age=600", "private, no-cache"]
-
-
-@pytest.mark.parametrize(
-    ("mark", "more", "words"),
-    [
+def test_questions_that_make_no_sense(client: httpx.Client, upload: str) -> None:
+    """Each is refused with a sentence that says what would be right."""
+    questions: list[tuple[object, dict[str, Any], str]] = [
         (box(150, 60), {}, "within the picture of 160 x 120 px"),
         ({"kind": "points", "points": {}}, {}, "must be one of box"),
         ([1, 2], {}, "Mark must be a mark as a JSON object"),
         (box(31, 51), {"frame": 40}, "0 to 11"),
         (box(31, 51), {"experiment": "sine"}, "must be one that takes a video"),
-    ],
-)
-def test_questions_that_make_no_sense(
-    client: httpx.Client, upload: str, mark: object, more: dict[str, Any], words: str
-) -> None:
-    """Each is refused with a sentence that says what would be right."""
-    answer = ask(client, upload, mark, **more)
-    assert 400 <= answer.status_code < 500
-    assert words in answer.json()["error"]["message"]
+    ]
+    for mark, more, words in questions:
+        answer = ask(client, upload, mark, **more)
+        assert 400 <= answer.status_code < 500
+        assert words in answer.json()["error"]["message"]
 
 
 def test_the_verdict_changes_while_tracking(client: httpx.Client) -> None:
