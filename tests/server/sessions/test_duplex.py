@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from pftrack.core.model.drawing import Drawing, Picture, Points
 from pftrack_server.sessions import duplex
-from tests.server.asking import columns, get, resume
+from tests.server.asking import columns, get, kill, resume
 from tests.server.drawings import Reader
 from tests.server.host import Server, begin, change_values, command, steer
 from tests.waiting import wait_for
@@ -205,17 +205,10 @@ async def test_a_stream_that_fails_is_closed() -> None:
 # ------------------------------------------------------------ drawings
 
 
-@pytest.fixture
-def look(server: Server, session: dict[str, Any]) -> Callable[[], Page]:
-    return lambda: Page(server, session["id"])
-
-
-def test_who_comes_sees_the_frame_that_is_shown(
-    client: httpx.Client, session: dict[str, Any], look: Callable[[], Page]
-) -> None:
+def test_who_comes_sees_the_frame_that_is_shown(client: httpx.Client, session: dict[str, Any], server: Server) -> None:
     """The first drawing is the current frame, whole: picture, particles, caption."""
     steer(client, session["id"], "seek", frame=9)
-    with look() as page:
+    with Page(server, session["id"]) as page:
         drawing = page.read()
         assert page.frames == page.positions == [9]
         assert (drawing.width, drawing.height) == (session["width"], session["height"])
@@ -226,12 +219,10 @@ def test_who_comes_sees_the_frame_that_is_shown(
         assert drawing.caption.startswith("frame 9 ")
 
 
-def test_who_comes_back_is_greeted_with_a_picture(
-    client: httpx.Client, session: dict[str, Any], server: Server, look: Callable[[], Page]
-) -> None:
+def test_who_comes_back_is_greeted_by_a_picture(client: httpx.Client, session: dict[str, Any], server: Server) -> None:
     """A page that shows an old picture hears nothing that does not belong to it before it has a new one."""
     steer(client, session["id"], "seek", frame=3)
-    with look() as before:
+    with Page(server, session["id"]) as before:
         before.until(3)
     steer(client, session["id"], "seek", frame=5)
     with Page(server, session["id"], has_picture=True) as again:
@@ -240,14 +231,12 @@ def test_who_comes_back_is_greeted_with_a_picture(
         assert again.frames == [5]
 
 
-def test_a_scene_beside_it_changes_nothing(
-    client: httpx.Client, session: dict[str, Any], server: Server, look: Callable[[], Page]
-) -> None:
+def test_a_scene_beside_it_changes_nothing(client: httpx.Client, session: dict[str, Any], server: Server) -> None:
     """Both forms of a drawing are sent where both are wanted."""
     feed = server.manager.get(session["id"]).scene_feed
     offered: list[int] = []
     feed.offer = lambda _, frame: (offered.append(frame), feed._credit())
-    with look() as page:
+    with Page(server, session["id"]) as page:
         page.until(0)
         server.uvicorn.loop.call_soon_threadsafe(feed._credit)
         wait_for(lambda: offered == [0])
@@ -258,15 +247,14 @@ def test_a_scene_beside_it_changes_nothing(
         assert offered == [0, 1, 2, 3]
 
 
-def test_drawings_go_on_after_a_crash(client: httpx.Client, server: Server, look: Callable[[], Page]) -> None:
+def test_drawings_go_on_after_a_crash(client: httpx.Client, server: Server) -> None:
     """A page that looked on while the worker died sees the resumed run without coming anew."""
     session = begin(client)["id"]
     with Page(server, session) as page:
         page.until(0)
         steer(client, session, "seek", frame=6)
         page.until(6)
-        server.manager.get(session).worker.kill("The test killed it.")
-        wait_for(lambda: get(client, session)["state"] == "crashed")
+        kill(server, client, session)
         resume(client, session)
         assert isinstance(page.until(6).primitives["picture"], Picture)
         steer(client, session, "step")

@@ -2,8 +2,8 @@
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
-from contextlib import ExitStack
+from collections.abc import AsyncIterator, Iterator
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import numpy as np
@@ -53,6 +53,11 @@ class Worker:
         """Tell what changes nothing that is seen."""
         self.stream.emit(Changes(session=fields))
 
+    @contextmanager
+    def looker(self, *, paints: bool = True) -> Iterator["Looker"]:
+        with self.stream.join(paints=paints) as page:
+            yield Looker(page)
+
 
 async def told(messages: AsyncIterator[str | bytes]) -> str | bytes | None:
     """Return the next message, None if there is none."""
@@ -92,12 +97,17 @@ class Looker(Reader):
 
 
 async def test_nobody_draws_for_an_empty_room() -> None:
-    """The worker is asked for a drawing when somebody paints, and for one at a time."""
+    """The worker is asked for a drawing when somebody paints, and for one at a time.
+
+    A page cannot have painted what it was not sent: a count that cannot be is refused with both bounds.
+    """
     worker = Worker()
     with worker.stream.join():
         assert worker.asked == 0
-    with worker.stream.join(paints=True), worker.stream.join(paints=True):
+    with worker.stream.join(paints=True) as page, worker.stream.join(paints=True):
         assert worker.asked == 1
+        with pytest.raises(ValueError, match="expected between 0 and 0 painted drawings, got 1"):
+            page.note_painted(1)
     worker.draws()
     assert worker.asked == 1
 
@@ -105,8 +115,7 @@ async def test_nobody_draws_for_an_empty_room() -> None:
 async def test_what_is_not_drawn_waits_for_the_next_drawing() -> None:
     """Frames in between come with the next picture; what changes nothing that is seen comes at once."""
     worker = Worker()
-    with worker.stream.join(paints=True) as page, worker.stream.join() as text:
-        looker, reader = Looker(page), Looker(text)
+    with worker.looker() as looker, worker.looker(paints=False) as reader:
         worker.draws()
         await looker.reads()
         worker.tells(name="new")
@@ -127,8 +136,7 @@ async def test_what_is_not_drawn_waits_for_the_next_drawing() -> None:
 async def test_a_slow_page_slows_nobody_and_sees_the_newest() -> None:
     """One that does not paint has two drawings on their way at the most; then it gets the newest alone."""
     worker = Worker()
-    with worker.stream.join(paints=True) as first, worker.stream.join(paints=True) as second:
-        quick, slow = Looker(first), Looker(second)
+    with worker.looker() as quick, worker.looker() as slow:
         for _ in range(10):
             worker.draws()
             await quick.reads()
@@ -147,8 +155,7 @@ async def test_a_slow_page_slows_nobody_and_sees_the_newest() -> None:
 async def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
     """A page that falls behind is greeted again, once, when it can be sent something; the others lose nothing."""
     worker = Worker()
-    with worker.stream.join(paints=paints) as page, worker.stream.join() as other:
-        slow, quick = Looker(page), Looker(other)
+    with worker.looker(paints=paints) as slow, worker.looker(paints=False) as quick:
         for _ in range(WINDOW):
             worker.draws()
             await slow.reads()
@@ -169,14 +176,12 @@ async def test_a_full_queue_is_a_new_greeting(*, paints: bool) -> None:
 async def test_a_picture_is_sent_to_each_page_once() -> None:
     """A drawing with the picture of the one before carries no file, except to a page that has just come."""
     worker = Worker()
-    with worker.stream.join(paints=True) as first:
-        early = Looker(first)
+    with worker.looker() as early:
         worker.draws()
         await early.reads()
         early.paints()
         worker.draws()
-        with worker.stream.join(paints=True) as second:
-            late = Looker(second)
+        with worker.looker() as late:
             await early.reads()
             await late.reads()
             assert (early.frames, late.frames) == ([0, 1], [1])
@@ -186,8 +191,7 @@ async def test_a_picture_is_sent_to_each_page_once() -> None:
 async def test_another_worker_is_asked_anew_and_its_pictures_are_sent() -> None:
     """After a crash the request of before counts no more, and keys of before mean nothing."""
     worker = Worker()
-    with worker.stream.join(paints=True) as page:
-        looker = Looker(page)
+    with worker.looker() as looker:
         worker.draws()
         await looker.reads()
         worker.stream.change_worker(is_ahead=True)
@@ -196,7 +200,7 @@ async def test_another_worker_is_asked_anew_and_its_pictures_are_sent() -> None:
         await looker.reads()
         again = DrawingEncoder().encode(Drawing(16, 12, {"picture": Picture(np.full((12, 16, 3), 9, np.uint8))}), 0)
         worker.stream.draw(again, is_ahead=False)
-        assert await told(aiter(page)) == again.message()
+        assert await told(aiter(looker.page)) == again.message()
 
 
 async def test_where_nobody_draws_nothing_waits() -> None:
@@ -213,14 +217,6 @@ async def test_where_nobody_draws_nothing_waits() -> None:
         worker.tells(state="crashed")
         heard = [json.loads(await told(aiter(page)) or "")["session"] for _ in range(2)]
         assert heard == [{"position": 2}, {"state": "crashed"}]
-
-
-async def test_a_page_cannot_have_painted_what_it_was_not_sent() -> None:
-    """A count that cannot be is refused with both bounds."""
-    worker = Worker()
-    refused = pytest.raises(ValueError, match="expected between 0 and 0 painted drawings, got 1")
-    with worker.stream.join(paints=True) as page, refused:
-        page.note_painted(1)
 
 
 @given(st.lists(st.sampled_from(["moves", "draws", "tells", "reads", "paints", "greets", "comes back"]), max_size=60))
