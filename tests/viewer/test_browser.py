@@ -103,13 +103,9 @@ POSITION = """(n) => {
 }"""
 
 
-def row(scene: Any, label: str) -> Any:
-    """Return the row of the panel with this label."""
-    return scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-is('{label}')")).first
-
-
 def box(scene: Any, label: str) -> Any:
-    found = row(scene, label)
+    """Return the box in the row of the panel with this label."""
+    found = scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-is('{label}')")).first
     found.wait_for(state="attached")
     # A box that reaches further than its slider stands in the place of that one's own.
     wide = found.locator("xpath=../following-sibling::*[1][.//label[not(node())]]//input[@inputmode]")
