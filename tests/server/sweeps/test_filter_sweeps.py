@@ -1,6 +1,5 @@
 """Sweeps of a filter of the server's owner: it is a tracker like any other, to the numbers of the command line."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +8,13 @@ import pytest
 
 import pftrack
 from pftrack.experiments import find
-from pftrack.experiments.own.extension import example_of
-from pftrack_server.core.settings import Settings
-from tests.server.host import error_of, running
+from tests.server.host import error_of
+from tests.server.store.test_filters import TEXT
+from tests.server.store.test_filters import client as client  # noqa: PLC0414 - a fixture
+from tests.server.store.test_filters import file as file  # noqa: PLC0414 - a fixture
 from tests.server.sweeping import rows, show, until_state
 from tests.waiting import wait_for
 
-TEXT = example_of(find("ball"))
-TOKEN = "a token of the owner"
 SMALL: dict[str, Any] = {
     "experiment": "ball",
     "axes": [{"name": "occlusion_width_px", "values": [5, 55]}],
@@ -26,22 +24,6 @@ SMALL: dict[str, Any] = {
     "seed": 3,
     "parameters": {"sample_count": 100},
 }
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "mine.py"
-    path.write_text(TEXT)
-    return path
-
-
-@pytest.fixture
-def client(file: Path, tmp_path: Path) -> Iterator[httpx.Client]:
-    with (
-        running(Settings(data_dir=tmp_path / "data", filters=(file,), token=TOKEN)) as server,
-        httpx.Client(base_url=server.url, timeout=60, headers={"Authorization": f"Bearer {TOKEN}"}) as connected,
-    ):
-        yield connected
 
 
 def test_a_file_is_a_tracker_of_a_sweep(client: httpx.Client, file: Path) -> None:
@@ -72,7 +54,13 @@ def test_a_file_is_a_tracker_of_a_sweep(client: httpx.Client, file: Path) -> Non
 
 
 def test_a_mistake_is_told_with_its_line(client: httpx.Client, file: Path) -> None:
-    """One that cannot be read refuses the sweep; one that shows in a step is the problem of its runs alone."""
+    """One that cannot be read refuses the sweep; one that shows in a step is the problem of its runs alone.
+
+    A file that the server was not started with is not a tracker, and a body brings none.
+    """
+    refused = error_of(client.post("/api/v1/sweeps", json={**SMALL, "trackers": ["theirs"]}), 422)
+    assert refused["field"] == "trackers"
+    assert client.post("/api/v1/sweeps", json={**SMALL, "filters": {"theirs": [TEXT]}}).status_code == 422
     file.write_text(TEXT + "def broken(:\n")
     refused = error_of(client.post("/api/v1/sweeps", json=SMALL), 422)
     assert refused["field"] == "trackers"
@@ -80,10 +68,7 @@ def test_a_mistake_is_told_with_its_line(client: httpx.Client, file: Path) -> No
 
     file.write_text(TEXT + "\nraise RuntimeError('not today')\n")
     begun = client.post("/api/v1/sweeps", json=SMALL).json()
-    wait_for(
-        lambda: show(client, begun["id"])["state"] not in {"running", "stopped"} or show(client, begun["id"])["message"]
-    )
-    told = show(client, begun["id"])
+    told = wait_for(lambda: (it := show(client, begun["id"]))["message"] and it)
     assert told["state"] != "done"
     assert f"mine.py, line {len(TEXT.splitlines()) + 2}" in told["message"]
 
@@ -94,10 +79,3 @@ def test_a_mistake_is_told_with_its_line(client: httpx.Client, file: Path) -> No
     problems = {each["tracker"]: each["problem"] for each in rows(client, begun["id"])["rows"]}
     assert problems["condensation"] is None
     assert f"mine.py, line {line}" in problems["mine"]
-
-
-def test_text_of_nobody_is_not_executed(client: httpx.Client) -> None:
-    """A file that the server was not started with is not a tracker, and a body brings none."""
-    refused = error_of(client.post("/api/v1/sweeps", json={**SMALL, "trackers": ["theirs"]}), 422)
-    assert refused["field"] == "trackers"
-    assert client.post("/api/v1/sweeps", json={**SMALL, "filters": {"theirs": [TEXT]}}).status_code == 422

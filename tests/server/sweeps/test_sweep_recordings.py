@@ -5,9 +5,9 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.server.host import Server, error_of, steer
+from tests.server.host import Server, error_of
 from tests.server.sweeping import allow, rows, until_state
-from tests.server.uploads.test_uploads import send, video
+from tests.server.uploads.test_uploads import columns_of, send, video
 from tests.waiting import wait_for
 
 MARK = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
@@ -49,9 +49,7 @@ def test_it_is_computed_and_opened(server: Server, client: httpx.Client, upload:
     assert compared["comparison"]["pairs"] == [2, 2]
     row = rows(client, sweep["id"], x="sample_count")["rows"][0]
     session = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open").json()
-    steer(client, session["id"], "seek", frame=7)
-    columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
-    assert len(columns["estimate"]) == 8
+    assert len(columns_of(client, session, 7)["estimate"]) == 8
     saved = client.post("/api/v1/runs", json={"session": session["id"]}).json()
     assert saved["summary"]["mean_deviation"] == row["measures"]["mean_deviation"]
     client.delete(f"/api/v1/sessions/{session['id']}")
@@ -61,7 +59,20 @@ def test_it_is_computed_and_opened(server: Server, client: httpx.Client, upload:
 
 
 def test_other_seeds_alone(server: Server, client: httpx.Client, upload: dict[str, Any]) -> None:
-    """Without an axis the trials are other seeds of one setting; the size and the time are told before."""
+    """Without an axis the trials are other seeds of one setting; the size and the time are told before.
+
+    A parameter of the simulated scene, a target that is not marked, a start beyond the end and another upload are told.
+    """
+    wrong: list[tuple[dict[str, Any], str]] = [
+        ({"axes": [{"name": "sway_px", "values": [1]}]}, "no parameter 'sway_px' on a recording"),
+        ({"footage": {"start": 1}}, "mark must be given"),
+        ({"footage": {"mark": MARK, "start": 12}}, "a frame of the upload, 0 to 11"),
+        ({"upload": "0123456789abcdef"}, "upload is missing"),
+        ({"experiment": "sine"}, "takes no recording"),
+    ]
+    for changes, words in wrong:
+        answer = client.post("/api/v1/sweeps", json={**PLAN, "upload": upload["id"], **changes})
+        assert words in error_of(answer, 422)["message"]
     allow_all(server)
     body = {**PLAN, "axes": [], "upload": upload["id"], "parameters": {"sample_count": 30}}
     size = client.post("/api/v1/sweeps/estimate", json=body).json()
@@ -89,21 +100,3 @@ def test_it_needs_its_upload(start_server: Any) -> None:
         assert client.post(f"/api/v1/sweeps/{sweep['id']}/resume").status_code == 200
         wait_for(lambda: client.get(f"/api/v1/sweeps/{sweep['id']}").json()["done"] > 0, 60)
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"axes": [{"name": "sway_px", "values": [1]}]}, "no parameter 'sway_px' on a recording"),
-        ({"footage": {"start": 1}}, "mark must be given"),
-        ({"footage": {"mark": MARK, "start": 12}}, "a frame of the upload, 0 to 11"),
-        ({"upload": "0123456789abcdef"}, "upload is missing"),
-        ({"experiment": "sine"}, "takes no recording"),
-    ],
-)
-def test_what_is_wrong_is_told(
-    client: httpx.Client, upload: dict[str, Any], changes: dict[str, Any], words: str
-) -> None:
-    """A parameter of the simulated scene, a target that is not marked, a start beyond the end, another upload."""
-    answer = client.post("/api/v1/sweeps", json={**PLAN, "upload": upload["id"], **changes})
-    assert words in error_of(answer, 422)["message"]

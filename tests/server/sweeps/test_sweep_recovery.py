@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import httpx
 import psutil
@@ -145,23 +146,16 @@ def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.Monk
         assert sweeping.until_state(client, sweep["id"], "done")["done"] == sweeping.RUNS > stopped["done"]
 
 
-def test_a_database_that_takes_nothing(
-    served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unwilling_database(served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep whose progress cannot be stored is followed all the same, and can be cancelled."""
-    refused: list[dict[str, Any]] = []
-
-    def refuse(values: dict[str, Any]) -> None:
-        refused.append(values)
-        raise OSError(errno.ENOSPC, "no room")
-
+    refuse = Mock(side_effect=OSError(errno.ENOSPC, "no room"))
     monkeypatch.setattr(sweep_of_the_server, "WRITE_EVERY_S", 0.0)
     client, sweeps = own
     sweep = sweeping.begin_sweep(client)
     before = sweeping.until_some(client, sweep["id"])
     monkeypatch.setattr(served.app.state.services.store, "save", refuse)
     sweeping.allow(sweeps, 4)
-    wait_for(lambda: len(refused) > 1, 60)
+    wait_for(lambda: refuse.call_count > 1, 60)
     sweeping.until_some(client, sweep["id"], before + 1)
     assert client.post(f"/api/v1/sweeps/{sweep['id']}/cancel").json()["state"] == "stopped"
 
@@ -232,9 +226,7 @@ def test_cancelled_while_it_begins(served: Server, monkeypatch: pytest.MonkeyPat
     assert store.get(SweepRow, begun.row.id) is None
 
 
-def test_deleted_while_its_end_is_stored(
-    served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_deleted_at_its_end(served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep that is deleted while its last state is written down is not in the database afterwards."""
     client, sweeps = own
     store = served.app.state.services.store
@@ -257,35 +249,25 @@ def test_deleted_while_its_end_is_stored(
     assert store.get(SweepRow, sweep["id"]) is None
 
 
-@pytest.mark.parametrize(
-    ("error", "words"),
-    [
+def test_the_process_names_no_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What fails while a file of a sweep is written is told without the paths of the server."""
+    for error, words in (
         (OSError(errno.ENOSPC, "No space left on device", "/data/one"), "The disk of the server is full."),
         (PermissionError(errno.EACCES, "Permission denied", "/data/one"), "A file of the sweep cannot be written."),
         (SweepError("/data/one.parquet is no Parquet file"), "a file is no Parquet file"),
-    ],
-)
-def test_the_process_names_no_path(
-    error: Exception, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What fails while a file of a sweep is written is told without the paths of the server."""
-
-    def fail(_: Path) -> None:
-        raise error
-
-    monkeypatch.setattr(functions, "read_result", fail)
-    with pytest.raises(RefusedError) as told:
-        functions.write(tmp_path / "sweep.parquet", tmp_path / "file", "parquet")
-    assert str(told.value) == words
+    ):
+        monkeypatch.setattr(functions, "read_result", Mock(side_effect=error))
+        with pytest.raises(RefusedError) as told:
+            functions.write(tmp_path / "sweep.parquet", tmp_path / "file", "parquet")
+        assert str(told.value) == words
 
 
 def test_limits(start_server: Any, sweeps: Path) -> None:
     """A server that computes or keeps enough already says so, and says so before anybody starts."""
     with start_server(sweep_jobs=1, max_sweeps_running=1, max_sweeps=2, max_sweeps_bytes=1 << 20) as (_, client):
         sweep = sweeping.begin_sweep(client)
-        assert (
-            "at most 1 sweep at a time" in error_of(client.post("/api/v1/sweeps", json=sweeping.SMALL), 503)["message"]
-        )
+        busy = error_of(client.post("/api/v1/sweeps", json=sweeping.SMALL), 503)["message"]
+        assert "at most 1 sweep at a time" in busy
         size = client.post("/api/v1/sweeps/estimate", json={**sweeping.SMALL, "measure": False}).json()
         assert "at most 1 sweep at a time" in size["problem"]
         client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")

@@ -28,10 +28,8 @@ from tests.waiting import wait_for
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server with small limits."""
-    settings = Settings(
-        data_dir=tmp_path_factory.mktemp("sweeps"), sweep_jobs=1, max_sweep_runs=5000, max_particles=4000
-    )
-    with running(settings) as server:
+    limits = {"sweep_jobs": 1, "max_sweep_runs": 5000, "max_particles": 4000}
+    with running(Settings(data_dir=tmp_path_factory.mktemp("sweeps"), **limits)) as server:
         yield server
 
 
@@ -61,306 +59,320 @@ def result(client: httpx.Client, url: str, tmp_path: Path) -> Any:
     return read_result(path)
 
 
-class TestLossProbability:
-    def test_it_is_a_quantity_of_a_sweep_that_asks_for_it(self, client: httpx.Client) -> None:
-        """Its maps, rows and CSV have it; the experiment's page says which methods can tell, and others are refused."""
-        begun = until_state(client, begin_sweep(client, loss_probability=True, trials=1)["id"], "done")
-        assert begun["loss_probability"]
-        assert begun["measures"][-1]["name"] == "mean_loss_probability"
-        (cells,) = (one["measures"] for one in client.get(f"/api/v1/sweeps/{begun['id']}/cells").json()["maps"][:1])
-        assert all(0.0 <= value <= 1.0 for value in cells["mean_loss_probability"])
-        text = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "csv"}).text
-        assert "mean_loss_probability" in text.partition("\n")[0]
-        able = EXPERIMENTS["ball"].quality.loss_probability.models
-        assert client.get("/api/v1/experiments/ball").json()["loss_trackers"] == list(able)
-        shown = client.get("/api/v1/experiments/ball", params={"recording": "video"}).json()
-        assert shown["loss_trackers"] == []
-        axes = [{"name": "sample_count", "values": [10, 20]}]
-        wish = {"experiment": "sine", "axes": axes, "trackers": ["kalman"], "loss_probability": True}
-        assert error_of(client.post("/api/v1/sweeps", json=wish), 422)["field"] == "loss_probability"
+# Loss probability.
 
 
-class TestPlanning:
-    def test_examples(self, tmp_path: Path) -> None:
-        """An experiment's example can be started as it stands, where nobody has set lower limits."""
-        with running(Settings(data_dir=tmp_path)) as server, httpx.Client(base_url=server.url, timeout=60) as client:
-            for name in ("ball", "prism"):
-                wish = client.get(f"/api/v1/experiments/{name}/sweep").json()
-                answer = client.post("/api/v1/sweeps/estimate", json={**wish, "measure": False})
-                assert answer.is_success, f"{name}: {answer.text}"
-                size = answer.json()
-                assert wish["experiment"] == name
-                assert size["runs"] == size["conditions"] * len(wish["trackers"]) * wish["trials"], name
-                assert size["problem"] is None, name
-
-    def test_size_and_time(self, client: httpx.Client) -> None:
-        """The size of a sweep is known at once, its time after some runs were measured; nothing is begun."""
-        before = len(client.get("/api/v1/sweeps").json())
-        size = client.post("/api/v1/sweeps/estimate", json={**SMALL, "measure": False}).json()
-        assert (size["runs"], size["conditions"], size["cells"], size["seconds"]) == (RUNS, 6, 6, None)
-        assert size["axes"][0] == {"name": "occlusion_width_px", "count": 3, "first": [5.0, 55.0, 105.0]}
-        assert client.post("/api/v1/sweeps/estimate", json=SMALL).json()["seconds"] > 0
-        assert len(client.get("/api/v1/sweeps").json()) == before
-
-    @pytest.mark.parametrize(
-        ("changes", "field"),
-        [
-            ({"experiment": "juggling"}, "experiment"),
-            ({"axes": []}, "axes"),
-            ({"axes": [{"name": "colour_of_the_sky", "values": [1]}]}, "axes.0.name"),
-            ({"axes": [{"name": "sample_count", "values": [10, 10]}]}, "axes.0.values"),
-            ({"axes": [{"name": "sample_count", "values": [10, "many"]}]}, "axes.0.values"),
-            ({"axes": [{"name": "sample_count"}]}, "axes.0"),
-            ({"axes": [{"name": "sample_count", "start": 1, "stop": 5, "step": 0}]}, "axes.0.step"),
-            ({"axes": [{"name": "occlusion_width_px", "start": -5, "stop": 1, "step": 1}]}, "axes.0.start"),
-            ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 100, "step": 1e-6}]}, "axes.0.stop"),
-            ({"axes": [SMALL["axes"][0], SMALL["axes"][0]]}, "axes.1.name"),
-            ({"axes": [{"name": "occlusion_width_px", "start": 0, "stop": 500, "step": 0.01}], "trials": 1}, "axes"),
-            ({"trackers": ["hope"]}, "trackers"),
-            ({"trials": 0}, "trials"),
-            ({"trials": 100_000}, "trials"),
-            ({"frames": 30_000}, "frames"),
-            ({"seed": -1}, "seed"),
-            ({"parameters": {"sample_count": -1}}, "parameters.sample_count"),
-            ({"parameters": {"sample_count": 5000}}, "sample_count"),
-            ({"axes": [{"name": "sample_count", "values": [10, 4001]}], "parameters": {}}, "sample_count"),
-            ({"trackers": [], "axes": [{"name": "tracker", "values": [["kalman"]]}]}, "axes.0.values"),
-            ({"parameters": {"occlusion_width_px": 1}}, "parameters.occlusion_width_px"),
-            ({"wind": 1}, "wind"),
-        ],
-    )
-    def test_refused(self, client: httpx.Client, changes: dict[str, Any], field: str) -> None:
-        """A wish that cannot be fulfilled is refused with a sentence and the field that it is about."""
-        before = len(client.get("/api/v1/sweeps").json())
-        error = error_of(client.post("/api/v1/sweeps", json={**SMALL, **changes}), 422)
-        assert error["field"] == field
-        assert len(client.get("/api/v1/sweeps").json()) == before
-
-    def test_a_plan_is_measured_once(self, client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A second question about the same plan is answered from the first measurement."""
-        measured: list[Any] = []
-
-        async def measure(*_: Any, **__: Any) -> float:
-            measured.append(None)
-            return 2.5
-
-        monkeypatch.setattr(ChildTasks, "run_beside", measure)
-        wish = {**SMALL, "seed": 77}
-        told = [client.post("/api/v1/sweeps/estimate", json=wish).json()["seconds"] for _ in range(2)]
-        assert (told, len(measured)) == ([2.5, 2.5], 1)
-
-    def test_impossible_everywhere(self, client: httpx.Client) -> None:
-        """Values that contradict each other in every condition are refused."""
-        changes = {"parameters": {"gamma_min_px": 30, "gamma_max_px": 3}}
-        assert "impossible" in error_of(client.post("/api/v1/sweeps", json={**SMALL, **changes}), 422)["message"]
+def test_it_is_a_quantity_of_a_sweep_that_asks_for_it(client: httpx.Client) -> None:
+    """Its maps, rows and CSV have it; the experiment's page says which methods can tell, and others are refused."""
+    begun = until_state(client, begin_sweep(client, loss_probability=True, trials=1)["id"], "done")
+    assert begun["loss_probability"]
+    assert begun["measures"][-1]["name"] == "mean_loss_probability"
+    (cells,) = (one["measures"] for one in client.get(f"/api/v1/sweeps/{begun['id']}/cells").json()["maps"][:1])
+    assert all(0.0 <= value <= 1.0 for value in cells["mean_loss_probability"])
+    text = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "csv"}).text
+    assert "mean_loss_probability" in text.partition("\n")[0]
+    able = EXPERIMENTS["ball"].quality.loss_probability.models
+    assert client.get("/api/v1/experiments/ball").json()["loss_trackers"] == list(able)
+    shown = client.get("/api/v1/experiments/ball", params={"recording": "video"}).json()
+    assert shown["loss_trackers"] == []
+    axes = [{"name": "sample_count", "values": [10, 20]}]
+    wish = {"experiment": "sine", "axes": axes, "trackers": ["kalman"], "loss_probability": True}
+    assert error_of(client.post("/api/v1/sweeps", json=wish), 422)["field"] == "loss_probability"
 
 
-class TestLooking:
-    def test_what_it_is(self, client: httpx.Client, sweep: dict[str, Any]) -> None:
-        """A complete sweep tells its plan, its size and its outcome."""
-        assert (sweep["runs"], sweep["done"], sweep["conditions"], sweep["message"]) == (RUNS, RUNS, 6, None)
-        assert [axis["unit"] for axis in sweep["axes"]] == ["px", "px"]
-        assert sweep["page"] == f"sweep/{sweep['id']}"
-        assert f"{RUNS} runs" in sweep["outcome"]
-        assert sweep in client.get("/api/v1/sweeps").json()
-        assert 'pftrack_sweeps{state="done"}' in client.get("/metrics").text
-
-    def test_cells(self, client: httpx.Client, url: str, result: Any) -> None:
-        """The cells are those that the library counts in the downloaded result, over any two axes."""
-        for x, y in [("occlusion_width_px", "distracter_radius_px"), ("distracter_radius_px", "none")]:
-            shown = client.get(f"{url}/cells", params={"x": x, "y": y}).json()
-            known = cells(result, x, None if y == "none" else y)
-            assert shown["done"] == RUNS
-            for one in shown["maps"]:
-                other = known[one["tracker"]]
-                assert one["runs"] == other.runs.ravel().tolist()
-                assert one["runs"] == [shown["planned"]] * len(one["runs"])
-                assert one["successes"] == other.successes.ravel().tolist()
-                assert one["low"] == pytest.approx(other.low.ravel().tolist(), abs=1e-5)
-                errors = [np.nan if value is None else value for value in one["error"]]
-                assert errors == pytest.approx(other.mean_error.ravel().tolist(), rel=1e-5, nan_ok=True)
-                assert one["measures"].keys() == other.measures.keys()
-                inside = other.measures["inside_share"].ravel().tolist()
-                assert one["measures"]["inside_share"] == pytest.approx(inside, rel=1e-5)
-
-    def test_comparison(self, client: httpx.Client, url: str, result: Any) -> None:
-        """One method against another is tested as the library tests it, with level, test and correction."""
-        query = {"first": "h-spf", "second": "pc-pf", "level": 0.05, "correction": "holm"}
-        shown = client.get(f"{url}/cells", params=query).json()["comparison"]
-        axes = "occlusion_width_px", "distracter_radius_px"
-        quantity = quantity_named(result.plan, "success")
-        compared = compare(quantity, cells(result, *axes), samples(result, quantity, *axes), "h-spf", "pc-pf")
-        expected = compared.significance(0.05, "holm")
-        assert shown["test"] == "mcnemar"
-        names = ["untested", "none", "first", "second"]
-        assert shown["verdict"] == [names[code] for code in expected.codes.ravel()]
-        assert shown["difference"] == pytest.approx(compared.difference.ravel().tolist(), abs=1e-5)
-        by_error = client.get(f"{url}/cells", params={**query, "measure": "error"}).json()["comparison"]
-        assert by_error["test"] == "signed-rank"
-        earlier = client.get(f"{url}/cells", params={**query, "test": "chi-square"}).json()["comparison"]
-        assert earlier["test"] == "chi-square"
-
-    @pytest.mark.parametrize("name", ["inside_share", "median_error_px"])
-    def test_comparison_by_a_measure(self, client: httpx.Client, url: str, result: Any, name: str) -> None:
-        """Methods are compared by any measure that the sweep has; what is positive is better for the first."""
-        query = {"first": "h-spf", "second": "pc-pf", "level": 0.2, "measure": name}
-        shown = client.get(f"{url}/cells", params=query).json()["comparison"]
-        axes = "occlusion_width_px", "distracter_radius_px"
-        quantity = quantity_named(result.plan, name)
-        means = cells(result, *axes)
-        compared = compare(quantity, means, samples(result, quantity, *axes), "h-spf", "pc-pf")
-        expected = compared.significance(0.2)
-        assert (shown["measure"], shown["test"]) == (name, "signed-rank")
-        assert shown["verdict"] == [["untested", "none", "first", "second"][code] for code in expected.codes.ravel()]
-        apart = (means["h-spf"].measures[name] - means["pc-pf"].measures[name]).ravel()
-        assert shown["difference"] == pytest.approx(apart if name == "inside_share" else -apart, rel=1e-5, abs=1e-9)
-        assert shown["paired"] == pytest.approx(shown["difference"], rel=1e-5, abs=1e-9)
-        assert shown["pairs"] == compared.paired.pairs.ravel().tolist()
-        for column, ends in (("paired_low", compared.paired.low), ("paired_high", compared.paired.high)):
-            known = [np.nan if value is None else value for value in shown[column]]
-            assert known == pytest.approx(ends.ravel().tolist(), rel=1e-5, nan_ok=True)
-
-    @pytest.mark.parametrize(
-        ("path", "query", "field"),
-        [
-            ("cells", {"x": "seed"}, "x"),
-            ("cells", {"x": "occlusion_width_px", "y": "occlusion_width_px"}, "y"),
-            ("cells", {"first": "h-spf", "second": "apf"}, "second"),
-            ("cells", {"first": "h-spf", "second": "pc-pf", "measure": "beauty"}, "measure"),
-            ("cells", {"level": 2}, "level"),
-            ("cells", {"correction": "hope"}, "correction"),
-            ("rows", {"i": 3}, "i"),
-            ("rows", {"j": 2}, "j"),
-            ("rows", {"tracker": "apf"}, "tracker"),
-            ("rows", {"limit": 10_000}, "limit"),
-            ("download", {"format": "doc"}, "format"),
-        ],
-    )
-    def test_refused(self, client: httpx.Client, url: str, path: str, query: dict[str, Any], field: str) -> None:
-        """Questions that make no sense are refused with the field."""
-        assert error_of(client.get(f"{url}/{path}", params=query), 422)["field"] == field
-
-    def test_rows(self, client: httpx.Client, sweep: dict[str, Any]) -> None:
-        """The runs of a cell come failures first, in pages, with the same seeds for every method."""
-        found = rows(client, sweep["id"], i=1, j=1)
-        assert (found["total"], len(found["rows"])) == (12, 12)
-        successes = [row["success"] for row in found["rows"]]
-        assert successes == sorted(successes)
-        assert found["failures"] == successes.count(False) > 0
-        assert all(row["conditions"] == {"occlusion_width_px": 55, "distracter_radius_px": 20} for row in found["rows"])
-        pages = [rows(client, sweep["id"], i=1, j=1, limit=5, offset=offset)["rows"] for offset in (0, 5, 10)]
-        assert [row for page in pages for row in page] == found["rows"]
-        by_method = [rows(client, sweep["id"], i=1, j=1, tracker=name)["rows"] for name in ("h-spf", "pc-pf")]
-        assert {row["seed"] for row in by_method[0]} == {row["seed"] for row in by_method[1]}
-
-    def test_unknown_or_complete(self, client: httpx.Client, url: str) -> None:
-        """A sweep or a run that is not there is not found; a complete one can neither be cancelled nor resumed."""
-        for path in ("", "/cells", "/rows", "/download"):
-            error_of(client.get(f"/api/v1/sweeps/0123456789abcdef{path}"), 404)
-        for action in ("cancel", "resume"):
-            error_of(client.post(f"/api/v1/sweeps/nonsense/{action}"), 404)
-            error_of(client.post(f"{url}/{action}"), 409)
-        error_of(client.post(f"{url}/rows/{RUNS}/open"), 404)
+# Planning.
 
 
-class TestOpening:
-    def test_fails_in_the_frame_of_the_row(self, client: httpx.Client, sweep: dict[str, Any], result: Any) -> None:
-        """A failed run opens paused ten frames before its loss, fails in that frame, and has the row's estimates.
+def test_examples(tmp_path: Path) -> None:
+    """An experiment's example can be started as it stands, where nobody has set lower limits."""
+    with running(Settings(data_dir=tmp_path)) as server, httpx.Client(base_url=server.url, timeout=60) as client:
+        for name in ("ball", "prism"):
+            wish = client.get(f"/api/v1/experiments/{name}/sweep").json()
+            answer = client.post("/api/v1/sweeps/estimate", json={**wish, "measure": False})
+            assert answer.is_success, f"{name}: {answer.text}"
+            size = answer.json()
+            assert wish["experiment"] == name
+            assert size["runs"] == size["conditions"] * len(wish["trackers"]) * wish["trials"], name
+            assert size["problem"] is None, name
 
-        It has been computed to ten frames after, so that it can be asked at once why it was lost.
-        """
-        failed = next(row for row in rows(client, sweep["id"], i=1, j=1)["rows"] if row["first_lost_frame"] > 10)
-        session = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{failed['run']}/open").json()
-        assert session["sweep"] == sweep["id"]
-        loss = failed["first_lost_frame"]
-        assert (session["position"], session["state"], session["frames"]) == (loss - 10, "ready", 40)
-        assert (session["tracker"], session["recipe"]["seed"]) == (failed["tracker"], failed["seed"])
-        assert session["parameters"]["occlusion_width_px"] == 55
-        assert session["computed"] == min(loss + 10, 39)
-        lost = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["lost"]
-        assert lost[: loss + 1] == [False] * loss + [True]
-        explained = client.get(f"/api/v1/sessions/{session['id']}/explanation").json()
-        assert (explained["diagnosis"]["lost"], explained["diagnosis"]["frame"]) == (True, loss)
-        steer(client, session["id"], "seek", frame=39)
-        saved = client.post("/api/v1/runs", json={"session": session["id"]}).json()
-        row = result.table.filter(result.table["run"].to_numpy() == failed["run"]).to_pylist()[0]
-        assert saved["summary"]["estimates_sha256"] == row["estimates_sha256"].hex()
+
+def test_size_and_time(client: httpx.Client) -> None:
+    """The size of a sweep is known at once, its time after some runs were measured; nothing is begun."""
+    before = len(client.get("/api/v1/sweeps").json())
+    size = client.post("/api/v1/sweeps/estimate", json={**SMALL, "measure": False}).json()
+    assert (size["runs"], size["conditions"], size["cells"], size["seconds"]) == (RUNS, 6, 6, None)
+    assert size["axes"][0] == {"name": "occlusion_width_px", "count": 3, "first": [5.0, 55.0, 105.0]}
+    assert client.post("/api/v1/sweeps/estimate", json=SMALL).json()["seconds"] > 0
+    assert len(client.get("/api/v1/sweeps").json()) == before
+
+
+def test_what_cannot_be_planned(client: httpx.Client) -> None:
+    """A wish that cannot be fulfilled is refused with a sentence and the field that it is about."""
+    width = {"name": "occlusion_width_px"}
+    wrong: list[tuple[dict[str, Any], str]] = [
+        ({"experiment": "juggling"}, "experiment"),
+        ({"axes": []}, "axes"),
+        ({"axes": [{"name": "colour_of_the_sky", "values": [1]}]}, "axes.0.name"),
+        ({"axes": [{"name": "sample_count", "values": [10, 10]}]}, "axes.0.values"),
+        ({"axes": [{"name": "sample_count", "values": [10, "many"]}]}, "axes.0.values"),
+        ({"axes": [{"name": "sample_count"}]}, "axes.0"),
+        ({"axes": [{"name": "sample_count", "start": 1, "stop": 5, "step": 0}]}, "axes.0.step"),
+        ({"axes": [{**width, "start": -5, "stop": 1, "step": 1}]}, "axes.0.start"),
+        ({"axes": [{**width, "start": 0, "stop": 100, "step": 1e-6}]}, "axes.0.stop"),
+        ({"axes": [SMALL["axes"][0], SMALL["axes"][0]]}, "axes.1.name"),
+        ({"axes": [{**width, "start": 0, "stop": 500, "step": 0.01}], "trials": 1}, "axes"),
+        ({"trackers": ["hope"]}, "trackers"),
+        ({"trials": 0}, "trials"),
+        ({"trials": 100_000}, "trials"),
+        ({"frames": 30_000}, "frames"),
+        ({"seed": -1}, "seed"),
+        ({"parameters": {"sample_count": -1}}, "parameters.sample_count"),
+        ({"parameters": {"sample_count": 5000}}, "sample_count"),
+        ({"axes": [{"name": "sample_count", "values": [10, 4001]}], "parameters": {}}, "sample_count"),
+        ({"trackers": [], "axes": [{"name": "tracker", "values": [["kalman"]]}]}, "axes.0.values"),
+        ({"parameters": {"occlusion_width_px": 1}}, "parameters.occlusion_width_px"),
+        ({"wind": 1}, "wind"),
+    ]
+    before = len(client.get("/api/v1/sweeps").json())
+    for changes, field in wrong:
+        assert error_of(client.post("/api/v1/sweeps", json={**SMALL, **changes}), 422)["field"] == field
+    impossible = {**SMALL, "parameters": {"gamma_min_px": 30, "gamma_max_px": 3}}
+    assert "impossible" in error_of(client.post("/api/v1/sweeps", json=impossible), 422)["message"]
+    assert len(client.get("/api/v1/sweeps").json()) == before
+
+
+def test_a_plan_is_measured_once(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second question about the same plan is answered from the first measurement."""
+    measured: list[Any] = []
+
+    async def measure(*_: Any, **__: Any) -> float:
+        measured.append(None)
+        return 2.5
+
+    monkeypatch.setattr(ChildTasks, "run_beside", measure)
+    wish = {**SMALL, "seed": 77}
+    told = [client.post("/api/v1/sweeps/estimate", json=wish).json()["seconds"] for _ in range(2)]
+    assert (told, len(measured)) == ([2.5, 2.5], 1)
+
+
+# Looking.
+
+
+def test_what_it_is(client: httpx.Client, sweep: dict[str, Any]) -> None:
+    """A complete sweep tells its plan, its size and its outcome."""
+    assert (sweep["runs"], sweep["done"], sweep["conditions"], sweep["message"]) == (RUNS, RUNS, 6, None)
+    assert [axis["unit"] for axis in sweep["axes"]] == ["px", "px"]
+    assert sweep["page"] == f"sweep/{sweep['id']}"
+    assert f"{RUNS} runs" in sweep["outcome"]
+    assert sweep in client.get("/api/v1/sweeps").json()
+    assert 'pftrack_sweeps{state="done"}' in client.get("/metrics").text
+
+
+def test_cells(client: httpx.Client, url: str, result: Any) -> None:
+    """The cells are those that the library counts in the downloaded result, over any two axes."""
+    for x, y in [("occlusion_width_px", "distracter_radius_px"), ("distracter_radius_px", "none")]:
+        shown = client.get(f"{url}/cells", params={"x": x, "y": y}).json()
+        known = cells(result, x, None if y == "none" else y)
+        assert shown["done"] == RUNS
+        for one in shown["maps"]:
+            other = known[one["tracker"]]
+            assert one["runs"] == other.runs.ravel().tolist()
+            assert one["runs"] == [shown["planned"]] * len(one["runs"])
+            assert one["successes"] == other.successes.ravel().tolist()
+            assert one["low"] == pytest.approx(other.low.ravel().tolist(), abs=1e-5)
+            errors = [np.nan if value is None else value for value in one["error"]]
+            assert errors == pytest.approx(other.mean_error.ravel().tolist(), rel=1e-5, nan_ok=True)
+            assert one["measures"].keys() == other.measures.keys()
+            inside = other.measures["inside_share"].ravel().tolist()
+            assert one["measures"]["inside_share"] == pytest.approx(inside, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "test", "level", "correction"),
+    [
+        ("success", "mcnemar", 0.05, "holm"),
+        ("inside_share", "signed-rank", 0.2, "none"),
+        ("median_error_px", "signed-rank", 0.2, "none"),
+    ],
+)
+def test_comparison(
+    client: httpx.Client, url: str, result: Any, name: str, test: str, level: float, correction: Any
+) -> None:
+    """Methods are compared by any measure of the sweep, as the library compares them; positive favours the first.
+
+    The test is a published one where it is asked for.
+    """
+    query = {"first": "h-spf", "second": "pc-pf", "level": level, "correction": correction, "measure": name}
+    shown = client.get(f"{url}/cells", params=query).json()["comparison"]
+    axes = "occlusion_width_px", "distracter_radius_px"
+    quantity = quantity_named(result.plan, name)
+    compared = compare(quantity, cells(result, *axes), samples(result, quantity, *axes), "h-spf", "pc-pf")
+    assert (shown["measure"], shown["test"]) == (name, test)
+    codes = compared.significance(level, correction).codes.ravel()
+    assert shown["verdict"] == [["untested", "none", "first", "second"][code] for code in codes]
+    paired = compared.paired
+    for column, known in (
+        ("difference", compared.difference),
+        ("paired", paired.mean),
+        ("pairs", paired.pairs),
+        ("paired_low", paired.low),
+        ("paired_high", paired.high),
+    ):
+        values = [np.nan if value is None else value for value in shown[column]]
+        assert values == pytest.approx(known.ravel().tolist(), rel=1e-5, abs=1e-5, nan_ok=True), column
+    for changes, other in (({"measure": "error"}, "signed-rank"), ({"test": "chi-square"}, None)):
+        asked = client.get(f"{url}/cells", params={**query, **changes}).json()["comparison"]
+        assert asked["test"] == (other or ("chi-square" if name == "success" else "rank-sum"))
+
+
+def test_refused(client: httpx.Client, url: str) -> None:
+    """Questions that make no sense are refused with the field.
+
+    A sweep or a run that is not there is not found; a complete one can neither be cancelled nor resumed.
+    """
+    both = {"first": "h-spf", "second": "pc-pf"}
+    wrong: list[tuple[str, dict[str, Any], str]] = [
+        ("cells", {"x": "seed"}, "x"),
+        ("cells", {"x": "occlusion_width_px", "y": "occlusion_width_px"}, "y"),
+        ("cells", {**both, "second": "apf"}, "second"),
+        ("cells", {**both, "measure": "beauty"}, "measure"),
+        ("cells", {"level": 2}, "level"),
+        ("cells", {"correction": "hope"}, "correction"),
+        ("rows", {"i": 3}, "i"),
+        ("rows", {"j": 2}, "j"),
+        ("rows", {"tracker": "apf"}, "tracker"),
+        ("rows", {"limit": 10_000}, "limit"),
+        ("download", {"format": "doc"}, "format"),
+    ]
+    for path, query, field in wrong:
+        assert error_of(client.get(f"{url}/{path}", params=query), 422)["field"] == field, query
+    for path in ("", "/cells", "/rows", "/download"):
+        error_of(client.get(f"/api/v1/sweeps/0123456789abcdef{path}"), 404)
+    for action in ("cancel", "resume"):
+        error_of(client.post(f"/api/v1/sweeps/nonsense/{action}"), 404)
+        error_of(client.post(f"{url}/{action}"), 409)
+    error_of(client.post(f"{url}/rows/{RUNS}/open"), 404)
+
+
+def test_rows(client: httpx.Client, sweep: dict[str, Any]) -> None:
+    """The runs of a cell come failures first, in pages, with the same seeds for every method."""
+    found = rows(client, sweep["id"], i=1, j=1)
+    assert (found["total"], len(found["rows"])) == (12, 12)
+    successes = [row["success"] for row in found["rows"]]
+    assert successes == sorted(successes)
+    assert found["failures"] == successes.count(False) > 0
+    assert all(row["conditions"] == {"occlusion_width_px": 55, "distracter_radius_px": 20} for row in found["rows"])
+    pages = [rows(client, sweep["id"], i=1, j=1, limit=5, offset=offset)["rows"] for offset in (0, 5, 10)]
+    assert [row for page in pages for row in page] == found["rows"]
+    by_method = [rows(client, sweep["id"], i=1, j=1, tracker=name)["rows"] for name in ("h-spf", "pc-pf")]
+    assert {row["seed"] for row in by_method[0]} == {row["seed"] for row in by_method[1]}
+
+
+# Opening.
+
+
+def test_fails_in_the_frame_of_the_row(client: httpx.Client, sweep: dict[str, Any], result: Any) -> None:
+    """A failed run opens paused ten frames before its loss, fails in that frame, and has the row's estimates.
+
+    It has been computed to ten frames after, so that it can be asked at once why it was lost.
+    """
+    failed = next(row for row in rows(client, sweep["id"], i=1, j=1)["rows"] if row["first_lost_frame"] > 10)
+    session = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{failed['run']}/open").json()
+    assert session["sweep"] == sweep["id"]
+    loss = failed["first_lost_frame"]
+    assert (session["position"], session["state"], session["frames"]) == (loss - 10, "ready", 40)
+    assert (session["tracker"], session["recipe"]["seed"]) == (failed["tracker"], failed["seed"])
+    assert session["parameters"]["occlusion_width_px"] == 55
+    assert session["computed"] == min(loss + 10, 39)
+    lost = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["lost"]
+    assert lost[: loss + 1] == [False] * loss + [True]
+    explained = client.get(f"/api/v1/sessions/{session['id']}/explanation").json()
+    assert (explained["diagnosis"]["lost"], explained["diagnosis"]["frame"]) == (True, loss)
+    steer(client, session["id"], "seek", frame=39)
+    saved = client.post("/api/v1/runs", json={"session": session["id"]}).json()
+    row = result.table.filter(result.table["run"].to_numpy() == failed["run"]).to_pylist()[0]
+    assert saved["summary"]["estimates_sha256"] == row["estimates_sha256"].hex()
+    client.delete(f"/api/v1/sessions/{session['id']}")
+
+
+def test_another_method(client: httpx.Client, sweep: dict[str, Any]) -> None:
+    """The same seed opens with any method of the experiment, the sweep's or not."""
+    row = rows(client, sweep["id"], i=0, j=0, tracker="h-spf")["rows"][0]
+    url = f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open"
+    for tracker in ("pc-pf", "apf"):
+        session = client.post(url, json={"tracker": tracker}).json()
+        assert (session["tracker"], session["recipe"]["seed"]) == (tracker, row["seed"])
         client.delete(f"/api/v1/sessions/{session['id']}")
-
-    def test_another_method(self, client: httpx.Client, sweep: dict[str, Any]) -> None:
-        """The same seed opens with any method of the experiment, the sweep's or not."""
-        row = rows(client, sweep["id"], i=0, j=0, tracker="h-spf")["rows"][0]
-        for tracker in ("pc-pf", "apf"):
-            answer = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open", json={"tracker": tracker})
-            session = answer.json()
-            assert (session["tracker"], session["recipe"]["seed"]) == (tracker, row["seed"])
-            client.delete(f"/api/v1/sessions/{session['id']}")
-        refused = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{row['run']}/open", json={"tracker": "hope"})
-        assert error_of(refused, 422)["field"] == "tracker"
+    assert error_of(client.post(url, json={"tracker": "hope"}), 422)["field"] == "tracker"
 
 
-class TestTakingAway:
-    def test_report(self, client: httpx.Client, served: Server) -> None:
-        """The report is one page that needs nothing else, and its maps are pictures; nothing is left behind."""
-        # Few measures: each has a picture, which takes half a second.
-        few = {"experiment": "sine", "axes": [{"name": "sample_count", "values": [5, 10]}], "parameters": {}}
-        begun = begin_sweep(client, **few, trackers=["condensation"], trials=2)
-        small = until_state(client, begun["id"], "done")
-        url = f"/api/v1/sweeps/{small['id']}"
-        outgoing = served.app.state.services.store.files.outgoing
-        before = set(outgoing.iterdir())
-        page = client.get(f"{url}/download", params={"format": "html"})
-        assert page.text.startswith("<!doctype html>")
-        assert "<script src" not in page.text
-        assert "<link" not in page.text
-        for form, begin in {"png": b"\x89PNG", "svg": b"<?xml"}.items():
-            archive = zipfile.ZipFile(io.BytesIO(client.get(f"{url}/download", params={"format": form}).content))
-            assert archive.namelist()
-            assert all(archive.read(name).startswith(begin) for name in archive.namelist())
-        wait_for(lambda: set(outgoing.iterdir()) <= before)
-        client.delete(url)
+# Taking away.
 
 
-class TestStream:
-    def test_the_map_fills(self, served: Server, client: httpx.Client) -> None:
-        """The stream greets with the whole map, and what it tells from then on adds up to the end of the sweep."""
-        begun = begin_sweep(client, trials=40, seed=11)
-        with connect(f"{served.ws}/api/v1/sweeps/{begun['id']}/stream") as socket:
-            hello = hear(socket)
-            assert hello["type"] == "hello"
-            assert hello["sweep"]["id"] == begun["id"]
-            runs = {one["tracker"]: one["runs"] for one in hello["cells"]["maps"]}
-            state = hello["sweep"]["state"]
-            while state != "done":
-                message = hear(socket, 30)
-                if message["type"] == "cells":
-                    for one in message["maps"]:
-                        for place, count in zip(message["at"], one["runs"], strict=True):
-                            assert count > runs[one["tracker"]][place]
-                            runs[one["tracker"]][place] = count
-                elif message["type"] == "progress":
-                    state = message["sweep"]["state"]
-            assert all(counts == [40] * 6 for counts in runs.values())
-            socket.send('{"type": "ping", "version": 1, "sent": 5}')
-            assert hear(socket) == {"type": "pong", "version": 1, "sent": 5.0}
-            assert client.delete(f"/api/v1/sweeps/{begun['id']}").status_code == 204
-            with pytest.raises(ConnectionClosed) as gone:
-                hear(socket)
-            assert gone.value.rcvd.code == 4404
-        error_of(client.get(f"/api/v1/sweeps/{begun['id']}"), 404)
+def test_report(client: httpx.Client, served: Server) -> None:
+    """The report is one page that needs nothing else, and its maps are pictures; nothing is left behind."""
+    # Few measures: each has a picture, which takes half a second.
+    few = {"experiment": "sine", "axes": [{"name": "sample_count", "values": [5, 10]}], "parameters": {}}
+    begun = begin_sweep(client, **few, trackers=["condensation"], trials=2)
+    small = until_state(client, begun["id"], "done")
+    url = f"/api/v1/sweeps/{small['id']}"
+    outgoing = served.app.state.services.store.files.outgoing
+    before = set(outgoing.iterdir())
+    page = client.get(f"{url}/download", params={"format": "html"})
+    assert page.text.startswith("<!doctype html>")
+    assert "<script src" not in page.text
+    assert "<link" not in page.text
+    for form, begin in {"png": b"\x89PNG", "svg": b"<?xml"}.items():
+        archive = zipfile.ZipFile(io.BytesIO(client.get(f"{url}/download", params={"format": form}).content))
+        assert archive.namelist()
+        assert all(archive.read(name).startswith(begin) for name in archive.namelist())
+    wait_for(lambda: set(outgoing.iterdir()) <= before)
+    client.delete(url)
 
-    def test_what_it_is_not_asked_for(self, served: Server, sweep: dict[str, Any]) -> None:
-        """A stream over an axis that the sweep has not is closed with the reason; a page that says no ping is, too."""
-        address = f"{served.ws}/api/v1/sweeps/{sweep['id']}/stream"
-        for query in ("?x=hope", "?x=hope&y=none", f"?x={'%E2%98%83' * 50}"):
-            with connect(f"{address}{query}") as socket, pytest.raises(ConnectionClosed) as refused:
-                hear(socket)
-            assert refused.value.rcvd.code == 4422
-        with connect(address) as socket:
+
+# Stream.
+
+
+def test_the_map_fills(served: Server, client: httpx.Client) -> None:
+    """The stream greets with the whole map, and what it tells from then on adds up to the end of the sweep."""
+    begun = begin_sweep(client, trials=40, seed=11)
+    with connect(f"{served.ws}/api/v1/sweeps/{begun['id']}/stream") as socket:
+        hello = hear(socket)
+        assert hello["type"] == "hello"
+        assert hello["sweep"]["id"] == begun["id"]
+        runs = {one["tracker"]: one["runs"] for one in hello["cells"]["maps"]}
+        state = hello["sweep"]["state"]
+        while state != "done":
+            message = hear(socket, 30)
+            if message["type"] == "cells":
+                for one in message["maps"]:
+                    for place, count in zip(message["at"], one["runs"], strict=True):
+                        assert count > runs[one["tracker"]][place]
+                        runs[one["tracker"]][place] = count
+            elif message["type"] == "progress":
+                state = message["sweep"]["state"]
+        assert all(counts == [40] * 6 for counts in runs.values())
+        socket.send('{"type": "ping", "version": 1, "sent": 5}')
+        assert hear(socket) == {"type": "pong", "version": 1, "sent": 5.0}
+        assert client.delete(f"/api/v1/sweeps/{begun['id']}").status_code == 204
+        with pytest.raises(ConnectionClosed) as gone:
             hear(socket)
-            socket.send("cancel")
-            with pytest.raises(ConnectionClosed):
-                hear(socket)
+        assert gone.value.rcvd.code == 4404
+    error_of(client.get(f"/api/v1/sweeps/{begun['id']}"), 404)
+
+
+def test_what_it_is_not_asked_for(served: Server, sweep: dict[str, Any]) -> None:
+    """A stream over an axis that the sweep has not is closed with the reason; a page that says no ping is, too."""
+    address = f"{served.ws}/api/v1/sweeps/{sweep['id']}/stream"
+    for query in ("?x=hope", "?x=hope&y=none", f"?x={'%E2%98%83' * 50}"):
+        with connect(f"{address}{query}") as socket, pytest.raises(ConnectionClosed) as refused:
+            hear(socket)
+        assert refused.value.rcvd.code == 4422
+    with connect(address) as socket:
+        hear(socket)
+        socket.send("cancel")
+        with pytest.raises(ConnectionClosed):
+            hear(socket)
 
 
 def test_nothing_is_left_behind(served: Server, client: httpx.Client, sweep: dict[str, Any]) -> None:
@@ -381,7 +393,10 @@ def test_nothing_is_left_behind(served: Server, client: httpx.Client, sweep: dic
 
 
 def test_a_row_is_compared_with_another_method(client: httpx.Client, sweep: dict[str, Any]) -> None:
-    """A run of a sweep stands beside the same seed by another method, named by references alone."""
+    """A run of a sweep stands beside the same seed by another method, named by references alone.
+
+    The reference of a run that does not exist is answered so, however large the number is.
+    """
     row = rows(client, sweep["id"])["rows"][0]
     other = next(it["id"] for it in sweep["trackers"] if it["id"] != row["tracker"])
     named = [{"reference": f"{sweep['id']}:{row['run']}{more}"} for more in ("", f":{other}")]
@@ -389,10 +404,6 @@ def test_a_row_is_compared_with_another_method(client: httpx.Client, sweep: dict
     assert [run["recipe"]["tracker"] for run in begun["runs"]] == [row["tracker"], other]
     assert {run["recipe"]["seed"] for run in begun["runs"]} == {row["seed"]}
     assert [setting["name"] for setting in begun["settings"]] == ["tracker"]
-
-
-@pytest.mark.parametrize("run", [RUNS, 10**19, 10**100])
-def test_a_run_that_the_sweep_does_not_have(client: httpx.Client, sweep: dict[str, Any], run: int) -> None:
-    """Its reference is answered as one of a run that does not exist, however large the number is."""
-    wish = {"runs": [{"reference": f"{sweep['id']}:{number}"} for number in (0, run)]}
-    assert f"runs 0 to {RUNS - 1}" in error_of(client.post("/api/v1/comparisons", json=wish), 404)["message"]
+    for run in (RUNS, 10**19, 10**100):
+        wish = {"runs": [{"reference": f"{sweep['id']}:{number}"} for number in (0, run)]}
+        assert f"runs 0 to {RUNS - 1}" in error_of(client.post("/api/v1/comparisons", json=wish), 404)["message"]
