@@ -214,7 +214,7 @@ def test_an_estimate_comes_to_the_edge_a_little_later_than_the_target() -> None:
 
 def test_without_truth_a_poor_find_is_the_backgrounds() -> None:
     """A search that ends at a place that fits worse than the target did is told as seized by the background."""
-    values: dict[str, Value] = {"find_again": True, "found_likeness": 0.6, "look_alike_red": 0.9}
+    values: dict[str, Value] = {"search_share": 1.0, "found_likeness": 0.6, "look_alike_red": 0.9}
     found = unaided(pftrack.run("histogram", tracker="condensation", frames=110, **values))
     assert found.cause == "detector-seized-by-background"
     assert "where the target had fitted by 0.9" in found.signs[0].words

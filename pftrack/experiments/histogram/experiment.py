@@ -381,6 +381,7 @@ PICTURES: Mapping[str, Value] = MappingProxyType(
     }
 )
 """Parts, colours relative to the background, contrast, size and camera; each helped on the clips of the choice."""
+SEARCH: Mapping[str, Value] = MappingProxyType({"search_share": 0.1, "lost_likeness": 0.5, "lost_after_frames": 2})
 
 
 FOLDER = Path(__file__).parent
@@ -438,7 +439,7 @@ def wire(sequence: FrameSequence, mark: Box, start: int, truth: Truth | None) ->
     )
     middle = np.array([box[0] + (box[2] - 1.0) / 2.0, box[1] + (box[3] - 1.0) / 2.0])
     share = round(20.0 * separating_share(picture, middle, parameters)) / 20.0
-    parameters = revise(parameters, {"cells_share": share, "search_share": 0.1})
+    parameters = revise(parameters, {"cells_share": share, **SEARCH})
     source = RecordingSource(sequence, box, start, truth.at if truth else None)
     return Setup(lambda _seed, _parameters: source, parameters, success="inside_share", beside=look_beside)
 
@@ -455,7 +456,7 @@ EXPERIMENT = Experiment(
         wanted="a box around the target, which is tracked by its colours and edges",
         suits=suits,
         clip_title="Colours of a window",
-        clip_about=("sample_count", "sharpness", "cells_share", "follow_size", "process_noise_px", "find_again"),
+        clip_about=("sample_count", "sharpness", "cells_share", "follow_size", "process_noise_px", "search_share"),
     ),
     draw=draw,
     judge=Judge(distance, "px", lambda errors, sizes, parameters: errors >= parameters.lost_radii * sizes / 2),

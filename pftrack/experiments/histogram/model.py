@@ -74,10 +74,9 @@ class HistogramState(PointState):
         view: The last picture, small and grey, if the camera is followed.
         learned: The description of the window in cells; None while they do not count.
         likeness: rho of the window at the estimate.
-        missed: Number of consecutive frames in which that was too low.
-        usual: Usual score of the window at the estimate, 1 + log p(z | x) / lambda.
-        doubted: Number of consecutive frames in which the target may have been gone; see `GONE`.
-        sure_size: Logarithm of the window's size before that.
+        missed: Number of consecutive frames in which its score, rho and that of the cells, was too low.
+        usual: Usual score; 1 without cells.
+        sure_size: Logarithm of the window's size in the last frame that did not miss.
         searching: Whether the target is lost, and searched; None while that is never done.
     """
 
@@ -93,7 +92,6 @@ class HistogramState(PointState):
     likeness: float = 1.0
     missed: int = 0
     usual: float = 1.0
-    doubted: int = 0
     sure_size: float = 0.0
     searching: bool | None = None
 
@@ -204,8 +202,8 @@ def model_of(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> 
     return histogram.fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space)
 
 
-LEAST_SCORE, LEARNING_RATE = 0.3, 0.05
-"""Score of the cells at the estimate from which on they are learned, and how fast."""
+LEAST_SCORE, LEARNING_RATE, USUAL_RATE = 0.3, 0.05, 0.05
+"""Score of the cells at the estimate from which on they are learned, how fast, and how fast the usual score changes."""
 
 
 @lru_cache(maxsize=64)
@@ -220,15 +218,15 @@ def half_sides(look: Look, scale: float = 1.0) -> Floats:
 
 
 def separating_share(image_rgb: NDArray[np.uint8], place: Floats, parameters: HistogramTrackerParameters) -> float:
-    """Return the weight of cells: their information on a target's place, times the share that colours leave open."""
+    """Return the weight of cells: what they separate the target from its surroundings, relative to that of both."""
     look, (space, kernel, parts) = first_look(image_rgb, place, parameters), _counting(parameters)
     patch, windows = read_only(look.patch_rgb), cells.windows_around(look.middle, half_sides(look), cells.AROUND)
     background = _background(look, space, kernel, *_use(parameters))
     root = histogram.roots_of(model_of(look, space, kernel, parts), background)
     rho = histogram.similarities(patch, *windows, bin_table(space), root, kernel, parts, background)
     score = cells.scores(patch, windows, first_cells(look))
-    by_cells, by_colours = (float(found[0] - found[1:].mean()) for found in (score, rho))
-    return min(max(by_cells * (1.0 - by_colours), 0.0), 1.0)
+    by_cells, by_colours = (max(float(found[0] - found[1:].mean()), 0.0) for found in (score, rho))
+    return by_cells / (by_cells + by_colours) if by_cells > 0.0 else 0.0
 
 
 def judge(
@@ -240,25 +238,28 @@ def judge(
     particles agree on its place.
     """
     likeness = histogram.similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
-    missed = state.missed + 1 if likeness < parameters.lost_likeness else 0
-    searching = missed >= parameters.lost_after_frames if parameters.find_again else None
-    state = replace(state, likeness=likeness, missed=missed, searching=searching, learned=teach(state, image_rgb))
+    seen, half, learned = 1.0, half_sides(state.look, state.scale), state.learned
+    score = likeness
+    if learned is not None:
+        (seen,) = cells.score(learned, image_rgb, state.estimate, half, cells.HERE).tolist()
+        score += parameters.cells_share * (seen - likeness)
+    enough = parameters.found_likeness if state.searching else parameters.lost_likeness
+    missed = 0 if score >= enough * state.usual else state.missed + 1
+    searching = missed >= parameters.lost_after_frames if parameters.search_share > 0.0 else None
+    state = replace(state, likeness=likeness, missed=missed, searching=searching)
+    if missed == 0:
+        state = replace(state, sure_size=float(state.posterior.mean[SIZE]))
+        if learned is not None:
+            state = replace(state, usual=state.usual + USUAL_RATE * (score - state.usual))
+            if seen >= LEAST_SCORE:
+                learned = cells.learn(learned, image_rgb, state.estimate, half, LEARNING_RATE)
+                state = replace(state, learned=learned)
     rate = parameters.renewal_rate
     within = parameters.renewal_spread * min(state.box_px) / 2.0
     if rate == 0.0 or likeness < parameters.renewal_likeness or state.sigma.max() > within:
         return state
     seen = histogram.shares(image_rgb, state.estimate, state.window, state.space)
     return replace(state, model=(1.0 - rate) * state.model + rate * seen)
-
-
-def teach(state: HistogramState, image_rgb: NDArray[np.uint8]) -> cells.Cells | None:
-    """Return what is known in cells once they were seen at the estimate; what hides the target teaches nothing."""
-    if state.learned is None or state.doubted:
-        return state.learned
-    half = half_sides(state.look, state.scale)
-    if cells.score(state.learned, image_rgb, state.estimate, half, cells.HERE)[0] < LEAST_SCORE:
-        return state.learned
-    return cells.learn(state.learned, image_rgb, state.estimate, half, LEARNING_RATE)
 
 
 LARGEST = 1.4
@@ -368,13 +369,9 @@ def _motion(parameters: HistogramTrackerParameters) -> Motion:
     return Motion(transition, np.zeros(DIMENSION), small, large)
 
 
-STEPS_A_WINDOW = 6
-"""Number of places examined along each side of a window."""
-GONE, BACK, GONE_FRAMES, USUAL_RATE = 0.5, 0.85, 2, 0.05
-"""Shares of the usual score below which the target may be gone, and from which on it is back; number of frames before a
-search, and between two; rate at which the usual score changes."""
-COARSE_STEPS, MOST_PLACES = 3, 1000
-"""Number of places that such a search examines along the shorter side of a window, and in a picture at most."""
+STEPS_A_WINDOW, COARSE_STEPS, MOST_PLACES = 6, 3, 1000
+"""Number of places that a search examines along the shorter side of a window; the same, and in a picture at most, where
+cells count as well."""
 
 
 def mark(target: Target, frame: Frame, parameters: HistogramTrackerParameters, posterior: Gaussian) -> HistogramState:
@@ -411,29 +408,38 @@ class ColouredWindow(LoopModel):
     def _look_elsewhere(
         self, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters
     ) -> HistogramState:
-        """Return the state with a share of the particles at the likeliest places of the whole picture, while in doubt.
+        """Return the state of a lost target with a share of the particles at the likeliest places of the whole picture.
 
         The prior is then a mixture: with that share the target may have come from anywhere.
         """
-        particles, share = state.particles, parameters.search_share
-        if particles is None or share == 0.0 or state.doubted < GONE_FRAMES or state.doubted % GONE_FRAMES:
+        particles = state.particles
+        if particles is None or not state.searching or state.missed % parameters.lost_after_frames:
             return state
-        height, width = frame.picture.shape[:2]
-        side = min(state.first_window.size_px) * float(exponential(state.sure_size))
-        step = max(side / COARSE_STEPS, float(np.sqrt(width * height / MOST_PLACES)))
-        columns, rows = np.arange(step / 2.0, width, step), np.arange(step / 2.0, height, step)
-        places = np.zeros((len(columns) * len(rows), DIMENSION))
-        places[:, :2] = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-        places[:, SIZE] = state.sure_size
-        best = np.argsort(-self.log_likelihood(places, frame, parameters, state), kind="stable")
-        every = round(1.0 / share)
-        chosen = np.arange(every // 2, len(particles), every)[: len(best)]
+        places, found, _ = self._places(state, frame, parameters)
+        best = np.argsort(-found, kind="stable")
+        steps = np.floor(parameters.search_share * np.arange(len(particles) + 1))
+        chosen = np.flatnonzero(np.diff(steps))[: len(best)]
         states, log_weights = particles.states.copy(order="F"), particles.log_weights.copy()
         states[chosen] = places[best[: len(chosen)]]
         log_weights[chosen] = -np.inf
         log_weights = normalise(log_weights)[0] + float(logarithm(1.0 - len(chosen) / len(particles)))
         log_weights[chosen] = -float(logarithm(len(particles)))
         return replace(state, particles=replace(particles, states=states, log_weights=log_weights))
+
+    def _places(
+        self, known: HistogramState, frame: Frame, parameters: HistogramTrackerParameters
+    ) -> tuple[Floats, Floats, int]:
+        """Return windows at rest all over a picture (K, 5), log p(z | x) (K,), and the distance of neighbours, px."""
+        height, width = frame.picture.shape[:2]
+        steps = STEPS_A_WINDOW if known.learned is None else COARSE_STEPS
+        step = max(int(min(known.first_window.size_px) * float(exponential(known.sure_size))) // steps, 1)
+        if known.learned is not None:
+            step = max(step, round(float(np.sqrt(width * height / MOST_PLACES))))
+        columns, rows = np.arange(step // 2, width, step), np.arange(step // 2, height, step)
+        places = np.zeros((len(columns) * len(rows), DIMENSION))
+        places[:, :2] = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+        places[:, SIZE] = known.sure_size
+        return places, self.log_likelihood(places, frame, parameters, known), step
 
     @override
     def propagate(
@@ -456,8 +462,7 @@ class ColouredWindow(LoopModel):
     @override
     def pauses(self, parameters: HistogramTrackerParameters) -> bool:
         renewed = parameters.renewal_rate > 0.0 or parameters.cells_share > 0.0
-        sought = parameters.find_again or parameters.search_share > 0.0
-        return parameters.follow_size or parameters.follow_camera or sought or renewed
+        return parameters.follow_size or parameters.follow_camera or parameters.search_share > 0.0 or renewed
 
     @override
     def pack(self, known: HistogramState, parameters: HistogramTrackerParameters) -> Packed:
@@ -532,48 +537,33 @@ class ColouredWindow(LoopModel):
             switched=update.switched,
             alert=known.alert if update.alert is None else update.alert,
         )
-        return judge(self._doubt(believed, frame, parameters), frame.picture, parameters)
-
-    def _doubt(self, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters) -> HistogramState:
-        """Return the state after comparing the score at the estimate with the usual one."""
-        if parameters.search_share == 0.0 or parameters.sharpness == 0.0:
-            return replace(state, doubted=0)
-        mean = state.posterior.mean
-        (found,) = self.log_likelihood(mean[None], frame, parameters, state).tolist()
-        score = 1.0 + found / parameters.sharpness
-        if not score >= (BACK if state.doubted >= GONE_FRAMES else GONE) * state.usual:
-            return replace(state, doubted=state.doubted + 1)
-        usual = state.usual + USUAL_RATE * (score - state.usual)
-        return replace(state, doubted=0, usual=usual, sure_size=float(mean[SIZE]))
+        return judge(believed, frame.picture, parameters)
 
     @override
     def search(
         self, known: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
     ) -> HistogramState | None:
-        """Look for a lost target all over a picture, and begin again where it is found.
+        """Look for a lost target all over a picture with all particles, and begin again where it is found.
 
         Until then only the picture gives its place: the particles are spread over all places in proportion to their
         likelihood. Once the best of them is similar enough, the tracker restarts there.
         """
-        if not (known.searching and parameters.find_again):
+        if not (known.searching and parameters.search_share == 1.0):
             return None
-        window = known.first_window
-        step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
-        found = histogram.rho_map(frame.picture, window, known.space, known.model, step, known.background)
-        rows, columns = np.unravel_index(np.arange(found.size), found.shape)
-        places = np.column_stack([columns, rows]) * float(step) + step // 2
-        best = int(found.argmax())
-        count = parameters.sample_count
-        is_found = found.flat[best] >= parameters.found_likeness
+        places, found, step = self._places(known, frame, parameters)
+        count, best = parameters.sample_count, int(found.argmax())
+        counted = known.first_window, known.space, known.model, known.background
+        likeness = histogram.similarity(frame.picture, places[best, :2], *counted)
+        is_found = likeness >= parameters.found_likeness
         if is_found:
             chosen = np.full(count, best)
             log_evidence = 0.0
         else:
-            log_weights, log_sum = normalise(parameters.sharpness * (found.ravel() - 1.0))
+            log_weights, log_sum = normalise(found)
             log_evidence = float(log_sum - logarithm(np.array([found.size], np.float64))[0])
             chosen = systematic(rng, log_weights, count)
-        states = np.zeros((count, DIMENSION))
-        states[:, :2] = places[chosen] + step * (rng.random((2, count)).T - 0.5)
+        states = places[chosen]
+        states[:, :2] += step * (rng.random((2, count)).T - 0.5)
         states[:, VELOCITY] = parameters.initial_velocity_px * rng.standard_normal((2, count)).T
         particles = ParticleSet(states, normalise(np.zeros(count))[0], np.arange(count))
         begun = replace(
@@ -588,7 +578,7 @@ class ColouredWindow(LoopModel):
         )
         if is_found:
             return judge(replace(begun, missed=0, searching=False), frame.picture, parameters)
-        return replace(begun, likeness=float(found.flat[best]))
+        return replace(begun, likeness=likeness)
 
     @property
     @override

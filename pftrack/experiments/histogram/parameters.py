@@ -110,19 +110,17 @@ class _Colour(Parameters, group=COLOUR):
 class _Loss(Parameters, group=LOSS):
     """When the target counts as lost by the tracker's own account, and when its model is renewed."""
 
-    find_again: bool = parameter(False, "Find again")
-    """Take the target for lost when the window at the estimate looks too little like the model for several frames, and
-    look for it all over the picture."""
+    search_share: float = parameter(0, "Search share", within=(0, 1, 0.05), trackers=PARTICLE)
+    """Share of the particles that look for a lost target at the likeliest places of the whole picture; with 1 the
+    tracker begins again where it finds its target."""
     lost_likeness: float = parameter(0.6, "Lost below", within=(0, 1, 0.01))
-    """Likeness rho below which the estimate misses."""
+    """Likeness rho below which the estimate misses; with cells, share of the usual score of both."""
     lost_after_frames: int = parameter(
         8, "Lost after", unit="frames", within=(1, 1000, 1), useful=(1, 60), role="memory"
     )
-    """Number of consecutive missed frames after which the target counts as lost."""
+    """Number of consecutive missed frames after which the target counts as lost; a share below 1 looks as often."""
     found_likeness: float = parameter(0.85, "Found above", within=(0, 1, 0.01))
-    """Likeness rho from which on a place in the picture is taken for the lost target."""
-    search_share: float = parameter(0, "Search share", within=(0, 0.5, 0.05), trackers=PARTICLE)
-    """Share of the particles at the likeliest places of the whole picture while the target seems gone."""
+    """The same from which on a place in the picture is taken for the lost target."""
     renewal_rate: float = parameter(0, "Renewal", within=(0, 1, 0.01), useful=(0, 0.2))
     """Share of the model that a frame replaces by what is seen at the estimate; 0 keeps the first look for ever."""
     renewal_likeness: float = parameter(0.85, "Renew above", within=(0, 1, 0.01))

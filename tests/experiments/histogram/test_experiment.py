@@ -11,7 +11,7 @@ from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.histogram.experiment import look_beside
-from pftrack.experiments.histogram.model import first_cells, teach
+from pftrack.experiments.histogram.model import first_cells, judge
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
@@ -114,7 +114,9 @@ def test_a_grey_target_is_followed_by_its_edges() -> None:
     grey, mark = textured(grey=True), Box.of(30, 48, 25, 25)
     truth = TruthTable({index: (30.0 + 5 * index, 48.0, 25.0, 25.0) for index in range(20)})
     setup = HISTOGRAM.video.on_video(grey, mark, truth=truth)
-    assert setup.parameters.cells_share > HISTOGRAM.video.on_video(textured(grey=False), mark).parameters.cells_share
+    coloured = HISTOGRAM.video.on_video(textured(grey=False), mark).parameters.cells_share
+    assert setup.parameters.cells_share > 0.9
+    assert 0.4 <= coloured <= 0.6, "colours that separate it as well count as much"
     overlaps = {}
     for values in ({}, {"cells_share": 0.0}):
         ((found,),) = outcomes(HISTOGRAM, setup, values=values, trackers=["condensation"], seeds=[1], frames=20)
@@ -148,5 +150,5 @@ def test_cells_begin_with_the_first_look_and_do_not_learn_what_hides_it() -> Non
     assert late.seek(3).state.learned is not None
     state = Run(HISTOGRAM, setup, frames=6).seek(5).state
     assert not np.array_equal(state.learned.weights, first_cells(state.look).weights)
-    assert teach(state, np.full((120, 200, 3), 120, np.uint8)) is state.learned
-    assert teach(state, pictures.picture(5)) is not state.learned
+    assert judge(state, np.full((120, 200, 3), 120, np.uint8), setup.parameters).learned is state.learned
+    assert judge(state, pictures.picture(5), setup.parameters).learned is not state.learned

@@ -153,7 +153,7 @@ def test_the_model_is_renewed_only_where_it_is_sure() -> None:
 
 def test_what_is_lost_is_searched_and_found() -> None:
     """After some frames without it the tracker says that it searches, spreads, and begins again where the target is."""
-    parameters = revise(SMALL, {"find_again": True, "lost_after_frames": 3})
+    parameters = revise(SMALL, {"search_share": 1.0, "lost_after_frames": 3})
     tracker, state = TRACKERS["condensation"], begun(parameters)
     empty = Frame(1, 0.0, image_rgb=np.full((80, 120, 3), (40, 160, 60), np.uint8))
     searching = []
@@ -168,7 +168,7 @@ def test_what_is_lost_is_searched_and_found() -> None:
     for index in range(8, 12):
         state = tracker.step(state, patch(95, 25), parameters, Stream(1, index, Purpose.TRACK))
     assert np.hypot(*(state.estimate - [95, 25])) < 2
-    given_up = revise(parameters, {"find_again": False})
+    given_up = revise(parameters, {"search_share": 0.0})
     never = tracker.searching(tracker.step(state, empty, given_up, Stream(1, 12, Purpose.TRACK)))
     assert never is None, "one that never looks for its target does not say that it follows"
 
@@ -235,7 +235,7 @@ def test_a_wide_cloud_renews_nothing() -> None:
 
 def test_only_what_is_alike_enough_is_found() -> None:
     """A place between the two likenesses, of loss and of finding, is looked at and not taken."""
-    values = {"find_again": True, "lost_after_frames": 1, "lost_likeness": 0.3, "found_likeness": 0.95}
+    values = {"search_share": 1.0, "lost_after_frames": 1, "lost_likeness": 0.3, "found_likeness": 0.95}
     tracker, state = TRACKERS["condensation"], begun()
     empty = Frame(1, 0.0, image_rgb=np.full((80, 120, 3), (40, 160, 60), np.uint8))
     parameters = revise(SMALL, values)
@@ -296,7 +296,7 @@ def test_greedy_search_never_says_that_it_searches() -> None:
     """It stays at the best place near by, so its caption does not speak of a search when the window looks wrong."""
     captions = {}
     for tracker in ("greedy", "condensation"):
-        run = run_of(tracker, 4, find_again=True, lost_likeness=1.0, lost_after_frames=1, found_likeness=1.0)
+        run = run_of(tracker, 4, search_share=1.0, lost_likeness=1.0, lost_after_frames=1, found_likeness=1.0)
         captions[tracker] = LAWN.draw(run.finish(), run.diagnostics).caption
     assert "searching" in captions["condensation"]
     assert "searching" not in captions["greedy"]
@@ -315,7 +315,7 @@ def test_the_window_has_the_size_of_the_estimate() -> None:
 
 def test_what_is_found_is_found_without_an_offset() -> None:
     """The cloud that begins again lies around the place in the picture, and not half a step beside it."""
-    big = revise(HistogramTrackerParameters(), {"window_width_px": 61, "window_height_px": 61, "find_again": True})
+    big = revise(HistogramTrackerParameters(), {"window_width_px": 61, "window_height_px": 61, "search_share": 1.0})
     image = np.full((240, 320, 3), (40, 160, 60), np.uint8)
     image[90:151, 100:161] = (200, 40, 40)
     tracker = TRACKERS["condensation"]
@@ -332,7 +332,7 @@ def test_what_is_found_is_found_without_an_offset() -> None:
 
 
 @pytest.mark.parametrize(
-    "values", [{"renewal_rate": 0.1}, {"find_again": True}, {"follow_size": True}, {"follow_camera": True}]
+    "values", [{"renewal_rate": 0.1}, {"search_share": 1.0}, {"follow_size": True}, {"follow_camera": True}]
 )
 def test_what_is_decided_between_frames_is_not_folded(values: dict[str, Any]) -> None:
     """Renewal, search, size and camera take frames one by one."""
