@@ -5,7 +5,6 @@
     python -m tools.coverage table                # writes the stored figures into the page
     python -m tools.coverage random 0 10 ball     # measures settings 0 to 9, drawn at random, of these experiments
     python -m tools.coverage random 10000 10      # and those that are kept aside: nothing is chosen by them
-    python -m tools.coverage random               # shows what is stored, by experiment
 
 Settings at random are stored in tests/data/random_coverage.jsonl, a line each, and measured once: what is there already
 is not computed again. A test compares page, figures and declarations, so that none of them can say something else.
@@ -20,17 +19,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pftrack.core.model.band import ALL, HALF, MOST, Direction
+from pftrack.core.model.band import ALL, HALF, MOST, Finding
 from pftrack.core.model.parameters import Declaration, Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.experiment import Experiment, moves_estimates
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.coverage import Counts, Coverage, count_held, measured_run, pool_counts
 from pftrack.runs.run import Run
-from pftrack.testing.coverage import SEEDS, declared_of
+from pftrack.testing.coverage import SEEDS, judge
 
 __all__ = [
     "ASIDE",
@@ -58,13 +57,11 @@ ASIDE = 10_000
 """The first number of the settings that are kept aside."""
 DRAWN_RUNS = 4
 """Runs of each setting, with seeds of its own: a target that is lost now and then is lost in few of them."""
-WHOLE = {"sine": 361}
-"""Frames of one period of the signal, to which its declarations refer."""
 WIDE = 20.0
 """Least ratio of the ends of a useful range at which the logarithm of a number is drawn evenly."""
 FROM_DRAWN, TO_DRAWN = "<!-- tools.coverage random: from here -->", "<!-- tools.coverage random: to here -->"
 
-MARKS = {"overconfident": "▼", "underconfident": "▲"}
+MARKS = {"right": " ✓", "overconfident": " ▼", "underconfident": " ▲", "uncalibrated": ""}
 
 
 class Setting(NamedTuple):
@@ -129,19 +126,18 @@ def _table(experiment: Experiment, found: Mapping[Setting, list[Coverage]], fram
     for tracker in experiment.trackers:
         for band in experiment.quality.calibration.bands:
             if not band.trackers or tracker in band.trackers:
-                cells = [_cell(experiment, found, Setting(experiment.id, tracker, name), band.of) for name in presets]
+                cells = [_cell(found, Setting(experiment.id, tracker, name), band.of) for name in presets]
                 lines.append(f"| `{tracker}` | {band.of} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
-def _cell(experiment: Experiment, found: Mapping[Setting, list[Coverage]], setting: Setting, of: str) -> str:
-    shares = {one.promised: one.share for one in found.get(setting, []) if one.of == of}
+def _cell(found: Mapping[Setting, list[Coverage]], setting: Setting, of: str) -> str:
+    known = [one for one in found.get(setting, []) if one.of == of]
+    shares = {one.promised: one.share for one in known}
     told = "/".join(_percent(shares[one]) if one in shares else "–" for one in (HALF, MOST))
     if ALL in shares:
         told = f"{_percent(shares[ALL])} %"
-    faults = declared_of(experiment, setting.tracker, setting.preset)
-    directions = dict.fromkeys(fault.direction for fault in faults if not fault.bands or of in fault.bands)
-    return " ".join([told, *(MARKS[direction] for direction in directions)])
+    return told + MARKS[judge(known)]
 
 
 def _percent(share: float) -> str:
@@ -225,7 +221,8 @@ def draw(experiment: Experiment, number: int) -> dict[str, Value]:
     Those that are drawn, judged by or a text are left as they are, and so is one whose value the others refuse.
     """
     parameters = experiment.simulate().parameters
-    turned = [it for it in experiment.declarations(type(parameters)) if _counts(it)]
+    declared = experiment.declarations(type(parameters))
+    turned = [it for it in declared if moves_estimates(it) and it.kind not in {"colour", "file"}]
     much, *shares = Stream(number, 0, Purpose.SCENE).random(1 + 2 * len(turned)).tolist()
     order = sorted(range(len(turned)), key=lambda place: shares[place])
     chosen: dict[str, Value] = {}
@@ -237,11 +234,6 @@ def draw(experiment: Experiment, number: int) -> dict[str, Value]:
             continue
         chosen |= value
     return chosen
-
-
-def _counts(declared: Declaration) -> bool:
-    is_shown = declared.role in {"drawing", "loss_share"} or declared.group in {"Drawing", "Scoring"}
-    return declared.kind not in {"colour", "file"} and not is_shown
 
 
 def _value(declared: Declaration, share: float) -> Value:
@@ -269,7 +261,7 @@ def _try(drawn: _Drawn) -> dict[str, Any]:
         setup, scene = experiment.simulate(), experiment.quality.calibration.scene
         values = chosen if not scene or scene in chosen else {**chosen, scene: getattr(setup.parameters, scene) + seed}
         longest = setup.open_source(seed, revise(setup.parameters, values)).frame_count or experiment.frames
-        frames = WHOLE.get(drawn.experiment, min(experiment.quality.calibration.frames, longest))
+        frames = min(experiment.quality.calibration.frames, longest)
         timeline = (Change(0, values),) if values else ()
         run = Run(experiment, setup, tracker=drawn.tracker, seed=seed, frames=frames, timeline=timeline)
         run.finish()
@@ -299,49 +291,48 @@ def read_drawn() -> list[dict[str, Any]]:
 
 
 class Judged(NamedTuple):
-    """How a band is off in a setting, and whether it is declared so; for a right band any declaration counts."""
+    """What was found of a band in a setting, and whether it is declared right there."""
 
-    off: Direction | None
-    declared: bool
+    found: Finding
+    claimed: bool
 
 
 def judge_drawn(row: Mapping[str, Any]) -> Iterator[Judged]:
     """Yield a verdict on each band of a stored setting, by today's declarations."""
     experiment = EXPERIMENTS[row["experiment"]]
     parameters = revise(experiment.simulate().parameters, draw(experiment, row["number"]))
-    faults = [it for it in experiment.quality.calibration.faults if it.holds(row["tracker"], parameters)]
+    said = experiment.findings(row["tracker"], parameters)
     for of, shares in row["held"].items():
-        off = _off(shares)
-        declared = {it.direction for it in faults if not it.bands or of in it.bands}
-        yield Judged(off, off in declared if off else bool(declared))
+        yield Judged(_found(shares), said[of] == "right")
 
 
 RIGHT: Mapping[float, tuple[float, float]] = {HALF: (0.3, 0.7), MOST: (0.85, 0.995), ALL: (1.0, 1.0)}
 """The least and the greatest share of the reports with which a band of few runs is right."""
 
 
-def _off(shares: Iterable[tuple[float, float]]) -> Direction | None:
-    """Return in which direction a band is off by shares that are promised and held: too narrow, if any is."""
+def _found(shares: Iterable[tuple[float, float]]) -> Finding:
+    """Return how a band is by shares that are promised and held: too narrow, if any is."""
     known = [(share, *RIGHT[promised]) for promised, share in shares]
     if any(share < low for share, low, _ in known):
         return "overconfident"
-    return "underconfident" if any(share > high for share, _, high in known) else None
+    return "underconfident" if any(share > high for share, _, high in known) else "right"
 
 
 def drawn_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return a Markdown table of settings at random: those kept aside, and those by which rules were written."""
-    lines = ["| settings | of these | bands off | declared | bands right | doubted |", f"|{'---|' * 6}"]
-    halves = (
-        ("kept aside", [row for row in rows if row["number"] >= ASIDE]),
-        ("seen", [row for row in rows if row["number"] < ASIDE]),
-    )
-    return "\n".join([*lines, *(f"| {title} | {' | '.join(map(str, _cells(half)))} |" for title, half in halves)])
+    """Return a Markdown table of settings at random: those kept aside by experiment, and those that were seen."""
+    lines = ["| experiment | settings | bands off | declared right | bands right | declared right |", f"|{'---|' * 6}"]
+    aside = [row for row in rows if row["number"] >= ASIDE]
+    parts = {f"`{name}`": [row for row in aside if row["experiment"] == name] for name in _promising()}
+    parts |= {"all": aside, "seen": [row for row in rows if row["number"] < ASIDE]}
+    lines += [f"| {title} | {' | '.join(map(str, _cells(part)))} |" for title, part in parts.items() if part]
+    return "\n".join(lines)
 
 
 def _cells(rows: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
     judged = [it for row in rows for it in judge_drawn(row)]
-    off, right = [it for it in judged if it.off], [it for it in judged if not it.off]
-    return len(rows), len(off), sum(it.declared for it in off), len(right), sum(it.declared for it in right)
+    off, right = [it for it in judged if it.found != "right"], [it for it in judged if it.found == "right"]
+    settings = {(row["experiment"], row["number"]) for row in rows}
+    return len(settings), len(off), sum(it.claimed for it in off), len(right), sum(it.claimed for it in right)
 
 
 def main(what: str, *experiments: str) -> None:
@@ -350,8 +341,6 @@ def main(what: str, *experiments: str) -> None:
         store(update(json.loads(DATA.read_text()), measure(experiments or EXPERIMENTS.own)))
     if what == "random" and experiments:
         try_random(int(experiments[0]), int(experiments[1]), experiments[2:] or tuple(_promising()))
-    for name in _promising() if what == "random" else ():
-        sys.stdout.write(f"{name}\n{drawn_table([row for row in read_drawn() if row['experiment'] == name])}\n")
     PAGE.write_text(page(PAGE.read_text(), json.loads(DATA.read_text())))
 
 

@@ -1767,7 +1767,7 @@ export interface SessionPublic {
   tracker: string;
   /** Parameters for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** Why error bands of the next frame are wrong, each in a sentence */
+  /** Why error bands of the next frame may be wrong, each in a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
@@ -1860,7 +1860,7 @@ export interface SessionSnapshot {
   tracker: string;
   /** Parameters for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** Why error bands of the next frame are wrong, each in a sentence */
+  /** Why error bands of the next frame may be wrong, each in a sentence */
   doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];

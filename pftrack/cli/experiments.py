@@ -119,7 +119,7 @@ def _sections(
     failures = [(it.id, it.diagnosis, it.cure.text) for it in found.failures]
     yield "Failures", ("name", "diagnosis", "cure"), failures
     faults = [(way, ", ".join(names)) for way, names in _miscalibrated(found).items()]
-    yield "Error bands are off in some settings", ("how", "trackers"), faults
+    yield "Error bands that are not right by default", ("how", "trackers"), faults
     measures = [(it.name, it.description, it.source) for it in found.run_measures]
     yield "Measures of a run", ("name", "definition", "source"), measures
     yield "Exports", ("suffix", "title"), [(f".{it.suffix}", it.title) for it in exports_of(found)]
@@ -139,12 +139,13 @@ def _show_recordings(found: "Experiment") -> None:
 
 
 def _miscalibrated(experiment: "Experiment") -> dict[str, list[str]]:
-    """Return the trackers whose bands are declared to be off in some setting, by the way in which they are."""
-    found: dict[str, list[str]] = {}
-    for fault in experiment.quality.calibration.faults:
-        known = found.setdefault(fault.direction, [])
-        known += [name for name in fault.trackers if name not in known]
-    return found
+    """Return the trackers whose bands were not found right with the defaults, by what is known of them."""
+    from pftrack.core.model.band import DOUBTS
+
+    standard = experiment.simulate().parameters
+    found = {name: experiment.doubts((name, standard)) for name in experiment.trackers}
+    by_doubt = {doubt: [name for name, doubts in found.items() if doubt in doubts] for doubt in DOUBTS}
+    return {doubt: names for doubt, names in by_doubt.items() if names}
 
 
 def _about(experiment: "Experiment") -> dict[str, object]:

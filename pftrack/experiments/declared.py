@@ -36,7 +36,7 @@ from pftrack.experiments.shared.sketch import POINT_LAYERS
 
 for _kind in (
     *(Layer, World, Viewpoint, Plot, Reading, Term, ExampleSweep, Tour, Scenes),
-    *(band.Calibration, band.Miscalibration, band.EstimateBand, band.DeviationBand, band.IntervalBand, band.FlagBand),
+    *(band.Calibration, band.BandTest, band.EstimateBand, band.DeviationBand, band.IntervalBand, band.FlagBand),
 ):
     with_config(CLOSED)(_kind)  # pydantic refuses unknown fields of them in files; calls in Python are unchanged
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from pftrack.core.arrays import Floats
-from pftrack.core.model.band import DIRECTIONS, STANDARD_CALIBRATION, Calibration, Direction
+from pftrack.core.model.band import DOUBTS, STANDARD_CALIBRATION, Calibration, Finding
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import Citation, Section, Term
 from pftrack.core.model.marks import Mark, read_mark
@@ -132,12 +132,17 @@ def _check_names(origin: str, of: str, kind: str, names: Iterable[object], known
             raise ValueError(f"{place}{of} names an unknown {kind} {name!r}")
 
 
+def moves_estimates(declared: Declaration) -> bool:
+    """Return whether estimates may depend on a parameter, which is not only drawn or judged by."""
+    return declared.role not in {"drawing", "loss_share"} and declared.group != "Scoring"
+
+
 @dataclass(frozen=True)
 class Quality:
     """The trackers' own error estimates.
 
     Attributes:
-        calibration: Bands that should hold the truth, and settings in which these are unreliable.
+        calibration: Bands that should hold the truth, and settings at which it is known how often they do.
         loss_probability: Probability that a tracker has lost its target, for trackers with a fitted probability.
     """
 
@@ -347,6 +352,8 @@ class Experiment:
         except Exception:  # noqa: BLE001 - a scene that cannot be wired says why where a run begins with it
             return
         plots = {plot.id for plot in self.display.plots}
+        tested = [name for it in self.quality.calibration.tested for name in it.within]
+        _check_names(self.id, "its calibration", "parameter", tested, parameters)
         for preset in self.presets:
             named = (*preset.parameters, *preset.about, *preset.scene)
             _check_names(preset.origin, preset.name, "parameter", named, parameters)
@@ -364,10 +371,10 @@ class Experiment:
         presets, bands = {preset.name for preset in self.presets}, {band.of for band in said.bands}
         named = [name for band in said.bands for name in band.trackers]
         wanted = (
-            ("tracker", self.trackers, [*named, *(name for fault in said.faults for name in fault.trackers)]),
+            ("tracker", self.trackers, [*named, *(name for tested in said.tested for name in tested.trackers)]),
             ("series", series, [name for band in said.bands for name in band.names]),
             ("preset", presets, said.presets),
-            ("band", bands, [name for fault in said.faults for name in fault.bands]),
+            ("band", bands, [name for tested in said.tested for name in tested.bands]),
         )
         for kind, known, names in wanted:
             for name in names:
@@ -428,15 +435,33 @@ class Experiment:
             raise ParameterError("footage", kind, f"left out: {self.id} does not declare the parameters of recordings")
         return self.video.recorded(kind)
 
-    def miscalibration(self, *in_force: tuple[str, Any]) -> tuple[Direction, ...]:
-        """Return the declared errors of bands.
+    def doubts(self, *in_force: tuple[str, Any]) -> tuple[Finding, ...]:
+        """Return how error bands were found to be off, else whether some are not calibrated; nothing if all are right.
 
         Args:
-            in_force: Trackers by name with their parameters; an error of any of them counts.
+            in_force: Trackers by name with their parameters; a doubt about any of them counts.
         """
-        faults = self.quality.calibration.faults
-        found = {fault.direction for fault in faults if any(fault.holds(*each) for each in in_force)}
-        return tuple(direction for direction in DIRECTIONS if direction in found)
+        found = {it for each in in_force for it in self.findings(*each).values()}
+        off, unknown = found - {"right", "uncalibrated"}, found & {"uncalibrated"}
+        return tuple(doubt for doubt in DOUBTS if doubt in (off or unknown))
+
+    def findings(self, tracker: str, parameters: Any) -> dict[str, Finding]:  # noqa: ANN401 - the experiment's own model
+        """Return what is declared of each band of a tracker with these parameters, by the band's subject."""
+        said = self.quality.calibration
+        tested = [it for it in said.tested if tracker in it.trackers]
+        turned = self._turned(tracker, parameters) if tested else set()
+        return {
+            band.of: next((it.found for it in tested if it.holds(band.of, parameters, turned)), "uncalibrated")
+            for band in said.bands
+            if not band.trackers or tracker in band.trackers
+        }
+
+    def _turned(self, tracker: str, parameters: Any) -> set[str]:  # noqa: ANN401 - the experiment's own model
+        """Return the names of what a tracker reads and differs from the default scene, or is not there."""
+        standard, scene = self.simulate().parameters, self.quality.calibration.scene
+        declared = [it for it in self.declarations(type(standard)) if moves_estimates(it) and it.name != scene]
+        read = [it.name for it in declared if not it.trackers or tracker in it.trackers]
+        return {name for name in read if getattr(parameters, name, None) != getattr(standard, name)}
 
     def preset_of(
         self, tracker: str, seed: int, values: Mapping[str, Value], defaults: Mapping[str, Value]

@@ -146,56 +146,6 @@ def condition(
     return Gaussian(mean, covariance), log_evidence
 
 
-def expected_coverage(
-    path: Floats, *, process_sd: float, measurement_sd: float, true_sd: float, initial_sd: float, retention: float = 1.0
-) -> float:
-    """Return the share of frames in which the 95 % band of a filter of position and velocity should hold a known path.
-
-    The error is the lag behind the path (the error of the same filter without measurement noise) plus the effect of
-    the noise. Its true variance differs from the filter's own where the assumed noises are not the true ones.
-
-    Args:
-        path: (T,) true positions, T >= 2; the filter begins at rest at the first of them.
-        process_sd: Process noise that the filter assumes, unit.
-        measurement_sd: Measurement noise that the filter assumes, unit.
-        true_sd: True measurement noise, unit.
-        initial_sd: Standard deviation of its two first positions, unit.
-        retention: Share of the velocity that the filter expects to stay, 0..1.
-
-    Returns:
-        The mean over the frames of the probability that the error is within 1.96 of the filter's own deviations.
-    """
-    first, *later = path.tolist()
-    # Mean, the filter's own covariance and the true one of the newest two positions.
-    mean = first, first
-    own, true = (initial_sd**2, 0.0, initial_sd**2), (0.0, 0.0, 0.0)
-    held = []
-    for place in later:
-        mean = mean[0] + retention * (mean[0] - mean[1]), mean[0]
-        own, true = _moved(own, retention), _moved(true, retention)
-        expected = own[0] + process_sd**2
-        gain, gain_before = expected / (expected + measurement_sd**2), own[1] / (expected + measurement_sd**2)
-        kept = 1.0 - gain
-        mean = mean[0] + gain * (place - mean[0]), mean[1] + gain_before * (place - mean[0])
-        own = kept * expected, kept * own[1], own[2] - gain_before * own[1]
-        a, b, c = true
-        true = (
-            kept**2 * a + (gain * true_sd) ** 2,
-            kept * (b - gain_before * a) + gain * gain_before * true_sd**2,
-            c - 2.0 * gain_before * b + gain_before**2 * a + (gain_before * true_sd) ** 2,
-        )
-        reach, off = 1.96 * math.sqrt(own[0]), mean[0] - place
-        wide = math.sqrt(2.0 * true[0]) or math.ulp(reach)
-        held.append(0.5 * (math.erf((reach - off) / wide) + math.erf((reach + off) / wide)))
-    return math.fsum(held) / len(held)
-
-
-def _moved(covariance: tuple[float, float, float], retention: float) -> tuple[float, float, float]:
-    """Return the variances and the covariance of the newest two positions after a step without noise."""
-    (a, b, c), f = covariance, 1.0 + retention
-    return f**2 * a - 2.0 * f * retention * b + retention**2 * c, f * a - retention * b, a
-
-
 def _check(
     prior: Gaussian,
     measurement: Floats,

@@ -17,7 +17,7 @@ from markupsafe import Markup
 from pftrack.analysis.counterfactuals import CAVEAT
 from pftrack.analysis.diagnosis import diagnose
 from pftrack.core.arrays import Floats, spans
-from pftrack.core.model.band import DIRECTIONS
+from pftrack.core.model.band import DOUBTS
 from pftrack.core.model.drawing import (
     COLOURS,
     Arrows,
@@ -196,8 +196,8 @@ def summary_lines(run: Run) -> dict[str, str]:
             share = measure.how == "share"
             words = f"{100 * value:.0f} %" if share else _with_unit(quantity(value, measure.unit), measure.unit)
             lines[measure.title] = words
-    if made.miscalibration:
-        lines["Error bands"] = " ".join(DIRECTIONS[direction] for direction in made.miscalibration)
+    if made.doubts:
+        lines["Error bands"] = " ".join(DOUBTS[doubt] for doubt in made.doubts)
     footage = run.setup.footage
     if footage is not None:
         lines |= {"Recording": footage.name} | ({"SHA-256 of the recording": footage.sha256} if footage.sha256 else {})

@@ -9,7 +9,7 @@ import hashlib
 import json
 from typing import Any
 
-from pftrack.core.model.band import DIRECTIONS
+from pftrack.core.model.band import DOUBTS
 from pftrack.core.model.glossary import Citation
 from pftrack.core.numerics import machine
 from pftrack.core.version import __version__
@@ -37,7 +37,7 @@ def manifest_of(run: Run) -> dict[str, Any]:
             **({"recording": footage.sha256} if footage and footage.sha256 else {}),
         },
         "loss": {"lost_frames": loss.lost_frames, "first_lost_frame": loss.first_lost_frame, "by": loss.witness},
-        **{direction: direction in run.miscalibration for direction in DIRECTIONS},
+        **{doubt: doubt in run.doubts for doubt in DOUBTS},
         "computed_on": dict(machine.describe_platform()),
         "columns": [{"name": it.name, "title": it.title, "unit": it.unit} for it in columns_in(run)],
         "citation": citation_of(run),

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from pftrack.core.entry_points import PRESENTERS, load
-from pftrack.core.model.band import Direction
+from pftrack.core.model.band import Finding
 from pftrack.core.model.drawing import drawn_particles
 from pftrack.core.model.measures import evaluate
 from pftrack.core.model.parameters import flat, read_particles, with_role
@@ -380,9 +380,9 @@ class Run:
         return estimates_hash(np.array([row.estimate for row in self.diagnostics]))
 
     @property
-    def miscalibration(self) -> tuple[Direction, ...]:
-        """Ways in which the bands of frames computed so far are declared to be miscalibrated."""
-        return self.experiment.miscalibration(*self.timeline.in_force_until(self.computed))
+    def doubts(self) -> tuple[Finding, ...]:
+        """What is to be said against error bands of the frames computed so far; nothing if all were found right."""
+        return self.experiment.doubts(*self.timeline.in_force_until(self.computed))
 
     def measures(self) -> Mapping[str, float | int]:
         """Return by name the measures of the run so far for which the truth is known."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from pftrack.core.arrays import Floats
 from pftrack.core.files import warn_once
-from pftrack.core.model.band import DIRECTIONS, Direction
+from pftrack.core.model.band import DOUBTS, Finding
 from pftrack.core.model.measures import HIT_RATE, EvaluatedRun, Measure, evaluate, is_success
 from pftrack.core.model.parameters import Parameters, Value, flat, with_role
 from pftrack.core.model.recipe import Change, Timeline
@@ -181,7 +181,7 @@ class Summary:
         verdict: Verdict by the frames with known truth.
         measures: By name, the experiment's measures for which the truth is known.
         step_ms_median: Median time of a step of the tracker, ms; None for a run of one frame.
-        miscalibration: Ways in which bands of the run are declared to be miscalibrated.
+        doubts: What is to be said against error bands of the run.
         estimates_sha256: Hash of all estimates; equal if and only if they are the same bit for bit.
     """
 
@@ -195,7 +195,7 @@ class Summary:
     verdict: Verdict
     measures: Mapping[str, float | int]
     step_ms_median: float | None
-    miscalibration: tuple[Direction, ...]
+    doubts: tuple[Finding, ...]
     estimates_sha256: str
 
     @property
@@ -218,7 +218,7 @@ class Summary:
             "hit_rate": self.hit_rate,
             **self.measures,
             "step_ms_median": self.step_ms_median,
-            **{direction: direction in self.miscalibration for direction in DIRECTIONS},
+            **{doubt: doubt in self.doubts for doubt in DOUBTS},
             "estimates_sha256": self.estimates_sha256,
         }
 
@@ -248,6 +248,6 @@ def summarise(
         verdict=judge(course, Loss.of(rows), decisive, allowed_loss(timeline.parameters_at(last))),
         measures=evaluate(experiment.measures_on(setup.footage), course),
         step_ms_median=median(row.step_ms for row in rows[1:]) if last else None,
-        miscalibration=experiment.miscalibration(*timeline.in_force_until(last)),
+        doubts=experiment.doubts(*timeline.in_force_until(last)),
         estimates_sha256=estimates_hash(np.array([row.estimate for row in rows])),
     )

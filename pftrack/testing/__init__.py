@@ -13,8 +13,8 @@ everywhere. Its tests need a few lines for that, in the manner of scikit-learn's
 - `numbers`: reports of a tracker are finite and as declared; its model gives the filter's weights at any state, and a
   linear one is the model that the filter uses; seek, branch, file, process, batch and change of tracker give the same
   numbers;
-- `coverage`: bands are calibrated, or declared as not calibrated; each failure still fails in its own way, and its cure
-  works; other seeds and changes can be computed; a loss probability is a probability, on every path to it;
+- `coverage`: bands hold the truth as often as is declared; each failure still fails in its own way, and its cure works;
+  other seeds and changes can be computed; a loss probability is a probability, on every path to it;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame; and
   a film of its own scene is tracked from a mark, as an upload is.
 """

@@ -1,12 +1,13 @@
-"""Checks of bands: they are calibrated, or the experiment declares that they are not.
+"""Checks of bands: they hold the truth as an experiment declares that they were found to.
 
-A band of 50 % should hold the truth in 45 to 55 % of the reports, one of 95 % in 92 to 98 %, and a region that promises
-to hold it in all. A deviation of more than three standard errors, over seeds, must be declared
-(`pftrack.core.model.band.Miscalibration`), with its direction: too narrow, if any of a band's shares is; else too wide.
-A declaration that is no longer needed must be removed.
+A band of 50 % is right if it holds the truth in 45 to 55 % of the reports, one of 95 % in 92 to 98 %, and a region that
+promises to hold it in all. It is too narrow if any of its shares is for sure, by more than three standard errors over
+seeds; else too wide if any is. What is neither is unclear. A declaration (`pftrack.core.model.band.BandTest`) must not
+say otherwise; a band without any is not calibrated.
 
 The quick check uses the first frames of a few runs of the default scene, where trackers still know how they began. It
-finds gross errors. The thorough one has `SEEDS` seeds, and the presets of the calibration as well.
+finds gross errors of bands that are declared right. The thorough one has `SEEDS` seeds, and the presets of the
+calibration as well.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from pftrack.analysis.alternatives import alternatives
 from pftrack.analysis.diagnosis import diagnose_course
 from pftrack.analysis.diagnosis.course import course_of
 from pftrack.analysis.failures import Entry, FailureRun, run_failure
-from pftrack.core.model.band import ALL, HALF, MOST, Direction, Miscalibration
+from pftrack.core.model.band import ALL, HALF, MOST, Finding
 from pftrack.core.model.preset import CAUSES
 from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
@@ -39,8 +40,8 @@ FEW = range(3)
 SLACK = 0.25
 """Additional tolerance of the quick check: the first frames differ from the others."""
 
-SURELY, WELL = 3.0, 1.0
-"""Standard errors: so far outside a share is for sure, and so far within it is well inside."""
+SURELY = 3.0
+"""Standard errors by which a share is outside for sure."""
 
 
 def thorough_checks(experiment: Experiment) -> Iterator[Check]:
@@ -51,55 +52,33 @@ def thorough_checks(experiment: Experiment) -> Iterator[Check]:
             yield Check(name, partial(_demand, experiment, tracker, preset))
 
 
-def judge(shares: Sequence[Coverage], slack: float = 0.0) -> Direction | None:
-    """Return in which direction a band is surely off, by all of its shares; None if it is not for sure."""
-    narrow, wide = False, False
+def judge(shares: Sequence[Coverage], slack: float = 0.0) -> Finding:
+    """Return what all shares of a band show: off if one is for sure, right if all are within the limits."""
+    narrow, wide, right = False, False, True
     for one in shares:
         low, high = LIMITS[one.promised]
         margin = 0.0 if one.promised == ALL else SURELY * np.nan_to_num(one.error) + slack
         narrow |= one.share + margin < low
         wide |= one.share - margin > high
-    return "overconfident" if narrow else "underconfident" if wide else None
+        right &= low <= one.share <= high
+    return "overconfident" if narrow else "underconfident" if wide else "right" if right else "uncalibrated"
 
 
 def find_contradictions(
-    faults: Sequence[Miscalibration], measured: Sequence[Coverage], *, slack: float = 0.0
+    said: Mapping[str, Finding], measured: Sequence[Coverage], *, slack: float = 0.0
 ) -> Iterator[str]:
     """Yield what was measured of the bands of a tracker and is declared otherwise, a clause each.
 
     Args:
-        faults: Declared faults of the tracker in this setting.
+        said: Declared finding of each band in this setting, by its subject.
         measured: Measured shares of all its bands.
-        slack: Tolerance beyond standard errors; if not 0, needless declarations are not reported.
+        slack: Tolerance beyond standard errors; if not 0, only bands that are declared right are judged.
     """
-    bands: dict[str, list[Coverage]] = {}
-    for one in measured:
-        bands.setdefault(one.of, []).append(one)
-    for of, shares in bands.items():
-        declared = {fault.direction for fault in faults if not fault.bands or of in fault.bands}
+    for of, finding in said.items():
+        shares = [one for one in measured if one.of == of]
         found = judge(shares, slack)
-        if found is not None and found not in declared and not (declared and _is_excused(found, shares, slack)):
-            yield f"the band of the {of} {_words(shares)}, which must be declared as {found}"
-    for fault in faults if slack == 0.0 else ():
-        about = [shares for of, shares in bands.items() if not fault.bands or of in fault.bands]
-        if about and all(_is_well(one) for shares in about for one in shares):
-            told = "; ".join(f"that of the {shares[0].of} {_words(shares)}" for shares in about)
-            yield f"a band is declared as {fault.direction} and is not: {told}"
-
-
-def _is_excused(found: Direction, shares: Sequence[Coverage], slack: float) -> bool:
-    """Return whether a band may be found too wide that is declared as too narrow.
-
-    Where some runs are lost, its smaller shares may be too wide and its larger ones too narrow, though not for sure;
-    and no run is lost yet in the first frames.
-    """
-    return found == "underconfident" and (slack > 0.0 or any(one.share < one.promised for one in shares))
-
-
-def _is_well(one: Coverage) -> bool:
-    low, high = LIMITS[one.promised]
-    margin = WELL * np.nan_to_num(one.error)
-    return bool(low <= one.share - margin and one.share + margin <= high) or one.share == one.promised == ALL
+        if len({finding, found} - {"uncalibrated"}) > 1 and (finding == "right" or not slack):
+            yield f"the band of the {of} {_words(shares)}: it is declared {finding}, and is {found}"
 
 
 def _words(shares: Sequence[Coverage]) -> str:
@@ -112,10 +91,9 @@ def _few_runs_hold(experiment: Experiment, tracker: str) -> None:
     _demand(experiment, tracker, "", FEW, FRAMES, SLACK)
 
 
-def declared_of(experiment: Experiment, tracker: str, preset: str) -> list[Miscalibration]:
-    """Return what is declared of a tracker with the values of a preset, or in the default scene if it is empty."""
-    parameters = measured_parameters(experiment, preset, SEEDS[0])
-    return [fault for fault in experiment.quality.calibration.faults if fault.holds(tracker, parameters)]
+def declared_of(experiment: Experiment, tracker: str, preset: str) -> dict[str, Finding]:
+    """Return what is declared of a tracker's bands with a preset, or in the default scene if it is empty."""
+    return experiment.findings(tracker, measured_parameters(experiment, preset, SEEDS[0]))
 
 
 def _demand(
@@ -126,13 +104,12 @@ def _demand(
     frames: int | None = None,
     slack: float = 0.0,
 ) -> None:
-    counts = []
-    for seed in seeds:
+    said, counts = declared_of(experiment, tracker, preset), []
+    for seed in () if set(said.values()) <= {"uncalibrated"} else seeds:
         run = measured_run(experiment, tracker, preset, seed, frames or experiment.quality.calibration.frames)
         run.finish()
         counts.append(count_held(run))
-    declared = declared_of(experiment, tracker, preset)
-    wrong = list(find_contradictions(declared, pool_counts(counts), slack=slack))
+    wrong = list(find_contradictions(said, pool_counts(counts), slack=slack))
     demand(not wrong, f"{tracker}: {'; '.join(wrong)}")
 
 

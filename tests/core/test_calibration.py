@@ -9,24 +9,25 @@ import pytest
 
 from pftrack.core.model.band import (
     ALL,
-    DIRECTIONS,
+    DOUBTS,
     HALF,
     MOST,
     Band,
+    BandTest,
     Calibration,
     DeviationBand,
-    Direction,
     EstimateBand,
+    Finding,
     FlagBand,
     IntervalBand,
-    Miscalibration,
 )
 from pftrack.core.model.measures import Witness, judge_loss
+from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Interval
 from pftrack.core.model.setup import SETTLED, describe_course
 from pftrack.core.model.tracker import Diagnostics
-from pftrack.experiments import find
+from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment, Quality
 from pftrack.output.displays import summary_lines
 from pftrack.runs.manifest import manifest_of
@@ -36,62 +37,91 @@ BALL = find("ball")
 FIRST, SECOND = list(BALL.trackers)[:2]
 
 
-def declaring(*faults: Miscalibration) -> Experiment:
-    return replace(BALL, quality=Quality(Calibration(faults=faults)))
+def declaring(*tests: BandTest, experiment: Experiment = BALL, **more: Any) -> Experiment:
+    return replace(experiment, quality=Quality(Calibration(tested=tests, **more)))
 
 
-def doubtful(direction: Direction, **values: tuple[Any, ...]) -> Run:
-    """Return a run of a tracker that is declared with some values of parameters."""
-    experiment = declaring(Miscalibration((FIRST,), values, direction=direction))
-    return Run(experiment, experiment.simulate(), tracker=FIRST, frames=4)
+def run_of(experiment: Experiment, **more: Any) -> Run:
+    return Run(experiment, experiment.simulate(), tracker=FIRST, frames=4, **more)
 
 
-@pytest.mark.parametrize("direction", DIRECTIONS)
-def test_a_band_that_is_off_is_said_in_summary_notebook_and_manifest(direction: Direction) -> None:
-    """In the direction in which it is off; without a declaration all of them say nothing."""
-    run = doubtful(direction)
+@pytest.mark.parametrize("finding", ["right", *DOUBTS])
+def test_what_was_found_is_said_in_summary_notebook_and_manifest(finding: Finding) -> None:
+    """A doubt, or nothing where bands were found right."""
+    run = run_of(declaring(BandTest((FIRST,), found=finding)))
     run.finish()
-    assert run.summary().miscalibration == (direction,)
+    doubts = [] if finding == "right" else [finding]
+    assert list(run.summary().doubts) == list(run.doubts) == doubts
     for said in (run.summary().as_dict(), manifest_of(run)):
-        assert [name for name in DIRECTIONS if said[name]] == [direction]
-    assert summary_lines(run)["Error bands"] == DIRECTIONS[direction]
-    plain = Run(declaring(), BALL.simulate(), tracker=FIRST, frames=4)
-    plain.finish()
-    assert plain.miscalibration == ()
-    assert plain.summary().as_dict()[direction] is manifest_of(plain)[direction] is False
-    assert "Error bands" not in summary_lines(plain)
+        assert [name for name in DOUBTS if said[name]] == doubts
+    assert summary_lines(run).get("Error bands") == DOUBTS.get(finding)
 
 
-def test_it_holds_by_tracker_and_values_in_any_frame_so_far() -> None:
-    """A run that has come to the setting says so, and one that has only planned to does not."""
-    experiment = declaring(Miscalibration((SECOND,)))
-    timeline = (Change(2, {"tracker": SECOND}),)
-    run = Run(experiment, experiment.simulate(), tracker=FIRST, frames=4, timeline=timeline)
+def test_it_holds_by_tracker_in_any_frame_so_far() -> None:
+    """A run that has come to another setting says so, and one that has only planned to does not."""
+    experiment = declaring(BandTest((FIRST,)), BandTest((SECOND,), found="overconfident"))
+    run = run_of(experiment, timeline=(Change(2, {"tracker": SECOND}),))
     run.seek(1)
-    assert not run.miscalibration
+    assert run.doubts == ()
     run.finish()
-    assert run.miscalibration == ("overconfident",)
-    parameters = experiment.simulate().parameters
-    name, value = next(iter(parameters.model_dump().items()))
-    assert Miscalibration((FIRST,), {name: (value,)}).holds(FIRST, parameters)
-    assert not Miscalibration((FIRST,), {name: ("another",)}).holds(FIRST, parameters)
-    assert not Miscalibration((FIRST,), {"unknown": (1,)}).holds(FIRST, parameters)
+    assert run.doubts == ("overconfident",)
 
 
-def test_it_holds_between_bounds() -> None:
-    """Both ends are included, an end may be open, and a parameter that is not there lies within none."""
+@pytest.mark.parametrize(
+    ("values", "finding"),
+    [
+        ({}, "right"),
+        ({"sample_count": 850}, "right"),
+        ({"sample_count": 700, "resampling": "residual"}, "right"),
+        ({"sample_count": 901}, "uncalibrated"),
+        ({"sample_count": 700, "process_noise_px": 1.5}, "uncalibrated"),
+        ({"resampling": "stratified"}, "uncalibrated"),
+        ({"gamma_min_px": 9.0}, "right"),
+        ({"lost_radii": 9.0}, "right"),
+        ({"layout": 7}, "right"),
+    ],
+)
+def test_what_is_not_declared_is_not_calibrated(values: dict[str, Any], finding: Finding) -> None:
+    """Known is the default scene and what is named around it; scenes of its kind and what moves nothing are alike."""
+    within = {"sample_count": (700, 900), "resampling": ("systematic", "residual")}
+    experiment = declaring(BandTest((FIRST,), within), scene="layout")
+    parameters = revise(BALL.simulate().parameters, values)
+    assert experiment.findings(FIRST, parameters) == {"estimate": finding}
+    assert experiment.findings(SECOND, parameters) == {"estimate": "uncalibrated"}
+
+
+def test_what_is_named_must_be_within_though_it_is_the_default() -> None:
+    """Bands may be right elsewhere, and not in the default scene."""
+    experiment, parameters = declaring(BandTest((FIRST,), {"sample_count": (900, 1000)})), BALL.simulate().parameters
+    assert experiment.findings(FIRST, parameters) == {"estimate": "uncalibrated"}
+    assert experiment.findings(FIRST, revise(parameters, {"sample_count": 950})) == {"estimate": "right"}
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS.own)
+def test_nothing_is_calibrated_on_recordings(name: str) -> None:
+    """No scene there is the default one, whatever the values are."""
+    experiment = EXPERIMENTS[name]
+    for kind in experiment.video.footage if experiment.quality.calibration.bands else ():
+        parameters = experiment.parameters_on(kind)
+        assert {experiment.doubts((tracker, parameters)) for tracker in experiment.trackers} == {("uncalibrated",)}
+
+
+def test_a_band_of_several_may_be_off_alone() -> None:
+    """Then it is said how it is off, and not that others are unknown."""
+    bands = (EstimateBand(), EstimateBand("other"))
+    off = BandTest((FIRST,), bands=("other",), found="underconfident")
     parameters = BALL.simulate().parameters
-    count = parameters.sample_count
-    for bounds, wanted in (((0, count), True), ((count, math.inf), True), ((-math.inf, count - 1), False)):
-        assert Miscalibration((FIRST,), ranges={"sample_count": bounds}).holds(FIRST, parameters) is wanted
-    assert not Miscalibration((FIRST,), ranges={"unknown": (0, 9)}).holds(FIRST, parameters)
+    assert declaring(off, bands=bands).doubts((FIRST, parameters)) == ("underconfident",)
+    right = BandTest((FIRST,), bands=("estimate",))
+    assert declaring(right, bands=bands).doubts((FIRST, parameters)) == ("uncalibrated",)
+    assert declaring(right, off, bands=bands).findings(FIRST, parameters) == {"estimate": "right", "other": off.found}
 
 
 @pytest.mark.parametrize(
     ("calibration", "sentence"),
     [
-        (Calibration(faults=(Miscalibration(("none",)),)), "no tracker 'none'"),
-        (Calibration(faults=(Miscalibration((FIRST,), bands=("mood",)),)), "no band 'mood'"),
+        (Calibration(tested=(BandTest(("none",)),)), "no tracker 'none'"),
+        (Calibration(tested=(BandTest((FIRST,), bands=("mood",)),)), "no band 'mood'"),
         (Calibration(presets=("none",)), "no preset 'none'"),
     ],
 )

@@ -192,7 +192,7 @@ def test_whole_numbers_of_a_scene_stay_whole(folder: Path) -> None:
         ("mitsugami2009", "mitsugami1809", r"experiment.yaml, line 4: unknown reference 'mitsugami1809'"),
         ("  ordinary:", "  unusual:", r"fish/experiment.yaml: it has titles of the trackers guided, unusual, "),
         ("  body:\n", "  body:\n    length: 4\n", r"reported.body has an unknown field 'length'"),
-        ("underconfident", "unsure", r"quality.yaml, line \d+: calibration.faults has a wrong '0.direction'"),
+        ("underconfident", "unsure", r"quality.yaml, line \d+: calibration.tested has a wrong '0.found'"),
     ],
 )
 def test_a_mistake_is_named_with_its_line(folder: Path, old: str, new: str, message: str) -> None:

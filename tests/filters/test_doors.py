@@ -315,7 +315,7 @@ MISSING = {
 
 WITHOUT_ARRAYS = {
     *("resampling.decide", "resampling.parents", "resampling.systematic_parents"),
-    *("kalman.expected_coverage", "dynamics.random_walk", "dynamics.constant_velocity"),
+    *("dynamics.random_walk", "dynamics.constant_velocity"),
     *("particles.normalise", "particles.count_unique", "particles.evaluate"),
     *("auxiliary.correction", "auxiliary.exceeds", "auxiliary.hard", "auxiliary.soft", "rao_blackwell.begin"),
     *("dynamics.augment_dynamics", "dynamics.block", "dynamics.begin_lineage", "dynamics.extend_lineage"),

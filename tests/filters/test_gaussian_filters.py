@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import bootstrap, dynamics, extended, kalman, unscented
 from pftrack.filters.dynamics import autoregression, constant_velocity, random_walk
-from pftrack.filters.kalman import expected_coverage
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.sequential import condition, decorrelate, predict_second_order
 
@@ -186,21 +185,3 @@ def test_second_order_models_are_augmented() -> None:
     assert np.array_equal(advanced[2:], past[:8])
     with pytest.raises(ValueError, match="lag must be at least 1"):
         dynamics.augment_dynamics(model, 2, 0)
-
-
-@pytest.mark.parametrize(("assumed", "true", "retention"), [(0.3, 0.1, 1.0), (0.1, 0.3, 1.0), (0.2, 0.2, 0.6)])
-def test_expected_coverage_is_that_of_many_filters(assumed: float, true: float, retention: float) -> None:
-    """Of 20,000 filters that see a sine with noise: a share of frames has a standard error below 0.001."""
-    path, rng, count = np.sin(np.arange(21) / 3), np.random.default_rng(0), 20_000
-    motion = np.array([[1 + retention, -retention], [1, 0]])
-    means, own, held = np.full((count, 2), path[0]), 0.2**2 * np.eye(2), []
-    for place in path[1:]:
-        means, own = means @ motion.T, motion @ own @ motion.T + np.diag([0.05**2, 0])
-        gain = own[:, 0] / (own[0, 0] + assumed**2)
-        means = means + (place + rng.normal(0, true, count) - means[:, 0])[:, np.newaxis] * gain
-        own = own - np.outer(gain, own[0])
-        held.append(np.mean(np.abs(means[:, 0] - place) <= 1.96 * np.sqrt(own[0, 0])))
-    expected = expected_coverage(
-        path, process_sd=0.05, measurement_sd=assumed, true_sd=true, initial_sd=0.2, retention=retention
-    )
-    assert expected == pytest.approx(np.mean(held), abs=0.004)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.band import Calibration, Direction, Miscalibration
+from pftrack.core.model.band import BandTest, Calibration, Finding
 from pftrack.core.model.drawing import Ellipsoids
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.preset import Preset
@@ -159,10 +159,10 @@ def test_a_world_that_is_not_sound_is_found(experiment: Experiment, sentence: st
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: boasting(30.0), "the band of the estimate of .*, which must be declared as underconfident"),
+        (lambda: boasting(30.0), "the band of the estimate of .*: it is declared right, and is underconfident"),
         (
             broken.escaping,
-            "the band of the region of 100 % holds the truth in 90.9 % of the reports, which must be declared",
+            "the band of the region of 100 % holds the truth in 90.9 % of the reports: it is declared right",
         ),
     ],
 )
@@ -172,19 +172,18 @@ def test_a_band_that_is_off_is_found_either_way(make: Callable[[], Experiment], 
         checks_of(make())["bands hold the truth as often as they say"]()
 
 
-@pytest.mark.parametrize(("factor", "direction"), [(0.02, "overconfident"), (30.0, "underconfident")])
-def test_what_is_declared_passes(factor: float, direction: Direction) -> None:
-    """A declaration of the right direction is all that a method that is off needs."""
-    fault = Miscalibration(("kalman",), direction=direction)
-    checks_of(boasting(factor, faults=(fault,)))["bands hold the truth as often as they say"]()
+@pytest.mark.parametrize("found", ["overconfident", "uncalibrated"])
+def test_a_band_that_is_not_declared_right_passes(found: Finding) -> None:
+    """Who promises nothing of a method that is off needs no declaration, and may have one."""
+    checks_of(boasting(0.02, found))["bands hold the truth as often as they say"]()
 
 
-def test_a_needless_declaration_is_found() -> None:
-    """Over many runs the exact filter is well inside; whoever says otherwise of it says what is not so."""
-    fault = Miscalibration(("kalman",))
-    experiment = replace(SOUND, quality=Quality(Calibration(faults=(fault,))))
+def test_a_wrong_declaration_is_found() -> None:
+    """Over many runs the exact filter is right; whoever says otherwise of it says what is not so."""
+    tested = BandTest(("kalman",), found="overconfident")
+    experiment = replace(SOUND, quality=Quality(Calibration(tested=(tested,))))
     (check,) = (one for one in experiment_checks(experiment, thorough=True) if str(one).endswith("(kalman, default)"))
-    with pytest.raises(CheckError, match="a band is declared as overconfident and is not: that of the estimate"):
+    with pytest.raises(CheckError, match=r"the band of the estimate of .*: it is declared overconfident, and is right"):
         check()
 
 

@@ -8,7 +8,6 @@ from scipy.ndimage import map_coordinates
 
 from pftrack.core.arrays import Floats
 from pftrack.core.geometry import paint_disc
-from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.glossary import cite
 from pftrack.core.model.likelihood import Component
 from pftrack.core.model.marks import Box
@@ -19,7 +18,7 @@ from pftrack.core.model.series import STANDARD_PLOTS, Interval, Plot, Series, Se
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, FrameSequence, History, Target, Truth
 from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
-from pftrack.experiments.experiment import Display, Experiment, Judge, Quality, Texts, Video
+from pftrack.experiments.experiment import Display, Experiment, Judge, Texts, Video
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource, paint
 from pftrack.experiments.shared.reports import particle_count
@@ -142,9 +141,6 @@ EXPERIMENT = Experiment(
     video=Video(wire, marks=(Box,), wanted="a box around the disc"),
     draw=draw_point_frame,
     judge=Judge(distance, "px", lambda errors, sizes, _parameters: errors > sizes),
-    quality=Quality(
-        Calibration(faults=(Miscalibration(("straight",)), Miscalibration(("turning",), direction="underconfident")))
-    ),
     example_sweep=ExampleSweep({"occlusion_width_px": (0, 20, 40, 60, 80)}, ("turning", "straight"), 4, 120),
     model=Disc(turns=True),
     interface=4,

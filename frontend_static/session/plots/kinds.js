@@ -44,7 +44,7 @@ const HIGHEST = 105;
 const [NODE_PX, RING_PX] = [8, 14];
 const isLost = () => shades("lost", 0.16, isGone, { word: "lost" });
 /** Remarks on the active branch's band, shown where the band is drawn. */
-const DOUBTS = /** @type {Record<string, string>} */ ({ overconfident: "too narrow", underconfident: "too wide" });
+const DOUBTS = /** @type {Record<string, string>} */ ({ overconfident: "too narrow", underconfident: "too wide", uncalibrated: "not calibrated" });
 
 /** @type {Make} */
 function error(plot) {

@@ -11,8 +11,7 @@ to hold it in all. Each kind below derives from the numbers of a frame which of 
 An experiment lists its bands; those of one that lists none are of its estimate.
 """
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
@@ -164,44 +163,47 @@ def _within(values: ArrayLike, deviations: ArrayLike, truths: ArrayLike, *, turn
     return {share: (off <= width * spread)[known] for share, width in WITHIN.items()}
 
 
-# If bands are not calibrated, an experiment declares the setting and the direction. The reasons stand in
-# `docs/explanation/calibration.md`.
+# An experiment declares the settings at which its bands were tested, and what was found. At all others they are not
+# calibrated. Figures and reasons stand in `docs/explanation/calibration.md`.
 
-Direction: TypeAlias = Literal["overconfident", "underconfident"]
+Finding: TypeAlias = Literal["right", "overconfident", "underconfident", "uncalibrated"]
 
-DIRECTIONS: Mapping[Direction, str] = {
+DOUBTS: Mapping[Finding, str] = {
     "overconfident": "Error bands are too narrow here: they hold the truth less often than they say.",
     "underconfident": "Error bands are too wide here: they hold the truth more often than they say.",
+    "uncalibrated": "Error bands are a rough guide: they are not calibrated at these settings.",
 }
-"""The two ways in which bands are off, with the sentence that a screen shows."""
+"""What bands may be other than right, with the sentence that a screen shows."""
 
 
 @dataclass(frozen=True, slots=True)
-class Miscalibration:
-    """A setting in which bands hold the truth less or more often than their nominal share.
+class BandTest:
+    """A test of bands, and its settings: those of the default scene, and around it where parameters are named.
 
     Attributes:
         trackers: Names of those that it is about.
-        values: Values of parameters in which it holds, by name; of a parameter that is not named, any. None is for a
-            run without a parameter of that name, such as one of a scene on a recording.
-        ranges: Least and greatest value of parameters in which it holds, by name.
-        bands: Subjects of the affected bands; empty for all.
-        direction: Whether they are surer than they may be, or less sure.
+        within: Values of parameters by name: the least and the greatest of a number, all of a choice. Others have the
+            values of the default scene; those that the tracker does not read, and those that only draw or score, may
+            have any.
+        bands: Subjects of the tested bands; empty for all.
+        found: Whether they hold the truth as often as they say, or less or more often.
     """
 
     trackers: tuple[str, ...]
-    values: Mapping[str, tuple[Value | None, ...]] = field(default_factory=dict)
-    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    within: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     bands: tuple[str, ...] = ()
-    direction: Direction = "overconfident"
+    found: Finding = "right"
 
-    def holds(self, tracker: str, parameters: Any) -> bool:  # noqa: ANN401 - the experiment's own model
-        """Return whether it holds of a tracker with these parameters."""
-        return (
-            tracker in self.trackers
-            and all(getattr(parameters, name, None) in allowed for name, allowed in self.values.items())
-            and all(low <= getattr(parameters, name, math.nan) <= high for name, (low, high) in self.ranges.items())
-        )
+    def holds(self, of: str, parameters: Any, turned: Iterable[str]) -> bool:  # noqa: ANN401 - the experiment's own model
+        """Return whether it is about a band with these parameters, of which some differ from the default scene."""
+        is_known = (not self.bands or of in self.bands) and set(turned) <= self.within.keys()
+        return is_known and all(_allows(each, getattr(parameters, name, None)) for name, each in self.within.items())
+
+
+def _allows(allowed: tuple[Any, ...], value: Any) -> bool:  # noqa: ANN401 - a value, or None without the parameter
+    if value is None or isinstance(value, str | bool):
+        return value in allowed
+    return bool(allowed[0] <= value <= allowed[-1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +212,7 @@ class Calibration:
 
     Attributes:
         bands: Its trackers' error estimates, and their comparison with the truth; empty without promises.
-        faults: Settings in which that is not so.
+        tested: Settings at which it is known how often they hold the truth; of two the first counts.
         presets: Names of those in which bands are measured, in addition to the default scene.
         scene: Name of the parameter that numbers scenes of one kind, such as people; measured are as many of them as
             seeds. Empty where the seed alone makes another scene.
@@ -218,11 +220,11 @@ class Calibration:
     """
 
     bands: tuple[Band, ...] = (EstimateBand(),)
-    faults: tuple[Miscalibration, ...] = ()
+    tested: tuple[BandTest, ...] = ()
     presets: tuple[str, ...] = ()
     scene: str = ""
     frames: int = 120
 
 
 STANDARD_CALIBRATION = Calibration()
-"""For an experiment without a declaration: the band of the estimate, which counts as calibrated."""
+"""For an experiment without a declaration: the band of the estimate, which is not calibrated."""

@@ -5,12 +5,11 @@ them? The scene is simulated, or any recording with a box that the user has draw
 """
 
 from collections.abc import Sequence
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from pftrack.core.model.band import STANDARD_CALIBRATION
 from pftrack.core.model.drawing import COLOURS, Drawing, Polyline
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import PICTURE_MEASURES
@@ -18,15 +17,13 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.model.tracker import Diagnostics, Step
-from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.ball import model
-from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, centre, look_beside, suits
+from pftrack.experiments.ball.scene import BallSceneParameters, BallSource, look_beside, suits
 from pftrack.experiments.declared import read_words
 from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
-from pftrack.experiments.shared import recording, sketch
+from pftrack.experiments.shared import sketch
 from pftrack.experiments.shared.recording import RecordingParameters, RecordingSource
 from pftrack.experiments.shared.reports import JudgedByBox
-from pftrack.filters import kalman
 from pftrack.filters.dynamics import smooth
 from pftrack.vision.likelihoods import chromaticity
 
@@ -35,39 +32,6 @@ FOLDER = Path(__file__).parent
 
 class SimulatedBallParameters(model.ScoringParameters, model.BallTrackerParameters, BallSceneParameters):
     """The simulated scene and its trackers."""
-
-    @property
-    def kalman_coverage(self) -> float:
-        """Share of the reports in which the 95 % band of the Kalman filter should hold a ball alone."""
-        return _kalman_coverage(self)
-
-    @property
-    def colour_contrast(self) -> float:
-        """Likelihood ratio between pixels of the ball and of the ground, over the noise."""
-        colours = np.array(
-            [[recording.rgb(self.ball_colour)], [recording.rgb(self.background_colour)]], dtype=np.float64
-        )
-        noise = Stream(0, 0, Purpose.SCENE).standard_normal((len(colours), 200, 3))
-        picture = np.clip(np.rint(colours + self.image_noise_sd * noise), 0, 255).astype(np.uint8)
-        ball, ground = chromaticity.likelihood_map(picture, model.colour_model(self), self.background_level).mean(
-            axis=1
-        )
-        return float(ball / ground) if ground > 0 else np.inf
-
-
-@lru_cache(maxsize=64)
-def _kalman_coverage(parameters: SimulatedBallParameters) -> float:
-    turns = np.arange(STANDARD_CALIBRATION.frames) / (parameters.period_s * parameters.frame_rate_hz)
-    path = np.array([centre(parameters, turn) for turn in turns.tolist()])
-    held = partial(
-        kalman.expected_coverage,
-        process_sd=parameters.process_noise_px,
-        measurement_sd=parameters.measurement_noise_px,
-        true_sd=0.3,  # the centroid of whole pixels
-        initial_sd=parameters.initial_sd_px,
-        retention=parameters.velocity_retention,
-    )
-    return float(np.mean([held(axis) for axis in path.T]))
 
 
 class RecordedBallParameters(JudgedByBox, RecordingParameters, model.BallTrackerParameters):

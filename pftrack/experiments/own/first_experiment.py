@@ -4,7 +4,6 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from pftrack.core.geometry import paint_disc
-from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.glossary import cite
 from pftrack.core.model.likelihood import Component
 from pftrack.core.model.parameters import Parameters, parameter
@@ -12,7 +11,7 @@ from pftrack.core.model.preset import Preset
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
-from pftrack.experiments.experiment import INTERFACE, Display, Experiment, Judge, Quality, Texts
+from pftrack.experiments.experiment import INTERFACE, Display, Experiment, Judge, Texts
 from pftrack.experiments.shared.filtered import Bootstrap, PointModel, filtered
 from pftrack.experiments.shared.reports import particle_count
 from pftrack.experiments.shared.sketch import POINT_LAYERS, distance, draw_point_frame
@@ -78,7 +77,6 @@ EXPERIMENT = Experiment(
     simulate=lambda: Setup(DotScene, DotParameters()),
     draw=draw_point_frame,
     judge=Judge(distance, "px", lambda errors, sizes, parameters: errors > 2 * sizes),
-    quality=Quality(Calibration(faults=(Miscalibration(("bootstrap",), direction="underconfident"),))),
     model=Dot(),
     interface=INTERFACE,
 )

@@ -30,7 +30,6 @@ from pftrack.experiments.experiment import Experiment, Judge
 from pftrack.experiments.shared.filtered import Bootstrap, Kalman, PointModel, filtered
 from pftrack.experiments.shared.reports import particle_count, resampling_threshold
 from pftrack.experiments.shared.sketch import at_height, caption, circle, grid_faces, particle_clouds
-from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics, autoregression
 from pftrack.vision.rendering import viridis
 
@@ -234,31 +233,6 @@ LEAST_SD = SPAN / 200.0
 
 class SineParameters(SignalTrackerParameters, SignalParameters):
     """The signal and its trackers."""
-
-    @property
-    def kalman_coverage(self) -> float:
-        """Share of a turn's frames in which the 95 % band of the Kalman filter should hold the signal."""
-        deviations = self.process_noise_sd, self.assumed_noise_sd, self.observation_noise_sd, self.initial_sd
-        return _kalman_coverage(self.waveform, *deviations)
-
-    @property
-    def particle_share(self) -> float:
-        """Approximate ratio of the particles to the number needed to hold as much as the Kalman filter.
-
-        Measured: 40 for a start that is known, 2.2 times as many with each dimension; and as many more as the start of
-        each copy, place and velocity, is less known than a measurement.
-        """
-        unknown = math.prod([max(self.initial_sd / self.assumed_noise_sd, 1.0)] * (2 * self.dimension))
-        return self.sample_count / (40.0 * 2.2**self.dimension * unknown)
-
-
-@lru_cache(maxsize=64)
-def _kalman_coverage(waveform: str, process_sd: float, assumed_sd: float, true_sd: float, initial_sd: float) -> float:
-    turn = 2.0 * np.pi * np.arange(SignalSource.period_frames + 1) / SignalSource.period_frames
-    path = np.sin(turn) if waveform == "sine" else np.cos(turn)
-    return kalman.expected_coverage(
-        path, process_sd=process_sd, measurement_sd=assumed_sd, true_sd=true_sd, initial_sd=initial_sd
-    )
 
 
 def simulate() -> Setup:

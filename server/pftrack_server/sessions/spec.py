@@ -145,7 +145,7 @@ class RunSnapshot(BaseModel):
     recipe: Recipe
     tracker: str = Field(description="Tracker for the next frame")
     parameters: dict[str, Value] = Field({}, description="Parameters for the next frame")
-    doubts: dict[str, str] = Field({}, description="Why error bands of the next frame are wrong, each in a sentence")
+    doubts: dict[str, str] = Field({}, description="Why error bands of the next frame may be wrong, each in a sentence")
     timeline: list[ChangePublic] = []
     thresholds: list[ThresholdPublic] = []
     restarts: int = Field(0, description="Number of restarts; each drops the past")

@@ -8,7 +8,7 @@ import httpx
 import numpy as np
 import pytest
 
-from pftrack.core.model.band import DIRECTIONS
+from pftrack.core.model.band import DOUBTS
 from pftrack.core.model.drawing import Drawing, Picture
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.refusal import ParameterError
@@ -62,9 +62,11 @@ class TestWorkbench:
         assert first["frame"] == 1
         tree.run.seek(0)
         assert tree.forward() is None
-        assert tree.snapshot().doubts == {"underconfident": DIRECTIONS["underconfident"]}
+        assert tree.snapshot().doubts == {"underconfident": DOUBTS["underconfident"]}
         tree.run.change({"tracker": "kalman"})
-        assert tree.snapshot().doubts == {"overconfident": DIRECTIONS["overconfident"]}
+        assert tree.snapshot().doubts == {"overconfident": DOUBTS["overconfident"]}
+        tree.run.change({"occlusion_width_px": 30})
+        assert tree.snapshot().doubts == {"uncalibrated": DOUBTS["uncalibrated"]}
 
     def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
         """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from pftrack.analysis.explanation import Explanation, explain
 from pftrack.core.files import free_bytes
-from pftrack.core.model.band import DIRECTIONS
+from pftrack.core.model.band import DOUBTS
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.core.model.recipe import Change, Recipe, Segment, Timeline, check_timeline, parameter_values
@@ -144,7 +144,7 @@ class RunTree:
             told = {
                 "tracker": following.tracker,
                 "parameters": flat(following.parameters),
-                "doubts": {it: DIRECTIONS[it] for it in self.experiment.miscalibration(in_force)},
+                "doubts": {it: DOUBTS[it] for it in self.experiment.doubts(in_force)},
                 **describe_timeline(run),
             }
             self._told = run.timeline, following, told
