@@ -37,8 +37,8 @@ BALL = find("ball")
 FIRST, SECOND = list(BALL.trackers)[:2]
 
 
-def declaring(*tests: BandTest, experiment: Experiment = BALL, **more: Any) -> Experiment:
-    return replace(experiment, quality=Quality(Calibration(tested=tests, **more)))
+def declaring(*tests: BandTest, **more: Any) -> Experiment:
+    return replace(BALL, quality=Quality(Calibration(tested=tests, **more)))
 
 
 def run_of(experiment: Experiment, **more: Any) -> Run:
