@@ -126,7 +126,7 @@ def test_a_grey_target_is_followed_by_its_edges() -> None:
 
 
 def test_a_target_that_comes_back_elsewhere_is_found() -> None:
-    """While the window is unlike the target some particles look all over the picture; without them it stays lost."""
+    """While the target is lost some or all particles look all over the picture; without them it stays lost."""
     shown, truth = [], {}
     for index in range(24):
         picture = np.full((120, 200, 3), 110, np.uint8)
@@ -136,9 +136,13 @@ def test_a_target_that_comes_back_elsewhere_is_found() -> None:
             truth[index] = (float(x), float(y), 15.0, 15.0)
         shown.append(picture)
     setup = HISTOGRAM.video.on_video(Pictures(shown), Box.of(20, 30, 15, 15), truth=TruthTable(truth))
-    for values, found in (({}, 1.0), ({"search_share": 0.0}, 0.0)):
-        ((run,),) = outcomes(HISTOGRAM, setup, values=values, trackers=["condensation"], seeds=[1], frames=24)
-        assert run.measures["held_at_end"] == found
+    for share, found in ((0.1, 1.0), (0.7, 1.0), (1.0, 1.0), (0.0, 0.0)):
+        run = Run(HISTOGRAM, setup, seed=1, frames=24, timeline=[Change(0, {"search_share": share})])
+        run.finish()
+        assert run.summary().measures["held_at_end"] == found
+        said = [row.searching for row in run.diagnostics]
+        assert said[9:11] == ([None] * 2 if share == 0.0 else [True] * 2)
+        assert not said[-1]
 
 
 def test_cells_begin_with_the_first_look_and_do_not_learn_what_hides_it() -> None:
