@@ -77,8 +77,8 @@ def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -
 
 def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
     """Drawings that were overtaken are not sent, and the last one always is."""
-    for frame in range(200):
-        session.show(drawing(0, 10 + frame), frame)
+    sent = [session.pictures.for_scene(drawing(0, 10 + frame)) for frame in range(200)]
+    session.loop.call(lambda: [session.viewer.show(each, frame) for frame, each in enumerate(sent)])
     wait_for(lambda: count(peer) == 209)
     assert peer.batches < 100
 
