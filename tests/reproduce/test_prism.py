@@ -22,9 +22,9 @@ def test_methods_see_the_same_prism() -> None:
 
 
 def test_the_mixture_is_best() -> None:
-    """Over eight trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
+    """Over five trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
     methods: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0")
-    mixture, upper, lower = (np.mean([course(it, seed).error_deg for seed in range(8)]) for it in methods)
+    mixture, upper, lower = (np.mean([course(it, seed).error_deg for seed in range(5)]) for it in methods)
     assert mixture + 0.1 <= upper < lower
 
 

@@ -62,7 +62,7 @@ def straight_through() -> tuple[list[Step], str]:
     return list(run), run.estimates_sha256
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(frames=st.lists(st.integers(0, 44), min_size=1, max_size=6))
 def test_seeking_anywhere_gives_the_same_states(frames: list[int]) -> None:
     """Whatever way one seeks, forward and back, each frame's state is that of a run straight through."""
