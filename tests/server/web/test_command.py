@@ -40,10 +40,7 @@ def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
 
 MEBIBYTE = 1024 * 1024
 TOKEN = "token-of-this-test"
-SHORT_OF_ROOM = """
-import resource
-resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))
-"""
+SHORT_OF_ROOM = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({MEBIBYTE}, {MEBIBYTE}))"
 
 
 def test_a_life(tmp_path: Path) -> None:
@@ -53,15 +50,10 @@ def test_a_life(tmp_path: Path) -> None:
     its environment. A file that is longer than its shell allows is refused with the name of the limit, told at the
     start, too; what strangers ask for is no mistake of the server.
     """
-    first = SHORT_OF_ROOM.format(most=MEBIBYTE)
     temporary = tmp_path / "temporary"
     temporary.mkdir()
-    with serving(
-        f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})",
-        first,
-        TMPDIR=str(temporary),
-        PFTRACK_TOKEN=TOKEN,
-    ) as process:
+    arguments = f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})"
+    with serving(arguments, SHORT_OF_ROOM, TMPDIR=str(temporary), PFTRACK_TOKEN=TOKEN) as process:
         address = link(process)
         assert address.endswith(f"?token={TOKEN}")
         bare = address.partition("?")[0]
@@ -103,9 +95,8 @@ def test_the_commands_of_the_start_page(tmp_path: Path) -> None:
 
     @contextmanager
     def started(*arguments: str, **more: str) -> Iterator[subprocess.Popen[str]]:
-        with subprocess.Popen(
-            arguments, cwd=tmp_path, env={**shell, **more}, stdout=subprocess.PIPE, text=True, start_new_session=True
-        ) as process:
+        own: dict[str, Any] = {"stdout": subprocess.PIPE, "text": True, "start_new_session": True}
+        with subprocess.Popen(arguments, cwd=tmp_path, env={**shell, **more}, **own) as process:
             try:
                 yield process
             finally:
@@ -231,28 +222,26 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         return {**dict(zip(wishes, refused(*wishes.values()), strict=True)), "port": str(port)}
 
 
-def test_where_it_cannot_listen_or_write(said: dict[str, str]) -> None:
-    """A port in use, an address of another machine, a file in the place of a folder, one that another server has."""
+WORDS = {
+    "elsewhere": ["address"],
+    "no folder": ["--data-dir"],
+    "held": ["in use by another"],
+    "no port": ["port"],
+    "few files": ["200 open files (ulimit -n)", "at least 256"],
+    "none": ["is not a database, or is damaged", "--data-dir"],
+    "damaged": ["is damaged: restore a copy of it"],
+    "newer": ["newer version of pftrack", "9999", "update pftrack"],
+    "older": ["before the first release: move it away"],
+    "foreign": ["belongs to another program, since it has tables invoices"],
+}
+
+
+def test_it_says_why_it_cannot_start(said: dict[str, str]) -> None:
+    """A port in use, an address of another machine, a file in the place of a folder, one that another server has.
+
+    With too few open files it is said what to raise. A file that is not a database, is damaged, or is another version's
+    or program's.
+    """
     assert f"Port {said['port']} is in use" in said["port in use"]
-    assert "address" in said["elsewhere"]
-    assert "--data-dir" in said["no folder"]
-    assert "in use by another" in said["held"]
-    assert "port" in said["no port"]
-
-
-def test_what_the_shell_allows(said: dict[str, str]) -> None:
-    """With too few open files it is said what to raise."""
-    assert "200 open files (ulimit -n)" in said["few files"]
-    assert "at least 256" in said["few files"]
-
-
-def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:
-    """A file that is not a database, is damaged, or is another version's or program's."""
-    assert "is not a database, or is damaged" in said["none"]
-    assert "--data-dir" in said["none"]
-    assert "is damaged: restore a copy of it" in said["damaged"]
-    assert "newer version of pftrack" in said["newer"]
-    assert "9999" in said["newer"]
-    assert "update pftrack" in said["newer"]
-    assert "before the first release: move it away" in said["older"]
-    assert "belongs to another program, since it has tables invoices" in said["foreign"]
+    for name, words in WORDS.items():
+        assert [each for each in words if each not in said[name]] == [], name

@@ -46,6 +46,9 @@ OPERATIONS = [
     ("PUT", "/api/v1/follows/{follow}/poll"),
     ("GET", "/api/v1/polls"),
 ]
+QUICKLY = settings(
+    max_examples=40, deadline=None, database=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
+)
 
 
 @pytest.fixture(scope="module")
@@ -57,23 +60,18 @@ def fuzzed(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.fixture(scope="module")
-def swept(fuzzed: Server) -> str:
-    """A sweep that is complete."""
+def made(fuzzed: Server) -> dict[str, Any]:
+    """A sweep that is complete, and a clip of a face."""
     with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
-        return str(until_state(client, begin_sweep(client)["id"], "done")["id"])
-
-
-@pytest.fixture(scope="module")
-def uploaded(fuzzed: Server) -> str:
-    """A clip of a face."""
-    with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
-        return str(send(client, ("face.mp4", film(pictures(3, width=320)))).json()["id"])
+        sweep = until_state(client, begin_sweep(client)["id"], "done")["id"]
+        upload = send(client, ("face.mp4", film(pictures(3, width=320)))).json()["id"]
+    return {"sweep": sweep, "run": 1, "upload": upload}
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize(("method", "path"), OPERATIONS)
-def test_made_up_requests(fuzzed: Server, swept: str, uploaded: str, method: str, path: str) -> None:
+def test_made_up_requests(fuzzed: Server, made: dict[str, Any], method: str, path: str) -> None:
     """Made-up requests, right and wrong ones, are answered as the interface describes, and never by a mistake."""
     import schemathesis  # here, since who only collects the tests need not wait a second for it
     from schemathesis import GenerationMode, checks
@@ -82,7 +80,6 @@ def test_made_up_requests(fuzzed: Server, swept: str, uploaded: str, method: str
     schema = schemathesis.openapi.from_url(f"{fuzzed.url}/openapi.json")
     with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
         session = begin(client)
-        made = {"sweep": swept, "run": 1, "upload": uploaded}
         follow = client.post("/api/v1/follows", json={"lesson": "bayes"}).json()
         lecture = client.post("/api/v1/lectures", json={"title": "Any"}).json()
         kept = {"follow": follow["id"], "lecture": lecture["id"]}
@@ -92,13 +89,7 @@ def test_made_up_requests(fuzzed: Server, swept: str, uploaded: str, method: str
         looked_at = promised[:2] if path.endswith("/mark") else promised
         cases = st.one_of(operation.as_strategy(), operation.as_strategy(generation_mode=GenerationMode.NEGATIVE))
 
-        @settings(
-            max_examples=40,
-            deadline=None,
-            database=None,
-            phases=[Phase.generate],
-            suppress_health_check=list(HealthCheck),
-        )
+        @QUICKLY
         @given(cases, st.booleans())
         def check(case: Any, exists: bool) -> None:
             if exists:
@@ -110,12 +101,9 @@ def test_made_up_requests(fuzzed: Server, swept: str, uploaded: str, method: str
             case.validate_response(response, checks=looked_at)
             if response.status_code >= 400:
                 assert set(response.json()) == {"error"}
-            if response.status_code == 201 and path.endswith("/open"):
-                client.delete(f"/api/v1/sessions/{response.json()['id']}")
-            if response.status_code == 201 and path == "/api/v1/sweeps":
-                client.delete(f"/api/v1/sweeps/{response.json()['id']}")
-            if response.status_code == 201 and path == "/api/v1/sessions":
-                client.delete(f"/api/v1/sessions/{response.json()['id']}")
+            if response.status_code == 201 and path.endswith(("/open", "/sweeps", "/sessions")):
+                kind = "sweeps" if path.endswith("/sweeps") else "sessions"
+                client.delete(f"/api/v1/{kind}/{response.json()['id']}")
 
         check()
         client.delete(f"/api/v1/follows/{follow['id']}")

@@ -34,17 +34,16 @@ def client(help_folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     return get
 
 
-@pytest.fixture
-def site(tmp_path: Path) -> Path:
-    folder = tmp_path / "site"
-    for name in ("index.html", "how-to/server.html", "media/ball.html", "_static/site.css"):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(name, "utf-8")
-    return folder
+def test_the_documentation_is_below_the_base_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Its start leads to a folder, so that its relative links hold; files are asked for again, and keep the policy.
 
-
-def test_the_documentation_is_below_the_base_path(site: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Its start leads to a folder, so that its relative links hold; files are asked for again, and keep the policy."""
+    The scripts of a live example stand in it, so it has an origin of its own, from which it reaches nothing here. What
+    is not in the folder is not found, whatever way leads out of it.
+    """
+    site = tmp_path / "site"
+    for name in ("index.html", "how-to/server.html", "media/ball.html", "_static/site.css", "../secret"):
+        (site / name).parent.mkdir(parents=True, exist_ok=True)
+        (site / name).write_text(name, "utf-8")
     get = client(site, monkeypatch, tmp_path)
     assert get(f"{BASE}/help").headers["location"] == f"{BASE}/help/"
     for path, text in (("", "index.html"), ("how-to/server.html", "how-to/server.html")):
@@ -56,33 +55,25 @@ def test_the_documentation_is_below_the_base_path(site: Path, monkeypatch: pytes
     assert style.headers["content-type"].startswith("text/css")
     assert get(f"{BASE}/help/_static/site.css", headers={"if-none-match": style.headers["etag"]}).status_code == 304
     assert get("/help/").status_code == 404
-
-
-def test_a_run_as_a_page_may_run_its_scripts_apart(site: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The scripts of a live example stand in it, so it has an origin of its own, from which it reaches nothing here."""
-    answer = client(site, monkeypatch, tmp_path)(f"{BASE}/help/media/ball.html")
-    assert answer.headers["content-security-policy"] == pages.EXAMPLES_POLICY
+    example = get(f"{BASE}/help/media/ball.html")
+    assert example.headers["content-security-policy"] == pages.EXAMPLES_POLICY
     assert "allow-same-origin" not in pages.EXAMPLES_POLICY
-
-
-def test_nothing_else_is_served(site: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """What is not in the folder is not found, whatever way leads out of it."""
-    (tmp_path / "secret").write_text("secret")
-    get = client(site, monkeypatch, tmp_path)
     for path in ("nowhere.html", "%2e%2e/secret", "media/%2e%2e/%2e%2e/secret", "media/"):
         assert get(f"{BASE}/help/{path}").status_code == 404
 
 
 def test_without_its_site_the_markdown_is_shown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Until the site is built a checkout shows every page and picture below `help/`; every link leads somewhere."""
+    """Until the site is built a checkout shows every page and picture below `help/`; every link leads somewhere.
+
+    A package that was installed without any says how to build them.
+    """
     folder = tmp_path / "later"
     get = client(folder, monkeypatch, tmp_path)
     first = get(f"{BASE}/help/")
     assert first.status_code == 200
     assert 'href="help/how-to/index.html"' in first.text
     assert "make docs" in first.text
-    answers = {"help/index.html": first}
-    waiting = ["help/index.html"]
+    answers, waiting = {"help/index.html": first}, ["help/index.html"]
     while waiting:
         for link in LINK.findall(answers[waiting.pop()].text.partition("<main")[2]):
             path, _, anchor = link.partition("#")
@@ -96,19 +87,14 @@ def test_without_its_site_the_markdown_is_shown(monkeypatch: pytest.MonkeyPatch,
     assert "<table>" in answers["help/how-to/server.html"].text
     for path in ("nowhere.html", "%2e%2e/README.html", "%2e%2e/README.md", "%00.html", "start"):
         assert get(f"{BASE}/help/{path}").status_code == 404
+    with monkeypatch.context() as within:
+        within.setattr(documentation, "DOCS", tmp_path / "nowhere")
+        answer = get(f"{BASE}/help/")
+        assert (answer.status_code, "make docs" in answer.text) == (404, True)
     folder.mkdir()
     (folder / "index.html").write_text("there")
     assert get(f"{BASE}/help/").text == "there"
     assert get(f"{BASE}/help/start.html").status_code == 404
-
-
-def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A package that was installed without any says what to do."""
-    monkeypatch.setattr(documentation, "DOCS", tmp_path / "nowhere")
-    get = client(tmp_path / "later", monkeypatch, tmp_path)
-    answer = get(f"{BASE}/help/")
-    assert answer.status_code == 404
-    assert "make docs" in answer.text
 
 
 def test_the_rest_reference_shows_text_as_text() -> None:

@@ -14,18 +14,7 @@ from pftrack_server.web.health import METHODS
 from tests.server.host import begin, steer
 
 
-@pytest.mark.parametrize(
-    "path", ["/", "/work", "/lectures", "/lectures/x", "/references", "/session/new", "/session/0123456789abcdef"]
-)
-def test_pages(client: httpx.Client, path: str) -> None:
-    """Every page is served whole from this server."""
-    answer = client.get(path)
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "text/html; charset=utf-8"
-    assert "http://" not in answer.text.replace("http://www.w3.org", "")
-
-
-@pytest.mark.parametrize("path", ["/", "/api/v1/experiments", "/static/shared/style.css", "/nowhere"])
+@pytest.mark.parametrize("path", ["/", "/lectures", "/api/v1/experiments", "/static/shared/style.css", "/nowhere"])
 def test_heads(client: httpx.Client, path: str) -> None:
     """Whatever can be fetched can be asked for its headers alone; what is wrong is as wrong as with GET."""
     head, whole = client.head(path), client.get(path)
@@ -38,19 +27,16 @@ PAGES = Path(__file__).parents[3] / "frontend_static"
 VERSIONED = re.compile(r"^static/version/\w+/")
 
 
-@pytest.mark.parametrize("path", ["/static/shared/style.css", "/static/shared/api.js"])
-def test_files(client: httpx.Client, path: str) -> None:
-    """Pages' files are served, to be asked for again each time where their name has no version."""
-    answer = client.get(path)
-    assert answer.status_code == 200
-    assert answer.headers["cache-control"] == "no-cache"
-    again = client.get(path, headers={"if-none-match": answer.headers["etag"]})
-    assert again.status_code == 304
-
-
 def test_files_have_a_version(client: httpx.Client, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A browser keeps what a page names; a file that has changed has another name, and an old name is asked for."""
+    """A browser keeps what a page names; a file that has changed has another name, and an old name is asked for.
+
+    So is a file each time whose name has no version.
+    """
     monkeypatch.setattr(pages, "FRONTEND", Path(shutil.copytree(PAGES, tmp_path / "pages")))
+    for path in ("/static/shared/style.css", "/static/shared/api.js"):
+        answer = client.get(path)
+        assert (answer.status_code, answer.headers["cache-control"]) == (200, "no-cache")
+        assert client.get(path, headers={"if-none-match": answer.headers["etag"]}).status_code == 304
 
     def named() -> str:
         found = re.search(r'src="(static/version/\w+/shared/apply_theme.js)"', client.get("/").text)
@@ -68,17 +54,22 @@ def test_files_have_a_version(client: httpx.Client, monkeypatch: pytest.MonkeyPa
     assert (never_served.status_code, never_served.headers["cache-control"]) == (200, "no-cache")
 
 
-@pytest.mark.parametrize(
-    "path", ["/", "/work", "/references", "/session/new", "/sweep/new", "/sweep/x", "/sweep/x/run/y"]
-)
-def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
-    """A page names every module that its scripts import, however deep, once; each of them is served."""
-    text = client.get(path).text
-    named = re.findall(r'<link rel="modulepreload" href="(.+?)">', text)
-    scripts = re.findall(r'<script type="module".*? src="(.+?)">', text)
+ADDRESSES = "/", "/work", "/lectures", "/lectures/x", "/references", "/session/new", "/session/0123456789abcdef"
+
+
+@pytest.mark.parametrize("path", [*ADDRESSES, "/sweep/new", "/sweep/x", "/sweep/x/run/y"])
+def test_pages(client: httpx.Client, path: str) -> None:
+    """Every page is served whole from this server.
+
+    It names every module that its scripts import, however deep, once; each of them is served.
+    """
+    answer = client.get(path)
+    assert (answer.status_code, answer.headers["content-type"]) == (200, "text/html; charset=utf-8")
+    assert "http://" not in answer.text.replace("http://www.w3.org", "")
+    named = re.findall(r'<link rel="modulepreload" href="(.+?)">', answer.text)
     files = {VERSIONED.sub("", address) for address in named}
     assert len(named) == len(files)
-    assert set(scripts) <= set(named)
+    assert set(re.findall(r'<script type="module".*? src="(.+?)">', answer.text)) <= set(named)
     for address in named:
         file = PAGES / VERSIONED.sub("", address)
         for line in file.read_text().splitlines():
@@ -88,7 +79,10 @@ def test_modules_are_named_in_the_page(client: httpx.Client, path: str) -> None:
 
 
 def test_experiments(client: httpx.Client) -> None:
-    """The list of experiments tells of each what the start page shows."""
+    """The list of experiments tells of each what the start page shows.
+
+    A browser asks each time for a picture, and is sent it only when it is not the one that it has.
+    """
     listed = client.get("/api/v1/experiments").json()
     assert [item["id"] for item in listed] == list(EXPERIMENTS)
     for item in listed:
@@ -98,16 +92,11 @@ def test_experiments(client: httpx.Client) -> None:
         assert item["references"][0]["bibtex"].startswith("@")
         assert item["default_tracker"] in [tracker["id"] for tracker in item["trackers"]]
         assert item["thumbnail"] == f"api/v1/experiments/{item['id']}/thumbnail.webp"
-
-
-def test_a_picture_is_the_newest(client: httpx.Client) -> None:
-    """A browser asks each time, and is sent an experiment's picture only when it is not the one that it has."""
     address = "/api/v1/experiments/sine/thumbnail.webp"
     first = client.get(address)
     assert first.content == EXPERIMENTS["sine"].display.thumbnail.read_bytes()
     assert first.headers["Cache-Control"] == "private, no-cache"
-    known = {"If-None-Match": first.headers["ETag"]}
-    again = client.get(address, headers=known)
+    again = client.get(address, headers={"If-None-Match": first.headers["ETag"]})
     assert (again.status_code, again.content, again.headers["ETag"]) == (304, b"", first.headers["ETag"])
     assert client.get(address, headers={"If-None-Match": '"as it was drawn before"'}).content == first.content
 
@@ -124,31 +113,23 @@ def test_declarations(client: httpx.Client, name: str) -> None:
     assert worlds == [(world.name, world.unit) for world in EXPERIMENTS[name].display.worlds]
 
 
-def test_health(client: httpx.Client) -> None:
-    """The health checks tell that the server is alive and can work."""
+def test_metrics(client: httpx.Client) -> None:
+    """The health checks tell that the server is alive and can work; the metrics count sessions, frames and requests.
+
+    These are counted by the methods that are served; one that a client makes up has no label of its own.
+    """
     assert client.get("/healthz").json() == {"status": "ok"}
     assert client.get("/readyz").json() == {"status": "ready"}
-
-
-def test_metrics(client: httpx.Client) -> None:
-    """The metrics count sessions, frames and requests."""
-    session = begin(client)
-    steer(client, session["id"], "seek", frame=10)
-    text = client.get("/metrics").text
-    assert 'pftrack_sessions{state="ready"} 1.0' in text
-    assert "pftrack_frames 10.0" in text
-    assert 'pftrack_requests_total{method="POST",status="201"}' in text
-
-
-def test_metrics_name_the_methods_that_are_served(client: httpx.Client) -> None:
-    """Requests are counted by the methods that are served; one that a client makes up has no label of its own."""
+    steer(client, begin(client)["id"], "seek", frame=10)
     client.put("/api/v1/uploads/nothing/truth/nothing")
     client.request("PROPFIND", "/healthz")
     text = client.get("/metrics").text
+    assert 'pftrack_sessions{state="ready"} 1.0' in text
+    assert "pftrack_frames 10.0" in text
+    for label in ('method="POST",status="201"}', 'method="PUT"', 'method="other"'):
+        assert f"pftrack_requests_total{{{label}" in text
     served = {method.upper() for path in client.get("/openapi.json").json()["paths"].values() for method in path}
     assert served <= METHODS
-    assert 'pftrack_requests_total{method="PUT"' in text
-    assert 'pftrack_requests_total{method="other"' in text
     assert "PROPFIND" not in text
 
 

@@ -3,7 +3,8 @@
 import stat
 import threading
 from collections.abc import Iterator
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -48,20 +49,25 @@ def processes(served: Server) -> list[psutil.Process]:
 
 
 def test_nothing_else_listens(served: Server, watched: str) -> None:
-    """Neither scene, worker, fork server nor sweep opens a port of its own, of any kind."""
+    """Neither scene, worker, fork server nor sweep opens a port of its own, of any kind.
+
+    The bridge asks a program before the upgrade, and refuses one that claims to be a page of another site.
+    """
     family = processes(served)
     assert len(family) >= 5  # server, fork server, worker, sweep and its workers
     connections = [each for process in family for each in process.net_connections("inet")]
     tcp = {each.laddr for each in connections if each.status == psutil.CONN_LISTEN}
     assert {(place.ip, place.port) for place in tcp} == {("127.0.0.1", urlsplit(served.url).port)}
     assert [each for each in connections if each.status == psutil.CONN_NONE] == []  # datagrams
+    with pytest.raises(InvalidStatus) as refused:
+        connect(watched, subprotocols=[PROTOCOL], origin=Origin("http://elsewhere.example"), proxy=None)
+    assert refused.value.response.status_code == 403
 
 
 def test_sockets_in_the_file_system_are_in_private_directories(served: Server, watched: str) -> None:
     """The fork server has one; nobody but the user of the server may reach it."""
-    inodes = {
-        link.removeprefix("socket:[").removesuffix("]") for process in processes(served) for link in _links(process.pid)
-    }
+    links = (link for process in processes(served) for link in _links(process.pid))
+    inodes = {link.removeprefix("socket:[").removesuffix("]") for link in links}
     for line in Path("/proc/net/unix").read_text().splitlines()[1:]:
         _, _, _, flags, _, _, inode, *path = line.split()
         if inode in inodes and int(flags, 16) & 0x10000:  # it listens
@@ -75,13 +81,6 @@ def _links(pid: int) -> list[str]:
         return [str(each.readlink()) for each in Path(f"/proc/{pid}/fd").iterdir()]
     except OSError:  # one of the sweep's has just ended
         return []
-
-
-def test_a_program_that_claims_to_be_a_page_of_another_site_is_refused(watched: str) -> None:
-    """The bridge is asked before the upgrade."""
-    with pytest.raises(InvalidStatus) as refused:
-        connect(watched, subprotocols=[PROTOCOL], origin=Origin("http://elsewhere.example"), proxy=None)
-    assert refused.value.response.status_code == 403
 
 
 ATTACK = """async ([ports, path, protocol]) => {
@@ -99,23 +98,11 @@ ATTACK = """async ([ports, path, protocol]) => {
 }"""
 
 
-class _Page(BaseHTTPRequestHandler):
-    """A page of a stranger, without any policy."""
-
-    def do_GET(self) -> None:
-        self.send_response(200)
-        self.send_header("Content-Type", "text/html")
-        self.end_headers()
-        self.wfile.write(b"<!doctype html><title>Elsewhere</title>")
-
-    def log_request(self, code: int | str = "-", size: int | str = "-") -> None:
-        """Say nothing."""
-
-
 @pytest.fixture
-def elsewhere() -> Iterator[str]:
-    """Another origin: a little server on another port of this machine, as near to the user's own page as one can be."""
-    with ThreadingHTTPServer(("127.0.0.1", 0), _Page) as server:
+def elsewhere(tmp_path: Path) -> Iterator[str]:
+    """Another origin: a page of a stranger, without any policy, on another port of this machine."""
+    (tmp_path / "index.html").write_text("<!doctype html><title>Elsewhere</title>")
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=str(tmp_path))) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
@@ -123,9 +110,7 @@ def elsewhere() -> Iterator[str]:
 
 @pytest.mark.browser
 @pytest.mark.skipif(not CHROMIUM.exists(), reason="needs Debian's chromium at /usr/bin/chromium")
-def test_a_page_of_another_site_that_knows_every_port_reads_nothing(
-    served: Server, watched: str, elsewhere: str, chromium: Any
-) -> None:
+def test_another_sites_page_reads_nothing(served: Server, watched: str, elsewhere: str, chromium: Any) -> None:
     """A page of a foreign origin, in a real browser that has the scene open as well, gets no byte of it."""
     path = urlsplit(watched).path
     context = chromium.new_context()

@@ -10,7 +10,7 @@ from websockets.sync.client import connect
 
 from tests.server.host import Server, begin, steer
 from tests.server.sessions.test_duplex import changes, computed, has_changed, hear, until
-from tests.server.web.test_leaks import protocol
+from tests.server.web.test_ports import PROTOCOL
 from tests.viewer.host import Peer
 from tests.waiting import wait_for
 
@@ -24,10 +24,15 @@ def test_drawings_come_while_somebody_looks(server: Server, client: httpx.Client
         until(stream, computed(10))
         assert drawn == []
         with Peer(f"{server.ws}/viz/{session['id']}") as peer:
-            assert peer.socket.subprotocol == protocol()
+            assert peer.socket.subprotocol == PROTOCOL
             wait_for(lambda: peer.asked)
             seen = len(drawn)
             wait_for(lambda: len(drawn) >= seen + 5)
+
+
+def ask(server: Server, session: dict[str, Any], **command: Any) -> None:
+    """Say something as the panel of a session's scene does."""
+    server.uvicorn.loop.call_soon_threadsafe(server.manager.get(session["id"]).scene_feed.ask, command)
 
 
 def drawings(server: Server, session: str) -> list[int]:
@@ -45,27 +50,23 @@ def drawings(server: Server, session: str) -> list[int]:
 
 def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
     """A change in the scene's panel takes effect and is echoed; a wrong one is told as refused."""
-    found = server.manager.get(session["id"])
-    loop = server.uvicorn.loop
     with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
         hear(stream)
-        loop.call_soon_threadsafe(found.scene_feed.ask, {"kind": "change", "values": {"sample_count": 150}})
+        ask(server, session, kind="change", values={"sample_count": 150})
         echo = changes(until(stream, lambda m: "parameters" in changes(m))[-1])
         assert echo["parameters"]["sample_count"] == 150
-        loop.call_soon_threadsafe(found.scene_feed.ask, {"kind": "change", "values": {"sample_count": -3}})
+        ask(server, session, kind="change", values={"sample_count": -3})
         refused = until(stream, lambda m: m["type"] == "refused")[-1]
         assert (refused["field"], refused["value"]) == ("sample_count", -3)
-        loop.call_soon_threadsafe(found.scene_feed.ask, {"kind": "speed", "speed": 2.0})
+        ask(server, session, kind="speed", speed=2.0)
         until(stream, has_changed(speed=2.0))
 
 
 def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
     """Of the many values of a drag the newest counts, and one frame has one change."""
-    found = server.manager.get(session["id"])
     for count in range(100, 160):
-        command = {"kind": "change", "values": {"sample_count": count}}
-        server.uvicorn.loop.call_soon_threadsafe(found.scene_feed.ask, command)
-    wait_for(lambda: found.spec.run.parameters["sample_count"] == 159)
+        ask(server, session, kind="change", values={"sample_count": count})
+    wait_for(lambda: server.manager.get(session["id"]).spec.run.parameters["sample_count"] == 159)
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
         {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}, "moved": []}
     ]
@@ -75,7 +76,7 @@ def test_the_scene_survives_a_crash(server: Server, client: httpx.Client) -> Non
     """The scene stays connected while its worker is made anew, and goes on."""
     session = begin(client)
     with (
-        connect(f"{server.ws}/viz/{session['id']}", subprotocols=[protocol()], max_size=None) as scene,
+        connect(f"{server.ws}/viz/{session['id']}", subprotocols=[PROTOCOL], max_size=None) as scene,
         connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream,
     ):
         scene.recv(timeout=10)
