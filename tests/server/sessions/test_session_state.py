@@ -82,19 +82,6 @@ def ear() -> Ear:
     return Ear()
 
 
-@pytest.mark.parametrize("before", Phase)
-@pytest.mark.parametrize("after", Phase)
-def test_only_what_the_table_has_is_made_of_a_session(before: Phase, after: Phase) -> None:
-    """A phase is entered from those that lead to it; from any other the session stays what it is."""
-    state = SessionState(new_spec(), lambda: None, lambda: None)
-    if before is not Phase.SUSPENDED:
-        state.enter(Phase.STARTING)
-        state.enter(before)
-    assert state.snapshot.state is before
-    state.enter(after)
-    assert state.snapshot.state is (after if after in snapshots.TRANSITIONS[before] | {before} else before)
-
-
 def test_a_worker_that_was_given_up_says_nothing_more(ear: Ear) -> None:
     """What it still reports after its session is suspended or closed neither wakes it nor moves it."""
     for phase in (Phase.SUSPENDED, Phase.CLOSED):
