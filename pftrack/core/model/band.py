@@ -11,7 +11,7 @@ to hold it in all. Each kind below derives from the numbers of a frame which of 
 An experiment lists its bands; those of one that lists none are of its estimate.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
@@ -194,9 +194,9 @@ class BandTest:
     bands: tuple[str, ...] = ()
     found: Finding = "right"
 
-    def holds(self, of: str, parameters: Any, turned: Iterable[str]) -> bool:  # noqa: ANN401 - the experiment's own model
-        """Return whether it is about a band with these parameters, of which some differ from the default scene."""
-        is_known = (not self.bands or of in self.bands) and set(turned) <= self.within.keys()
+    def holds(self, of: str, parameters: Any, turned: set[str]) -> bool:  # noqa: ANN401 - the experiment's own model
+        """Return whether it is about a band with these parameters; those turned differ from the default scene."""
+        is_known = (not self.bands or of in self.bands) and turned <= self.within.keys()
         return is_known and all(_allows(each, getattr(parameters, name, None)) for name, each in self.within.items())
 
 
