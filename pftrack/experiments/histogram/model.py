@@ -238,11 +238,11 @@ def judge(
     particles agree on its place.
     """
     likeness = histogram.similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
-    seen, half, learned = 1.0, half_sides(state.look, state.scale), state.learned
+    by_cells, half, learned = 1.0, half_sides(state.look, state.scale), state.learned
     score = likeness
     if learned is not None:
-        (seen,) = cells.score(learned, image_rgb, state.estimate, half, cells.HERE).tolist()
-        score += parameters.cells_share * (seen - likeness)
+        (by_cells,) = cells.score(learned, image_rgb, state.estimate, half, cells.HERE).tolist()
+        score += parameters.cells_share * (by_cells - likeness)
     enough = parameters.found_likeness if state.searching else parameters.lost_likeness
     missed = 0 if score >= enough * state.usual else state.missed + 1
     searching = missed >= parameters.lost_after_frames if parameters.search_share > 0.0 else None
@@ -251,7 +251,7 @@ def judge(
         state = replace(state, sure_size=float(state.posterior.mean[SIZE]))
         if learned is not None:
             state = replace(state, usual=state.usual + USUAL_RATE * (score - state.usual))
-            if seen >= LEAST_SCORE:
+            if by_cells >= LEAST_SCORE:
                 learned = cells.learn(learned, image_rgb, state.estimate, half, LEARNING_RATE)
                 state = replace(state, learned=learned)
     rate = parameters.renewal_rate
