@@ -110,10 +110,9 @@ export function steer({ known: { id } }, command) {
  */
 export async function bookmark(store, note = "") {
   if (!store.isSteerable) return;
-  const { id, position } = store.known;
   await attempt(async () => {
-    await request("POST sessions/{session}/bookmarks", { session: id, body: { note } });
-    toast(`Bookmarked frame ${position}`);
+    const { frame } = await request("POST sessions/{session}/bookmarks", { session: store.known.id, body: { note } });
+    toast(`Bookmarked frame ${frame}`);
   });
 }
 

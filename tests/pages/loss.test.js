@@ -27,6 +27,9 @@ it("an exploration is asked for once a run, again where it failed, and is stale 
     store.receive(changes({ timeline }));
     assert.equal(exploration.isStale, isStale);
   }
+  Object.assign(job, { branch: "b1", result: { findings: ["of a branch that a command has just made"] } });
+  await exploration.begin({ kind: "what-if", frame: 6 });
+  assert.deepEqual(exploration.found.value?.result, { findings: [] });
 });
 
 it("a loss that is explained after its session has left the page begins no exploration", async (context) => {

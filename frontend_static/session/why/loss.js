@@ -62,13 +62,15 @@ export class Exploration {
     this.#asked = asked;
     this.error.value = "";
     try {
-      const begun = await request("POST sessions/{session}/explorations", { session: this.#store.known.id, body });
-      if (wanted.signal.aborted) {
-        cancelJob(begun.id);
-        return;
+      const { id, branch } = this.#store.known;
+      const begun = await request("POST sessions/{session}/explorations", { session: id, body });
+      // A command may have made another branch active on the way.
+      if (begun.branch !== branch && !wanted.signal.aborted) this.stop();
+      if (wanted.signal.aborted) cancelJob(begun.id);
+      else {
+        this.#take(begun, run);
+        await followJob(begun, (now) => now && this.#take(now, run), wanted.signal);
       }
-      this.#take(begun, run);
-      await followJob(begun, (now) => now && this.#take(now, run), wanted.signal);
     } catch (error) {
       if (!wanted.signal.aborted) this.#fail(messageOf(error));
     }
