@@ -72,7 +72,7 @@ def without_edges(state: FishState, tracker: str, **values: object) -> FishState
     ],
 )
 def test_the_ordinary_filter_draws_its_steps(steps: str, mean: Any, within: float, sd: Any) -> None:
-    """Steps of place, heading and bend have the learned mean and deviation (eq. 8), or wide ones the document's."""
+    """Steps of place, heading and bend have the learned mean and deviation (eq. 8), or wide ones."""
     begin = begin_at(target(0), 10)
     after = without_edges(begin, "ordinary", walk_steps=steps).particles.states[:, [0, 1, 4, 5]] - begin.pose
     assert after.mean(axis=0) == pytest.approx(mean, abs=within)
