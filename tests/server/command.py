@@ -33,7 +33,7 @@ for arguments, first, _ in json.load(sys.stdin):
     if not child:
         os.dup2(theirs, 1)
         os.dup2(theirs, 2)
-        signal.alarm(50)
+        signal.alarm(200)
         try:
             exec(first)
             exec(f"serve({arguments})")
@@ -95,7 +95,7 @@ def refused(*wishes: Wish) -> list[str]:
         input=json.dumps(wishes),
         capture_output=True,
         text=True,
-        timeout=100,
+        timeout=280,
         check=True,
         env={**os.environ, "PYTHONPATH": PATH},
     )

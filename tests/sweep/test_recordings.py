@@ -69,7 +69,7 @@ def test_rows_are_the_runs_that_open(plan: Plan, clip: Path, tmp_path: Path, *, 
 
 
 def test_two_trackers_are_compared_by_their_own_account(plan: Plan, clip: Path, tmp_path: Path) -> None:
-    """A report has what is known: nothing of success, nor of what trackers say of themselves that never look for it."""
+    """A report has what is known: nothing of success, but whether trackers say that they follow their target."""
     result = carry_out(plan, tmp_path / "a.parquet", jobs=1, recording=Recording(str(clip)))
     quantity = quantity_named(plan, "mean_deviation")
     found = compare(quantity, cells(result), samples(result, quantity, None), *TRACKERS)
@@ -77,7 +77,7 @@ def test_two_trackers_are_compared_by_their_own_account(plan: Plan, clip: Path, 
     report = write_report(result, tmp_path / "report")
     assert {"measure-mean_deviation.png"} <= {path.name for path in report.files}
     titles = {table.title for table in report.tables}
-    assert {title for title in titles if title.endswith(" by Particles")} == {"Stated deviation, px by Particles"}
+    assert {title for title in titles if title.endswith(" by Particles")} == {"Reports that it follows by Particles"}
 
 
 def test_it_goes_on_with_its_recording_alone(plan: Plan, clip: Path, tmp_path: Path) -> None:
