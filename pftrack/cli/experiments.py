@@ -88,7 +88,7 @@ def show(experiment: Named, json: Json = False) -> None:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
         shown = picked(found.display, "layers", "worlds")
         drawn = {name: [asdict(each) for each in several] for name, several in shown.items()}
-        emit({**_about(found), "miscalibrated": _miscalibrated(found), **drawn, "declarations": entries})
+        emit({**_about(found), "miscalibrated": _doubted(found), **drawn, "declarations": entries})
         return
     sources = "\n     ".join(citation.text for citation in found.texts.references)
     typer.echo(f"{found.title}\n{found.texts.description}\nFrom {sources}")
@@ -118,7 +118,7 @@ def _sections(
     yield "Presets", ("name", "title", "tracker", "parameters", "what to look at"), presets
     failures = [(it.id, it.diagnosis, it.cure.text) for it in found.failures]
     yield "Failures", ("name", "diagnosis", "cure"), failures
-    faults = [(way, ", ".join(names)) for way, names in _miscalibrated(found).items()]
+    faults = [(way, ", ".join(names)) for way, names in _doubted(found).items()]
     yield "Error bands that are not right by default", ("how", "trackers"), faults
     measures = [(it.name, it.description, it.source) for it in found.run_measures]
     yield "Measures of a run", ("name", "definition", "source"), measures
@@ -138,7 +138,7 @@ def _show_recordings(found: "Experiment") -> None:
         typer.echo(f"A table of truth has the columns {', '.join(video.truth.form.columns)}.")
 
 
-def _miscalibrated(experiment: "Experiment") -> dict[str, list[str]]:
+def _doubted(experiment: "Experiment") -> dict[str, list[str]]:
     """Return the trackers whose bands were not found right with the defaults, by what is known of them."""
     from pftrack.core.model.band import DOUBTS
 

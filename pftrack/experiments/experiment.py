@@ -457,7 +457,7 @@ class Experiment:
         }
 
     def _turned(self, tracker: str, parameters: Any) -> set[str]:  # noqa: ANN401 - the experiment's own model
-        """Return the names of what a tracker reads and differs from the default scene, or is not there."""
+        """Return the names of the parameters a tracker reads that differ from the default scene or are missing."""
         standard, scene = self.simulate().parameters, self.quality.calibration.scene
         declared = [it for it in self.declarations(type(standard)) if moves_estimates(it) and it.name != scene]
         read = [it.name for it in declared if not it.trackers or tracker in it.trackers]

@@ -381,7 +381,7 @@ class Run:
 
     @property
     def doubts(self) -> tuple[Finding, ...]:
-        """What is to be said against error bands of the frames computed so far; nothing if all were found right."""
+        """Doubts about the error bands of the frames computed so far; empty if all bands were found right."""
         return self.experiment.doubts(*self.timeline.in_force_until(self.computed))
 
     def measures(self) -> Mapping[str, float | int]:

@@ -181,7 +181,7 @@ class Summary:
         verdict: Verdict by the frames with known truth.
         measures: By name, the experiment's measures for which the truth is known.
         step_ms_median: Median time of a step of the tracker, ms; None for a run of one frame.
-        doubts: What is to be said against error bands of the run.
+        doubts: Doubts about the error bands of the run.
         estimates_sha256: Hash of all estimates; equal if and only if they are the same bit for bit.
     """
 

@@ -80,7 +80,7 @@ def test_what_may_not_be_computed_is_not_tried(lost: Run) -> None:
 
 
 def test_a_run_that_holds_has_nothing_to_explain() -> None:
-    """There is no loss, and the sentence says so; nor are there fewer than no seeds."""
+    """A run without a loss is refused in a sentence, and so is a negative number of seeds."""
     run = pftrack.run("ball", preset="works", frames=5)
     with pytest.raises(RefusedError, match="has not lost its target"):
         next(what_if(run))

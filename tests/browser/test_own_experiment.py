@@ -164,7 +164,7 @@ def hypotheses_and_intervals_are_drawn_as_they_were_written_down(shown: SessionP
 
 
 def what_a_method_does_not_have_is_not_shown(shown: SessionPage) -> None:
-    """Without particles there is no panel of their number and no line of it; the threshold is found by its role."""
+    """A tracker without particles has no control or plot for their number; its threshold is found by its role."""
     shown.until(lambda: shown.plots == ["hypotheses", "tree", "range", "sigma"], "only these panels are there")
     shown.until(lambda: readings(shown) == ["estimate", "most probable", "range", "step"], "and only these readings")
     shown.until(lambda: "threshold" in shown.plot("sigma").inner_text(), "the threshold is told")

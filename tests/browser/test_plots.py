@@ -169,7 +169,7 @@ def test_tracks_are_followed_while_one_watches(gallery: Gallery, server: Server)
 
 
 def worlds_are_within(page: Any) -> bool:
-    """Return whether there are two worlds, neither of which is cut off above or at the left."""
+    """Return whether two worlds are shown, both whole at their upper and left edges."""
     place = page.locator(".flat-main").bounding_box()
     boxes = [world.bounding_box() for world in page.locator(".world").all()]
     return len(boxes) == 2 and all(box[side] >= place[side] for box in boxes for side in "xy")

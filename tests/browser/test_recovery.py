@@ -24,7 +24,7 @@ def test_links_that_lead_nowhere_say_so(page: Any, complaints: Complaints) -> No
     """A link to a session that does not exist leads back to the gallery.
 
     Until then the transport and the tools are switched off, no empty plots are drawn, and keys do nothing. A share link
-    that was cut in the mail is no blank page.
+    that was cut in the mail shows a page that says so.
     """
     complaints.expected = ("the server responded with a status of 404",)
     page.goto("session/0123456789abcdef")

@@ -107,7 +107,7 @@ def test_an_export_that_cannot_be_written_leaves_what_was_there(
 def test_files_that_hold_no_text_or_no_states_are_refused(
     saved: Path, learned: Path, call: Call, tmp_path: Path
 ) -> None:
-    """A file that is no text, too large, empty or of another experiment is no learned file; one must be a run."""
+    """A learned file must be text of this experiment, not empty and not too large; the other must be a run."""
     garbage = b"\xff\xfe\x00\x81"
     for content, status, words in (
         (garbage, 1, "is not a text"),

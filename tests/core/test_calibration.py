@@ -78,7 +78,7 @@ def test_it_holds_by_tracker_in_any_frame_so_far() -> None:
         ({"resampling": "stratified"}, "uncalibrated"),
         ({"gamma_min_px": 9.0}, "right"),
         ({"lost_radii": 9.0}, "right"),
-        ({"layout": 7}, "right"),
+        ({"layout": 8}, "right"),
     ],
 )
 def test_what_is_not_declared_is_not_calibrated(values: dict[str, Any], finding: Finding) -> None:

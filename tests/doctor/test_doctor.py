@@ -92,7 +92,7 @@ def test_a_check_that_fails_itself_is_broken(monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.usefixtures("no_cache")
 def test_without_a_place_for_compiled_code_there_is_a_warning() -> None:
-    """Compiling anew at each start works, but it is worth saying; there is no memory, and no error."""
+    """The doctor warns that each start compiles again if nothing can be kept; that is not an error."""
     check = doctor._compilation(everything=False)
     assert (check.status, "NUMBA_CACHE_DIR" in check.found) == ("warning", True)
     memory.remember("one")

@@ -173,7 +173,7 @@ DOUBTS: Mapping[Finding, str] = {
     "underconfident": "Error bands are too wide here: they hold the truth more often than they say.",
     "uncalibrated": "Error bands are a rough guide: they are not calibrated at these settings.",
 }
-"""What bands may be other than right, with the sentence that a screen shows."""
+"""Findings other than right, each with the sentence that a screen shows."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,7 +93,7 @@ FINGER = (ROWS >= 15) & (ROWS < 70) & (COLUMNS >= 80) & (COLUMNS < 100)
 def test_other_things_are_looked_at_without_fault(
     mask: NDArray[np.bool_], fingers: Container[int], wrist: object
 ) -> None:
-    """Whatever is connected gives finite features; an arm is no finger, and ends where the disc of a fist begins."""
+    """Any connected shape has finite features; an arm is not a finger, and ends where the disc of a fist begins."""
     features = of_mask(mask)
     assert len(features.protrusions) in fingers
     assert wrist == features.wrist

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -123,6 +124,11 @@ def test_a_grey_target_is_followed_by_its_edges() -> None:
         overlaps[bool(values)] = found.measures["mean_iou"]
     assert overlaps[False] > 0.8
     assert overlaps[True] < overlaps[False] - 0.1
+    run = Run(HISTOGRAM, setup, tracker="condensation", seed=1, frames=20)
+    run.finish()
+    state, seen = run.current.state, (run.current.frame.picture, run.current.parameters)
+    assert judge(state, *seen).missed == 0
+    assert judge(replace(state, usual=2.5 * state.usual), *seen).missed == 1, "half of the usual score is too low"
 
 
 def test_a_target_that_comes_back_elsewhere_is_found() -> None:
