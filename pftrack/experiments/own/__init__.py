@@ -3,7 +3,7 @@
 - `code`: the functions of a file, trust in texts, and calls, with errors located by line; and the parameters of a file,
   from a dataclass with defaults;
 - `extension`: the tracker of a file, with defaults for missing functions; an experiment with such trackers, the
-experiment of a recipe, and its outline, which executes nothing.
+  experiment of a recipe, and its outline, which executes nothing.
 
 A recipe holds the texts of the files (`Recipe.filters`), so a run with such a filter is the same everywhere. Each text
 that was in force is a version. The version that computes a frame is a parameter like any other: it can change in the
