@@ -1,11 +1,11 @@
 """The unscented particle filter: every particle is proposed by its own unscented Kalman filter.
 
-The proposal already uses a measurement, so particles move towards it, and the weights correct for the proposal:
-w = p(z | x) p(x | parent) / q(x | parent, measurement). A particle's filter begins at the particle. Its covariance is
-what the process noise of one frame leaves open or, as in Bando 2007, ch. 3 section 4, eq. 3.13 (van der Merwe, Doucet, de
-Freitas and Wan 2000, fig. 1), inherited: the particle's ancestors narrowed it by measurements, and the dynamics widened
-it since. The gain then equals that of a parallel Kalman filter. This does not help: a particle represents one position,
-so its next position is only as uncertain as the noise, and proposals further away get hardly any weight.
+The proposal already uses a measurement, so particles move towards it, and the weights correct for the proposal, w =
+p(z | x) p(x | parent) / q(x | parent, measurement). A particle's filter begins at the particle. Its covariance is what
+the process noise of one frame leaves open or, as in Bando 2007, ch. 3 section 4, eq. 3.13 (van der Merwe, Doucet, de
+Freitas and Wan 2000, fig. 1), inherited: the particle's ancestors narrowed it by measurements, and the dynamics
+widened it since. The gain then equals that of a parallel Kalman filter. This does not help: a particle represents one
+position, so its next position is only as uncertain as the noise, and proposals further away get hardly any weight.
 
 The first coordinates of the state are the ones that receive process noise; lagged coordinates (the previous position of
 a second-order model) follow their parent exactly and are left out of the densities.
