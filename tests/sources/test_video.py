@@ -14,9 +14,10 @@ from PIL import Image
 
 from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import RefusedError
+from pftrack.sources.decoder import Decoder
 from pftrack.sources.limits import LARGE_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.video import Decoder, VideoSequence
+from pftrack.sources.video import VideoSequence
 from tests.sources.films import decoded, film, lossless, number_in, numbered, numbers, opened, refused
 
 # ---------------------------------------------------------------- any order, the same pixels

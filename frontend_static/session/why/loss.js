@@ -235,7 +235,7 @@ export class Loss {
     // The card closes.
     /** @type {HTMLElement|null|undefined} */ (this.view.scene?.root.closest(".session-view")?.querySelector(".play"))?.focus({ preventScroll: true });
     if (this.isAway.peek() === false) this.isAway.value = null;
-    if (found.branch !== store.known.branch) await steer(store, { kind: "activate", branch: found.branch });
+    await steer(store, { kind: "activate", branch: found.branch });
     const made = await steer(store, { kind: "branch", frame: report.begin, values, seed, title });
     if (made) await steer(store, { kind: "seek", frame: report.end });
   }

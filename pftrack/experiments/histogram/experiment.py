@@ -30,7 +30,8 @@ from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.experiments.declared import read_words, read_worlds
 from pftrack.experiments.experiment import Experiment, Judge, Measured, Video
-from pftrack.experiments.histogram.model import MODEL, REPORTED, SIZE, HistogramState, judge, mark, separating_share
+from pftrack.experiments.histogram.look import separating_share
+from pftrack.experiments.histogram.model import MODEL, REPORTED, SIZE, HistogramState, judge, mark
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters, ScoringParameters
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
 from pftrack.experiments.shared.filtered import filtered

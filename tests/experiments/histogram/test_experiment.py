@@ -12,7 +12,8 @@ from pftrack.core.model.marks import Box
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.histogram.experiment import look_beside
-from pftrack.experiments.histogram.model import first_cells, judge
+from pftrack.experiments.histogram.look import first_cells
+from pftrack.experiments.histogram.model import judge
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence

@@ -13,7 +13,8 @@ from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.histogram.experiment import TRACKERS
-from pftrack.experiments.histogram.model import MODEL, SIZE, first_look, judge, model_of
+from pftrack.experiments.histogram.look import first_look, model_of
+from pftrack.experiments.histogram.model import MODEL, SIZE, judge
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
 from pftrack.runs.many import outcomes
 from pftrack.runs.run import Run
