@@ -6,10 +6,9 @@ import { outcomeLines } from "../../frontend_static/compare/table.js";
 import { coated } from "../../frontend_static/session/flat/drawing.js";
 import { Store } from "../../frontend_static/session/store.js";
 import { linkTo, linkToReferences, sessionsBeside, wantedOf } from "../../frontend_static/shared/comparison.js";
-import { effect } from "../../frontend_static/vendor/preact.js";
 import { changes, hello } from "./making.js";
 
-/** A session of 50 frames, of which some are computed, with errors that are the numbers of their frames. */
+/** A session of 50 frames, some of them computed; each error is its frame number. */
 function session({ computed = 10, ...more } = {}) {
   const [store, frame] = [new Store(), Array.from({ length: computed + 1 }, (_, number) => number)];
   store.receive(hello({ computed, ...more }, { frame, error: frame, estimate: frame.map((number) => [number]) }));
@@ -19,24 +18,6 @@ function session({ computed = 10, ...more } = {}) {
 const run = (store, name, first = 0) => ({ store, name, colour: "#000000", first });
 
 describe("several runs as one store", () => {
-  it("has them as branches, the one in front first", () => {
-    const joint = new JointStore([run(session(), "one"), run(session(), "two")], 0, false);
-    for (const [front, titles] of [[0, ["one", "two"]], [1, ["two", "one"]]]) {
-      joint.front.value = front;
-      assert.deepEqual(joint.branches.map(({ title }) => title), titles);
-    }
-  });
-
-  it("moves without having drawn anew what stays", () => {
-    const lead = session();
-    const joint = new JointStore([run(lead, "one"), run(session(), "two")], 0, false);
-    const drawn = [];
-    effect(() => void drawn.push([joint.known.branches, joint.known.bookmarks, joint.known.timeline, joint.known.thresholds]));
-    lead.receive(changes({ position: 4 }));
-    assert.equal(joint.known.position, 4);
-    assert.equal(drawn.length, 1);
-  });
-
   it("counts frames as the leading run does", () => {
     const timeline = [{ frame: 8, values: {} }];
     const late = session({ frames: 40, computed: 5 });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { eventsOf, frequencies, isKnown, numberOf, samplers, samplesOf, state, valueOf } from "../../frontend_static/session/readings.js";
+import { eventsOf, frequencies, numberOf, samplers, samplesOf, state, valueOf } from "../../frontend_static/session/readings.js";
 import { curve, History, isGone } from "../../frontend_static/session/store.js";
 
 const row = (frame, more = {}) => ({ frame, estimate: [frame, 0], ...more });
@@ -29,14 +29,6 @@ describe("a history of diagnostics", () => {
     const history = filled(3, (frame) => (frame === 2 ? { error: 5 } : {}));
     history.merge({ frame: [0, 1], estimate: [[0, 0], [1, 0]], error: [1, null] });
     assert.deepEqual([history.length, history.at(0).error, history.at(2).error, history.edition], [3, 1, 5, 1]);
-  });
-
-  it("replaces everything, also by nothing", () => {
-    const history = filled(4);
-    for (const [columns, length] of [[{ frame: [0], error: [2] }, 1], [{}, 0]]) {
-      history.replace(columns);
-      assert.equal(history.length, length);
-    }
   });
 
   it("shares a parent's past up to and including a frame, and then goes its own way", () => {
@@ -90,12 +82,6 @@ describe("declared series", () => {
   it("say what happened in a frame", () => {
     const named = (series) => eventsOf(session, series && row(0, { series })).map(({ name }) => name);
     assert.deepEqual([named({ split: 0, gone: 2 }), named({ split: 1, gone: 1 }), named(undefined)], [["gone"], ["split", "gone"], []]);
-  });
-
-  it("are measured from the first known value on", () => {
-    const history = filled(2, (frame) => ({ series: { a: frame === 1 ? [null, 3] : [null, null], b: { values: [], weights: [] } } }));
-    assert.deepEqual(["a", "b"].map((name) => history.measures(name)), [true, false]);
-    assert.deepEqual([isKnown(null), isKnown(0), isKnown({ values: [[1]], weights: [1] })], [false, true, true]);
   });
 });
 

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { itemOfAddress } from "../../frontend_static/lecturer/items.js";
-import { begin, clock, clockWords, endWalk, go, hostOf, markAsked, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
+import { begin, clock, clockWords, endWalk, go, hostOf, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
 import { moved } from "../../frontend_static/lectures/order.js";
 import { answers } from "../../frontend_static/shared/api.js";
 import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison.js";
@@ -30,11 +30,6 @@ describe("the walk through a lecture", () => {
   it("comes back to what was begun", () => {
     const found = opened(go(walk(item("run", "session/new#abc", { kind: "session" }), item("poll", null), item("two", "learn/two")), 1, 0), "session/1f");
     assert.deepEqual([found, go(found, 1, 0), opened(found, null)].map(pageOf), ["session/1f", "learn/two", "session/new#abc"]);
-  });
-
-  it("ends at its ends", () => {
-    const found = walk(item("one", "learn/one"), item("two", "learn/two"));
-    assert.deepEqual([go(found, -1, 0).at, go(found, 7, 0).at, markAsked(found).steps.map(({ asked }) => asked)], [0, 1, [true, false]]);
   });
 
   it("takes the time of each step, also of one that is come back to", () => {

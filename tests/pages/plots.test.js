@@ -1,10 +1,8 @@
-/** What the plots of a session are made of: columns that grow with a history, limits, trees, and the frames that are seen. */
-
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { treeOf } from "../../frontend_static/session/plots/kinds.js";
-import { clamped, column, enclose, extent, reach, scaled, shades } from "../../frontend_static/session/plots/plots.js";
+import { KINDS, treeOf } from "../../frontend_static/session/plots/kinds.js";
+import { clamped, column, enclose, scaled, shades } from "../../frontend_static/session/plots/plots.js";
 import { History } from "../../frontend_static/session/store.js";
 
 function historyOf(errors) {
@@ -43,10 +41,6 @@ describe("shades", () => {
 });
 
 describe("limits", () => {
-  it("are rounded up, and values that are not known leave them alone", () => {
-    assert.deepEqual([reach(14), reach(0.95), extent([[NaN, 3], [2]])], [15, 1, [2, 3]]);
-  });
-
   it("are never closer than the smallest span that is worth an axis, so what hardly changes looks flat", () => {
     for (const [low, high] of [[4.91083, 4.91083], [0, 0], [3.2, 3.3]]) {
       for (const smallest of [0.001, 1]) {
@@ -64,6 +58,41 @@ describe("zooming", () => {
     assert.deepEqual([[-10, 40], [80, 130], [-10, 200]].map((range) => clamped(range, 100)), [[0, 50], [50, 100], null]);
     const [first, last] = scaled([10, 12], 11, 0.01);
     assert.equal(last - first, 4);
+  });
+});
+
+describe("a kind of plot", () => {
+  /** The traces of a plot of the only branch, by their names. */
+  function drawn(kind, plot, ...rows) {
+    const [branch, history] = [{ id: "b0", colour: "#123456" }, new History()];
+    rows.forEach((series, frame) => history.add({ frame, estimate: [0], series }));
+    const store = { history, historyOf: () => history, branches: [branch], known: { branch: "b0", branches: [branch], doubts: {}, frames: 9, thresholds: [] } };
+    const session = { series: [{ name: "a", components: ["x", "y"] }] };
+    const made = KINDS[kind]({ id: "p", title: "P", unit: "", truth: "t", component: 0, levels: [0.5], row_titles: [], ...plot, series: ["a"] }, session);
+    return Object.fromEntries(made.show(store, true).traces.map((trace) => [trace.name, trace]));
+  }
+
+  it("draws hypotheses from frame to frame, the more opaque the more probable, new ones half a frame long", () => {
+    const { p, "p truth": truth } = drawn("hypotheses", {}, { a: { values: [[3]], weights: [1] }, t: 3 }, { a: { values: [[4], [9]], weights: [0.75, 0.25] }, t: 5 });
+    assert.deepEqual(p.links.map(({ x0, y0, x1, y1 }) => [x0, y0, x1, y1]), [[-0.5, 3, 0, 3], [0, 3, 1, 4], [0.5, 9, 1, 9]]);
+    assert.deepEqual(p.links.map(({ opacity }) => Number(opacity.toFixed(3))), [1, 0.765, 0.295]);
+    assert.deepEqual(truth.y, [3, 5]);
+  });
+
+  it("draws an interval between its ends, and a band of two standard deviations, beside the truth", () => {
+    const both = [drawn("interval", {}, { a: [1, 2], t: 1.5 }, { a: [null, 3], t: 4 }), drawn("band", { sd: "s" }, { a: 7, s: 1, t: 8 }, { a: 5, s: 2, t: 4 })];
+    assert.deepEqual(both.map((traces) => traces["p band 0"]).map(({ low, high }) => [low, high]), [[[1, NaN], [2, 3]], [[5, 1], [9, 9]]]);
+    assert.deepEqual([...both.map((traces) => traces["p truth"].y), both[0]["p b0 high 0"].y, both[1]["p b0"].y], [[1.5, 4], [8, 4], [2, 3], [7, 5]]);
+  });
+
+  it("draws features in rows from the top, each from 0 at its bottom to 1 at its top, in the branch's colour", () => {
+    const { "p x": first, "p y": second } = drawn("features", { recognised: "r", visible: "v" }, { a: [0, 0.5] }, { a: [1, 0] });
+    assert.deepEqual([first.y, second.y, first.values, first.ink], [[0.88, 0.12], [1.5, 1.88], [0, 1], "#123456"]);
+  });
+
+  it("draws the share of frames so far in percent", () => {
+    const { "p b0 a": share, "level 50": level } = drawn("frequency", {}, { a: [1, 0] }, { a: [1, 1] });
+    assert.deepEqual([share.y, level.y], [[50, 75], [50, 50]]);
   });
 });
 

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { before, describe, it } from "node:test";
 
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
-import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/theme.js";
+import { diverging, viridis } from "../../frontend_static/shared/theme.js";
 import { comparisonLook, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/store.js";
 
 let medium = "screen";
@@ -31,11 +31,6 @@ describe("the colours of a map", () => {
     }
     [medium, dataset.theme] = ["screen", "light"];
   });
-
-  it("carry an ink that can be read", () => {
-    assert.deepEqual([[255, 255, 255], [0, 50, 79]].map(inkOn), ["#000", "#fff"]);
-    assert.equal(css([1, 2, 3]), "rgb(1 2 3)");
-  });
 });
 
 describe("the ends of a scale", () => {
@@ -46,10 +41,6 @@ describe("the ends of a scale", () => {
   ]) {
     it(`are ${what}`, () => assert.deepEqual(endOf({ isShare: false }, values), { most, words }));
   }
-
-  it("are 1 for a share, and a little above the largest value for anything else", () => {
-    assert.deepEqual([true, false].map((isShare) => endOf({ isShare }, [0.2, 0.1]).most), [1, 0.2]);
-  });
 });
 
 describe("a cell of a comparison", () => {

@@ -9,12 +9,6 @@ const HEIGHT = 96;
 const ALL = ["flags", "error", "events", "loss", "bands", "changes"];
 const NO_TRUTH = ["flags", "sigma", "loss", "bands", "changes"];
 
-test("the rows fill the height without touching", () => {
-  const rows = Object.values(placed(ALL, HEIGHT));
-  rows.forEach(([, top, height], place) => assert.ok(height > 0 && top + height <= (rows[place + 1]?.[1] ?? HEIGHT)));
-  assert.equal(rows.length, 6);
-});
-
 test("names of neighbours are a line of letters apart", () => {
   const middles = Object.values(placed(ALL, HEIGHT)).flatMap(([label, top, height]) => (label === "" ? [] : [top + height / 2]));
   middles.slice(1).forEach((middle, place) => assert.ok(middle - middles[place] >= 12));

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { marks, Proposals, trackerTitle } from "../../frontend_static/session/steering.js";
+import { marks, Proposals } from "../../frontend_static/session/steering.js";
 
 describe("proposals of the panel", () => {
   /** A session that answers when it is told to. */
@@ -81,9 +81,5 @@ describe("the marks of a timeline", () => {
   it("say of a file that it was brought in or taken away, not its text", () => {
     const found = marked([5, { face: "{}" }, { face: "" }], [6, { face: "" }, { face: "{}" }]);
     assert.deepEqual(found.map(({ lines }) => lines), [["Begin with"], ["Begin with: none"]]);
-  });
-
-  it("know a tracker by its title, else by its name, else not at all", () => {
-    assert.deepEqual(["a", "z", undefined].map((id) => trackerTitle(session, id)), ["Method A", "z", "–"]);
   });
 });

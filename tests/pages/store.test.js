@@ -42,30 +42,10 @@ describe("the store of a session", () => {
     assert.deepEqual(known, [null, [1, 0], [3, 2], [1, undefined]], "the frames are known as soon as it stands on one of them");
   });
 
-  it("has a view of several fields drawn once for a message, also for a field that is new", () => {
-    const [store, drawn] = [told(hello()), []];
-    effect(() => void drawn.push([store.known.position, store.known.speed, ...store.lengths]));
-    store.receive(changes({ position: 7, speed: 2, anything_new: 0.5 }, [{ frame: 1 }]));
-    assert.deepEqual(drawn, [[0, 1, 1], [7, 2, 2]]);
-    assert.equal(store.known.anything_new, 0.5);
-  });
-
-  it("takes the whole timeline over from a change, without asking for anything", () => {
-    const timeline = [{ frame: 4, values: { n: 2 }, before: { n: 1 } }];
-    const thresholds = [{ name: "n", of: "sigma", steps: [{ frame: 0, value: 1 }, { frame: 4, value: 2 }] }];
-    const { known } = told(hello(), changes({ parameters: { n: 2 }, timeline, thresholds }));
-    assert.deepEqual([known.timeline, known.thresholds, known.parameters], [timeline, thresholds, { n: 2 }]);
-  });
-
   it("gives a new branch its parent's past", () => {
     const branches = [{ id: "b0", parent: null, frame: 0 }, { id: "b1", parent: "b0", frame: 1 }];
     const store = told(hello(), changes({}, [{ frame: 1, estimate: [1] }, { frame: 2, estimate: [2] }]), changes({ branches }));
     assert.deepEqual([store.historyOf("b1").length, store.history.length], [2, 3]);
-  });
-
-  it("no longer listens where its worker has ended", () => {
-    const store = told(hello({ playing: true, state: "playing" }), changes({ state: "crashed", message: "it ended", playing: false }));
-    assert.deepEqual([store.known.playing, store.isAwake], [false, false]);
   });
 });
 

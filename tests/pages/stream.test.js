@@ -96,15 +96,6 @@ describe("a stream", () => {
     assert.equal(made(), 3);
   });
 
-  it("comes back at once when the browser is online again", async (test) => {
-    const { first, breaks, online, made } = stage(test);
-    await breaks(first);
-    for (let time = 0; time < 2; time += 1) {
-      online();
-      assert.equal(made(), 2);
-    }
-  });
-
   for (const code of [1006, 4404]) {
     it(`stays away where there is nothing to hear any more, and asks only where the code ${code} does not say so`, async (test) => {
       const look = () => Promise.reject(new ApiError(404, { message: `${heard.push("asked")}` }));

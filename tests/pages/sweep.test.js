@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { axisOf, inOtherForm, rowOf } from "../../frontend_static/sweep/plan.js";
+import { axisOf, rowOf } from "../../frontend_static/sweep/plan.js";
 import { queryOf, viewOf, wishOf } from "../../frontend_static/sweep/store.js";
 
 describe("the values of an axis", () => {
@@ -20,14 +20,6 @@ describe("the values of an axis", () => {
     for (const [kind, choices, first, values] of [["choice", ["two words", "one"], "one", ["two words", "one"]], ["boolean", [], true, [false, true]]]) {
       assert.deepEqual(axisOf(rowOf({ name: "n", kind, choices, default: first })).values, values);
     }
-  });
-
-  it("become a list when the server has told them all, and a range again", () => {
-    const row = rowOf(declaration);
-    const list = inOtherForm(row, { name: "n", count: 3, first: [0, 10, 20] });
-    assert.deepEqual([list.form, list.list], ["list", "0, 10, 20"]);
-    assert.deepEqual(range(inOtherForm(list, null)), ["0", "20", "10"]);
-    assert.equal(inOtherForm(row, { name: "n", count: 900, first: [0, 10] }).list, "40");
   });
 });
 

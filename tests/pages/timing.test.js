@@ -94,16 +94,6 @@ describe("what is asked for again and again", () => {
     assert.deepEqual([refused, wishes()], [[1], [1, 2]]);
   });
 
-  it("is neither sent nor told once the page is gone", async () => {
-    const { asked, end, newest } = stage({ answer: assert.fail, refused: assert.fail, lost: assert.fail });
-    newest.ask(1);
-    newest.ask(2);
-    end.abort();
-    asked[0].answer("too late");
-    await turn();
-    assert.equal(asked.length, 1);
-  });
-
   it("is joined with what waits where nothing of that may be lost, and resolves when all is answered", async () => {
     const { asked, newest, wishes } = stage({ join: (waiting, newer) => ({ ...waiting, ...newer }) });
     const [, , all] = [{ a: 1 }, { a: 2 }, { b: 3 }].map((wish) => newest.ask(wish));
@@ -112,14 +102,5 @@ describe("what is asked for again and again", () => {
     assert.deepEqual(wishes(), [{ a: 1 }, { a: 2, b: 3 }]);
     asked[1].answer();
     await all;
-  });
-
-  it("is thrown at who asked where nobody hears of refusals, and what waits is sent nevertheless", async () => {
-    const { asked, newest, wishes } = stage({});
-    const first = newest.ask(1);
-    newest.ask(2);
-    asked[0].fail(new Error("refused"));
-    await assert.rejects(first, /refused/);
-    assert.deepEqual(wishes(), [1, 2]);
   });
 });
