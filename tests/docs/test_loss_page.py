@@ -1,4 +1,4 @@
-"""The page of loss probabilities says what the record beside it holds, and what is declared holds there."""
+"""The page of loss probabilities agrees with the record beside it, and declared probabilities are calibrated."""
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.shared.loss_probability import MOST_ERROR
@@ -8,14 +8,20 @@ from tools.loss_probability import PAGE, RECORD, page
 ENTRIES = read_record(RECORD)
 
 
-def test_the_tables_are_written_from_the_record() -> None:
-    """`python -m tools.loss_probability table` writes them."""
+def test_the_pages_have_the_figures_of_the_record() -> None:
+    """`python -m tools.loss_probability table` writes the tables.
+
+    Both pages with these figures also give those of clips that were not fitted.
+    """
     text = PAGE.read_text("utf-8")
     assert text == page(text, ENTRIES)
+    for each in (PAGE, PAGE.parents[1] / "how-to" / "why.md"):
+        words = " ".join(each.read_text("utf-8").split())
+        assert [figure for figure in ("not calibrated", "0.25", "0.155", "0.134") if figure not in words] == []
 
 
-def test_all_that_is_declared_was_judged_and_is_calibrated() -> None:
-    """The record has a calibration error of each tracker that declares a probability, and of no other one."""
+def test_every_declared_probability_is_calibrated() -> None:
+    """The record has a calibration error of each tracker that declares a probability, and of no other."""
     errors = {
         tuple(one.result.split(": ")[1].split(", ")): one.ours
         for one in ENTRIES["loss"].findings

@@ -18,7 +18,7 @@ GENERATED = {"node_modules", "__pycache__", "data"}
 NUMBERED = re.compile(r"\b(?:document|spec|specification)s?,? (?:section )?\d", re.IGNORECASE)
 UNNAMED = re.compile(r"\bthe (?:source )?(?:document|specification)\b", re.IGNORECASE)
 MEANT = {"frontend_static/shared/theme.js": "the page's document"}
-"""Files in which the words mean something else."""
+"""Files where the words mean something else."""
 
 
 def named_paths(page: Path) -> set[str]:
@@ -38,11 +38,8 @@ def prose(path: Path) -> str:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_file_and_formula_of_a_page_is_good(page: Path) -> None:
-    """A module that is renamed or moved is renamed on the pages, too.
-
-    Formulas are those of lessons: the reader that makes pages of these reads all of them.
-    """
+def test_files_and_formulas_of_a_page(page: Path) -> None:
+    """Named files exist, and the reader of lessons can read every formula."""
     assert [name for name in sorted(named_paths(page)) if not (ROOT / name).exists()] == []
     html = paragraphs(page.read_text("utf-8"))
     assert re.findall(r'<code class="unread"[^>]*>(.*?)</code>', html) == []
@@ -50,7 +47,7 @@ def test_every_file_and_formula_of_a_page_is_good(page: Path) -> None:
 
 
 def test_the_index_has_every_page() -> None:
-    """The index links to each page, and each page says which modules it describes."""
+    """The index links to each page, and each page names the modules that it describes."""
     index = (METHODS / "index.md").read_text("utf-8")
     for page in PAGES:
         if page.name != "index.md":
@@ -59,7 +56,11 @@ def test_the_index_has_every_page() -> None:
 
 
 def test_sources_are_cited_by_author_and_year() -> None:
-    """No text says which of a pile of papers is meant by a number, or speaks of a paper without naming it."""
+    """No text cites a paper by a number or without its name; the search finds such words across the ends of lines."""
+    hits = "Document 1, ch. 3", "specification 10.3", "specification, section 5", "specs 6"
+    assert all(NUMBERED.search(hit) for hit in hits)
+    assert not NUMBERED.search("Bando 2007, ch. 3 section 2.1")
+    assert UNNAMED.search("as the document has it")
     found = []
     for path in sources():
         name, text = str(path.relative_to(ROOT)), prose(path)
@@ -67,11 +68,3 @@ def test_sources_are_cited_by_author_and_year() -> None:
         if name not in MEANT:
             found += [(name, hit.group()) for hit in UNNAMED.finditer(text)]
     assert [hit for hit in found if hit[0] != "tests/docs/test_methods.py"] == []
-
-
-def test_a_numbered_reference_is_found() -> None:
-    """The search itself finds what it is for, across the ends of lines."""
-    hits = ("Document 1, ch. 3", "specification 10.3", "specification, section 5", "specs 6")
-    assert all(NUMBERED.search(hit) for hit in hits)
-    assert not NUMBERED.search("Bando 2007, ch. 3 section 2.1")
-    assert UNNAMED.search("as the document has it")

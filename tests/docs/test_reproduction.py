@@ -1,4 +1,4 @@
-"""The page of reproduced results says what the record beside it holds, and the record is what pftrack computes."""
+"""The page of reproduced results agrees with the record beside it, and the record with what pftrack computes."""
 
 import random
 import re
@@ -41,41 +41,33 @@ def test_the_pages_count_as_the_record_does() -> None:
     assert counted in " ".join(FISH.read_text(encoding="utf-8").split())
 
 
-def test_every_result_belongs_to_a_study() -> None:
-    """The table of counts leaves no result out and has none twice, and the record knows no others."""
+def test_every_figure_has_a_study_a_reason_and_a_ground() -> None:
+    """Each result belongs to one study. A figure that may differ does differ in the full form, for a known reason.
+
+    Each tolerance has a ground. In the quick form all results take about a minute of two cores.
+    """
     assert sorted(name for names in STUDIES.values() for name in names) == sorted(RESULTS)
     assert set(ENTRIES) <= set(RESULTS)
-
-
-def test_no_exemption_is_without_need_or_reason() -> None:
-    """What may differ does differ in the full form, and its reason is told."""
     full = [one for name, entry in ENTRIES.items() if entry.form == "full" for one in findings_of(ENTRIES, [name])]
     assert [one.result for one in full if one.known and one.verdict != "differs"] == []
     assert [one.result for one in full if one.verdict in {"differs", "better", "not run"} and not one.reason] == []
-
-
-def test_every_tolerance_has_a_ground() -> None:
-    """A figure that is compared says why it may be so far from its reference, and only what is stated says it is.
-
-    What all results are known to cost in the quick form is about a minute of two cores.
-    """
     assert [one.result for one in findings_of(ENTRIES) if one.tolerance is not None and not one.ground] == []
     assert sum(result.quick_s for result in RESULTS.values()) <= QUICK_S
 
 
 def beside_references() -> set[tuple[str, str]]:
-    """Return the numbers that people have written, each with its reference in brackets behind it."""
+    """Return hand-written numbers, each with the reference in brackets behind it."""
     pages = "\n".join(page.read_text(encoding="utf-8") for page in (PAGE, FISH, HISTOGRAM))
     written = re.sub(r"<!-- reproduction \w+ -->.*?<!-- end -->", "", pages, flags=re.DOTALL)
     return set(re.findall(r"(-?\d*\.?\d+)\** \((-?\d*\.?\d+)\)", written))
 
 
 def rounds_to(value: float, text: str) -> bool:
-    """Whether a number is what a text says, to the digits that it has."""
+    """Return whether a number rounds to the digits of a text."""
     return abs(value - float(text)) <= 0.5001 * 10 ** -len(text.partition(".")[2])
 
 
-def test_the_tables_that_people_wrote_have_the_numbers_of_the_record() -> None:
+def test_hand_written_tables_have_the_numbers_of_the_record() -> None:
     """A number with a reference beside it is a finding of the record, with that reference."""
     known = [one for one in findings_of(ENTRIES) if one.reference is not None]
     pairs = beside_references()
@@ -89,7 +81,7 @@ def test_the_tables_that_people_wrote_have_the_numbers_of_the_record() -> None:
 
 @pytest.mark.slow
 def test_a_tenth_of_the_record_is_computed_again() -> None:
-    """Some results, others every day, come to the very findings that are kept, but for times."""
+    """Some results, others every day, give the stored findings again, apart from times."""
     cheap = [name for name, entry in ENTRIES.items() if entry.seconds <= AT_MOST_S]
     seed = date.today().isoformat()  # noqa: DTZ011 - any day will do
     chosen = random.Random(seed).sample(cheap, max(1, len(ENTRIES) // 10))
