@@ -1,13 +1,10 @@
 import os
-import runpy
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-
-from pftrack.core.numerics.compiled import mark_of
 
 HEAD = "from pftrack.core.numerics.compiled import compiled\n"
 INNER = HEAD + "@compiled\ndef inner(x):\n    return x + {}\n"
@@ -25,23 +22,30 @@ for line in sys.stdin:
 """
 
 
-@pytest.fixture
-def call(tmp_path: Path) -> Iterator[Callable[[str], str]]:
-    """Run a line of Python in a new fork of a process that has imported Numba, and return what it prints."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
+@pytest.fixture(scope="module")
+def forking() -> Iterator[subprocess.Popen[str]]:
+    """A process that has imported Numba and forks for each line that it is given."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     environment.pop("NUMBA_CACHE_DIR", None)
     with subprocess.Popen(
         [sys.executable, "-c", FORKING], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
     ) as process:
-        assert process.stdout is not None
-        given, said = process.stdin, process.stdout
+        yield process
 
-        def call(line: str) -> str:
-            given.write(f"{line}\n")
-            given.flush()
-            return said.readline().strip()
 
-        yield call
+@pytest.fixture
+def call(forking: subprocess.Popen[str], tmp_path: Path) -> Callable[[str], str]:
+    """Run a line of Python, with the modules of a folder, in a new fork, and return what it prints."""
+    given, said = forking.stdin, forking.stdout
+    assert given is not None
+    assert said is not None
+
+    def call(line: str) -> str:
+        given.write(f"sys.path.insert(0, {str(tmp_path)!r}); {line}\n")
+        given.flush()
+        return said.readline().strip()
+
+    return call
 
 
 def write_both(folder: Path) -> None:
@@ -52,9 +56,13 @@ def write_both(folder: Path) -> None:
 def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, call: Callable[[str], str]) -> None:
     """A compiled function has those inside that it calls, so it is compiled again when their file changes.
 
-    Content counts, so that another checkout of the same files, or a copy of them, keeps what was compiled.
+    Content counts, so that another checkout of the same files, or a copy of them, keeps what was compiled. Where no
+    folder can be written all is compiled each time.
     """
     write_both(tmp_path)
+    line = "from numba.core.caching import CacheImpl; CacheImpl._locator_classes = []; "
+    assert call(f"{line}import outer; print(outer.outer(1), len(outer.outer.signatures))") == "4 1"
+    assert list(tmp_path.rglob("*.nb?")) == []
     assert call(CALL) == "4 1"
     for name in ("inner.py", "outer.py"):
         os.utime(tmp_path / name, (1, 1))
@@ -90,14 +98,6 @@ def test_what_a_release_brings_along_is_used_first(tmp_path: Path, call: Callabl
     assert {file.name for file in kept.glob("outer.*.nb?")} == {file.name for file in brought.glob("outer.*")}
 
 
-def test_where_no_folder_can_be_written_all_is_compiled_each_time(tmp_path: Path, call: Callable[[str], str]) -> None:
-    """Numba finds no place for what it compiles, and the function works all the same."""
-    write_both(tmp_path)
-    line = "from numba.core.caching import CacheImpl; CacheImpl._locator_classes = []; "
-    assert call(f"{line}import outer; print(outer.outer(1), len(outer.outer.signatures))") == "4 1"
-    assert list(tmp_path.rglob("*.nb?")) == []
-
-
 TYPED = "from typing import NamedTuple\nclass {0}(NamedTuple):\n    x: int\n@compiled\ndef outer(x):\n    return x.x\n"
 
 
@@ -106,18 +106,3 @@ def test_a_type_that_was_renamed_compiles_anew(tmp_path: Path, call: Callable[[s
     for name in ("Before", "After"):
         (tmp_path / "typed.py").write_text(HEAD + TYPED.format(name))
         assert call(f"import typed; print(typed.outer(typed.{name}(3)))") == "3"
-
-
-def test_other_files_do_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A function that neither calls nor is called by the changed one keeps its mark."""
-    marks = []
-    for change in (1, 2):
-        folder = tmp_path / str(change)
-        folder.mkdir()
-        (folder / "inner.py").write_text(INNER.format(change))
-        (folder / "apart.py").write_text(INNER.format(7).replace("inner", "apart"))
-        monkeypatch.syspath_prepend(folder)
-        found = (runpy.run_path(str(folder / f"{name}.py"))[name] for name in ("inner", "apart"))
-        marks.append([mark_of(function.py_func) for function in found])
-    assert marks[0][0] != marks[1][0]
-    assert marks[0][1] == marks[1][1]

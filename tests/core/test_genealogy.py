@@ -51,7 +51,7 @@ def test_nobody_is_followed_to_before_all_lines_begin() -> None:
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 30))
 def test_lines_never_cross(seed: int, frames: int, count: int) -> None:
-    """Of two lines the one that is higher in one frame is nowhere lower, and lines that have met stay together."""
+    """A line that is higher than another in one frame is nowhere lower, and lines that have met stay together."""
     rng = np.random.default_rng(seed)
     found = trace(frames, [rng.integers(0, count, count) for _ in range(frames)], count)
     above = found.heights[:, :, None] - found.heights[:, None, :]

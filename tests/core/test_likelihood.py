@@ -11,7 +11,6 @@ from pftrack.core.model.model import Model
 from pftrack.core.model.source import Frame
 from pftrack.experiments import find
 from pftrack.experiments.shared.filtered import Filter, PointModel
-from pftrack.experiments.shared.pose.state import PoseModel
 from pftrack.experiments.shared.sampling import LoopModel
 from tests.making import whole_run
 
@@ -51,11 +50,16 @@ def test_a_lattice_covers_the_picture(size: tuple[int, int], most: int, cells: t
 
 
 def test_a_map_asks_for_states_that_differ_in_their_place_alone() -> None:
-    """Its greatest number is where the likelihood is greatest; one without places in the picture has no map."""
+    """Its greatest number is where the likelihood is greatest; one without places in the picture has no map.
+
+    Colours tell a range of at most twenty apart: what is below is as good as impossible.
+    """
     found = HILL.map(np.array([5.0, 1.0]), np.array([1.0, 0.0, 0.0]), FRAME, None, (8, 6))
     assert found.step_px == 2
     assert np.unravel_index(found.log_likelihoods.argmax(), (3, 4)) == (0, 2)
     assert found.log_likelihoods[0].tolist() == [-16.0, -4.0, 0.0, -4.0]
+    found = LikelihoodMap(np.array([[-100.0, -10.0], [0.0, -np.inf]]), 1)
+    assert (found.range, found.levels.tolist()) == ((-20.0, 0.0), [[0.0, 0.5], [1.0, 0.0]])
     signal = type("Signal", (Hill,), {"axes": None, "title": "measured value"})()
     with pytest.raises(ValueError, match="measured value has no place"):
         signal.map(np.zeros(2), np.zeros(3), FRAME, None, (8, 6))
@@ -70,31 +74,20 @@ def test_what_is_not_a_number_is_impossible() -> None:
     assert (found.levels == 0.0).all()
 
 
-def test_levels_go_from_the_lowest_to_the_highest() -> None:
-    """Colours tell a range of at most twenty apart: what is below is as good as impossible."""
-    found = LikelihoodMap(np.array([[-100.0, -10.0], [0.0, -np.inf]]), 1)
-    assert (found.range, found.levels.tolist()) == ((-20.0, 0.0), [[0.0, 0.5], [1.0, 0.0]])
-    assert LikelihoodMap(np.array([[-3.0, -1.0]]), 1).levels.tolist() == [[0.0, 1.0]]
-
-
-def test_particles_have_ranks_and_samplers() -> None:
-    """The heaviest particle has rank 1, equal ones share one, and the first belong to the first sampler."""
-    cloud = Cloud(np.zeros((4, 1)), np.log([0.1, 0.4, 0.4, 0.1]), None, (1, 3), ("prediction", "observation"))
-    assert [cloud.rank(particle) for particle in range(4)] == [3, 1, 1, 3]
-    assert [cloud.sampler(particle) for particle in range(4)] == ["prediction", *["observation"] * 3]
-    assert Cloud(np.zeros((1, 1)), np.zeros(1)).sampler(0) == ""
-    assert cloud.filter(3) == ""
-    assert cloud.siblings(3) == slice(0, 4)
-
-
 def test_each_filter_has_ranks_and_samplers_of_its_own() -> None:
-    """Of two filters with three particles each, the first has drawn one from above, the second two."""
+    """Two filters have three particles each; the first has drawn one from above, the second two.
+
+    The heaviest particle has rank 1, and equal ones share one.
+    """
     log_weights, drawn = np.log([0.2, 0.5, 0.3, 0.1, 0.1, 0.8]), (1, 2, 2, 1)
     cloud = Cloud(np.zeros((6, 1)), log_weights, None, drawn, ("above", "below"), filters=("nose", "chin"))
     assert [cloud.filter(particle) for particle in range(6)] == ["nose"] * 3 + ["chin"] * 3
     assert [cloud.rank(particle) for particle in range(6)] == [3, 1, 2, 2, 2, 1]
     assert [cloud.sampler(each) for each in range(6)] == ["above", "below", "below", "above", "above", "below"]
     assert cloud.siblings(4) == slice(3, 6)
+    alone = Cloud(np.zeros((4, 1)), np.log([0.1, 0.4, 0.4, 0.1]))
+    assert [alone.rank(particle) for particle in range(4)] == [3, 1, 1, 3]
+    assert (alone.sampler(0), alone.filter(3), alone.siblings(3)) == ("", "", slice(0, 4))
 
 
 @pytest.mark.parametrize(
@@ -102,7 +95,6 @@ def test_each_filter_has_ranks_and_samplers_of_its_own() -> None:
     [
         (PointModel, "components.*log_likelihood.*propagate"),
         (LoopModel, "motion.*pack.*pauses"),
-        (PoseModel, "weigh"),
         (Filter, "step"),
     ],
 )
@@ -126,22 +118,16 @@ def test_a_model_must_say_where_it_begins_and_what_is_likely() -> None:
 
 # Which parameters a tracker reads that joins an experiment of somebody else's.
 
-BALL = find("ball")
-MODEL = type(BALL.simulate().parameters)
 
-
-def test_it_reads_what_another_one_reads() -> None:
-    """Parameters name their readers; one that comes later has exactly those of the tracker that it is like."""
-    own = replace(BALL.trackers["kalman"], id="own", title="Own")
-    for name in BALL.trackers:
-        joined = replace(BALL.with_trackers(own, like=name), id="joined").declarations(MODEL)
-        read = {each.name for each in BALL.declarations(MODEL) if not each.trackers or name in each.trackers}
+def test_a_tracker_that_joins_reads_what_another_one_reads() -> None:
+    """Parameters name their readers, and it has exactly those of the tracker that it is like; it runs and is drawn."""
+    ball = find("ball")
+    model = type(ball.simulate().parameters)
+    own = replace(ball.trackers["condensation"], id="own", title="My own")
+    for name in ball.trackers:
+        joined = replace(ball.with_trackers(own, like=name), id="joined").declarations(model)
+        read = {each.name for each in ball.declarations(model) if not each.trackers or name in each.trackers}
         assert {each.name for each in joined if not each.trackers or "own" in each.trackers} == read
-
-
-def test_it_runs_and_is_drawn() -> None:
-    """An experiment made of another one and a tracker more is drawn with the title of that tracker."""
-    own = replace(BALL.trackers["condensation"], id="own", title="My own")
-    joined = replace(BALL.with_trackers(own, like="condensation"), id="joined")
-    run = whole_run(joined, tracker="own", frames=3)
-    assert "My own" in joined.draw(run.current, run.diagnostics).caption
+    experiment = replace(ball.with_trackers(own, like="condensation"), id="joined")
+    run = whole_run(experiment, tracker="own", frames=3)
+    assert "My own" in experiment.draw(run.current, run.diagnostics).caption

@@ -1,27 +1,8 @@
 import os
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from pftrack.core.numerics import machine
-
-ROOT = Path(__file__).parents[2]
-
-
-def told(code: str, **environment: str) -> str:
-    around = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
-    return subprocess.check_output([sys.executable, "-c", code], text=True, env=around).strip()
-
-
-@pytest.mark.skipif(not machine.is_capable(), reason="settled on x86-64 with AVX2")
-def test_the_compiler_is_settled_before_it_is_used() -> None:
-    """What the environment asks of Numba is overridden, and it does without Intel's vector mathematics."""
-    code = "import pftrack, numba; from numba.core.registry import cpu_target; numba.njit(lambda x: x)(1)"
-    code += "; print(numba.config.CPU_NAME, repr(cpu_target.target_context.codegen()._tm_features)"
-    code += ", numba.config.USING_SVML, numba.config.DISABLE_INTEL_SVML)"
-    assert told(code, NUMBA_CPU_NAME="znver4", NUMBA_CPU_FEATURES="+avx512f") == "haswell '' False 1"
 
 
 def test_what_a_run_is_computed_on_is_told() -> None:

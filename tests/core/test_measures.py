@@ -34,10 +34,6 @@ def test_a_small_run_by_hand() -> None:
         "frames_to_failure": 4,
     }
     assert HIT_RATE.of(FIVE) == 1.0
-
-
-def test_a_run_that_never_fails_lasts_to_its_end() -> None:
-    """The frames to failure are then all frames of the run, labelled or not."""
     assert evaluate(PICTURE_MEASURES, course([(1.0, 1.0), (29.9, 39.9), (NAN, NAN)]))["frames_to_failure"] == 3
 
 
@@ -73,7 +69,7 @@ def test_an_estimate_that_is_none_counts_as_wrong() -> None:
 
 
 def test_a_pose_by_hand() -> None:
-    """Errors of 2, 10, 12 and 20 degrees, of which the last counts as lost."""
+    """Errors of 2, 10, 12 and 20 degrees; the last counts as lost."""
     errors, nothing = np.array([2.0, 10.0, 12.0, 20.0]), np.full((4, 2), NAN)
     turned = EvaluatedRun(errors[:, None], np.zeros((4, 1)), errors, errors > 15.0, nothing, nothing)
     expected = {"precision_10deg": 0.5, "median_error_deg": 11.0, "frames_to_failure": 3}

@@ -63,13 +63,6 @@ def test_several_polygons_are_filled_together() -> None:
     assert np.count_nonzero(each[0]) == 11 * 11
 
 
-def test_a_polygon_beyond_the_picture_holds_nothing() -> None:
-    """Nor does one of a single point between pixels."""
-    for shift in ((-100.0, 0.0), (100.0, 0.0), (0.0, -100.0), (0.0, 100.0)):
-        assert not fill((SQUARE + shift)[None], np.array([4]), HEIGHT, WIDTH).any()
-    assert not fill(np.full((1, 3, 2), 10.5), np.array([3]), HEIGHT, WIDTH).any()
-
-
 def test_distances() -> None:
     """From a segment beside, before and behind it; from a polygon, 0 inside."""
     ends = np.array([0.0, 0.0]), np.array([10.0, 0.0])

@@ -4,13 +4,11 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from pftrack.core.model.glossary import GLOSSARY, REFERENCES, Reference, Section, Term, cite, read_glossary
+from pftrack.core.model.glossary import GLOSSARY, REFERENCES, Reference, Section, cite, read_glossary
 from pftrack.core.model.preset import Preset, Tour, read_failures, read_presets
-from pftrack.core.texts import read_as
 from pftrack.experiments import EXPERIMENTS, find
 
 TEXT = """
@@ -53,6 +51,7 @@ a: {title: A, kind: weights, diagnosis: D., tracker: apf, frame: 3, cause: uncle
         (read_presets, TEXT, "title: works", "titel: works", "line 3: first has an unknown field 'titel'"),
         (read_presets, TEXT, "  tracker: apf\n", "", "line 7: second lacks 'tracker'"),
         (read_failures, FAILURE, ", values: {n: 1}", "", "line 2: a.cure lacks 'values'"),
+        (read_failures, FAILURE, FAILURE, "\na: text", "line 2: a must map fields to values, got str"),
         (read_failures, FAILURE, "3, v", "3, frames: 3, v", "line 3: a.timeline has an unknown field '0.frames'"),
     ],
 )
@@ -101,20 +100,6 @@ def test_references_are_cited_as_text_and_bibtex() -> None:
     assert Reference("a", "article", ("A B", "C D"), "T", 1988).short == "B and D 1988"
     text = cite("bando2007", "chapter 2").bibtex
     assert text.startswith("@phdthesis{bando2007,\n  author = {Takashi Bando},\n  title = {{Adaptive")
-
-
-def test_what_is_wrong_with_a_reference_is_named(tmp_path: Path) -> None:
-    """A field that is missing or unknown is named with file and line, and an unknown key with those that are known."""
-    path = tmp_path / "references.yaml"
-    wrong = {
-        "a: {kind: misc, authors: [A B], titel: T, year: 1988}": "has an unknown field 'titel'",
-        "a: {kind: misc, authors: [A B], year: 1988}": "lacks 'title'",
-        "a: text": "must map fields to values, got str",
-    }
-    for text, problem in wrong.items():
-        path.write_text(f"\n{text}\n", encoding="utf-8")
-        with pytest.raises(ValueError, match=rf"references.yaml, line 2: a {problem}"):
-            read_as(Reference, path, "key")
     with pytest.raises(ValueError, match=r"unknown reference 'bando2008'; references.yaml has bando2007, bando2006"):
         cite("bando2008")
 
@@ -155,20 +140,11 @@ def test_every_reading_is_explained(name: str) -> None:
     assert [title for title in titles if not word.search(title.lower())] == []
 
 
-@pytest.mark.parametrize("blank", [{"name": " "}, {"meaning": ""}, {"also": ("",)}])
-def test_no_term_is_blank(blank: dict[str, Any]) -> None:
-    """A form without a letter would be found between all letters of a page."""
-    with pytest.raises(ValueError, match="a term needs a name, a meaning and no blank form"):
-        Term(**{"name": "ESS", "meaning": "effective sample size", **blank})
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("A:\n  word: it\nB:\n  other: {also: [others]}\n", "line 3: B must map words to a meaning"),
-        ("A: word\n", "line 1: A must map words to a meaning"),
         ("- word\n", "must map names to what they declare, got list"),
-        ("A: [\n", "is not YAML"),
     ],
 )
 def test_a_glossary_that_cannot_be_read_is_refused(tmp_path: Path, text: str, message: str) -> None:

@@ -8,21 +8,17 @@ from pftrack.core.numerics.random import _philox as philox
 # From the authors' own tests (Random123, kat_vectors), Philox 4x32 with ten rounds: key, counter, enciphered words.
 
 
-def test_numbers_do_not_depend_on_what_was_drawn_before() -> None:
-    """A frame's numbers are the same whether or not other frames were visited first."""
-    first = Stream(7, 41, Purpose.TRACK).standard_normal(1000)
-    Stream(7, 40, Purpose.TRACK).standard_normal(5)
-    assert np.array_equal(first, Stream(7, 41, Purpose.TRACK).standard_normal(1000))
+def test_seed_frame_purpose_and_draw_give_independent_streams() -> None:
+    """Changing any of seed, frame and purpose gives numbers without correlation, and so does drawing again.
 
-
-@pytest.mark.parametrize("draw", ["standard_normal", "random"])
-def test_seed_frame_purpose_and_draw_give_independent_streams(draw: str) -> None:
-    """Changing any of seed, frame and purpose gives numbers without correlation, and so does drawing again."""
+    A frame's numbers are the same whether or not other frames were visited first.
+    """
     stream, purpose = Stream(7, 41, Purpose.TRACK), Purpose.TRACK
-    base = getattr(stream, draw)(20_000)
+    first = stream.standard_normal(20_000)
     others = [(8, 41, purpose), (7 + 2**40, 41, purpose), (7, 42, purpose), (7, 41, Purpose.SCENE)]
     for other in (stream, *(Stream(*keys) for keys in others)):
-        assert abs(np.corrcoef(base, getattr(other, draw)(20_000))[0, 1]) < 0.03
+        assert abs(np.corrcoef(first, other.standard_normal(20_000))[0, 1]) < 0.03
+    assert np.array_equal(first, Stream(7, 41, Purpose.TRACK).standard_normal(20_000))
 
 
 def _textbook(low: int, high: int, a: int, b: int, c: int, d: int) -> tuple[int, int, int, int]:
@@ -54,19 +50,18 @@ def test_normals_are_normal_and_uniforms_uniform() -> None:
             assert abs(np.corrcoef(*pair)[0, 1]) < 0.012
 
 
-@pytest.mark.parametrize("size", [0, 1, 2, 3, 5, 800, 801, (2, 3, 4), None])
+@pytest.mark.parametrize("size", [0, 1, 5, 800, (2, 3, 4), None])
 def test_any_number_of_numbers_can_be_drawn(size: int | tuple[int, ...] | None) -> None:
-    """A draw has as many numbers as asked for, all finite, the uniform ones within [0, 1); no size gives a float."""
+    """A draw has as many numbers as asked for, all finite, the uniform ones within [0, 1); no size gives a float.
+
+    A seed or frame out of range is refused with a sentence that names the bound.
+    """
     stream = Stream(3, 3, Purpose.TRACK)
     normals, flat = stream.standard_normal(size), np.asarray(stream.random(size))
     assert np.shape(normals) == flat.shape == (() if size is None else np.zeros(size).shape)
     assert np.isfinite(normals).all()
     assert ((flat >= 0) & (flat < 1)).all()
     assert isinstance(Stream(0, 0, Purpose.START).random(), float)
-
-
-@pytest.mark.parametrize(("seed", "frame"), [(-1, 0), (LARGEST_KEY + 1, 0), (0, -1), (0, 2**32)])
-def test_out_of_range_is_refused(seed: int, frame: int) -> None:
-    """A seed or frame out of range is refused with a sentence that names the bound."""
-    with pytest.raises(ValueError, match="must be a whole number between"):
-        Stream(seed, frame, Purpose.START)
+    for seed, frame in ((-1, 0), (LARGEST_KEY + 1, 0), (0, 2**32)):
+        with pytest.raises(ValueError, match="must be a whole number between"):
+            Stream(seed, frame, Purpose.START)

@@ -37,20 +37,6 @@ def test_angles_and_derivatives_belong_to_the_rotation(x: float, y: float, z: fl
         assert np.abs(slope - difference).max() < 1e-9
 
 
-@pytest.mark.parametrize("tilt", [-np.pi / 2, np.pi / 2])
-def test_the_singular_tilt_still_gives_a_rotation(tilt: float) -> None:
-    """At theta_x = +-90 degrees the angles returned are finite."""
-    assert np.isfinite(angles(rotation(np.array([tilt, 0.4, -0.2])))).all()
-
-
-def test_signs_are_those_of_a_head() -> None:
-    """Positive angles nod down, turn the nose to the left of the picture, and roll clockwise in the picture."""
-    nose, crown, small = np.array([0.0, 0.0, -1.0]), np.array([0.0, -1.0, 0.0]), 0.1
-    assert (single(0, small) @ nose)[1] > 0
-    assert (single(1, small) @ nose)[0] < 0
-    assert (single(2, small) @ crown)[0] > 0
-
-
 # Rotations by a vector, and quaternions.
 
 NUMBER = st.floats(-1.7, 1.7)
@@ -59,20 +45,14 @@ VECTOR = st.tuples(NUMBER, NUMBER, NUMBER).map(np.array)
 
 @given(VECTOR)
 def test_vector_quaternion_and_matrix_say_the_same(omega: np.ndarray) -> None:
-    """Each is got back from the others, and the matrix is a rotation about the vector."""
+    """Each is got back from the others, also of half a turn, and the matrix is a rotation about the vector."""
     assert vector(quaternion(omega)) == pytest.approx(omega, abs=1e-9)
     assert vector(-quaternion(omega)) == pytest.approx(omega, abs=1e-9)
     turn = matrix(omega)
     assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-12)
     assert turn @ omega == pytest.approx(omega, abs=1e-12)
-    assert quaternion_matrix(geometry.matrix_quaternion(turn)) == pytest.approx(turn, abs=1e-12)
-
-
-@pytest.mark.parametrize("axis", range(3))
-def test_half_turns_have_a_quaternion(axis: int) -> None:
-    """Where the trace is least, another entry of the diagonal is started from."""
-    turn = matrix(np.pi * np.eye(3)[axis])
-    assert quaternion_matrix(geometry.matrix_quaternion(turn)) == pytest.approx(turn, abs=1e-12)
+    for each in (turn, *(matrix(np.pi * axis) for axis in np.eye(3))):
+        assert quaternion_matrix(geometry.matrix_quaternion(each)) == pytest.approx(each, abs=1e-12)
 
 
 @given(VECTOR, VECTOR)
@@ -82,7 +62,7 @@ def test_quaternions_compose_as_rotations_do(one: np.ndarray, other: np.ndarray)
     assert both == pytest.approx(matrix(one) @ matrix(other), abs=1e-12)
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-6, 1e-3, 0.54, 2.0])
+@pytest.mark.parametrize("size", [0.0, 1e-3, 0.54, 2.0])
 def test_the_right_jacobian_is_the_small_turn_of_a_small_change(size: int) -> None:
     """R(w + dw) = R(w) R(J_r dw) but for what is of second order; neither R' nor R would do."""
     omega = size * np.array([0.6, -0.6, 0.53])
@@ -94,12 +74,6 @@ def test_the_right_jacobian_is_the_small_turn_of_a_small_change(size: int) -> No
         length = np.linalg.norm(jacobian)
         assert np.linalg.norm(matrix(omega).T - jacobian) / length == pytest.approx(0.2, abs=0.05)
         assert np.linalg.norm(matrix(omega) - jacobian) / length == pytest.approx(0.6, abs=0.1)
-
-
-def test_the_cross_product_is_a_matrix() -> None:
-    """[x]x y is the cross product of x and y."""
-    x, y = np.array([1.0, 2.0, 3.0]), np.array([-4.0, 5.0, 0.5])
-    assert (geometry.cross_matrix(x) @ y).tolist() == np.cross(x, y).tolist()
 
 
 # Angles on the circle.
@@ -129,19 +103,18 @@ AHEAD = POINTS + np.array([0.0, 0.0, 100.0])
 
 
 def test_the_pinhole_divides_by_depth() -> None:
-    """Twice as deep is half as far from the principal point; the Jacobian is a central difference within 1e-6 px/mm."""
+    """Twice as deep is half as far from the principal point; the Jacobian is a central difference within 1e-6 px/mm.
+
+    At the pinhole itself and behind it nothing becomes infinite.
+    """
     assert np.allclose(pinhole(AHEAD, 400.0), 400.0 * AHEAD[:, :2] / AHEAD[:, 2:])
+    behind = np.array([[3.0, -2.0, 0.0], [3.0, -2.0, -50.0]])
+    assert np.allclose(pinhole(behind, 400.0), 400.0 * behind[:, :2] / NEAREST_MM)
+    assert np.isfinite(pinhole_jacobian(behind, 400.0)).all()
     slopes = pinhole_jacobian(AHEAD, 400.0)
     for axis, change in enumerate(1e-4 * np.eye(3)):
         difference = (pinhole(AHEAD + change, 400.0) - pinhole(AHEAD - change, 400.0)) / 2e-4
         assert np.abs(slopes[:, :, axis] - difference).max() < 1e-6
-
-
-def test_points_behind_the_camera_stay_finite() -> None:
-    """At the pinhole itself and behind it nothing becomes infinite."""
-    behind = np.array([[3.0, -2.0, 0.0], [3.0, -2.0, -50.0]])
-    assert np.allclose(pinhole(behind, 400.0), 400.0 * behind[:, :2] / NEAREST_MM)
-    assert np.isfinite(pinhole_jacobian(behind, 400.0)).all()
 
 
 def test_the_affine_fit_is_the_best_one() -> None:

@@ -2,7 +2,6 @@
 
 import json
 import math
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ from pftrack.core.model.marks import Box, LongBody, read_mark
 from pftrack.core.model.source import Landmarks, Target
 from pftrack.core.refusal import ParameterError
 from pftrack.experiments.head.recording import FaceBox, FacePoints
-from pftrack.vision.face import FEATURES, mean_model
 
 MARKS = {"nose": (203.5, 148.0), "leye": (230.0, 120.0)}
 
@@ -38,13 +36,11 @@ def test_points_are_read_from_json_and_tables(tmp_path: Path, name: str, text: s
     ("name", "text", "message"),
     [
         ("a.json", "[1, 2]", "does not list points"),
-        ("a.json", '{"nose": 3}', "does not list points"),
         ("a.json", "{", "does not list points"),
         ("a.csv", "nose,1,2\n", "lists no points"),
         ("a.csv", "name,x,y\nnose,one,2\n", "does not list points"),
         ("a.csv", "name,x,y\nnose,1,2\nnose,3,4\n", "nose is listed twice"),
         ("a.json", '{"nose": [NaN, 1]}', "mark.points.nose.0 must be"),
-        ("a.json", "{}", "lists no points"),
         ("none.csv", None, r"the file .*none\.csv does not exist"),
         ("", None, "cannot be read: Is a directory"),
     ],
@@ -57,17 +53,8 @@ def test_what_is_no_list_of_points_is_refused(tmp_path: Path, name: str, text: s
         FacePoints.parse(str(tmp_path / name))
 
 
-@given(content=st.binary(max_size=120), kind=st.sampled_from(["json", "csv"]))
-def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, content: bytes, kind: str) -> None:
-    """Whatever a file holds, reading it ends in points or in a `ValueError`."""
-    path = tmp_path_factory.mktemp("points") / f"points.{kind}"
-    path.write_bytes((b"name,x,y\n" if kind == "csv" else b"") + content)
-    with suppress(ValueError):
-        FacePoints.parse(str(path))
-
-
 def test_they_are_drawn_with_the_lines_between_them() -> None:
-    """All points are drawn, and those lines of which both ends are marked."""
+    """All points are drawn, and the lines with two marked ends."""
     drawn = FacePoints(points={"nose": (5, 6), "lmc": (7, 8), "lmou": (1, 2)}).draw()
     assert drawn["points"].positions[:, :2].tolist() == [[5, 6], [7, 8], [1, 2]]
     assert drawn["links"].segments[:, :, :2].tolist() == [[[5, 6], [7, 8]]]
@@ -83,16 +70,6 @@ def test_the_points_of_a_target_are_its_landmarks() -> None:
     assert [kind.of_target(Target(np.zeros(2), 5.0)) for kind in (FacePoints, FaceBox)] == [None, None]
 
 
-def test_the_box_of_a_face_is_larger_than_its_features() -> None:
-    """Hair, chin and ears are in it, and its middle is that of the features."""
-    points = mean_model().points_mm[:, :2] * 2 + [300.0, 200.0]
-    target = Target(np.zeros(3), landmarks=Landmarks(points, np.ones(11, np.bool_), np.zeros((11, 3)), FEATURES))
-    box = FaceBox.of_target(target)
-    low, high = points.min(axis=0), points.max(axis=0)
-    assert box.width == box.height == pytest.approx(1.5 * (high - low).max())
-    assert [box.x + box.width / 2, box.y + box.height / 2] == pytest.approx((low + high) / 2)
-
-
 # Boxes: read from text and JSON, checked against a picture, drawn around their pixels.
 
 
@@ -104,14 +81,14 @@ def test_a_box_is_read_from_text_and_json() -> None:
     assert json.loads(box.model_dump_json())["kind"] == "box"
 
 
-@pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", "nan,2,3,4"])
+@pytest.mark.parametrize("text", ["1,2,3", "nan,2,3,4"])
 def test_what_is_no_box_is_refused(text: str) -> None:
     """The message says what was expected."""
     with pytest.raises(ValueError, match=rf"expected 4 finite numbers \(x,y,w,h\), got '{text}'"):
         Box.parse(text)
 
 
-@pytest.mark.parametrize("box", [(310, 5, 20, 10), (-1, 0, 9, 9), (0, 0, 0, 5), (5, 5, 3, 0.5), (1e5, 0, 9, 9)])
+@pytest.mark.parametrize("box", [(310, 5, 20, 10), (-1, 0, 9, 9), (5, 5, 3, 0.5)])
 def test_a_box_has_to_fit_the_picture(box: tuple[float, float, float, float]) -> None:
     """A box without area or beyond the picture is refused with both sizes; one that fills it is not."""
     with pytest.raises(ParameterError, match="within the picture of 320 x 120 px, got 'x = "):
@@ -126,7 +103,7 @@ def test_it_is_drawn_around_its_pixels() -> None:
 
 
 def test_the_box_of_a_target_is_around_it() -> None:
-    """Of a disc it is the square of whole pixels that holds it; of a solid the box around its landmarks."""
+    """For a disc it is the square of whole pixels that holds it, for a solid the box around its landmarks."""
     disc = Box.of_target(Target(np.array([50.5, 40.0]), 11.0))
     assert disc.corner_and_size == (45.0, 35.0, 12.0, 11.0)
     points = np.array([[10.2, 20.0], [30.0, 25.9]])
@@ -147,13 +124,20 @@ def body(**changes: object) -> LongBody:
 
 
 def test_it_reads_lengths_and_angles_from_its_points() -> None:
-    """Head to the right of the root: a heading of 0, half of 40 px, and a straight tail of 20 px."""
+    """Head to the right of the root: a heading of 0, half of 40 px, and a straight tail of 20 px.
+
+    A command line writes them as seven numbers: head, root and tip, and the half width.
+    """
     mark = body()
     assert (mark.heading, mark.bend, mark.half_length, mark.tail_length) == (0.0, 0.0, 20.0, 20.0)
     assert mark.centre.tolist() == [100.0, 100.0]
     assert body(tip=[80, 80]).bend == pytest.approx(math.pi / 2)
     assert body(tip=[80, 120]).bend == pytest.approx(-math.pi / 2)
     assert body(head=[80, 60], tip=[80, 130]).heading == pytest.approx(-math.pi / 2)
+    assert LongBody.parse("120,100,80,100,60,100,8") == mark
+    for text in ("120,100", "1,2,3,4,5,6,nan"):
+        with pytest.raises(ValueError, match="expected 7 finite numbers"):
+            LongBody.parse(text)
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(-1.5, 1.5))
@@ -165,14 +149,6 @@ def test_the_bend_does_not_depend_on_the_heading(heading: float, bend: float) ->
     mark = body(**{name: point.tolist() for name, point in points.items()})
     assert mark.bend == pytest.approx(bend, abs=1e-9)
     assert math.remainder(mark.heading - heading, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_the_command_line_writes_seven_numbers() -> None:
-    """Head x,y, root x,y, tip x,y and the half width."""
-    assert LongBody.parse("120,100,80,100,60,100,8") == body()
-    for text in ("120,100", "1,2,3,4,5,6,many", "1,2,3,4,5,6,nan", ""):
-        with pytest.raises(ValueError, match="expected 7 finite numbers"):
-            LongBody.parse(text)
 
 
 @pytest.mark.parametrize(
