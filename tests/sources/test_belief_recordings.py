@@ -1,17 +1,21 @@
-"""Recordings of beliefs: what a loop says is there to the number, whatever becomes of the loop."""
+"""Recordings of beliefs hold what a loop records to the number, even if the loop breaks off."""
 
 import zipfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import pftrack
 from pftrack.analysis.other_seeds import ensemble
+from pftrack.core.model.tracker import Diagnostics
 from pftrack.core.refusal import RefusedError
 from pftrack.sources.beliefs import content
 from pftrack.sources.beliefs.content import header_of
+from pftrack.sources.beliefs.recorder import ParticlesCollector, record_filterpy, record_pfilter, record_stone_soup
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
 from tests.sources.films import refused, rows_of
@@ -34,10 +38,15 @@ def record(path: Path, frames: int = FRAMES, **options: object) -> Path:
 
 
 def test_a_loop_opens_as_a_run(tmp_path: Path) -> None:
-    """The estimate is the weighted mean, and ESS, different parents and errors are those of the loop's numbers."""
-    rows = rows_of(record(tmp_path / "mine.pft", precision="double"))
-    assert len(rows) == FRAMES
-    for t, row in enumerate(rows):
+    """The estimate is the weighted mean, and ESS, different parents and errors are those of the loop's numbers.
+
+    The default precision needs about half the bytes, and changes the estimate by the seventh digit at most.
+    """
+    double, single = record(tmp_path / "mine.pft", precision="double"), record(tmp_path / "one.pft")
+    rows = rows_of(double)
+    assert single.stat().st_size < 0.75 * double.stat().st_size
+    assert rows_of(single)[-1].estimate == pytest.approx(rows[-1].estimate, rel=1e-6)
+    for t, row in zip(range(FRAMES), rows, strict=True):
         states, weights, ancestors = particles_of(t)
         share = np.exp(weights) / np.exp(weights).sum()
         assert row.estimate == pytest.approx(share @ states[:, :2])
@@ -47,39 +56,20 @@ def test_a_loop_opens_as_a_run(tmp_path: Path) -> None:
         assert row.sigma == pytest.approx(np.sqrt(share @ np.square(states[:, :2] - share @ states[:, :2])))
 
 
-TURN = np.array([(0.5 * t, 0.5) if t < 40 else (20.0 - 1.5 * (t - 40), -1.5) for t in range(80)])
-
-
-def record_turn(path: Path) -> Path:
-    """A filter of 300 particles that expects no turn follows a target that turns back after half of 80 frames."""
-    rng = np.random.default_rng(1)
-    states, ancestors = rng.normal(size=(300, 2)) * [0.5, 0.05] + [0.0, 0.5], np.arange(300)
-    with pftrack.record(path, components=("x", "vx")) as rec:
-        for t, truth in enumerate(TURN):
-            states[:, 0] += states[:, 1] + 0.02 * rng.normal(size=300)
-            log_weights = -0.5 * np.square((states[:, 0] - truth[0]) / 0.5)
-            rec(t, particles=states, log_weights=log_weights, ancestors=ancestors, truth=truth)
-            weights = np.exp(log_weights - log_weights.max())
-            ancestors = rng.choice(300, 300, p=weights / weights.sum())
-            states = states[ancestors]
-    return path
-
-
-def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(tmp_path: Path) -> None:
-    """The law of motion is named from what was recorded; of the likelihood, which was not, nothing is said.
-
-    Where truths have no box the limit is their root mean square distance from their middle; a box says it better.
-    """
-    run = pftrack.load(record_turn(tmp_path / "turn.pft"))
+def test_a_loss_is_explained_but_nothing_can_be_tried(tmp_path: Path) -> None:
+    """Where truths have no box the limit is their root mean square distance from their middle; a box has its edges."""
+    truth = np.array([(t, 0.5 * t) for t in range(30)])
+    with pftrack.record(tmp_path / "lost.pft") as rec:
+        for t, place in enumerate(truth):
+            rec(t, mean=[0.0, 0.0], covariance=np.eye(2), truth=place)
+    run = pftrack.load(tmp_path / "lost.pft")
     run.finish()
     limit = run.parameters_at(0).lost_distance
-    assert limit == pytest.approx(np.sqrt(TURN.var(axis=0).sum()), rel=5e-3)  # it has three digits
+    assert limit == pytest.approx(np.sqrt(truth.var(axis=0).sum()), rel=5e-3)  # it has three digits
     assert [row.lost for row in run.diagnostics] == [row.error >= limit for row in run.diagnostics]
     explanation = run.explain(seeds=2)
-    assert (explanation.diagnosis.cause, explanation.what_if) == ("wrong-dynamics", None)
-    assert "fit" not in " ".join(sign.words for sign in explanation.diagnosis.signs)
+    assert explanation.what_if is None
     assert explanation.lines[-1].startswith("What would have saved it cannot be tried: ")
-    assert "shown as it was recorded" in explanation._repr_html_()
     with pytest.raises(RefusedError):
         ensemble(run, runs=2)
     with pftrack.record(tmp_path / "box.pft") as rec:
@@ -89,7 +79,7 @@ def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(t
 
 
 def test_the_paper_has_room_for_the_truth(tmp_path: Path) -> None:
-    """Where a loop has lost its target, both are to be seen: what it believes, and where the target is."""
+    """Where a loop has lost its target, the picture shows both the belief and the target."""
     with pftrack.record(tmp_path / "far.pft", components=("x", "y", "z")) as rec:
         for t in range(9):
             rec(t, mean=(0.1 * t, 0.0, 1.0), truth=(50.0 * t, -3.0))
@@ -100,21 +90,8 @@ def test_the_paper_has_room_for_the_truth(tmp_path: Path) -> None:
         assert np.all((drawn > 0) & (drawn < sequence.size))
 
 
-def test_single_precision_is_enough_for_what_is_seen(tmp_path: Path) -> None:
-    """Half the bytes are written if not asked otherwise, and the estimate differs in the seventh digit at most."""
-    single, double = record(tmp_path / "one.pft"), record(tmp_path / "two.pft", precision="double")
-    assert single.stat().st_size < 0.75 * double.stat().st_size
-    one, two = (np.array(rows_of(path)[-1].estimate) for path in (single, double))
-    assert one == pytest.approx(two, rel=1e-6)
-
-
-def test_gaussians_and_boxes_are_beliefs(tmp_path: Path) -> None:
-    """Means with covariances, and boxes of several targets, are shown as what they are."""
-    with pftrack.record(tmp_path / "gaussians.pft") as rec:
-        for t in range(4):
-            rec(t, mean=[t, 2.0], covariance=np.diag([4.0, 9.0]))
-    row = rows_of(tmp_path / "gaussians.pft")[-1]
-    assert (row.estimate, row.sigma) == ((3.0, 2.0), (2.0, 3.0))
+def test_boxes_are_beliefs(tmp_path: Path) -> None:
+    """Boxes of several targets have the middle of the first, and its overlap with the true box."""
     with pftrack.record(tmp_path / "boxes.pft") as rec:
         for t in range(4):
             rec(t, box=(10 + t, 20, 31, 41), target=5, true_box=(10 + t, 20, 31, 41))
@@ -138,7 +115,7 @@ def test_numbers_that_change_are_counted_where_they_do(tmp_path: Path) -> None:
 
 
 def test_a_target_that_is_gone_is_where_it_was_seen_last(tmp_path: Path) -> None:
-    """A frame of which nothing is said repeats the last belief, and says that the target is looked for."""
+    """A frame without a belief repeats the last one, and reports that the target is searched for."""
     with pftrack.record(tmp_path / "gaps.pft", np.arange(6) / 10.0) as rec:
         for t in (1, 2, 5):
             rec(t, mean=[float(t), 0.0])
@@ -162,8 +139,9 @@ def test_a_clip_goes_along(tmp_path: Path) -> None:
         assert np.array_equal(seen.picture(t), pictures[t])
 
 
-def test_pictures_can_be_given_one_by_one(tmp_path: Path) -> None:
-    """Arrays of pixels are the pictures of the frames of which something is said."""
+def test_pictures_can_be_given_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arrays of pixels are the pictures; no time comes from the clock, since an archive cannot hold every time."""
+    monkeypatch.setattr("time.time", lambda: 0.0)
     pictures = np.random.default_rng(0).integers(0, 255, (FRAMES, 1, 1, 3)).repeat(32, 1).repeat(48, 2).astype(np.uint8)
     sequence = open_sequence(record(tmp_path / "mine.pft", source=pictures))
     assert sequence.size == (48, 32)
@@ -222,19 +200,12 @@ def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:
     """Bytes that were changed give a sentence, whatever they are."""
     data = record(tmp_path / "mine.pft").read_bytes()
     rng = np.random.default_rng(1)
-    for place in rng.integers(0, len(data), 60):
+    for place in rng.integers(0, len(data), 20):
         path = tmp_path / "damaged.pft"
         path.write_bytes(data[:place] + bytes([data[place] ^ 0xFF]) + data[place + 1 :])
         with suppress(RefusedError):
             sequence = open_sequence(path)
             sequence.content.belief(sequence.content.first, 0)
-
-
-@pytest.mark.parametrize("source", [[0.0], [np.zeros((16, 16, 3), np.uint8)]])
-def test_the_clock_may_be_before_1980(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: list[object]) -> None:
-    """A recording takes no time from the clock, which an archive could not hold."""
-    monkeypatch.setattr("time.time", lambda: 0.0)
-    assert open_sequence(record(tmp_path / "mine.pft", 1, source=source)).frame_count == 1
 
 
 ROW = (0, 0, 0, 3, 0, 0, 0, 0, 0)
@@ -246,10 +217,8 @@ DESCRIPTION = b'{"version": %s, "components": [], "frame_rate_hz": 30, "clip": n
     [
         ({"chunks/000000/particles.npy": np.zeros((3, 0))}, "must have the same 1 to 400 components"),
         ({"chunks/000000/rows.npy": np.array([ROW], "<f8")}, "its rows cannot be read"),
-        ({"chunks/000000/rows.npy": np.array([[*ROW[:4], 2, 0, 0, 0, 0]])}, "its rows cannot be read"),
         ({"chunks/000000/rows.npy": b"\x93NUMPY\x01\x00\x04\x00(((("}, "an entry is not an array"),
         ({"chunks/000000/log_weights.npy": header_of(np.dtype("<f8"), ())}, "the length of an array differs"),
-        ({"times.npy": np.zeros(0)}, "its times do not rise"),
         ({"times.npy": np.array([0.0, 5e-324])}, "its times do not rise"),
         ({"recording.json": DESCRIPTION % b"Infinity"}, "its description cannot be read"),
         ({"pictures/²²²²²².jpg": b"\xff\xd8\xff", "pictures/1.jpg": b"\xff\xd8\xff"}, None),
@@ -275,7 +244,7 @@ def test_what_no_recorder_writes_is_refused(
 
 
 def test_a_clip_may_be_a_file_of_its_own(tmp_path: Path) -> None:
-    """It is known by its content: beside the recording or where one says; that it is absent or another one is told."""
+    """It is found by its content, beside the recording or at a path; one that is missing or another is reported."""
     clip = write_clip(tmp_path / "clip.mp4")
     path = record(tmp_path / "mine.pft", source=clip, embed=False)
     assert path.stat().st_size < 20_000
@@ -302,17 +271,45 @@ def write_clip(path: Path, shade: int = 40) -> Path:
 
 
 def test_units_are_those_of_the_loop(tmp_path: Path) -> None:
-    """They stand at the plots of the chosen components, and at the error where both have the same."""
+    """Plots show the units of the chosen components; the error has a unit if both are the same."""
     path = record(tmp_path / "mine.pft", units=("m", "m", "m/s"))
-    for run, expected in (
-        (pftrack.load(path), ("m", "m", "m")),
-        (pftrack.run("recorded", recording=path, component_down=2), ("", "m", "m/s")),
-    ):
-        units = {plot.id: plot.unit for plot in run.experiment.display.plots}
-        assert (run.experiment.judge.unit, units["across"], units["down"]) == expected
-    with pftrack.record(tmp_path / "one.pft", units=("m",)) as rec:
-        rec(0, particles=np.arange(3.0))
-    assert pftrack.load(tmp_path / "one.pft").experiment.judge.unit == "m"
+    run = pftrack.run("recorded", recording=path, component_down=2)
+    units = {plot.id: plot.unit for plot in run.experiment.display.plots}
+    assert (run.experiment.judge.unit, units["across"], units["down"]) == ("", "m", "m/s")
+    assert pftrack.load(path).experiment.judge.unit == "m"
     assert pftrack.load(record(tmp_path / "none.pft")).experiment.judge.unit == ""
     seen = record(tmp_path / "seen.pft", source=write_clip(tmp_path / "clip.mp4"))
     assert pftrack.load(seen).experiment.judge.unit == "px"
+
+
+# Adapters record what a filter of another library holds; stand-ins have the attributes that these libraries have.
+
+
+def test_adapters_record_what_a_filter_holds(tmp_path: Path) -> None:
+    """Particles with weights and ancestors, Gaussians, and tracks, which are numbered in order of appearance."""
+    states, log_weights, parents = particles_of(0)
+    weights = np.exp(log_weights) / np.exp(log_weights).sum()
+    gaussian = SimpleNamespace(mean=np.array([[1.0], [2.0]]), covar=np.diag([4.0, 9.0]))
+    tracks = [SimpleNamespace(id=name, state=gaussian) for name in "ab"]
+
+    def recorded(adapter: Callable[..., None], held: object) -> Diagnostics:
+        with pftrack.record(tmp_path / "mine.pft", precision="double") as rec:
+            adapter(rec, 0, held)
+        return rows_of(tmp_path / "mine.pft")[0]
+
+    rows = [
+        recorded(record_pfilter, SimpleNamespace(original_particles=states, original_weights=weights)),
+        recorded(record_stone_soup, SimpleNamespace(state_vector=states.T, log_weight=log_weights)),
+        recorded(
+            lambda rec, _, held: ParticlesCollector(rec)().collect(held),
+            SimpleNamespace(X=states, wgts=SimpleNamespace(lw=log_weights), A=parents),
+        ),
+    ]
+    for row in rows:
+        assert row.estimate == pytest.approx(weights @ states[:, :2])
+        assert row.number("ess") == pytest.approx(1 / np.square(weights).sum())
+    assert rows[2].number("unique_ancestors") == len(set(parents.tolist()))
+    row = recorded(record_filterpy, SimpleNamespace(x=gaussian.mean, P=gaussian.covar))
+    assert (row.estimate, row.sigma) == ((1.0, 2.0), (2.0, 3.0))
+    row = recorded(record_stone_soup, tracks)
+    assert (row.estimate, row.number("targets")) == ((1.0, 2.0), 2)

@@ -8,51 +8,28 @@ from pftrack.core.refusal import RefusedError
 from pftrack.sources.formats import sniff
 
 
-@pytest.mark.parametrize(
-    ("head", "title"),
-    [
-        (b"\x00\x00\x00\x18ftypmp42", "MP4 or MOV"),
-        (b"\x00\x00\x00\x08wide\x00\x00", "MP4 or MOV"),
-        (b"\x1a\x45\xdf\xa3\x01", "MKV or WebM"),
-        (b"RIFF\x10\x00\x00\x00AVI LIST", "AVI"),
-        (b"OggS\x00", "OGG"),
-        (b"\x00\x00\x01\xba!", "MPEG"),
-        ((b"G" + bytes(187)) * 3, "MPEG-TS"),
-        ((bytes(4) + b"G" + bytes(187)) * 3, "MPEG-TS"),
-        (b"GIF89a\x01\x00", "GIF"),
-        (b"\x89PNG\r\n\x1a\n", "PNG"),
-        (b"\xff\xd8\xff\xe0", "JPEG"),
-        (b"BM\x00", "BMP"),
-        (b"II*\x00", "TIFF"),
-        (b"MM\x00*", "TIFF"),
-        (b"RIFF\x10\x00\x00\x00WEBPVP8 ", "WebP"),
-    ],
-)
-def test_readable_formats_are_told_by_their_first_bytes(head: bytes, title: str) -> None:
-    """Each format that can be read is known by its signature, whatever the file is called."""
-    assert sniff(head).title == title
+def test_formats_are_known_by_their_first_bytes() -> None:
+    """Each has its signature, or several; the files of other tests, which have no suffix, show the common ones.
 
-
-def test_tables_are_told_by_the_names_of_their_columns() -> None:
-    """Places alone are tracks, places with sides or with the other edges are boxes, by any name that programs use."""
-    for table, kind in (
-        ("frame,point,x_px,y_px,var_x,var_y\n1,2,3,4,5,6\n", "tracks"),
-        ("u;v\n1;2\n", "tracks"),
-        ("frame,nose_x,nose_y\n1,2,3\n", "tracks"),
-        ("frame,x,y,w,h\n1,2,3,4,5\n", "beliefs"),
-        ("frame,x_px,y_px,w_px,h_px\n1,2,3,4,5\n", "beliefs"),
-        ("frame,x,y,right,bottom\n1,2,3,4,5\n", "beliefs"),
+    Tables with places alone are tracks, those with sides or both edges are boxes, by any name that programs use.
+    """
+    for head, kind in (
+        (b"\x00\x00\x00\x08wide\x00\x00", "video"),
+        ((bytes(4) + b"G" + bytes(187)) * 3, "video"),
+        (b"MM\x00*", "picture"),
+        (b"frame,point,x_px,y_px,var_x,var_y\n1,2,3,4,5,6\n", "tracks"),
+        (b"u;v\n1;2\n", "tracks"),
+        (b"frame,nose_x,nose_y\n1,2,3\n", "tracks"),
+        (b"frame,x,y,w,h\n1,2,3,4,5\n", "beliefs"),
+        (b"frame,x,y,right,bottom\n1,2,3,4,5\n", "beliefs"),
     ):
-        assert sniff(table.encode()).kind == kind, table
+        assert sniff(head).kind == kind, head
 
 
 RAW = {
     b"\0\0\0\1\x40\1\x0c\1": "H.265 (HEVC) in a raw stream",
-    b"\0\0\1\x46\1\x50": "H.265 (HEVC) in a raw stream",
     b"\0\0\0\1\x67\x64\0\x0a": "H.264 in a raw stream",
-    b"\0\0\0\1\x09\xf0\0\0\1\x67": "H.264 in a raw stream",
     b"\0\0\1\xb3\x14": "MPEG in a raw stream",
-    b"DKIF\0\0\x20\0VP80": "an IVF file",
     b"YUV4MPEG2 W320 H180 F25:1": "raw pictures (Y4M)",
     b"FLV\1\1\0": "Flash video (FLV)",
     b"\x30\x26\xb2\x75\x8e\x66": "Windows Media (WMV, ASF)",
@@ -66,15 +43,11 @@ RAW = {
         *((head, f"the file is {what}, which is not supported; put it into MP4") for head, what in RAW.items()),
         (b"", "is empty"),
         (b"ffconcat version 1.0\nfile other.mp4", "list of other files"),
-        (b"\xef\xbb\xbf  FFCONCAT version 1.0", "list of other files"),
         (b"#EXTM3U\n#EXTINF:1,\n/etc/passwd", "playlist of other files"),
         (b"<?xml version='1.0'?><MPD>", "manifest of other files"),
         (b"<!DOCTYPE html><title>404</title>", "web page"),
-        (b"<svg xmlns=", "SVG drawing"),
-        (b"%PDF-1.7", "PDF"),
         (b"PK\x03\x04", "archive"),
         (b"ID3\x04", "sound"),
-        (b"RIFF\x10\x00\x00\x00WAVEfmt ", "sound"),
         (b"x,y,w,h\n1,2,3,4\n", "table of boxes"),
         (b"\x00\x01\x02\x03\x04\x05\x06\x07\x08", "unknown format"),
         (b"G" * 100, "text"),

@@ -1,6 +1,6 @@
 """Tables of true boxes are read whole or refused with the line that is wrong."""
 
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 import numpy as np
@@ -8,25 +8,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import pftrack
 from pftrack.core.refusal import RefusedError
 from pftrack.sources import truth
+from pftrack.sources.limits import DEFAULT_LIMITS
+from pftrack.sources.results.parts import open_parts
 from pftrack.sources.results.table import FORMS
-from pftrack.sources.truth import BOX_FORM, BOXES, read_table, read_truth, write_table
+from pftrack.sources.truth import BOX_FORM, BOXES, boxes_outside, read_table, read_truth, write_table
 from tests.making import truth_file
 
 
 def test_a_box_becomes_a_target_at_its_centre(tmp_path: Path) -> None:
-    """A box of 5 x 3 px from (10, 20) is centred on pixel (12, 21), and its size is the longer side."""
-    target = read_truth(truth_file(tmp_path, "frame,x,y,w,h\n4,10,20,5,3\n")).at(4)
+    """A box of 5 x 3 px from (10, 20) is centred on pixel (12, 21), and its size is the longer side.
+
+    An empty x, an empty line and an unlisted frame all mean that the truth is not known.
+    """
+    rows = "0,,,,,absent\n\n,,,,,\n2,10,20,5,3,labelled\n"
+    table = read_truth(truth_file(tmp_path, f"frame,x,y,w,h,state\n{rows}"))
+    assert table.at(0) is table.at(1) is None
+    target = table.at(2)
     assert target is not None
     np.testing.assert_array_equal(target.position, [12.0, 21.0])
     assert (target.size, target.hidden) == (5.0, False)
-
-
-def test_a_row_without_x_is_a_frame_without_truth(tmp_path: Path) -> None:
-    """An empty x, an empty line and an unlisted frame all mean that the truth is not known."""
-    table = read_truth(truth_file(tmp_path, "frame,x,y,w,h,state\n0,,,,,absent\n\n,,,,,\n2,1,1,2,2,labelled\n"))
-    assert [table.at(frame) is None for frame in range(3)] == [True, True, False]
 
 
 MANY = ",".join(f"x{number},y{number}" for number in range(1, 1001))
@@ -34,33 +37,33 @@ WAY = ",".join(f"{number},{2 * number}" for number in range(1000))
 
 
 @pytest.mark.parametrize(
-    ("text", "boxes"),
+    ("text", "boxes", "warnings"),
     [
-        ("\ufeffnote, H,W ,y,x,Frame\nseen,8,4,2,1,7\n", {7: (1.0, 2.0, 4.0, 8.0)}),
+        ("\ufeffnote, H,W ,y,x,Frame\nseen,8,4,2,1,7\n", {7: (1.0, 2.0, 4.0, 8.0)}, ()),
         (
             "frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,10,20,30,60,30,20,10,60\n1,5,5,5,5,5,5,5,5\n2,,,,,,,,\n",
             {0: (10, 20, 20, 40)},
+            ("No box with an area: line 3, line 4.",),
         ),
-        (f"frame,{MANY}\n0,{WAY}\n", {0: (0, 0, 999, 1998)}),
+        (f"frame,{MANY}\n0,{WAY}\n", {0: (0, 0, 999, 1998)}, ()),
+        (
+            "frame,object,x,y,w,h\n0,a,1,1,2,2\n0,b,9,9,2,2\n1,b,5,5,2,2\n",
+            {0: (1.0, 1.0, 2.0, 2.0)},
+            ("It has 2 targets; only a counts.",),
+        ),
     ],
-    ids=["columns by name, in any order, with others, spaces, capitals and a mark", "corners that cross", "a thousand"],
+    ids=["columns by name, in any order", "corners that cross", "a thousand", "several targets"],
 )
-def test_boxes_and_corners_are_read(tmp_path: Path, text: str, boxes: dict[int, tuple[float, ...]]) -> None:
-    """A polygon is the box around its corners, in whatever order they come; a point has none."""
-    assert dict(read_truth(truth_file(tmp_path, text)).boxes) == boxes
-
-
-def test_of_several_objects_the_first_is_kept_and_it_is_said(tmp_path: Path) -> None:
-    """With an `object` column one object counts in all frames, and a warning says how many there are."""
-    rows = "0,a,1,1,2,2\n0,b,9,9,2,2\n0,c,8,8,2,2\n1,b,5,5,2,2\n"
-    table = read_truth(truth_file(tmp_path, f"frame,object,x,y,w,h\n{rows}"))
-    assert table.boxes == {0: (1.0, 1.0, 2.0, 2.0)}
-    assert table.warnings == ("It has 3 targets; only a counts.",)
+def test_boxes_and_corners_are_read(
+    tmp_path: Path, text: str, boxes: dict[int, tuple[float, ...]], warnings: tuple[str, ...]
+) -> None:
+    """A polygon is the box around its corners, in any order; a point has none. The first of several targets counts."""
+    table = read_truth(truth_file(tmp_path, text))
+    assert (dict(table.boxes), table.warnings) == (boxes, warnings)
 
 
 NOTHING = f"the file does not hold results; expected {', '.join(FORMS.values())}"
 FRAME = "frame must be a whole number from 0 to 10,000,000"
-TWO = "line 3: target 1 has two boxes in frame 0; one is allowed"
 CORNERS = "frame,x1,y1,x2,y2,x3,y3\n"
 
 
@@ -71,20 +74,14 @@ CORNERS = "frame,x1,y1,x2,y2,x3,y3\n"
         ("a,b\n1,2\n", NOTHING),
         ("a,b,c,d,e\n1,2,3,4,5\n", "expected columns such as frame, id, x, y, w, h, got a, b, c, d, e"),
         ("frame,x,y,w,h\n", "the table lists no frames"),
-        ("frame,x,y,w,h\n0,1,2\n", "line 2: expected 5 values, got 3"),
         ("frame,x,y,w,h\n-1,1,2,3,4\n", f"line 2: {FRAME}, got '-1'"),
-        ("frame,x,y,w,h\n1.5,1,2,3,4\n", f"line 2: {FRAME}, got '1.5'"),
         (f"frame,x,y,w,h\n{10**9},1,2,3,4\n", f"line 2: {FRAME}, got '1000000000'"),
         ("frame,x,y,w,h\n\n0,1,two,3,4\n", "line 3: y must be a number of px, got 'two'"),
         ("frame,x,y,w,h\n0,nan,2,3,4\n", "line 2: x must be a number of px, got 'nan'"),
-        ("frame,x,y,w,h\n0,inf,2,3,4\n", "line 2: x must be a number of px, got 'inf'"),
         ("frame,x,y,w,h\n0,1,2,0,4\n", "the table of boxes (CSV) has no box with an area"),
-        ("frame,x,y,w,h\n0,1,2,3,4\n0,1,2,3,4\n", TWO),
-        (f"{CORNERS}0,nan,2,3,4,5,6\n", "line 2: x1 must be a number of px, got 'nan'"),
+        ("frame,x,y,w,h\n0,1,2,3,4\n0,1,2,3,4\n", "line 3: target 1 has two boxes in frame 0; one is allowed"),
         (f"{CORNERS}0,1,1e300,3,4,5,6\n", "line 2: the box at 1, 4 is outside every picture"),
         (f"{CORNERS}0,1,2,3,4,5,\n", "line 2: y3 must be a number of px, got ''"),
-        (f"{CORNERS}0,1,2,3,4\n", "line 2: expected 7 values, got 5"),
-        (f"{CORNERS}0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", TWO),
     ],
 )
 def test_a_wrong_table_is_refused_by_line(tmp_path: Path, text: str, message: str) -> None:
@@ -131,16 +128,56 @@ def test_a_mark_has_a_part_for_each_column() -> None:
     assert write_table({4: row}, BOXES.form) == "frame,x,y,w,h\n4,10,20,5,3\n"
 
 
-@given(content=st.binary(max_size=200))
-def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+@given(
+    st.sampled_from([b"frame,x,y,w,h\n", b"PK\x03\x04", b"{", b"<", b"1,2", b"\xff\xfe", b'"']), st.binary(max_size=200)
+)
+def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, head: bytes, content: bytes) -> None:
     """Whatever a file holds, reading it ends in a table or in a `RefusedError`."""
     path = tmp_path_factory.mktemp("truth") / "truth.csv"
-    path.write_bytes(b"frame,x,y,w,h\n" + content)
+    path.write_bytes(head + content)
     with suppress(RefusedError):
         read_truth(path)
 
 
-@pytest.mark.parametrize(("clip", "labelled"), [("ball_green_hand", 213), ("cups_red", 41), ("occlusion_person", 69)])
-def test_the_tables_of_real_clips_are_read(real_clips: Path, clip: str, labelled: int) -> None:
-    """The tables that come with the sample clips hold as many boxes of their first target."""
-    assert len(read_truth(real_clips / clip / "gt.csv").boxes) == labelled
+# True boxes that cannot belong to their pictures.
+
+INSIDE = (10.0, 20.0, 30.0, 40.0)
+PARTLY = (-29.5, 118.0, 30.0, 40.0)
+RIGHT, ABOVE = (160.0, 20.0, 30.0, 40.0), (10.0, -40.0, 30.0, 40.0)
+
+
+def told(*boxes: tuple[float, ...]) -> tuple[str, ...]:
+    return boxes_outside(enumerate(boxes), 160, 120)
+
+
+@pytest.mark.parametrize(
+    "boxes", [(), (INSIDE,), (PARTLY,) * 9, (INSIDE, RIGHT), (PARTLY, PARTLY, ABOVE, RIGHT)], ids=len
+)
+def test_a_target_may_leave_the_picture(boxes: tuple[tuple[float, ...], ...]) -> None:
+    """Nothing is said of boxes that are partly in the picture, nor where half of them or fewer are outside."""
+    assert told(*boxes) == ()
+
+
+def test_boxes_of_another_picture_are_told_by_frame() -> None:
+    """The sentence has their number, their frames, the first of them, and what to do."""
+    (sentence,) = told(INSIDE, RIGHT, RIGHT, ABOVE, INSIDE, RIGHT)
+    assert sentence == (
+        "4 of 6 true boxes lie wholly outside the picture of 160 x 120 px: frames 1 to 3 and 5; that of frame 1 is "
+        "160, 20, 30, 40. If they were drawn on a clip of another size, scale them to this one, and check the order of "
+        "the columns: x, y, w, h."
+    )
+    (sentence,) = told(ABOVE)
+    assert sentence.startswith("The only true box lies wholly outside the picture of 160 x 120 px: frame 0; that of ")
+    (sentence,) = told(*(RIGHT, INSIDE, RIGHT, RIGHT) * 5)
+    assert ": frames 0, 2 to 4, 6 to 8 and 8 more; " in sentence
+
+
+def test_a_recording_of_a_loop_tells_it(tmp_path: Path) -> None:
+    """A recording of a loop with pictures reports it; on paper, no box is outside."""
+    for name, pictures in (("seen", np.zeros((6, 120, 160), np.uint8)), ("paper", None)):
+        with pftrack.record(tmp_path / f"{name}.pft", source=pictures) as rec:
+            for t in range(6):
+                rec(t, box=INSIDE, true_box=RIGHT if t > 1 else INSIDE)
+        told = "4 of 6 true boxes lie wholly outside the picture of 160 x 120 px: frames 2 to 5"
+        with closing(open_parts({"results": tmp_path / f"{name}.pft"}, DEFAULT_LIMITS)) as sequence:
+            assert [one.partition(";")[0] for one in sequence.index.warnings] == ([told] if name == "seen" else [])
