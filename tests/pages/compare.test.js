@@ -5,7 +5,7 @@ import { JointStore } from "../../frontend_static/compare/joint_store.js";
 import { outcomeLines } from "../../frontend_static/compare/table.js";
 import { coated } from "../../frontend_static/session/flat/drawing.js";
 import { Store } from "../../frontend_static/session/store.js";
-import { linkTo, linkToReferences, sessionsBeside, wantedOf } from "../../frontend_static/shared/comparison.js";
+import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison.js";
 import { changes, hello } from "./making.js";
 
 /** A session of 50 frames, some of them computed; each error is its frame number. */
@@ -38,16 +38,6 @@ describe("several runs as one store", () => {
     joint.whole.value = { beforeLoss: 7, notes: [{ frame: 9, note: "they part" }] };
     assert.deepEqual([joint.knowsLoss, joint.beforeLoss], [true, 7]);
     assert.deepEqual(joint.known.bookmarks.map(({ frame, note }) => [frame, note]), [[9, "they part"]]);
-  });
-
-  it("has events, found once where they last, in the frames of all runs", () => {
-    const flagged = (name, frames, first = 0) => {
-      const store = session({ computed: 9, series: [{ name, role: "event", title: name, colours: [] }] });
-      for (const frame of frames) store.history.at(frame).series = { [name]: 1 };
-      return run(store, name, first);
-    };
-    const joint = new JointStore([flagged("switch", [2, 6]), flagged("gone", [5, 6, 7], 1)], 0, false);
-    assert.deepEqual(joint.eventFrames, [2, 4, 6]);
   });
 });
 
@@ -100,18 +90,5 @@ describe("flat views over each other", () => {
     assert.deepEqual(coated({ kind: "polyline", colour: [0, 114, 178] }, upper), { kind: "polyline", colour: tint });
     const points = coated({ kind: "points", colours: new Uint8Array(6) }, lowest);
     assert.deepEqual([...points.colours], [...tint, ...tint]);
-  });
-});
-
-describe("the other sessions of a run", () => {
-  const beside = (id, experiment, footage) => ({ id, branch: "b0", name: `${id}.txt`, title: "", recipe: { experiment, footage, seed: 3 } });
-  const [own, c, b] = ["a", "c", "b"].map((id) => beside(id, "recorded", { start: 0 }));
-  const all = [beside("d", "ball", null), c, b, beside("e", "recorded", null), own];
-
-  it("are those of the same experiment, on recordings as it is, and not chosen where there is something nearer", () => {
-    for (const isFirst of [true, false]) {
-      const found = sessionsBeside(own, all, isFirst).map(({ reference, title, isChosen }) => [reference, title, isChosen]);
-      assert.deepEqual(found, [["c:b0", "c.txt", isFirst], ["b:b0", "b.txt", false]]);
-    }
   });
 });

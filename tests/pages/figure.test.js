@@ -2,11 +2,11 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import {
-  boxOf, even, furniture, margins, named, Scale, scales, ticksOf, titled, valueOn, withRoom, written,
+  even, furniture, margins, named, Scale, ticksOf, titled, valueOn, withRoom, written,
 } from "../../frontend_static/shared/figure/axes.js";
 import { boundsOf } from "../../frontend_static/shared/figure/handle.js";
 import { KINDS, nearestOf, nearestOn } from "../../frontend_static/shared/figure/kinds.js";
-import { cellsOf, kept, pathThrough } from "../../frontend_static/shared/figure/paint.js";
+import { kept, pathThrough } from "../../frontend_static/shared/figure/paint.js";
 
 const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names: [], hidden: false };
 const LOG = { ...AXIS, low: 10, high: 10_000, log: true };
@@ -133,23 +133,6 @@ describe("a handle", () => {
     assert.deepEqual([known.high, unknown.low, unknown.high, unknown.log], [8, 0, 10, false]);
     assert.ok(unknown.step <= 0.05);
     assert.ok(log && step > 0 && 10 ** step < 1.05);
-  });
-});
-
-describe("the cells of a map", () => {
-  const names = (count) => ({ ...AXIS, names: Array.from({ length: count }, (_, place) => String(5 * place)), low: -0.5, high: count - 0.5 });
-  const panel = { x: names(4), y: names(3), traces: [], unit_px: 72 };
-  const around = { left: 46, right: 10, bottom: 36 };
-  const cells = (room) => cellsOf(scales(panel, boxOf(panel, room, around, 13)), { across: 4, up: 3 });
-
-  it("are where their boxes are, the rows counted upwards, and there is none beside them", () => {
-    const { box, at } = cells({ width: 300, height: 200 });
-    for (const cell of [{ i: 0, j: 0 }, { i: 3, j: 2 }, { i: 1, j: 2 }]) {
-      const { left, top, width, height } = box(cell);
-      assert.deepEqual(at(left + width / 2, top + height / 2), cell);
-    }
-    assert.ok(box({ i: 0, j: 0 }).top > box({ i: 0, j: 1 }).top);
-    assert.deepEqual([at(0, 0), at(299, 100)], [null, null]);
   });
 });
 

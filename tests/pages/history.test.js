@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { eventsOf, frequencies, numberOf, samplers, samplesOf, state, valueOf } from "../../frontend_static/session/readings.js";
+import { eventsOf, numberOf, samplers, samplesOf, state, valueOf } from "../../frontend_static/session/readings.js";
 import { curve, History, isGone } from "../../frontend_static/session/store.js";
 
 const row = (frame, more = {}) => ({ frame, estimate: [frame, 0], ...more });
@@ -31,13 +31,6 @@ describe("a history of diagnostics", () => {
     assert.deepEqual([history.length, history.at(0).error, history.at(2).error, history.edition], [3, 1, 5, 1]);
   });
 
-  it("shares a parent's past up to and including a frame, and then goes its own way", () => {
-    const [parent, branch] = [filled(5), new History()];
-    branch.share(parent, 2);
-    branch.add(row(3, { error: 1 }));
-    assert.deepEqual([branch.length, parent.at(3).error], [4, undefined]);
-  });
-
   it("finds the spans in which something holds, one at the end included", () => {
     const history = filled(10, (frame) => ({ lost_since: { 2: 2, 3: 2, 9: 9 }[frame] ?? null }));
     assert.deepEqual([history.spans(isGone), history.some(isGone), filled(3).spans(isGone)], [[[2, 3], [9, 9]], true, []]);
@@ -54,12 +47,6 @@ describe("values of a row", () => {
 
   it("say that a target is gone by the truth or by the tracker itself", () => {
     assert.deepEqual([{ lost_since: 0 }, { lost_since: null }, undefined].map(isGone), [true, false, false]);
-  });
-
-  it("add up to the share of ones so far; unknown ones do not count", () => {
-    const values = [[1, 0], [null, 1], [1, 1]];
-    const history = filled(3, (frame) => ({ series: { seen: values[frame] } }));
-    assert.deepEqual([frequencies(history, "seen"), frequencies(filled(1), "seen")], [[1 / 2, 2 / 3, 4 / 5], [NaN]]);
   });
 });
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { beside, checked, figure } from "../../frontend_static/learn/numbers.js";
+import { beside } from "../../frontend_static/learn/numbers.js";
 import { Progress } from "../../frontend_static/learn/progress.js";
 
 const PLACE = "pftrack-lessons";
@@ -72,24 +72,11 @@ describe("progress", () => {
 });
 
 describe("words", () => {
-  it("round to what counts", () => {
-    const given = [[0.28251, 4], [1234.6, 3], [0.1, 4, "m"], [null, 4]];
-    assert.deepEqual(given.map((number) => figure(...number)), ["0.2825", "1235", "0.1 m", "–"]);
-  });
-
   it("tell whether a number is as close as it should be, without a tick as well", () => {
     const number = { exact: 0.2861, tolerance: 0.0106, digits: 4, unit: "", within: true };
     for (const [more, words] of [
       [{}, "exact 0.2861, within 0.011"], [{ within: false }, "exact 0.2861, more than 0.011 off"],
       [{ tolerance: null, within: null }, "exact 0.2861"], [{ exact: null, within: null }, ""],
     ]) assert.equal(beside({ ...number, ...more }), words);
-  });
-
-  it("tell a check by its value, its target and its tolerance", () => {
-    const check = { check: "counting", title: "", ours: 0.2825, exact: 0.28613, tolerance: 0.0106, passed: true, problem: null };
-    for (const [more, words] of [
-      [{}, "checked: 0.2825, exact 0.2861, within 0.0106"], [{ ours: 0.5, passed: false }, "fails: 0.5, exact 0.2861, not within 0.0106"],
-      [{ problem: "It was killed." }, "It was killed."],
-    ]) assert.equal(checked({ ...check, ...more }), words);
   });
 });

@@ -32,14 +32,17 @@ it("an exploration is asked for once a run, again where it failed, and is stale 
   assert.deepEqual(exploration.found.value?.result, { findings: [] });
 });
 
-it("a loss that is explained after its session has left the page begins no exploration", async (context) => {
-  let answer = () => {};
-  const told = () => globalThis.Response.json({ diagnosis: { lost: true, frame: 5 } });
-  const asked = context.mock.method(globalThis, "fetch", () => new Promise((resolve) => (answer = () => resolve(told()))));
-  const { store, end } = begun();
-  const asking = new Loss({ store, card: { value: null }, signal: end.signal }).ask(5);
-  end.abort();
-  answer();
-  await asking;
-  assert.equal(asked.mock.callCount(), 1);
+it("a loss that is explained too late, after its page or its branch was left, is not shown and begins no exploration", async (context) => {
+  const branches = ["b0", "b1"].map((id) => ({ id, parent: null, frame: 0 }));
+  for (const leave of [({ end }) => end.abort(), ({ store }) => store.receive(changes({ branch: "b1", branches }))]) {
+    const answers = [];
+    const asked = context.mock.method(globalThis, "fetch", () => new Promise((resolve) => answers.push(resolve)));
+    const page = begun();
+    const loss = new Loss({ store: page.store, card: { value: null }, signal: page.end.signal });
+    const asking = loss.ask(5);
+    leave(page);
+    answers[0](globalThis.Response.json({ diagnosis: { lost: true, frame: 5 } }));
+    await asking;
+    assert.deepEqual([asked.mock.calls.filter(({ arguments: [, { method }] }) => method === "POST"), loss.explanation.value], [[], null]);
+  }
 });

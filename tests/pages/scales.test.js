@@ -3,7 +3,7 @@ import { before, describe, it } from "node:test";
 
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { diverging, viridis } from "../../frontend_static/shared/theme.js";
-import { comparisonLook, endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/store.js";
+import { endOf, methodLook, quantitiesOf } from "../../frontend_static/sweep/store.js";
 
 let medium = "screen";
 
@@ -41,16 +41,6 @@ describe("the ends of a scale", () => {
   ]) {
     it(`are ${what}`, () => assert.deepEqual(endOf({ isShare: false }, values), { most, words }));
   }
-});
-
-describe("a cell of a comparison", () => {
-  it("is empty until the comparison has been answered", () => {
-    const maps = [{ tracker: "p", runs: [1], problems: [0] }, { tracker: "q", runs: [1], problems: [0] }];
-    const view = { show: "difference", first: "p", second: "q" };
-    const seen = { sweep: { state: "done" }, cells: { planned: 1 }, maps, view, quantity: { isShare: true }, differenceEnd: { most: 1 }, comparison: null };
-    assert.deepEqual(comparisonLook(seen)(0), { isHatched: false, filled: 0, colour: null });
-    assert.equal(comparisonLook({ ...seen, comparison: { difference: [0.5] } })(0).text, "+.50");
-  });
 });
 
 describe("a measure's scale", () => {

@@ -75,13 +75,6 @@ describe("a stream", () => {
     return { stream, first, end, heard, breaks, online, tick: (ms) => test.mock.timers.tick(ms), made: () => FakeSocket.made.length };
   }
 
-  it("tells what comes, as text or as a drawing, and keeps pongs for itself", (test) => {
-    const { first, heard } = stage(test);
-    first.opens();
-    for (const data of ['{"type":"hello"}', new ArrayBuffer(8), '{"type":"pong"}']) first.hears(data);
-    assert.deepEqual(heard, ["opened", "hello", "drawing"]);
-  });
-
   it("tries again after a while, at a new address, and longer each time", async (test) => {
     const { first, heard, breaks, tick, made } = stage(test);
     first.opens();

@@ -93,14 +93,4 @@ describe("what is asked for again and again", () => {
     await turn();
     assert.deepEqual([refused, wishes()], [[1], [1, 2]]);
   });
-
-  it("is joined with what waits where nothing of that may be lost, and resolves when all is answered", async () => {
-    const { asked, newest, wishes } = stage({ join: (waiting, newer) => ({ ...waiting, ...newer }) });
-    const [, , all] = [{ a: 1 }, { a: 2 }, { b: 3 }].map((wish) => newest.ask(wish));
-    asked[0].answer();
-    await turn();
-    assert.deepEqual(wishes(), [{ a: 1 }, { a: 2, b: 3 }]);
-    asked[1].answer();
-    await all;
-  });
 });
