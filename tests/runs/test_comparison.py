@@ -37,6 +37,11 @@ def test_runs_on_simulated_scenes_are_compared_frame_by_frame() -> None:
     """They have the frames of the shortest in common; one has nothing beside it, and five are too many to look at."""
     found = align([sine(30), sine(20), sine(25)])
     assert (found.frames, found.firsts) == (20, (0, 0, 0))
+    # A change behind the frames that are compared, or to the value before, is not a difference.
+    default = {"sample_count": SINE.simulate().parameters.sample_count}  # type: ignore[attr-defined]
+    same = sine(changes=(Change(0, default), Change(5, default)))
+    later = sine(60, changes=(Change(45, {"sample_count": 50}),))
+    assert Comparison.of(sine(), same, later).settings == ()
     for count in (0, 1, 5):
         with pytest.raises(RefusedError, match=f"expected two to four runs to compare, got {count}"):
             align([sine()] * count)
@@ -60,23 +65,22 @@ def test_runs_on_one_recording_are_compared_picture_by_picture() -> None:
 
 
 def test_only_what_differs_is_listed_in_words() -> None:
-    """Tracker, seed and parameters with their units, a change in mid-run with its frame, and nothing that is equal."""
+    """Tracker, seed and parameters with their units, a change in mid-run with its frame, and nothing that is equal.
+
+    Runs are called by their trackers, or by a parameter with its title, or by a number where nothing is special.
+    """
     one = sine(changes=(Change(0, {"sample_count": 100}),))
     other = sine(seed=5, changes=(Change(0, {"sample_count": 50}), Change(7, {"tracker": "kalman"})))
     found = {it.name: it.values for it in Comparison.of(one, other).settings}
     tracker = TITLES[0], f"{TITLES[0]}, {TITLES[1]} from frame 7 on"
     assert found == {"tracker": tracker, "seed": ("4", "5"), "sample_count": ("100", "50")}
+    for run, names in ((sine(tracker="kalman"), TITLES), (sine(seed=9), ("Seed 4", "Seed 9"))):
+        assert Comparison.of(sine(), run).names == names
+    assert Comparison.of(sine(), sine()).names == ("Run (1)", "Run (2)")
+    assert len(set(Comparison.of(*[sine(seed=seed) for seed in range(4)]).colours)) == 4
 
 
 TITLES = tuple(SINE.trackers[name].title for name in ("condensation", "kalman"))
-
-
-def test_what_changes_nothing_or_comes_later_is_no_difference() -> None:
-    """A value set to what it was, and a change behind the frames that are compared, are not listed."""
-    default = {"sample_count": SINE.simulate().parameters.sample_count}  # type: ignore[attr-defined]
-    same = sine(changes=(Change(0, default), Change(5, default)))
-    later = sine(60, changes=(Change(45, {"sample_count": 50}),))
-    assert Comparison.of(sine(), same, later).settings == ()
 
 
 def test_parameters_of_other_experiments_are_listed_where_somebody_has_set_them() -> None:
@@ -90,45 +94,38 @@ def test_parameters_of_other_experiments_are_listed_where_somebody_has_set_them(
     assert (added.name, added.values) == ("slot_offset_px", ("60 px", None))
 
 
-def test_runs_are_called_by_what_is_special_about_them() -> None:
-    """By their trackers, or by a parameter with its title, or by a number where nothing is special."""
-    for other, names in ((sine(tracker="kalman"), TITLES), (sine(seed=9), ("Seed 4", "Seed 9"))):
-        assert Comparison.of(sine(), other).names == names
-    assert Comparison.of(sine(), sine()).names == ("Run (1)", "Run (2)")
-    assert len(set(Comparison.of(*[sine(seed=seed) for seed in range(4)]).colours)) == 4
-
-
 # ---------------------------------------------------------------- where they part, and what is gained
 
 
-def test_a_branch_parts_from_its_run_in_the_frame_after_it_left() -> None:
-    """It shares the past up to there to the bit; two runs of one recipe never part."""
-    run = sine()
-    run.seek(12)
-    branch = run.branch(12, {"sample_count": 60})
-    compared = Comparison.of(run, branch, sine()).finish()
-    assert [(it.first, it.second, it.frame) for it in compared.partings] == [(0, 1, 13), (0, 2, None), (1, 2, 13)]
-    assert compared.first_difference == 13
-    assert Comparison.of(sine(), sine()).finish().first_difference is None
-
-
 def test_the_paired_difference_is_that_of_the_errors() -> None:
-    """The second run's error minus the first's, over the frames that both have; of equal runs it has no interval."""
+    """The second run's error minus the first's, over the frames that both have; for equal runs it has no interval.
+
+    A branch parts from its run in the frame after it left; two runs of one recipe never part.
+    """
     one, other = sine(60), sine(60, tracker="kalman")
     error, *_ = Comparison.of(one, other).finish().paired
     gains = [b.error - a.error for a, b in zip(one.diagnostics, other.diagnostics, strict=True)]  # type: ignore[operator]
     assert (error.name, error.frames, error.better) == ("error", 60, "lower")
     assert error.mean == pytest.approx(np.mean(gains))
     assert error.low < error.mean < error.high
-    same, *_ = Comparison.of(one, sine(60)).finish().paired
-    assert same.mean == 0.0
+    branch = one.branch(12, {"sample_count": 60})
+    compared = Comparison.of(one, branch, sine(60)).finish()
+    assert [(it.first, it.second, it.frame) for it in compared.partings] == [(0, 1, 13), (0, 2, None), (1, 2, 13)]
+    assert compared.first_difference == 13
+    equal = Comparison.of(one, sine(60)).finish()
+    same, *_ = equal.paired
+    assert (same.mean, equal.first_difference) == (0.0, None)
     assert np.isnan([same.low, same.high]).all()
 
 
 def test_what_is_not_known_is_left_out() -> None:
-    """Frames without truth and errors that are not finite count for nobody; JSON has no such numbers either."""
+    """Frames without truth and errors that are not finite are left out; JSON has no such numbers either.
+
+    Steps are counted over all runs; those computed before are not repeated.
+    """
     one, other = sine(), sine(tracker="kalman")
-    Comparison.of(one, other).finish()
+    one.finish()
+    assert list(Comparison.of(one, other).computing()) == [(done, 80) for done in range(42, 81)]
     for run, frame, error in ((one, 3, None), (other, 4, np.inf)):
         run.diagnostics[frame] = dataclasses.replace(run.diagnostics[frame], error=error)
     compared = Comparison.of(one, other)
@@ -138,35 +135,21 @@ def test_what_is_not_known_is_left_out() -> None:
     assert told["frames"] == 40
 
 
-@pytest.fixture(scope="module", params=[{}])
-def poor(request: pytest.FixtureRequest) -> Comparison:
-    """Two trackers of few particles that lose the ball behind a wide pillar."""
-    values = (Change(0, {"sample_count": 100, "occlusion_width_px": 150, **request.param}),)
-    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=values) for name in ("h-spf", "condensation")]
-    return Comparison.of(*runs).finish()
+def test_success_and_loss_are_compared() -> None:
+    """A tracker that is lost for some frames keeps fewer of them; the first loss is shown from before it was hidden.
 
-
-def test_success_is_compared_by_the_measure_that_decides(poor: Comparison) -> None:
-    """A tracker that is lost for some frames keeps fewer of them."""
+    Both trackers lose the ball behind a wide pillar, the first 5 frames after frame 16, and the second finds it again.
+    """
+    values = (Change(0, {"sample_count": 100, "occlusion_width_px": 150, "period_s": 4}),)
+    trackers = "h-spf", "kalman"
+    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=50, timeline=values) for name in trackers]
+    poor = Comparison.of(*runs).finish()
+    assert [it.first_lost_frame for it in poor.outcomes] == [21, 22]
+    assert poor.before_loss == 6
     kept = [1 - run.summary().verdict.lost_frames / run.frames for run in poor.runs]  # type: ignore[operator]
     assert [it.success_share for it in poor.outcomes] == pytest.approx(kept)
     [share] = [it for it in poor.paired if it.name == "hit_rate"]
-    assert share.mean == pytest.approx(kept[1] - kept[0])
-
-
-@pytest.mark.parametrize("poor", [{"period_s": 4}], indirect=True)
-def test_the_first_loss_is_watched_from_before_it_was_hidden(poor: Comparison) -> None:
-    """What led to it is seen, and a target that is followed well: both are lost 5 frames after frame 16."""
-    assert [it.first_lost_frame for it in poor.outcomes] == [21, 21]
-    assert poor.before_loss == 6
-
-
-def test_computing_tells_how_far_it_is_and_does_nothing_twice() -> None:
-    """Steps are counted over all runs; what was computed before is counted as done."""
-    one, other = sine(), sine(tracker="kalman")
-    one.finish()
-    steps = list(Comparison.of(one, other).computing())
-    assert steps == [(done, 80) for done in range(42, 81)]
+    assert share.mean == pytest.approx(kept[1] - kept[0]) == pytest.approx(0.12)
 
 
 # ---------------------------------------------------------------- files

@@ -32,7 +32,7 @@ def run_at(experiment: str, frame: int, tracker: str | None = None, **values: An
 def test_a_move_is_to_the_bit_after_replay_branch_and_file(
     experiment: str, place: tuple[float, ...], tmp_path: Path
 ) -> None:
-    """A particle and then the estimate are moved; whichever way one comes to a frame, its numbers are the same."""
+    """A particle and then the estimate are moved; a replay, a branch and a file have the same numbers."""
     run = run_at(experiment, 6)
     before = run.current.state
     run.change({"move": {"particle": 2, "place": place}})
@@ -79,10 +79,8 @@ def test_what_is_moved_keeps_its_velocity_and_the_rest_its_place() -> None:
     [
         ({"particle": 800, "place": (1, 2)}, "particle must be one of frame 6, 0 to 799, got 800"),
         ({"particle": -1, "place": (1, 2)}, "move must be a place of finite numbers"),
-        ({"particle": True, "place": (1, 2)}, "move must be a place of finite numbers"),
         ({"place": (1, np.nan)}, "move must be a place of finite numbers"),
         ({"place": (320, 2)}, r"place must be within bounds \(0 to 319, 0 to 239\), got \[320.0, 2.0\]"),
-        ({"place": (1,)}, "place must be within bounds"),
         ({"place": (1, 2), "weight": 1}, "move must be a place of finite numbers"),
         ([{"place": (1, 2)}] * 101, "move must be at most 100 before one frame, got 101"),
     ],
@@ -93,19 +91,17 @@ def test_refuses_what_cannot_be_moved(move: Any, sentence: str) -> None:
     with pytest.raises(ParameterError, match=sentence):
         run.change({"move": move})
     assert run.timeline.changes == ()
+    with pytest.raises(RefusedError, match="move must be made before frame 1 or later"):
+        run_at("ball", 0, move={"place": (1, 2)})
 
 
-def test_refuses_where_nothing_moves() -> None:
-    """A tracker without particles, an experiment without a cloud in its picture, frame 0, and a recipe of these."""
+def test_moves_fit_tracker_and_experiment() -> None:
+    """A tracker without particles has none to move; an experiment without a cloud in its picture has no moves."""
     kalman = run_at("ball", 6, tracker="kalman")
     with pytest.raises(ParameterError, match="particle must be left out: the tracker has none, got 0"):
         kalman.change({"move": {"particle": 0, "place": (1, 2)}})
-    kalman.change({"move": {"place": (1, 2)}})
-    with pytest.raises(RefusedError, match="move must be made before frame 1 or later"):
-        run_at("ball", 0, move={"place": (1, 2)})
-    recorded = find("structure")
     timeline = ({"frame": 1, "values": {"move": {"place": (1, 2)}}},)
-    with pytest.raises(RefusedError, match=f"move must be left out: {recorded.title} has nothing"):
+    with pytest.raises(RefusedError, match=f"move must be left out: {find('structure').title} has nothing"):
         make(Recipe(experiment="structure", frames=FRAMES, timeline=timeline))
 
 

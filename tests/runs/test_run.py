@@ -1,18 +1,28 @@
 """Runs: the same numbers whichever way one comes."""
 
+import json
+import math
+import os
+import pickle
+import zlib
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
+from pftrack.core import files
+from pftrack.core.model.measures import Measure
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.tracker import Step
+from pftrack.core.model.series import Series
+from pftrack.core.model.tracker import diagnose
 from pftrack.core.refusal import ConflictError, ParameterError
-from pftrack.experiments import find
-from pftrack.runs.checkpoint import STATE_BYTES, Keyframes, bytes_of
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.experiments.experiment import Experiment, Measured
+from pftrack.runs import checkpoint
+from pftrack.runs.checkpoint import STATE_BYTES, Checkpoint, Keyframes, bytes_of
 from pftrack.runs.run import Run
 from tests.making import whole_run
 
@@ -36,72 +46,14 @@ def finished(**options: object) -> Run:
 
 def test_change_before_one_to_come_keeps_the_timeline_in_order() -> None:
     """A change made while others are still to come does not bring them forward, and replays to the same numbers."""
-    run = ball(timeline=(Change(20, {"sample_count": 100}),))
+    run = ball(frames=24, timeline=(Change(20, {"sample_count": 100}),))
     run.seek(4)
     run.change({"gamma_px": 9})
     assert run.parameters_at(5).sample_count == 800
     assert (run.parameters_at(20).sample_count, run.parameters_at(20).gamma_px) == (100, 9)
     run.finish()
     assert run.timeline.changes == (Change(5, {"gamma_px": 9}), Change(20, {"sample_count": 100}))
-    assert run.estimates_sha256 == finished(timeline=run.timeline.changes).estimates_sha256
-
-
-def test_change_at_odds_with_one_to_come_is_refused_whole() -> None:
-    """A change that would make a later one invalid is refused, and nothing has changed."""
-    to_come = (Change(20, {"gamma_max_px": 5.0}),)
-    run = ball(timeline=to_come)
-    with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
-        run.change({"gamma_min_px": 6})
-    assert (run.timeline.changes, run.parameters_at(1).gamma_min_px) == (to_come, 4)
-
-
-@cache
-def straight_through() -> tuple[list[Step], str]:
-    """Return the steps of the run with changes, and the hash of its estimates."""
-    run = ball(timeline=CHANGES)
-    return list(run), run.estimates_sha256
-
-
-@settings(max_examples=10)
-@given(frames=st.lists(st.integers(0, 44), min_size=1, max_size=6))
-def test_seeking_anywhere_gives_the_same_states(frames: list[int]) -> None:
-    """Whatever way one seeks, forward and back, each frame's state is that of a run straight through."""
-    straight, sha256 = straight_through()
-    run = ball(timeline=CHANGES)
-    for frame in frames:
-        step = run.seek(frame)
-        assert run.position == frame
-        assert step.diagnostics.estimate == straight[frame].diagnostics.estimate
-        assert np.array_equal(step.state.particles.states, straight[frame].state.particles.states)
-        assert np.array_equal(step.state.particles.log_weights, straight[frame].state.particles.log_weights)
-        assert np.array_equal(step.frame.image_rgb, straight[frame].frame.image_rgb)
-        assert step.tracker == straight[frame].tracker
-    run.finish()
-    assert run.estimates_sha256 == sha256
-
-
-def test_seeking_back_does_not_forget() -> None:
-    """Going back keeps the head and all diagnostics; going on from there computes nothing anew."""
-    run = finished(timeline=CHANGES)
-    before = list(run.diagnostics)
-    run.seek(7)
-    assert run.computed == 44
-    run.advance()
-    assert run.diagnostics == before
-
-
-def test_branch_shares_the_past_and_only_that() -> None:
-    """A branch has the same frames up to its root and goes its own way from there; the trunk does not notice."""
-    trunk = finished(timeline=CHANGES)
-    sha = trunk.estimates_sha256
-    branch = trunk.branch(20, {"tracker": "condensation", "sample_count": 100})
-    assert branch.position == branch.computed == 20
-    branch.finish()
-    assert branch.diagnostics[:21] == trunk.diagnostics[:21]
-    assert branch.diagnostics[21].estimate != trunk.diagnostics[21].estimate
-    assert branch.timeline.changes == (CHANGES[0], Change(21, {"tracker": "condensation", "sample_count": 100}))
-    assert trunk.estimates_sha256 == sha
-    assert branch.estimates_sha256 == finished(timeline=branch.timeline.changes).estimates_sha256
+    assert run.estimates_sha256 == finished(frames=24, timeline=run.timeline.changes).estimates_sha256
 
 
 def test_a_branch_from_the_last_frame_has_nothing_to_change() -> None:
@@ -110,15 +62,9 @@ def test_a_branch_from_the_last_frame_has_nothing_to_change() -> None:
     with pytest.raises(ParameterError, match=sentence):
         run.branch(4, {"sample_count": 100})
     assert run.branch(4).position == 4
-
-
-def test_the_past_is_the_past() -> None:
-    """A change at a frame that has been computed is refused and says to branch; nothing has changed."""
-    run = finished(frames=14)
-    run.seek(12)
-    with pytest.raises(ConflictError, match="branch"):
-        run.change({"gamma_px": 9})
-    assert run.timeline.changes == ()
+    # A branch leaves the later changes of its run behind.
+    branch = ball(timeline=CHANGES).branch(0, {"sample_count": 100})
+    assert branch.timeline.changes == (Change(1, {"sample_count": 100}),)
 
 
 def test_what_is_only_drawn_changes_in_the_past_and_at_the_end() -> None:
@@ -137,25 +83,30 @@ def test_what_is_only_drawn_changes_in_the_past_and_at_the_end() -> None:
 
 
 def test_bad_changes_change_nothing() -> None:
-    """A refused change leaves timeline and parameters as they were."""
+    """A refused change leaves timeline and parameters as they were; a run with bad options does not begin.
+
+    Changes before the next frame is computed add up, the later value counting.
+    """
     run = ball()
     run.seek(5)
     for values in ({"gamma_px": 7, "sample_count": 0}, {"tracker": "magic"}, {"nothing": 1}, {"gamma_min_px": 30}):
         with pytest.raises(ParameterError):
             run.change(values)
+    for options in ({"frames": 0}, {"frames": 10**9}, {"seed": -1}, {"timeline": (Change(-1, {}),)}):
+        with pytest.raises(ParameterError):
+            ball(**options)
     with pytest.raises(ParameterError, match="before the run starts"):
         run.change({"image_width_px": 640})
     assert (run.timeline.changes, run.parameters_at(6)) == ((), run.parameters_at(0))
-
-
-def test_two_changes_of_one_frame_are_one() -> None:
-    """Changes before the next frame is computed add up, the later value counting."""
-    run = ball()
     run.change({"gamma_px": 7, "sample_count": 100})
     run.change({"gamma_px": 8})
-    assert run.timeline.changes == (Change(1, {"gamma_px": 8.0, "sample_count": 100}),)
-    assert run.parameters_at(1).gamma_px == 8
+    assert run.timeline.changes == (Change(6, {"gamma_px": 8.0, "sample_count": 100}),)
     assert len(run.advance().state.particles) == 100
+    # A change that would make a later one invalid is refused as well.
+    run = ball(timeline=(Change(20, {"gamma_max_px": 5.0}),))
+    with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
+        run.change({"gamma_min_px": 6})
+    assert (run.timeline.changes, run.parameters_at(1).gamma_min_px) == ((Change(20, {"gamma_max_px": 5.0}),), 4)
 
 
 def test_the_end() -> None:
@@ -170,29 +121,11 @@ def test_the_end() -> None:
             run.seek(frame)
 
 
-@pytest.mark.parametrize(
-    "options", [{"frames": 0}, {"frames": 10**9}, {"seed": -1}, {"tracker": "magic"}, {"timeline": (Change(-1, {}),)}]
-)
-def test_bad_beginnings_are_refused(options: dict[str, object]) -> None:
-    """A length, seed, tracker or timeline that cannot be is refused with its bound."""
-    with pytest.raises(ParameterError):
-        ball(**options)
-
-
-def test_success_counts_lost_frames() -> None:
-    """The summary counts what the diagnostics say, and frame by frame lost means further than three radii."""
-    run = finished(tracker="condensation", frames=60)
-    summary = run.summary().as_dict()
-    lost = [row.frame for row in run.diagnostics if row.error > 15]
-    assert summary["lost_frames"] == len(lost) > 15
-    assert (summary["first_lost_frame"], summary["success"]) == (lost[0], False)
-    assert summary["hit_rate"] == pytest.approx(1 - len(lost) / 60)
-    assert summary["mean_error_px"] == pytest.approx(np.mean([row.error for row in run.diagnostics]))
-    assert not any(row.searching for row in run.diagnostics)
-
-
 def test_keyframes_stay_within_their_budget() -> None:
-    """When the budget is used up every other keyframe goes; frame 0 always stays."""
+    """When the budget is used up every other keyframe goes; frame 0 always stays.
+
+    A state that is offered again, as by a checkpoint, takes no more of it.
+    """
     states = [step.state for step in ball(frames=40)]
     keyframes = Keyframes(interval=1, budget_bytes=300_000)
     for frame, state in enumerate(states):
@@ -201,17 +134,10 @@ def test_keyframes_stay_within_their_budget() -> None:
     held = {keyframes.latest(frame)[0] for frame in range(40)}
     assert 2 <= len(held) <= 10
     assert all(np.array_equal(keyframes.latest(k)[1].estimate, states[k].estimate) for k in held)
-
-
-def test_a_keyframe_counts_once_in_the_budget() -> None:
-    """A state that is offered again, as by a checkpoint, takes no more of it; nor does what states share."""
-    states, known = [step.state for step in ball(frames=3)], set[int]()
-    keyframes = Keyframes(interval=1, budget_bytes=3 * (STATE_BYTES + bytes_of(states[1], known)))
+    keyframes = Keyframes(interval=1, budget_bytes=3 * (STATE_BYTES + bytes_of(states[1], set())))
     for frame in (0, 0, 0, 1, 1, 2):
         keyframes.offer(frame, states[frame])
     assert list(keyframes.states) == [0, 1, 2]
-    assert bytes_of(states[1], set()) >= states[1].particles.states.nbytes
-    assert bytes_of(replace(states[1], log_evidence=1.0), known) == 0
 
 
 class _Plain:
@@ -220,7 +146,10 @@ class _Plain:
 
 
 def test_the_memory_of_any_state_is_counted() -> None:
-    """Lists, mappings, numbers of NumPy, objects of any class and what leads back to itself; views count as wholes."""
+    """Lists, mappings, numbers of NumPy, objects of any class and what leads back to itself; views count as wholes.
+
+    What states share counts once, and a chain of states as long as a run is counted without recursion.
+    """
     whole, other = np.zeros(100), np.zeros(10)
     state = _Plain(a=[whole[:3], whole[3:], np.float64(1.0), "text", None], b={"c": (other, _Plain), "d": np.int64(2)})
     vars(state)["again"] = [state]
@@ -230,28 +159,190 @@ def test_the_memory_of_any_state_is_counted() -> None:
     particles = ball(frames=3).current.state.particles
     without = bytes_of(replace(particles), set())
     assert bytes_of(particles, set()) == without + particles.weights.nbytes
-
-
-def test_a_state_may_know_all_before_it() -> None:
-    """A chain of states as long as a run is counted without recursion."""
     chain: object = None
     for _ in range(20_000):
         chain = _Plain(before=chain, array=np.zeros(1))
     assert bytes_of(chain, set()) == 20_000 * 8
 
 
-def test_steps_are_replayed_while_the_run_stands_where_it_is() -> None:
-    """Steps of the past come again, to the bit, and neither the place of the run nor its numbers have changed."""
-    run, steps = ball(timeline=CHANGES), {}
-    for step in run:
-        steps[step.frame.index] = step.state.estimate.copy()
-    run.seek(20)
-    before = run.estimates_sha256
+def test_steps_are_replayed_while_the_run_stays_where_it_is() -> None:
+    """Steps of the past are repeated to the bit, also by seeking to and fro; the run and its numbers stay as they are.
+
+    The summary is of all frames, where lost means further than three radii.
+    """
+    run = ball(timeline=CHANGES)
+    steps = list(run)
+    before = run.estimates_sha256, list(run.diagnostics)
+    for frame in (7, 8, 40, 23, 0, 31, 20):
+        step, known = run.seek(frame), steps[frame]
+        assert (run.position, step.tracker) == (frame, known.tracker)
+        assert np.array_equal(step.state.particles.states, known.state.particles.states)
+        assert np.array_equal(step.state.particles.log_weights, known.state.particles.log_weights)
+        assert np.array_equal(step.frame.image_rgb, known.frame.image_rgb)
     for first, last in ((0, 2), (9, 13), (20, 24), (19, 19), (44, 44)):
         replayed = list(run.replay(first, last))
         assert [step.frame.index for step in replayed] == list(range(first, last + 1))
-        assert all((step.state.estimate == steps[step.frame.index]).all() for step in replayed)
-    assert (run.position, run.computed, run.estimates_sha256) == (20, 44, before)
+        assert all((step.state.estimate == steps[step.frame.index].state.estimate).all() for step in replayed)
+    assert (run.position, run.computed) == (20, 44)
+    assert (run.estimates_sha256, run.diagnostics) == before
     for first, last in ((-1, 3), (4, 3), (0, 45)):
         with pytest.raises(ParameterError):
             list(run.replay(first, last))
+    summary, errors = run.summary().as_dict(), np.array([row.error for row in run.diagnostics])
+    assert (summary["lost_frames"], summary["mean_error_px"]) == ((errors > 15).sum(), pytest.approx(errors.mean()))
+
+
+# Checkpoints: what was computed is restored, and nothing else.
+
+FAR = 17
+
+
+def begun(name: str = "ball", tracker: str | None = None, *timeline: Change, seed: int = 3, frames: int = 24) -> Run:
+    experiment = EXPERIMENTS[name]
+    return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=timeline)
+
+
+@pytest.fixture(scope="module")
+def found() -> Checkpoint:
+    """The checkpoint of a ball's run at frame 17."""
+    run = begun()
+    run.seek(FAR)
+    return run.checkpoint()
+
+
+@pytest.fixture
+def kept(found: Checkpoint, tmp_path: Path) -> Path:
+    """Its file."""
+    checkpoint.write(found, tmp_path / "run.states")
+    return tmp_path / "run.states"
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_a_run_goes_on_to_the_same_numbers(name: str, tmp_path: Path) -> None:
+    """A run that takes over a checkpoint is at its frame without a step, and ends with the same numbers, to the bit."""
+    run, path = begun(name, frames=8), tmp_path / "run.states"
+    run.seek(5)
+    checkpoint.write(run.checkpoint(), path)
+    again = begun(name, frames=8)
+    found = checkpoint.read(path, "pftrack")
+    assert found is not None
+    assert again.recall(found)
+    assert repr(again.diagnostics) == repr(run.diagnostics)  # as text, in which "not a number" equals itself
+    assert [step.diagnostics.frame for step in again.seeking(5)] == [5]
+    again.seek(2)
+    again.finish()
+    run.finish()
+    assert again.estimates_sha256 == run.estimates_sha256
+
+
+def test_a_run_leaves_a_wrong_checkpoint_alone(found: Checkpoint) -> None:
+    """One of another seed, tracker or past; one with other numbers, without the furthest frame, or of frame 0 alone."""
+    for other in (begun(seed=4), begun("ball", "apf"), begun("ball", None, Change(FAR, {"sample_count": 90}))):
+        assert (other.recall(found), other.computed) == (False, 0)
+    elsewhere = {**found.states, 16: found.states[8]}
+    cut = {frame: state for frame, state in found.states.items() if frame < FAR}
+    for wrong in (replace(found, states=elsewhere), replace(found, states=cut), begun().checkpoint()):
+        run = begun()
+        assert (run.recall(wrong), run.computed) == (False, 0)
+
+
+class Intruder:
+    """Makes a folder when it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return os.mkdir, (str(self.path),)
+
+
+def test_a_wrong_file_holds_nothing_and_calls_nothing(kept: Path, tmp_path: Path) -> None:
+    """A file that is cut short, changed, of another version or missing is not read; only known classes are built."""
+    whole, body = kept.read_bytes(), pickle.dumps(("recipe", (), {0: Intruder(tmp_path / "made")}))
+    changed = whole[:-100] + bytes([whole[-100] ^ 1]) + whole[-99:]
+    foreign = checkpoint.HEAD + zlib.crc32(body).to_bytes(4, "big") + body
+    for data in (whole[:-1], changed, whole.replace(b"checkpoint 1", b"checkpoint 0"), b"", foreign):
+        kept.write_bytes(data)
+        assert checkpoint.read(kept, "pftrack") is None
+    assert not (tmp_path / "made").exists()
+    kept.unlink()
+    assert checkpoint.read(kept, "pftrack") is None
+
+
+# Measuring: a series or a measure that fails is left out, with one warning.
+
+SINE = find("sine")
+
+OWN = (Series("own", "Own"), Series("sound", "Sound"))
+
+
+def failing(*_: object) -> Any:
+    raise KeyError("nothing there")
+
+
+@pytest.fixture(autouse=True)
+def _warned_of_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "_warned", set())
+
+
+def measured(experiment: Experiment, frames: int = 6) -> Run:
+    return whole_run(experiment, seed=3, frames=frames)
+
+
+@pytest.mark.parametrize(
+    ("measure", "kept", "warnings"),
+    [
+        (failing, set(), 1),
+        (lambda *_: {"own": None, "sound": 2.0}, {"sound"}, 1),
+        (lambda *_: {"own": np.zeros(3), "sound": 2.0}, {"sound"}, 1),
+        (lambda *_: {"other": 1.0}, set(), 1),
+        (lambda *_: {"own": math.nan}, {"own"}, 0),
+    ],
+    ids=["raises", "none", "array", "undeclared", "nan"],
+)
+def test_a_frame_that_cannot_be_measured(
+    measure: Callable[..., Any], kept: set[str], warnings: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    """What an experiment reports wrongly is missing from all frames, and the estimates are what they are without it."""
+    run = measured(replace(SINE, measured=Measured(OWN, measure)))
+    for row in run.diagnostics:
+        assert row.series.keys() & {"own", "sound", "other"} == kept
+        json.dumps(row.as_dict(), allow_nan=False)
+    assert len(caplog.records) == warnings
+    assert run.estimates_sha256 == measured(SINE).estimates_sha256
+
+
+def test_a_tracker_that_cannot_be_measured(caplog: pytest.LogCaptureFixture) -> None:
+    """The same for what a tracker reports; the experiment's own measurements stay."""
+    name = SINE.default_tracker
+    trackers = {**SINE.trackers, name: replace(SINE.trackers[name], measure=failing)}
+    run = measured(replace(SINE, trackers=trackers, measured=Measured(OWN, lambda *_: {"own": 1.0})))
+    assert all(row.series == {"own": 1.0} for row in run.diagnostics)
+    (warning,) = caplog.records
+    assert all(part in warning.getMessage() for part in (name, "frame 0"))
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [failing, lambda _: np.zeros(2), lambda course: np.full(len(course.errors), np.inf)],
+    ids=["raises", "short", "infinite"],
+)
+@pytest.mark.filterwarnings("error")
+def test_a_measure_that_fails_is_absent(frames: Callable[..., Any], caplog: pytest.LogCaptureFixture) -> None:
+    """A run has its other measures and its verdict."""
+    broken = Measure("broken", "Broken", "Fails.", "median", frames)
+    run = measured(replace(BALL, measured=Measured(measures=(broken, *BALL.measured.measures))))
+    expected = measured(BALL).summary()
+    for _ in range(3):
+        assert run.measures() == run.summary().measures == expected.measures
+    assert run.summary().verdict == expected.verdict
+    assert len(caplog.records) <= 1
+
+
+def test_what_a_source_says_by_numpy_can_be_written() -> None:
+    """Whether a target is hidden is often a comparison of NumPy's numbers; a row of it is JSON all the same."""
+    step = measured(find("ball"), frames=1).current
+    assert step.frame.target is not None
+    target = replace(step.frame.target, hidden=np.bool_(1))
+    row = diagnose(replace(step.frame, target=target), step.state, (0.0, False), 1.0)
+    assert json.loads(json.dumps(row.as_dict()))["hidden"] is True
