@@ -1,7 +1,10 @@
 """Fork servers: processes from which others are forked."""
 
+import ast
 import asyncio
+import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -10,14 +13,15 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import psutil
 import pytest
 
-from pftrack.process import BlockingEnd, Child, ForkServer, describe, end_with_parent
-from pftrack.process.child import environment
+from pftrack.process import BlockingEnd, Child, Ending, ForkServer, describe, end_with_parent, ending
+from pftrack.process.child import command, environment
 from tests import waiting
 
 PRELOAD = "pftrack.process"
@@ -70,8 +74,9 @@ def leave_another(end: socket.socket, *killing: object, apart: bool = False) -> 
     pipe.receive()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def server() -> Iterator[ForkServer]:
+    """One for all tests that do not close it; the next child starts it again if it was lost."""
     made = ForkServer(PRELOAD)
     yield made
     made.close()
@@ -96,8 +101,11 @@ def has_ended(pid: int) -> bool:
 ENDINGS = {"exit": 3, "fail": 1, "return": 0, "kill": -signal.SIGKILL, "terminate": -signal.SIGTERM}
 
 
-def test_it_tells_how_its_children_ended(server: ForkServer) -> None:
-    """Each has its own status, two at a time; it is in the owner's group, and what its owner sends ends it."""
+def test_it_tells_how_its_children_ended(server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each has its own status, two at a time; it is in the owner's group, and what its owner sends ends it.
+
+    A child that has ended is not killed again, since the system may have given its number to others.
+    """
     for how, status in ENDINGS.items():
         child, other = server.fork(obey), server.fork(obey)
         with child.end, other.end:
@@ -112,34 +120,17 @@ def test_it_tells_how_its_children_ended(server: ForkServer) -> None:
             assert child.has_ended
             other.kill()
             assert other.status(30) == -signal.SIGKILL
-    child.kill()  # of one that has ended nothing is left to be hit
-
-
-FORKED = """
-from pftrack.process import ForkServer
-from tests.process.test_fork_server import obey, tell, who
-server = ForkServer("json")
-server.fork_off()
-child = server.fork(obey)
-who(child)
-tell(child, "exit")
-print(child.status(30))
-server.close()
-"""
-
-
-def test_it_may_be_forked_off_its_owner() -> None:
-    """A process without threads need not start another interpreter, and its children are the same."""
-    command = [sys.executable, "-c", FORKED]
-    told = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=60, check=True)
-    assert told.stdout == "3\n"
+    killed: list[int] = []
+    for name in ("kill", "killpg"):
+        monkeypatch.setattr(os, name, lambda pid, _: killed.append(pid))
+    child.kill()
+    assert killed == []
 
 
 def test_one_that_was_killed_is_started_again(server: ForkServer) -> None:
     """A child goes on without it, unless it has asked to end with it; how that ends nobody can tell."""
     with forked(server) as child:
         parent = lose_server(child)
-        assert describe(child.status()) == "lost with the process that had started it"
         assert child.has_ended
         assert psutil.pid_exists(child.pid)
         tell(child, "exit")
@@ -160,10 +151,9 @@ def tell_loaded(end: socket.socket) -> None:
     BlockingEnd(end).send(LOADED)
 
 
-def test_what_it_loads_for_one_child_all_later_ones_share(
-    server: ForkServer, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_what_it_loads_for_one_child_all_later_ones_share(capfd: pytest.CaptureFixture[str]) -> None:
     """It is loaded once, also by one that takes the place of one that was lost; what fails keeps no child back."""
+    server = ForkServer(PRELOAD)
 
     def loaded(what: str | None) -> object:
         with forked(server, tell_loaded, load=(load, what) if what else None) as child:
@@ -177,17 +167,16 @@ def test_what_it_loads_for_one_child_all_later_ones_share(
     with forked(server) as child:
         lose_server(child)
     assert loaded("two") == ["two"]
+    server.close()
 
 
 def wait_for(fifo: Path) -> None:
     fifo.read_bytes()
 
 
-@pytest.mark.parametrize("times", [1, 2, 3])
-def test_a_child_that_nobody_wants_any_more_leaves_nothing_behind(
-    server: ForkServer, tmp_path: Path, times: int
-) -> None:
-    """Whoever asks for a child and is cancelled, however often, has no descriptor and no process more than before."""
+@pytest.mark.parametrize("times", [1, 3])
+def test_a_child_that_is_no_longer_wanted_leaves_nothing_behind(server: ForkServer, tmp_path: Path, times: int) -> None:
+    """A request for a child that is cancelled, however often, leaves no descriptor and no process."""
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
 
@@ -213,8 +202,9 @@ def test_a_child_that_nobody_wants_any_more_leaves_nothing_behind(
     assert psutil.Process(parent).children() == []
 
 
-def test_it_ends_with_its_owner(server: ForkServer) -> None:
+def test_it_ends_with_its_owner() -> None:
     """Closing a fork server ends what it has forked, in the middle of whatever it does."""
+    server = ForkServer(PRELOAD)
     with forked(server) as child:
         pid, parent, *_ = who(child)
         tell(child, "hang")
@@ -223,56 +213,213 @@ def test_it_ends_with_its_owner(server: ForkServer) -> None:
         assert not psutil.wait_procs(family, timeout=30)[1]
 
 
-def leave_another_apart(end: socket.socket) -> None:
-    """Do so, in a session that the other process begins itself."""
-    leave_another(end, apart=True)
-
-
-@pytest.mark.parametrize("start", [leave_another, leave_another_apart])
+@pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.parametrize("first", ["the child", "the owner"])
-def test_what_a_child_has_started_ends_with_it(
-    server: ForkServer, first: str, start: Callable[[socket.socket], None]
-) -> None:
-    """What a child has started ends after it, or with the fork server, in whatever group it is."""
-    with forked(server, start) as child:
+def test_what_a_child_has_started_ends_with_it(server: ForkServer, first: str, *, apart: bool) -> None:
+    """Processes that a child has started end after it, or with the fork server, in whatever group they are."""
+    made = server if first == "the child" else ForkServer(PRELOAD)
+    with forked(made, partial(leave_another, apart=apart)) as child:
         other = BlockingEnd(child.end).receive()
-        if first == "the child":
+        if made is server:
             tell(child, "return")
         else:
-            server.close()
+            made.close()
         waiting.wait_for(lambda: has_ended(other))
 
 
-def test_a_number_that_another_group_has_by_now_is_not_killed(
-    server: ForkServer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A child that has ended is not killed again, since the system may have given its number to others."""
+def test_a_secret_stays_with_the_owner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A variable that is named as a secret is in the environment of no other process; a preload that fails is named."""
+    monkeypatch.setenv("PFTRACK_TOKEN", "secret")
+    server = ForkServer(PRELOAD, secrets=("PFTRACK_TOKEN",))
     with forked(server) as child:
         who(child)
-        tell(child, "return")
-    assert child.status(wait_s=30) == 0
-    killed: list[int] = []
-    monkeypatch.setattr(os, "killpg", lambda pid, _: killed.append(pid))
-    monkeypatch.setattr(os, "kill", lambda pid, _: killed.append(pid))
-    child.kill()
-    assert killed == []
-
-
-def test_what_cannot_be_imported_is_told() -> None:
-    """A preload that fails makes no child, and says so where one is wanted."""
+        assert "PFTRACK_TOKEN" not in psutil.Process(child.pid).environ()
+        child.kill()
+    server.close()
     server = ForkServer("tests.process.no_such_module")
     with pytest.raises(OSError, match=r"could not import tests\.process\.no_such_module"):
         server.fork(obey)
     server.close()
 
 
-def test_a_secret_stays_with_the_owner(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A variable that is named as a secret is in the environment of no other process."""
-    monkeypatch.setenv("PFTRACK_TOKEN", "secret")
-    server = ForkServer(PRELOAD, secrets=("PFTRACK_TOKEN",))
-    with forked(server) as child:
-        who(child)
-        assert "PFTRACK_TOKEN" not in psutil.Process(child.pid).environ()
-        assert child.pid
-        child.kill()
-    server.close()
+# Child processes: how they end, what limits they set themselves, and that nothing else starts any.
+
+
+def test_a_child_finds_our_packages_and_not_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A child imports pftrack wherever it is started, and nothing that merely lies there.
+
+    It has the environment of its parent, in which numerical libraries are told that there is one processor.
+    """
+    monkeypatch.setenv("OMP_NUM_THREADS", "8")
+    monkeypatch.setenv("LANGUAGE_OF_ONES_OWN", "en")
+    assert (environment()["OMP_NUM_THREADS"], environment()["LANGUAGE_OF_ONES_OWN"]) == ("1", "en")
+    (tmp_path / "pftrack.py").write_text("raise SystemExit(3)")
+    result = subprocess.run(
+        command("pftrack", "--version"), env=environment(), cwd=tmp_path, capture_output=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
+
+
+def test_a_status_tells_the_ending() -> None:
+    """Every exit status is one of six endings, in words with the signal's name where it has one."""
+    endings = {0: Ending.DONE, 1: Ending.FAILED, None: Ending.OUT_OF_TIME, -signal.SIGALRM: Ending.OUT_OF_TIME}
+    endings |= {-signal.SIGXCPU: Ending.OUT_OF_CPU_TIME, -signal.SIGKILL: Ending.KILLED}
+    endings |= {-signal.SIGSEGV: Ending.CRASHED, -99: Ending.CRASHED}
+    assert {status: ending(status) for status in endings} == endings
+    assert [describe(2), describe(-signal.SIGSEGV)] == ["ended with status 2", "killed by SIGSEGV"]
+    assert [describe(-99), describe(None)] == ["killed by signal 99", "lost with the process that had started it"]
+
+
+def run_python(program: str, *arguments: str) -> "subprocess.CompletedProcess[bytes]":
+    command = [sys.executable, "-c", program, *arguments]
+    return subprocess.run(command, env=environment(), capture_output=True, check=False, timeout=60)
+
+
+def test_a_child_ends_with_its_parent() -> None:
+    """A child that follows its parent ends soon after it, though nobody tells it to."""
+    body = "import time; from pftrack.process import end_with_parent; end_with_parent(); print('up', flush=True)"
+    body += "; time.sleep(60)"
+    parent = (
+        "import subprocess, sys;"
+        f"child = subprocess.Popen([sys.executable, '-c', {body!r}], stdout=subprocess.PIPE);"
+        "child.stdout.readline(); print(child.pid, flush=True)"
+    )
+    child = int(run_python(parent).stdout)
+    waiting.wait_for(lambda: has_ended(child))
+
+
+# Limits that a child process sets itself.
+
+
+def run(program: str, *arguments: str) -> "subprocess.CompletedProcess[bytes]":
+    """Run a program that may confine itself."""
+    return run_python("from pftrack.process import confine; import resource, sys, json\n" + program, *arguments)
+
+
+CONFINED = """
+import ctypes, os, socket
+def reached():
+    try: socket.create_connection(('127.0.0.1', int(sys.argv[1])), 5).close()
+    except OSError: return False
+    return True
+def adjusted(): return int(open('/proc/self/oom_score_adj').read())
+resource.setrlimit(resource.RLIMIT_NOFILE, (40, 40))
+before = [reached(), os.getuid(), adjusted()]
+confine(memory_bytes=2**28, cpu_seconds=7, file_bytes=4096, open_files=64)
+alone = os.readlink('/proc/self/ns/net') != os.readlink(f'/proc/{os.getppid()}/ns/net')
+after = [reached(), os.getuid(), adjusted()]
+confine()
+limits = {name: resource.getrlimit(getattr(resource, 'RLIMIT_' + name)) for name in sys.argv[2:]}
+try: bytearray(2**33)
+except MemoryError: print(json.dumps([before, after, alone, adjusted(), limits]))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux alone limits memory, and says which process goes first")
+def test_a_process_confines_itself() -> None:
+    """Memory is counted from what the process has, processor time from what it used; core dumps are off.
+
+    A lower limit of its parent remains. Memory that it does not get is a MemoryError. It reaches nobody, not even on
+    this machine, where the system lets it leave the network. It is ended before others where memory runs out, and
+    confining it twice changes nothing.
+    """
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        done = run(CONFINED, str(server.getsockname()[1]), "AS", "CPU", "FSIZE", "NOFILE", "CORE")
+    (reached, user, score), (reaches, same_user, higher), alone, twice, limits = json.loads(done.stdout)
+    assert 2**28 < limits["AS"][1] < 2**28 + 2**33
+    assert 7 <= limits["CPU"][0] < 15
+    assert [limits[name] for name in ("FSIZE", "NOFILE", "CORE")] == [[4096, 4096], [40, 40], [0, 0]]
+    assert (reached, reaches, same_user) == (True, not alone, user)
+    assert twice == higher == max(score, 500)
+
+
+def test_time_is_up() -> None:
+    """A process that uses up its processor time ends by the signal that says so."""
+    assert run("confine(cpu_seconds=0.2)\nwhile True: pass").returncode == -signal.SIGXCPU
+
+
+FORK = """
+import os, sys, time
+from pathlib import Path
+from pftrack.process import confine
+from pftrack.process.limits import stand_alone
+told, keep = os.pipe()
+secret = open(sys.argv[1])
+child = os.fork()
+if child == 0:
+    confine()
+    stand_alone(keep)
+    open_now = {each.name: os.readlink(each) for each in Path('/proc/self/fd').iterdir() if os.path.exists(each)}
+    print('lost')
+    standing = os.getpid() == os.getsid(0) == os.getpgid(0)
+    os.write(keep, json.dumps([os.getpid(), standing, sorted(map(int, open_now)), keep, open_now['1']]).encode())
+    time.sleep(60)
+print(os.read(told, 10_000).decode())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_a_fork_lets_go_of_its_parent(tmp_path: Path) -> None:
+    """It keeps one descriptor, leads its own group, prints nowhere, and ends when its parent has ended."""
+    (tmp_path / "secret").touch()
+    done = run(FORK, str(tmp_path / "secret"))
+    child, standing, descriptors, keep, output = json.loads(done.stdout)
+    assert (standing, descriptors, output) == (True, [0, 1, 2, keep], "/dev/null")
+    waiting.wait_for(lambda: not Path(f"/proc/{child}").exists())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="groups of processes have a niceness on Linux only")
+def test_a_process_that_gives_way_comes_after_others() -> None:
+    """It is nicer itself, and so is its session by half as much, where the system divides time among sessions."""
+    program = """
+from pathlib import Path
+from pftrack.process import give_way
+import os
+if not os.fork():
+    os.setsid()
+    give_way(19)
+    group = Path("/proc/self/autogroup")
+    print(os.nice(0), group.read_text().split()[-1] if os.access(group, os.W_OK) else 9)
+else:
+    os.wait()
+"""
+    assert run(program).stdout.split() == [b"19", b"9"]
+
+
+# Nothing but `pftrack.process` starts a process.
+
+ROOT = Path(__file__).parents[2]
+STARTERS = re.compile(
+    r"subprocess|multiprocessing|pty|os\.(fork\w*|exec\w+|spawn\w+|posix_spawnp?|system|popen|startfile)"
+    r"|ProcessPoolExecutor|(asyncio\.|\w+\.)?(create_subprocess_\w+|subprocess_(exec|shell))"
+)
+"""Modules and functions of the standard library that make processes."""
+
+
+def starters(text: str) -> Iterator[str]:
+    """What a module imports or calls that makes processes."""
+    for node in ast.walk(ast.parse(text)):
+        match node:
+            case ast.Import(names=names):
+                named = [each.name.split(".")[0] for each in names]
+            case ast.ImportFrom(module=module, names=names):
+                named = [str(module).split(".")[0], *(each.name for each in names)]
+                named += [f"{module}.{each.name}" for each in names]
+            case ast.Attribute(value=ast.Name(id=owner), attr=name):
+                named = [f"{owner}.{name}"]
+            case _:
+                continue
+        yield from (name for name in named if STARTERS.fullmatch(name))
+
+
+def test_nothing_else_starts_a_process() -> None:
+    """Sessions, lessons, tasks, sweeps, studies, compiling and the command line all use `pftrack.process`."""
+    homes = ROOT / "pftrack", ROOT / "server" / "pftrack_server"
+    modules = [path for home in homes for path in home.rglob("*.py") if home / "process" not in path.parents]
+    assert len(modules) > 400
+    known = {name for path in (ROOT / "pftrack" / "process").glob("*.py") for name in starters(path.read_text("utf-8"))}
+    assert {"subprocess", "os.fork"} <= known
+    texts = {str(path): path.read_text(encoding="utf-8") for path in modules}
+    # Only what has one of these words is parsed.
+    able = {name: text for name, text in texts.items() if re.search(r"\bos\b|\bpty\b|process", text, re.IGNORECASE)}
+    assert {name: found for name, text in able.items() if (found := list(starters(text)))} == {}
