@@ -91,11 +91,16 @@ def running(settings: Settings) -> Iterator[Server]:
         server.stop()
 
 
+def post(client: httpx.Client, path: str, **body: Any) -> Any:
+    """Post a body to a path of the interface, and return the answer."""
+    answer = client.post(f"/api/v1/{path}", json=body)
+    assert answer.is_success, answer.text
+    return answer.json()
+
+
 def begin(client: httpx.Client, **body: Any) -> dict[str, Any]:
     """Start a session."""
-    answer = client.post("/api/v1/sessions", json=session_request({"experiment": "ball", "seed": 7, **body}))
-    assert answer.status_code == 201, answer.text
-    return answer.json()
+    return post(client, "sessions", **session_request({"experiment": "ball", "seed": 7, **body}))
 
 
 def steer(client: httpx.Client, session: str, action: str, **more: Any) -> dict[str, Any]:

@@ -10,14 +10,12 @@ import httpx
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from tests.server.host import Server
+from tests.server.host import Server, post
 
 
 def lead(client: httpx.Client, *sessions: str, **wanted: Any) -> dict[str, Any]:
     """Let a class follow these sessions."""
-    answer = client.post("/api/v1/follows", json={"sessions": sessions, **wanted})
-    assert answer.status_code == 201, answer.text
-    return answer.json()
+    return dict(post(client, "follows", sessions=sessions, **wanted))
 
 
 def change(client: httpx.Client, follow: dict[str, Any], **wanted: Any) -> httpx.Response:

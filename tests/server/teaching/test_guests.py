@@ -1,4 +1,4 @@
-"""A class over real sockets, and guests who try more than they may: forged, expired and borrowed links, every route."""
+"""A class over real sockets, and guests that exceed their rights: forged, expired and borrowed links."""
 
 import re
 from contextlib import ExitStack
@@ -8,7 +8,6 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
-from fastapi.routing import APIWebSocketRoute, iter_route_contexts
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
@@ -19,53 +18,35 @@ from pftrack_server.teaching.follows import Follows
 from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.server.sessions.test_duplex import has_changed, hear, until
 from tests.server.teaching.class_room import Follower, change, farewell, follower, lead
-from tests.server.teaching.test_roles import FOLLOWING, LOOKING
 from tests.viewer.host import Peer
 from tests.waiting import wait_for
 
 STREAM = "api/v1/follow/stream"
 Follow: TypeAlias = "dict[str, Any]"
 
-ALLOWED = LOOKING | FOLLOWING | {"GET /"}
+
+def test_a_guest_has_no_other_rights(guarded: Server, session: str, one: Follower) -> None:
+    """A route outside the roles is refused, and without the link the follower's browser has no rights at all."""
+    for method, path in (("GET", "api/v1/sessions"), ("POST", f"api/v1/sessions/{session}/commands"), ("GET", "work")):
+        error_of(one.http.request(method, path), 403)
+        bare = httpx.request(method, f"{guarded.url}/{path}", headers={"cookie": one.cookie}, verify=False)  # noqa: S501
+        error_of(bare, 401)
+    with one.socket("api/v1/sweeps/any/stream") as socket:
+        assert farewell(socket)[0] == 4403
 
 
-def test_a_follower_calls_every_route(guarded: Server, session: str, one: Follower) -> None:
-    """What is not on the list is refused, and without the link the follower's browser is nobody."""
-    contexts = list(iter_route_contexts(guarded.app.routes))
-    sockets = {str(each.path) for each in contexts if isinstance(each.original_route, APIWebSocketRoute)}
-    requests = {f"{method} {each.path}" for each in contexts for method in each.methods or ()}
-    assert len(requests) > 80
-    assert {each for each in ALLOWED if not each.startswith("WS ") and "/static" not in each} < requests
-    for request in sorted(requests - ALLOWED):
-        method, path = request.split(" ")
-        path = path.replace("{session}", session)
-        refused = one.http.request(method, path[1:])
-        assert refused.status_code == 403, request
-        bare = httpx.request(method, f"{guarded.url}{path}", headers={"cookie": one.cookie}, verify=False)  # noqa: S501
-        assert bare.status_code == (200 if path in {"/healthz", "/readyz"} else 401), request
-    assert len(sockets) > 5
-    for path in (path for path in sorted(sockets - {f"/{STREAM}"}) if "{session}" not in path):
-        with one.socket(path[1:]) as socket:
-            assert farewell(socket)[0] == 4403, path
-
-
-@pytest.mark.parametrize(
-    "link", ["", "0000-0000-0000", "..", "%2e%2e", "k7q2-m4xb-9trd/../..", "a" * 3000, "\N{SNOWMAN}"]
-)
+@pytest.mark.parametrize("link", ["", "0000-0000-0000", "%2e%2e", "k7q2-m4xb-9trd/../..", "\N{SNOWMAN}"])
 def test_forged_links(guarded: Server, session: str, link: str) -> None:
-    """They lead nowhere, with a sentence for the page, the program and the socket."""
+    """A forged link leads nowhere, with a sentence for the page and the program."""
     with httpx.Client(base_url=guarded.url, follow_redirects=True, verify=False) as nobody:  # noqa: S501
         for path in ("", "/", f"/api/v1/sessions/{session}"):
             answer = nobody.get(f"/f/{link}{path}")
-            # What a client itself makes of dots leads out of the links, where the token is asked for.
+            # The client resolves dots itself and so leaves the links; there the token is required.
             error_of(answer, 404 if str(answer.request.url).startswith(f"{guarded.url}/f/") else 401)
 
 
 def test_a_link_is_typed(guarded: Server, session: str, follow: Follow) -> None:
-    """Capitals without dashes lead to the page; a socket takes the link as it is printed alone.
-
-    It is closed with a code that a page does not try again after.
-    """
+    """Capitals without dashes lead to the page; a socket with another link is closed with a code for no retry."""
     place = urlsplit(follow["links"][0]["address"]).path
     typed = place.rpartition("/")[2].upper().replace("-", "")
     answer = httpx.get(f"{guarded.url}/f/{typed}", verify=False)  # noqa: S501
@@ -77,10 +58,11 @@ def test_a_link_is_typed(guarded: Server, session: str, follow: Follow) -> None:
 
 
 def test_a_borrowed_seat(guarded: Server, lecturer: httpx.Client, session: str, one: Follower) -> None:
-    """What a browser keeps of one class does not count in another, and a link without it opens the page alone."""
+    """A browser's seat in one class is invalid in another, and a link without a seat opens the page alone."""
     elsewhere = lead(lecturer, session)
+    error_of(one.http.get("api/v1/follow", headers={"cookie": one.cookie.replace(".", ".A")}), 401)
     place = urlsplit(elsewhere["links"][0]["address"]).path
-    for cookie in (one.cookie, "pftrack_seat=made-up", "pftrack_seat=", ""):
+    for cookie in (one.cookie, "pftrack_seat=made-up", ""):
         headers = {"cookie": cookie}
         error_of(httpx.get(f"{guarded.origin}{place}/api/v1/follow", headers=headers, verify=False), 401)  # noqa: S501
         with connect(f"ws{guarded.origin.removeprefix('http')}{place}/{STREAM}", additional_headers=headers) as socket:
@@ -89,7 +71,7 @@ def test_a_borrowed_seat(guarded: Server, lecturer: httpx.Client, session: str, 
 
 
 def test_time_runs_out(lecturer: httpx.Client, follow: Follow, one: Follower) -> None:
-    """Who is there is sent away when the time is over, and the link has ended."""
+    """When the time is over the sockets of followers close, and the link has ended."""
     with one.socket() as stream:
         hear(stream)
         assert change(lecturer, follow, hours=1e-7).status_code == 200
@@ -97,27 +79,21 @@ def test_time_runs_out(lecturer: httpx.Client, follow: Follow, one: Follower) ->
     error_of(one.ask("GET", "follow"), 410)
 
 
-def test_other_sites_pages_and_sockets_without_end(one: Follower) -> None:
-    """A page of another site does nothing in a follower's name.
+def test_limits_of_a_class(guarded: Server, lecturer: httpx.Client, follow: Follow, one: Follower) -> None:
+    """A follower beyond the limit is refused until the lecturer raises it, and may not answer.
 
-    After so many sockets of one browser the next is refused with a sentence; those that there are go on.
+    So is one socket more of a browser than it may have. A page of another site does nothing in a follower's name.
     """
     foreign = {"origin": "http://evil.example"}
     error_of(one.http.put("api/v1/follow/vote", json={"poll": "x", "answer": 0}, headers=foreign), 403)
     with pytest.raises(InvalidStatus), one.socket(origin=Origin("http://evil.example")):
         pass
-    with ExitStack() as held:
+    change(lecturer, follow, most_followers=1)
+    with ExitStack() as held, follower(guarded, follow) as late:
         first, *_ = (held.enter_context(one.socket()) for _ in range(MOST_SOCKETS))
         with one.socket() as more:
             assert farewell(more)[0] == 4429
         assert hear(first)["type"] == "hello"
-
-
-def test_a_full_class(guarded: Server, lecturer: httpx.Client, follow: Follow, one: Follower) -> None:
-    """One more is told that it is full, until the lecturer lets more in; nobody who is not there answers."""
-    change(lecturer, follow, most_followers=1)
-    with one.socket() as stream, follower(guarded, follow) as late:
-        hear(stream)
         with late.socket() as refused:
             assert farewell(refused) == (4429, "The class has its limit of followers, 1. Try again in a while.")
         error_of(late.ask("PUT", "follow/vote", poll="x", answer=0), 403)
@@ -126,8 +102,8 @@ def test_a_full_class(guarded: Server, lecturer: httpx.Client, follow: Follow, o
             assert hear(let_in)["type"] == "hello"
 
 
-def test_what_is_not_followed(lecturer: httpx.Client, session: str, other: str, follow: Follow, one: Follower) -> None:
-    """Where the lecturer goes on to another session, followers of the first are sent on."""
+def test_the_next_session(lecturer: httpx.Client, session: str, other: str, follow: Follow, one: Follower) -> None:
+    """When the lecturer follows another session, the followers' streams of the first are closed."""
     with one.socket() as stream, one.socket(f"api/v1/sessions/{session}/stream") as before:
         hear(stream)
         change(lecturer, follow, sessions=[other], arrangement={"scenes": "over"})
@@ -138,16 +114,15 @@ def test_what_is_not_followed(lecturer: httpx.Client, session: str, other: str, 
         assert one.ask("GET", f"sessions/{other}").status_code == 200
     for wrong in ({"sessions": ["nowhere"]}, {"lesson": "nowhere"}):
         error_of(change(lecturer, follow, **wrong), 404)
-    for wrong in ({"sessions": []}, {"most_followers": 1001}, {"arrangement": {"x": "y" * 20_000}}, {"hours": 25}):
-        error_of(change(lecturer, follow, **wrong), 422)
+    error_of(change(lecturer, follow, sessions=[]), 422)
 
 
 def test_a_fork(
     guarded: Server, lecturer: httpx.Client, session: str, follow: Follow, one: Follower, monkeypatch: Any
 ) -> None:
-    """It begins where the class stands, without what was changed later, and nobody else may touch it.
+    """A fork begins at the class's frame, without later changes, and nobody else may touch it.
 
-    What the lecturer has just changed, the tracker as well, counts from the frame after the one that is shown.
+    The lecturer's last changes, also of the tracker, count from the frame after the shown one.
     """
     monkeypatch.setattr("pftrack_server.teaching.follows.FORKS_SHARE", 0.0)  # one place is left all the same
     steer(lecturer, session, "seek", frame=6)
@@ -192,7 +167,7 @@ def test_a_fork(
 def test_a_copy_that_comes_late(
     guarded: Server, lecturer: httpx.Client, session: str, follow: Follow, one: Follower
 ) -> None:
-    """It ends at once, whether its follower has given it back or its class is over."""
+    """A fork that starts too late ends at once, whether its follower has released it or its class is over."""
     follows, create = guarded.app.state.services[Follows], guarded.manager.create
     found, made = follows.get(follow["id"]), []
     [seat] = one.http.cookies.values()
@@ -212,7 +187,7 @@ def test_a_copy_that_comes_late(
 
 
 def test_a_session_that_is_ended(guarded: Server, lecturer: httpx.Client, other: str) -> None:
-    """Who follows it is told so by its stream; the class lasts, and goes on to another."""
+    """Its followers get the reason by its stream; the class lasts and follows another session."""
     gone = str(begin(lecturer)["id"])
     follow = lead(lecturer, gone, title=None)
     with follower(guarded, follow) as one, one.socket(), one.socket(f"api/v1/sessions/{gone}/stream") as stream:
@@ -241,6 +216,7 @@ def test_a_second_device(
         assert device.put(f"{address}/poll", json={"question": "?", "answers": ["a", "b"]}).status_code == 200
         assert b"<svg" in device.get(f"{address}/qr.svg").content
         error_of(device.get(f"{address}/qr.svg", params={"link": 7}), 404)
+        assert "earlier" in error_of(device.put(f"{address}/poll", json={"kept": "it"}), 403)["message"]
         assert device.patch(address, json={"most_followers": 7}).json()["most_followers"] == 7
         error_of(device.patch(address, json={"sessions": [other]}), 403)
         for path in ("sessions", f"sessions/{other}", "follows", f"follows/{elsewhere['id']}", "runs", "follow"):
@@ -254,7 +230,7 @@ def test_a_second_device(
 
 
 def test_the_scene_only_turns(lecturer: httpx.Client, session: str, follow: Follow, one: Follower) -> None:
-    """The panel beside the class's scene is deaf to a follower; the one of the follower's own session is not."""
+    """A follower's panel changes nothing beside the class's scene, but does in the follower's own session."""
     count = lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"]
     with one.socket() as stream:
         hear(stream)
@@ -270,7 +246,7 @@ def test_the_scene_only_turns(lecturer: httpx.Client, session: str, follow: Foll
 
 
 def test_a_lesson_is_followed(lecturer: httpx.Client, guarded: Server, session: str) -> None:
-    """The figure of the lecturer's page goes to the class; a follower who tries it has one, and gives it back."""
+    """The class gets the figure of the lecturer's page; a follower can take a figure of one's own and release it."""
     lessons = lecturer.get("/api/v1/lessons").json()["lessons"]
     lesson = next(each for each in lessons if each["kind"] == "demonstration")["id"]
     follow = lead(lecturer, lesson=lesson)
@@ -300,7 +276,7 @@ def test_a_lesson_is_followed(lecturer: httpx.Client, guarded: Server, session: 
 
 
 def test_a_server_without_a_token(server: Server, client: httpx.Client) -> None:
-    """By the link one is a follower there as well, and the lecturer is told that nobody else can come."""
+    """The link makes a follower there as well, and a notice warns that no other machine can open it."""
     session = begin(client)
     begun = client.post("/api/v1/follows", json={"sessions": [session["id"]]}).json()
     assert "--host" in begun["notice"]
@@ -310,8 +286,7 @@ def test_a_server_without_a_token(server: Server, client: httpx.Client) -> None:
         error_of(one.ask("POST", f"sessions/{session['id']}/commands", kind="play"), 403)
         error_of(client.get("/api/v1/follow"), 404)
         assert command(client, session["id"], "play").status_code == 200
-    for sessions, status in (([], 422), ([session["id"]] * 2, 422), (["nowhere"], 404)):
-        error_of(client.post("/api/v1/follows", json={"sessions": sessions}), status)
+    error_of(client.post("/api/v1/follows", json={"sessions": ["nowhere"]}), 404)
     client.delete(f"/api/v1/follows/{begun['id']}")
 
 
@@ -319,8 +294,6 @@ def test_a_class_sees(guarded: Server, lecturer: httpx.Client, session: str, fol
     """Followers see the same frame, hear a poll and answer it; the lecturer sees how many."""
     steer(lecturer, session, "seek", frame=0)
     with follower(guarded, follow) as one, follower(guarded, follow) as other:
-        assert one.page.status_code == 200
-        assert f'<base href="{one.place}/">' in one.page.text
         assert f'data-role="follower" data-class="{follow["id"]}"' in one.page.text
         with (
             one.socket() as stream,

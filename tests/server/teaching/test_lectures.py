@@ -1,4 +1,4 @@
-"""Lectures: kept as one text file, taken in as hostile, and told with what is not here by its line."""
+"""Lectures: stored as one text file, read as hostile, and shown with what is missing here by its line."""
 
 import json
 from base64 import urlsafe_b64decode
@@ -10,7 +10,7 @@ import httpx
 from pftrack_server.store.database import LectureRow
 from pftrack_server.teaching.lectures import LARGEST_BYTES, read_lecture, write_lecture
 from pftrack_server.teaching.messages import KINDS
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, error_of, post, steer
 
 FILE = """---
 title: From Bayes to particles
@@ -61,7 +61,7 @@ def fragment(page: str) -> Any:
 
 
 def test_a_file_is_kept_as_it_was_written(start_server: Any) -> None:
-    """What a file says is known, it is given back letter by letter, and a restart loses nothing."""
+    """A file is understood, returned letter by letter, and not lost in a restart."""
     with start_server() as (_, client):
         made = take_in(client, FILE).json()
     with start_server() as (_, client):
@@ -92,7 +92,7 @@ def test_a_file_is_kept_as_it_was_written(start_server: Any) -> None:
 
 
 def test_a_damaged_file_harms_no_other(start_server: Any) -> None:
-    """What is stored and cannot be read is left out of the list, told by its address, and can be deleted."""
+    """An unreadable lecture is left out of the list, reported at its address, and can be deleted."""
     with start_server() as (server, client):
         broken, whole = (take_in(client, FILE).json()["id"] for _ in range(2))
         store = server.app.state.services.store
@@ -113,15 +113,15 @@ def test_the_documentation_shows_a_lecture() -> None:
     assert [example.splitlines()[line - 1][:2] for line in lines] == ["- "] * len(lines)
 
 
-def test_what_is_no_lecture_is_refused(client: httpx.Client) -> None:
-    """Whatever comes is refused in a sentence that names the line."""
+def test_anything_else_is_refused(client: httpx.Client) -> None:
+    """A file that is not a lecture is refused in a sentence that names the line."""
     for text, sentence in HOSTILE.values():
         assert sentence in error_of(take_in(client, text), 422)["message"]
     assert client.get("/api/v1/lectures").json() == []
 
 
-def test_what_is_not_here_is_told(client: httpx.Client) -> None:
-    """An item that another server has stays in the order, with its line and what is wrong; the rest can be shown."""
+def test_missing_items_are_reported(client: httpx.Client) -> None:
+    """An item that is missing here stays in the order, with its line and the reason; the rest can be shown."""
     items = "- lesson: elsewhere\n- failure: none\n- session: {recipe: {experiment: away}}\n- lesson: bayes"
     made = take_in(client, lecture(items)).json()
     *missing, here = made["items"]
@@ -132,7 +132,7 @@ def test_what_is_not_here_is_told(client: httpx.Client) -> None:
 
 
 def test_an_order_of_the_page(client: httpx.Client) -> None:
-    """A page sends items; runs by reference become what makes them, and what is written is read as the same."""
+    """A page sends items; references to runs become recipes, and the written file reads as the same lecture."""
     session = begin(client, frames=20)
     steer(client, session["id"], "seek", frame=4)
     run = client.post("/api/v1/runs", json={"session": session["id"], "title": "= Mine"}).json()
@@ -143,9 +143,7 @@ def test_an_order_of_the_page(client: httpx.Client) -> None:
         {"poll": "No", "answers": ["yes", "- off", "1e5"]},
     ]
     body = {"title": 'A "title": of\u2028mine', "items": items, "notes": "---\n"}
-    answer = client.post("/api/v1/lectures", json=body)
-    assert answer.status_code == 201, answer.text
-    lecture = answer.json()
+    lecture = post(client, "lectures", **body)
     client.delete(f"/api/v1/runs/{run['id']}")
     own, compared, poll = lecture["items"]
     assert own["title"] == "= Mine"
@@ -165,14 +163,3 @@ def test_an_order_of_the_page(client: httpx.Client) -> None:
     assert "it was deleted" in error_of(client.put(address, json={"title": "x", "items": gone}), 404)["message"]
     assert client.get(address).json() == changed
     client.delete(address)
-
-
-def test_only_the_lecturer(client: httpx.Client) -> None:
-    """Neither follower nor the lecturer's second device sees a lecture, whatever the class follows."""
-    follow = client.post("/api/v1/follows", json={"lesson": "bayes"}).json()
-    with httpx.Client(timeout=60, verify=False) as browser:  # noqa: S501
-        for link in (follow["links"][0]["address"], follow["owner_link"]):
-            browser.get(link)
-            for path in ("api/v1/lectures", "lectures", "lectures/it"):
-                assert browser.get(f"{link}/{path}").status_code == 403
-    client.delete(f"/api/v1/follows/{follow['id']}")

@@ -1,4 +1,4 @@
-"""Lessons through the REST interface: what there is, what is shown, what is said of an answer, and what is checked."""
+"""Lessons through the REST interface: the list, figures, verdicts on answers, and checks."""
 
 import asyncio
 import json
@@ -18,7 +18,7 @@ from pftrack.teaching.lessons.lesson import Demonstration, answer_of
 from pftrack.teaching.lessons.library import read_lesson
 from pftrack_server.teaching import functions
 from pftrack_server.teaching.lessons import Lessons
-from tests.server.host import Server, error_of
+from tests.server.host import Server, error_of, post
 from tests.teaching.lessons.test_library import GOOD, choosing
 from tests.waiting import wait_for
 
@@ -26,13 +26,11 @@ URL = "/api/v1/lessons"
 
 
 def figure(client: httpx.Client, lesson: str, **wanted: Any) -> dict[str, Any]:
-    answer = client.post(f"{URL}/{lesson}/figure", json=wanted)
-    assert answer.status_code == 200, answer.text
-    return answer.json()
+    return dict(post(client, f"lessons/{lesson}/figure", **wanted))
 
 
 def answered(client: httpx.Client, lesson: str, answer: object) -> httpx.Response:
-    """What is said of an answer once the run that it is judged by has been computed."""
+    """Return the verdict on an answer once the run behind it has been computed."""
     got: list[httpx.Response] = []
 
     def is_judged() -> bool:
@@ -44,14 +42,14 @@ def answered(client: httpx.Client, lesson: str, answer: object) -> httpx.Respons
 
 
 def checked(client: httpx.Client, lesson: str) -> list[dict[str, Any]]:
-    """The checks of a lesson, once they have been computed."""
+    """Return the checks of a lesson once they have been computed."""
     told = wait_for(lambda: (it := client.get(f"{URL}/{lesson}/checks").json())["done"] == it["total"] and it)
     results: list[dict[str, Any]] = told["results"]
     return results
 
 
 def test_all_lessons_are_listed_in_the_order_of_the_course(client: httpx.Client) -> None:
-    """Those of the course come first; each says what it checks and where its idea is used."""
+    """Lessons of the course come first. Texts are HTML with readable formulas, and each parameter has a control."""
     listed = client.get(URL).json()
     course = [lesson for lesson in listed["lessons"] if lesson["number"]]
     assert [lesson["id"] for lesson in course] == list(LESSONS)
@@ -59,36 +57,33 @@ def test_all_lessons_are_listed_in_the_order_of_the_course(client: httpx.Client)
     assert all(lesson["problem"] is None for lesson in course)
     assert {check["name"] for check in course[0]["checks"]} == {check.name for check in LESSONS["probability"].checks}
     assert listed["problems"] == []
+    for name, lesson in LESSONS.items():
+        shown = client.get(f"{URL}/{name}").json()
+        assert 'class="unread"' not in json.dumps(shown)
+        assert [each["name"] for each in shown["declarations"]] == list(shown["defaults"])
+        assert set(shown["question"]) == {"text", "kind", "unit", "bounds", "choices", "panel", "along"}
+        assert (shown["scenario"] is None) == isinstance(lesson.body, Demonstration)
+        assert all(each is None or each["id"] != name for each in (shown["previous"], shown["next"]))
+    assert shown == client.get(f"{URL}/{lesson.number}").json()
 
 
-@pytest.mark.parametrize("name", LESSONS)
-def test_a_lesson_tells_all_but_its_answer(client: httpx.Client, name: str) -> None:
-    """Texts are HTML, every formula could be read, every parameter has a control, and nothing gives the answer away.
-
-    Before the answer, the figure at the question's values lacks what reveals it; after it, it is the library's.
-    """
-    lesson = LESSONS[name]
-    told = client.get(f"{URL}/{name}").json()
-    assert told == client.get(f"{URL}/{lesson.number}").json()
-    assert 'class="unread"' not in json.dumps(told)
-    assert [each["name"] for each in told["declarations"]] == list(told["defaults"])
-    assert set(told["question"]) == {"text", "kind", "unit", "bounds", "choices", "panel", "along"}
-    assert told["notice"]
-    assert (told["scenario"] is None) == isinstance(lesson.body, Demonstration)
-    assert all(each is None or each["id"] != name for each in (told["previous"], told["next"]))
-    if isinstance(body := lesson.body, Demonstration):
-        veiled, open_ = figure(client, name), figure(client, name, revealed=True)
-        assert (veiled["parameters"], open_["parameters"]) == (told["asked"], told["defaults"])
-        assert not [trace for panel in veiled["figure"]["panels"] for trace in panel["traces"] if trace["reveals"]]
-        shown = body.show(body.parameters, body.seed)
-        assert open_["figure"] == shown.figure.model_dump(mode="json")
-        assert [number["title"] for number in open_["numbers"]] == [number.title for number in shown.numbers]
+def test_a_figure_hides_the_answer_until_it_is_given(client: httpx.Client) -> None:
+    """Before the answer, the figure at the question's values lacks what reveals it; after it, it is the library's."""
+    shown = client.get(f"{URL}/bayes").json()
+    body = LESSONS["bayes"].body
+    assert isinstance(body, Demonstration)
+    veiled, revealed = figure(client, "bayes"), figure(client, "bayes", revealed=True)
+    assert (veiled["parameters"], revealed["parameters"]) == (shown["asked"], shown["defaults"])
+    assert not [trace for panel in veiled["figure"]["panels"] for trace in panel["traces"] if trace["reveals"]]
+    known = body.show(body.parameters, body.seed)
+    assert revealed["figure"] == known.figure.model_dump(mode="json")
+    assert [number["title"] for number in revealed["numbers"]] == [number.title for number in known.numbers]
 
 
 def test_a_slider_and_a_seed_change_what_is_shown(client: httpx.Client) -> None:
-    """The same seed gives the same figure; another one other draws; another value another figure.
+    """The same seed gives the same figure; another seed or value gives another one.
 
-    A refusal names field, bound and value; a handle cannot be dragged further than the bound.
+    A refusal names field, bound and value; a handle cannot be dragged beyond the bound.
     """
     first, again = (figure(client, "probability", revealed=True, parameters={"count": 50}) for _ in range(2))
     assert first["parameters"]["count"] == 50
@@ -122,7 +117,7 @@ def test_answers_are_judged_in_words(client: httpx.Client) -> None:
 
 
 def test_the_answer_of_a_scenario_comes_from_a_whole_run(client: httpx.Client) -> None:
-    """While the run is computed the answer says how far it is; what is not a number is refused before any run."""
+    """The answer comes with the whole run; what is not a number is refused before any run."""
     error_of(client.post(f"{URL}/colour/answer", json={"answer": "never"}), 422)
 
     verdict = answered(client, "colour", 92).json()
@@ -131,19 +126,19 @@ def test_the_answer_of_a_scenario_comes_from_a_whole_run(client: httpx.Client) -
     assert error_of(client.post(f"{URL}/colour/figure", json={}), 422)["message"].startswith("This lesson shows a run")
 
 
-def test_checks_are_computed_once_and_kept(server: Server, client: httpx.Client) -> None:
-    """Each check comes with ours, exact and tolerance; the results lie in the data directory under their content."""
+def test_checks_are_computed_and_stored(server: Server, client: httpx.Client) -> None:
+    """Each check has our value, the exact one and a tolerance; the results are stored in the data directory."""
     results = checked(client, "bayes")
     assert [result["check"] for result in results] == [check.name for check in LESSONS["bayes"].checks]
     for result in results:
         assert result["passed"], result
         assert abs(result["ours"] - result["exact"]) <= result["tolerance"]
     folder = server.app.state.services.settings.data_dir / "lessons-computed"
-    # All is told before it is written.
+    # The answer comes before the file is written.
     wait_for(lambda: any(path.is_file() and b'"results"' in path.read_bytes() for path in folder.rglob("*")))
 
 
-def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Client) -> None:
+def test_an_unknown_lesson_is_refused_with_the_known_ones(client: httpx.Client) -> None:
     """The interface answers 404 with the list, and so does the page, which a number leads to the lesson's name.
 
     A notebook of a demonstration or a run is JSON of Jupyter's format under the lesson's name.
@@ -159,7 +154,7 @@ def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Clien
 
 
 def test_a_worker_that_compiles_gives_signs_of_life(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is not ended as one that takes too long: it tells of a function before and after it is compiled."""
+    """A worker reports a function before and after compiling it, so that it is not ended as too slow."""
     lesson = LESSONS["bayes"]
     assert isinstance(lesson.body, Demonstration)
     show, fresh, told = lesson.body.show, numba.njit(lambda x: x + 1.0), []
@@ -192,11 +187,8 @@ def test_a_slow_figure_keeps_nobody_waiting(server: Server, client: httpx.Client
     server.run(stop())
 
 
-# A lecturer's lesson: a file in the data directory, listed, asked, judged and checked as any other.
-
-
 def test_a_file_in_the_data_directory_is_a_lesson(start_server: Callable[..., Any], tmp_path: Path) -> None:
-    """It is listed beside the course, judged by its run and checked; what is wrong with others is told by line."""
+    """A file is listed beside the course, judged by its run and checked; mistakes in other files name their line."""
     folder = tmp_path / "data" / "lessons"
     folder.mkdir(parents=True)
     endless, broken = GOOD.replace("frames: 12", f"frames: 0x{'f' * 5000}"), GOOD.replace("[tracker,", "[tracer,")
@@ -217,6 +209,6 @@ def test_a_file_in_the_data_directory_is_a_lesson(start_server: Callable[..., An
         (failed,) = checked(client, "nothing")
         assert not failed["passed"]
         assert beyond in failed["problem"]
-        # A file that was mended is another lesson: what was computed of it before does not count.
+        # A corrected file is another lesson: earlier results do not count.
         (folder / "nothing.md").write_text(choosing(1000, 0).replace("my-lesson", "nothing"), encoding="utf-8")
         assert [result["passed"] for result in checked(client, "nothing")] == [True]
