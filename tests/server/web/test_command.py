@@ -1,8 +1,9 @@
-"""The command `serve`: one link, clear sentences, a clean end, and what happens to whole processes."""
+"""The command `serve`: one link, clear sentences, a clean end, and failures of whole processes."""
 
 import html
 import os
 import re
+import resource
 import signal
 import socket
 import sqlite3
@@ -13,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from unittest.mock import Mock
 
 import httpx
 import psutil
@@ -22,9 +23,11 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
+from pftrack_server.app import create_app
 from pftrack_server.core.settings import Settings
 from pftrack_server.store import Store
-from tests.server.command import PATH, Wish, link, refused, serving
+from pftrack_server.web import serving
+from tests.server.command import PATH, link, serve
 from tests.server.host import begin, error_of, steer
 from tests.server.sessions.test_crashes import state
 from tests.server.sweeping import RUNS, begin_sweep, drivers, show, until_some
@@ -44,16 +47,16 @@ SHORT_OF_ROOM = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({M
 
 
 def test_a_life(tmp_path: Path) -> None:
-    """Interrupted, it ends cleanly and leaves nothing behind.
+    """An interrupted server ends cleanly and leaves nothing behind.
 
-    Its link is printed when it can be reached, with the token, and nothing works without that, which no process has in
-    its environment. A file that is longer than its shell allows is refused with the name of the limit, told at the
-    start, too; what strangers ask for is no mistake of the server.
+    It prints its link, with the token, as soon as it can be reached. Nothing works without the token, and no process
+    has it in its environment. The server warns of the shell's limit for files at the start and names it in a refusal.
+    Requests of strangers are not logged as its errors. A second server on the same data cannot start.
     """
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     arguments = f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})"
-    with serving(arguments, SHORT_OF_ROOM, TMPDIR=str(temporary), PFTRACK_TOKEN=TOKEN) as process:
+    with serve(arguments, SHORT_OF_ROOM, TMPDIR=str(temporary), PFTRACK_TOKEN=TOKEN) as process:
         address = link(process)
         assert address.endswith(f"?token={TOKEN}")
         bare = address.partition("?")[0]
@@ -72,6 +75,9 @@ def test_a_life(tmp_path: Path) -> None:
         workers = workers_of(process)
         for each in (psutil.Process(process.pid), *workers):
             assert TOKEN not in each.environ().values()
+        with serve(arguments) as second:
+            assert "in use by another" in second.communicate()[1]
+            assert second.returncode == 1
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 0
         wait_for(lambda: not any(worker.is_running() for worker in workers))
@@ -84,38 +90,35 @@ def test_a_life(tmp_path: Path) -> None:
     assert "another site" in lines[2]  # many refused websockets are one warning that says why
 
 
-def test_the_commands_of_the_start_page(tmp_path: Path) -> None:
-    """Pasted into the shell in which `make serve` runs, they write a filter and serve it, beside the server that runs.
+def test_the_commands_of_the_start_page(client: httpx.Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pasted into the shell in which `make serve` runs, they write a filter and serve it beside the running server.
 
     That shell does not find the program by its name, and its port and data directory are taken.
     """
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
     (tmp_path / ".venv" / "bin" / "pftrack").symlink_to(Path(sys.executable).with_name("pftrack"))
-    shell = {**os.environ, "PATH": os.defpath, "PYTHONPATH": PATH, "PFTRACK_DATA_DIR": str(tmp_path / "data")}
-
-    @contextmanager
-    def started(*arguments: str, **more: str) -> Iterator[subprocess.Popen[str]]:
-        own: dict[str, Any] = {"stdout": subprocess.PIPE, "text": True, "start_new_session": True}
-        with subprocess.Popen(arguments, cwd=tmp_path, env={**shell, **more}, **own) as process:
-            try:
-                yield process
-            finally:
-                os.killpg(process.pid, signal.SIGKILL)
-
-    with started(".venv/bin/pftrack", "serve", "--port", "0") as first:
-        address = link(first)
-        found = re.search('data-commands="([^"]*)"', httpx.get(address).text)
-        assert found
-        with started("sh", "-c", html.unescape(found[1]), PFTRACK_PORT=str(urlsplit(address).port)) as second:
-            own, _, token = link(second).partition("?token=")
+    monkeypatch.setattr(sys, "argv", [".venv/bin/pftrack"])
+    found = re.search('data-commands="([^"]*)"', client.get("/").text)
+    assert found
+    held = Store(Settings(data_dir=tmp_path / "data"))
+    taken = {"PFTRACK_DATA_DIR": str(tmp_path / "data"), "PFTRACK_PORT": str(client.base_url.port)}
+    shell = {**os.environ, "PATH": os.defpath, "PYTHONPATH": PATH, **taken}
+    options: dict[str, Any] = {"cwd": tmp_path, "env": shell, "stdout": subprocess.PIPE, "text": True}
+    with (
+        closing(held),
+        subprocess.Popen(["sh", "-c", html.unescape(found[1])], start_new_session=True, **options) as process,
+    ):
+        try:
+            own, _, token = link(process).partition("?token=")
             served = httpx.get(f"{own}api/v1/filters", headers={"Authorization": f"Bearer {token}"}).json()
-            assert [(each["file"], each["experiment"]) for each in served] == [("my_filter.py", "ball")]
-            assert first.poll() is None
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)
+    assert [(each["file"], each["experiment"]) for each in served] == [("my_filter.py", "ball")]
 
 
 @contextmanager
 def at_rest(processes: list[psutil.Process]) -> Iterator[None]:
-    """Stop processes for as long as the context lasts; who has been ended meanwhile stays so."""
+    """Suspend processes for as long as the context lasts; one that ends meanwhile stays ended."""
     for each in processes:
         with suppress(psutil.NoSuchProcess):  # a short task
             each.suspend()
@@ -126,15 +129,15 @@ def at_rest(processes: list[psutil.Process]) -> Iterator[None]:
 
 
 def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
-    """Sessions outlive a pause of the whole process tree, though it is longer than a worker may be silent.
+    """Sessions outlive a pause of the whole process tree that is longer than a worker may be silent.
 
-    Without the process from which workers are forked the next session begins all the same. When the server itself is
-    killed its sweep and its sessions stop with it, and no process is left behind. The next server shows the sweep as
-    stopped, and the session with all that was noted in it.
+    If the process that forks workers is killed, another one forks the next session. If the server itself is killed, its
+    sweep and sessions end with it, and no process is left. The next server shows the sweep as stopped and the session
+    with its bookmarks.
     """
     first = "import tests.server.sweeping as its; its.functions.compute = its.compute_by_permission"
     arguments = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
-    with serving(arguments, first, PFTRACK_HANG_SECONDS="4") as process:
+    with serve(arguments, first, PFTRACK_HANG_SECONDS="4") as process:
         with httpx.Client(base_url=link(process), timeout=110) as client:
             session = begin(client)["id"]
             steer(client, session, "seek", frame=10)
@@ -168,80 +171,59 @@ def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
         assert 0 < found["done"] < RUNS
 
 
-def database_of(folder: Path) -> Path:
-    """The database of a data directory, empty but for its tables."""
-    Store(Settings(data_dir=folder)).close()
-    return folder / "pftrack.sqlite"
+def database_of(folder: Path, *statements: str, is_ours: bool = True) -> Path:
+    """Return a data directory with an empty database, ours unless told otherwise, after these statements."""
+    if is_ours:
+        Store(Settings(data_dir=folder)).close()
+    folder.mkdir(exist_ok=True)
+    with closing(sqlite3.connect(folder / "pftrack.sqlite")) as database:
+        for statement in statements:
+            database.execute(statement)
+        database.commit()
+    return folder
 
 
-def execute(path: Path, statement: str) -> None:
-    """Carry out a statement behind the server's back."""
-    with sqlite3.connect(path) as database:
-        database.execute(statement)
-    database.close()
-
-
-def databases(below: Path) -> dict[str, Path]:
-    """Folders with a file that is not a database, and with one that is damaged, newer or another program's."""
-    folders = {name: below / name for name in ("none", "damaged", "newer", "older", "foreign")}
-    folders["none"].mkdir()
-    (folders["none"] / "pftrack.sqlite").write_bytes(b"certainly no database" * 100)
-    path = database_of(folders["damaged"])
+def damaged(folder: Path) -> Path:
+    """Return a data directory with a database whose second and third page are damaged."""
+    path = database_of(folder) / "pftrack.sqlite"
     content = bytearray(path.read_bytes())
     content[4096 + 8 : 3 * 4096] = b"\xff" * (2 * 4096 - 8)
     path.write_bytes(content)
-    execute(database_of(folders["newer"]), "PRAGMA user_version = 9999")
-    execute(database_of(folders["older"]), "PRAGMA application_id = 0")
-    execute(folders["older"] / "pftrack.sqlite", "CREATE TABLE alembic_version (version_num)")
-    folders["foreign"].mkdir()
-    execute(folders["foreign"] / "pftrack.sqlite", "CREATE TABLE invoices (number INTEGER)")
-    return folders
+    return folder
 
 
-@pytest.fixture(scope="module")
-def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What each server says that cannot start, and the port that is in use."""
-    below = tmp_path_factory.mktemp("refused")
-    (below / "file").write_text("")
-    held = Store(Settings(data_dir=below / "held"))
-    with closing(held), socket.socket() as taken:
+def test_it_says_why_it_cannot_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line names the port, host, folder, limit or database that is wrong, before anything starts."""
+    (tmp_path / "file").write_text("")
+    (tmp_path / "none").mkdir()
+    (tmp_path / "none" / "pftrack.sqlite").write_bytes(b"certainly not a database" * 100)
+    foreign = database_of(tmp_path / "foreign", "CREATE TABLE invoices (number INTEGER)", is_ours=False)
+    newer = database_of(tmp_path / "newer", "PRAGMA user_version = 9999")
+    older = "PRAGMA application_id = 0", "CREATE TABLE alembic_version (version_num)"
+    monkeypatch.setattr(serving, "_log_to_stderr", lambda: None)
+    monkeypatch.setattr(serving, "signal", Mock())
+    with closing(Store(Settings(data_dir=tmp_path / "held"))), socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        data = f"data_dir=Path({str(below / 'data')!r})"
-        place = f"port=0, {data}"
-        wishes = {
-            "port in use": Wish(f"port={port}, {data}"),
-            "elsewhere": Wish(f"{place}, host='203.0.113.7'"),
-            "held": Wish(f"port=0, data_dir=Path({str(below / 'held')!r})"),
-            "no folder": Wish(f"port=0, data_dir=Path({str(below / 'file')!r})"),
-            "no port": Wish("port=70000", status=2),
-            "few files": Wish(place, "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))"),
-            **{name: Wish(f"port=0, data_dir=Path({str(folder)!r})") for name, folder in databases(below).items()},
-        }
-        return {**dict(zip(wishes, refused(*wishes.values()), strict=True)), "port": str(port)}
-
-
-WORDS = {
-    "elsewhere": ["address"],
-    "no folder": ["--data-dir"],
-    "held": ["in use by another"],
-    "no port": ["port"],
-    "few files": ["200 open files (ulimit -n)", "at least 256"],
-    "none": ["is not a database, or is damaged", "--data-dir"],
-    "damaged": ["is damaged: restore a copy of it"],
-    "newer": ["newer version of pftrack", "9999", "update pftrack"],
-    "older": ["before the first release: move it away"],
-    "foreign": ["belongs to another program, since it has tables invoices"],
-}
-
-
-def test_it_says_why_it_cannot_start(said: dict[str, str]) -> None:
-    """A port in use, an address of another machine, a file in the place of a folder, one that another server has.
-
-    With too few open files it is said what to raise. A file that is not a database, is damaged, or is another version's
-    or program's.
-    """
-    assert f"Port {said['port']} is in use" in said["port in use"]
-    for name, words in WORDS.items():
-        assert [each for each in words if each not in said[name]] == [], name
+        for given, files, words in (
+            ({"port": port}, 8192, [f"Port {port} is in use"]),
+            ({"host": "203.0.113.7"}, 8192, ["address"]),
+            ({"data_dir": tmp_path / "held"}, 8192, ["in use by another"]),
+            ({"data_dir": tmp_path / "file"}, 8192, ["--data-dir"]),
+            ({"port": 70000}, 8192, ["port"]),
+            ({}, 200, ["200 open files (ulimit -n)", "at least 256"]),
+            ({"data_dir": tmp_path / "none"}, 8192, ["is not a database, or is damaged", "--data-dir"]),
+            ({"data_dir": damaged(tmp_path / "damaged")}, 8192, ["is damaged: restore a copy of it"]),
+            ({"data_dir": newer}, 8192, ["newer version of pftrack", "9999", "update pftrack"]),
+            ({"data_dir": database_of(tmp_path / "older", *older)}, 8192, ["before the first release: move it away"]),
+            ({"data_dir": foreign}, 8192, ["belongs to another program, since it has tables invoices"]),
+        ):
+            monkeypatch.setattr(resource, "getrlimit", lambda _, files=files: (files, files))
+            with pytest.raises(SystemExit) as ended:
+                serving.run(create_app, {"port": 0, "data_dir": tmp_path / "data", **given})
+            said = capsys.readouterr().err
+            assert (ended.value.code, said.count("\n")) == (2 if given.get("port") == 70000 else 1, 1), said
+            assert [each for each in words if each not in said] == []
