@@ -1,4 +1,4 @@
-"""What else a session's run might have been, and which noises fit it, asked through the REST interface."""
+"""Explorations of a session's run and fits of its noise, through the REST interface."""
 
 from typing import Any
 
@@ -11,14 +11,12 @@ from pftrack_server.work.explorations import ExplorationJob
 from tests.server.asking import columns, get
 from tests.server.confined import children
 from tests.server.follow_jobs import asked, ended, taken
-from tests.server.host import begin, error_of, steer
+from tests.server.host import begin, error_of, post, steer
 from tests.waiting import wait_for
 
 
 def explore(client: httpx.Client, session: str, **body: Any) -> dict[str, Any]:
-    answer = client.post(f"/api/v1/sessions/{session}/explorations", json=body)
-    assert answer.status_code == 202, answer.text
-    return dict(answer.json())
+    return dict(post(client, f"sessions/{session}/explorations", **body))
 
 
 def lost_session(client: httpx.Client, frames: int = 45) -> str:
@@ -28,39 +26,39 @@ def lost_session(client: httpx.Client, frames: int = 45) -> str:
 
 
 def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) -> None:
-    """A list comes, no change first; the seed of the best change makes a branch that has its target in the end.
+    """The list begins without a change; the seed of the best change makes a branch that has its target in the end.
 
-    The change makes what was found stale and does not drop it; back on its branch it is what it was.
+    The new branch makes the result stale and does not delete it; back on the old branch it is valid again.
     """
     session = lost_session(client, frames=60)
     begun = explore(client, session, kind="what-if", frame=7, seconds=3)
     assert (begun["kind"], begun["name"], begun["error"]) == ("exploration", "what-if", None)
     found = ended(client, begun)
     assert (found["state"], found["stale"]) == ("done", False), found["error"]
-    assert begun.keys() == found.keys() == ExplorationJob.model_fields.keys(), "what it keeps for itself is not told"
+    assert begun.keys() == found.keys() == ExplorationJob.model_fields.keys()
     assert 0 < found["done"] <= found["total"]
-    told = found["result"]
-    assert (told["loss"], told["end"], told["last"], told["findings"][0]["verdict"]) == (7, 37, 59, "baseline")
-    assert told["first_lost_frame"] == columns(client, session)["lost"].index(True)
-    for each in told["findings"]:
+    result = found["result"]
+    assert (result["loss"], result["end"], result["last"], result["findings"][0]["verdict"]) == (7, 37, 59, "baseline")
+    assert result["first_lost_frame"] == columns(client, session)["lost"].index(True)
+    for each in result["findings"]:
         assert each["shares"].startswith(f"{each['holding']} of {each['runs']} hold to frame 37")
         assert each["holding_at_end"] <= each["runs_to_end"] <= each["runs"]
         assert each["runs"] >= 11 or each["verdict"] in {"baseline", "few"}
-    best = told["findings"][1]
-    assert best["share"] >= told["findings"][-1]["share"]
-    made = steer(client, session, "branch", frame=told["begin"], values=best["values"], seed=best["seed"])
+    best = result["findings"][1]
+    assert best["share"] >= result["findings"][-1]["share"]
+    made = steer(client, session, "branch", frame=result["begin"], values=best["values"], seed=best["seed"])
     assert made["branch"] != begun["branch"]
-    steer(client, session, "seek", frame=told["end"])
-    lost = columns(client, session)["lost"][told["end"] - told["judged"] + 1 : told["end"] + 1]
+    steer(client, session, "seek", frame=result["end"])
+    lost = columns(client, session)["lost"][result["end"] - result["judged"] + 1 : result["end"] + 1]
     assert best["holding"] == 0 or not any(lost)
     later = asked(client, found)
-    assert (later["stale"], later["result"]) == (True, told)
+    assert (later["stale"], later["result"]) == (True, result)
     steer(client, session, "activate", branch=found["branch"])
     assert not asked(client, found)["stale"]
 
 
 def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:
-    """What was found of the run as it is stands in its page beside *Why?*, both of one loss; of another it does not."""
+    """The exported page has the result for this run beside *Why?*, both for one loss, and none for another run."""
     session = lost_session(client)
     steer(client, session, "restart", seed=0)
     steer(client, session, "seek", frame=20)
@@ -74,29 +72,19 @@ def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) ->
 
 
 def test_other_seeds_are_those_of_the_library(client: httpx.Client) -> None:
-    """The bands are those of an ensemble in Python, for the settings that are in force now."""
-    session = lost_session(client, 30)
+    """The bands are those of the library's ensemble for the present settings."""
+    session = lost_session(client, 21)
     found = ended(client, explore(client, session, kind="ensemble"))
     seed = get(client, session)["recipe"]["seed"]
-    expected = ensemble(pftrack.run("ball", frames=30, seed=seed, occlusion_width_px=100))
-    told = found["result"]
-    assert (told["runs"], told["frames"], told["computed"]) == (40, 30, [40] * 30)
-    np.testing.assert_array_equal(told["holding"], expected.holding)
-    np.testing.assert_array_equal(told["middle"], expected.quantiles[1])
-
-
-def test_a_run_that_holds_is_told_so(client: httpx.Client) -> None:
-    """The refusal is a sentence, and comes when the run has been looked at."""
-    session = begin(client, frames=20)["id"]
-    found = ended(client, explore(client, session, kind="what-if"))
-    assert (found["state"], found["error"]) == ("failed", "The run has not lost its target so far")
+    expected = ensemble(pftrack.run("ball", frames=21, seed=seed, occlusion_width_px=100))
+    result = found["result"]
+    assert (result["runs"], result["frames"], result["computed"]) == (40, 21, [40] * 21)
+    np.testing.assert_array_equal(result["holding"], expected.holding)
+    np.testing.assert_array_equal(result["middle"], expected.quantiles[1])
 
 
 def test_a_session_asks_a_few_questions_at_a_time_and_ends_with_them(client: httpx.Client) -> None:
-    """The fourth is refused with a sentence that says how many there may be.
-
-    Their processes are gone long before their time is over, since nobody can ask for what they find.
-    """
+    """The fourth question is refused with the limit. With the session the processes of its questions end."""
     session, before = lost_session(client), set(children())
     begun = [explore(client, session, kind="what-if", seconds=300) for _ in range(3)]
     refused = client.post(f"/api/v1/sessions/{session}/explorations", json={"kind": "ensemble"})
@@ -116,19 +104,19 @@ def fitted(client: httpx.Client, session: dict[str, Any], *numbers: str) -> dict
 
 
 def test_a_fit_says_what_the_library_says(client: httpx.Client) -> None:
-    """To the bit, of the frames that were computed; which numbers there are, the session tells by tracker."""
+    """The fit to the computed frames is the library's to the bit; the session lists the numbers of each tracker."""
     session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG, seed=3)
     assert session["fittable"]["kalman"] == ["process_noise_sd", "assumed_noise_sd"]
     steer(client, session["id"], "seek", frame=80)
-    told = fitted(client, session, "assumed_noise_sd")
+    found = fitted(client, session, "assumed_noise_sd")
     run = pftrack.run("sine", tracker="kalman", seed=3, frames=81, **WRONG)
-    assert told["state"] == "done"
-    assert told["result"] == pftrack.fit(run, ["assumed_noise_sd"]).as_dict()
-    assert told["done"] <= told["total"]
+    assert found["state"] == "done"
+    assert found["result"] == pftrack.fit(run, ["assumed_noise_sd"]).as_dict()
+    assert found["done"] <= found["total"]
 
 
-def test_what_cannot_be_fitted_is_told(client: httpx.Client) -> None:
-    """A short run and a number that is none say why; a fit that was cancelled is gone."""
+def test_impossible_fits(client: httpx.Client) -> None:
+    """A short run and an unknown number are refused with the reason; a cancelled fit is deleted."""
     session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG)
     assert "at least 41 frames" in fitted(client, session, "assumed_noise_sd")["error"]
     assert "Kalman filter has no number 'sample_count'" in fitted(client, session, "sample_count")["error"]

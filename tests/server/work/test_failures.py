@@ -3,19 +3,21 @@
 from pathlib import Path
 
 import httpx
-import pytest
 
 from pftrack.analysis.failures import gallery
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.jobs.functions import FailureResult, run_with_and_without_cure
 from pftrack_server.jobs.results import DiskCache, ExperimentResults
 from tests.apart import run
-from tests.server.host import Server
+from tests.server.host import Server, error_of
 from tests.session_requests import session_request
 
 
 def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
-    """Each has number, kind, diagnosis and cure in words, and two recipes of one seed to be started as they are."""
+    """Each failure has two recipes of one seed, which start as they are, and their difference in words.
+
+    An unknown failure is refused with the number of those that exist.
+    """
     listed = client.get("/api/v1/failures").json()
     assert [(it["number"], it["id"]) for it in listed] == [(it.number, it.failure.id) for it in gallery(EXPERIMENTS)]
     for it in listed:
@@ -27,20 +29,19 @@ def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
     started = client.post("/api/v1/sessions", json=session_request(body))
     assert started.status_code == 201, started.text
     assert started.json()["frames"] == listed[3]["failing"]["frames"]
-
-
-def test_a_failure_says_what_its_cure_changes(client: httpx.Client) -> None:
-    """Only what differs is listed, in the words of the experiment: a parameter, or the tracker."""
     by_name, by_number = (client.get(f"/api/v1/failures/{name}").json() for name in ("overconfident-weights", 4))
     assert by_name["differences"] == [{"title": "Sharpness lambda", "unit": "", "failing": 200, "cured": 20}]
     tracker = {"title": "Tracker", "unit": "", "failing": "Guided diffusion", "cured": "Condensation"}
     assert (by_number["id"], by_number["differences"]) == ("wrong-dynamics", [tracker])
+    for path in ("11", "look-alike", "0/course"):
+        message = error_of(client.get(f"/api/v1/failures/{path}"), 404)["message"]
+        assert "It may belong to an experiment that is not installed; there are 10" in message
 
 
-def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Server) -> None:
-    """The course has an error and a verdict for each frame of both runs, and what shows the failure in them.
+def test_the_course_of_a_failure_is_computed_once(client: httpx.Client, server: Server) -> None:
+    """The course has errors and verdicts of both runs, and the measured signs of the failure.
 
-    It is computed once: another start of the server has it from the disk.
+    It is computed once: the server reads it from disk after a restart.
     """
     course = client.get("/api/v1/failures/4/course").json()
     failing, cured = course["failing"], course["cured"]
@@ -66,8 +67,8 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
     assert FailureResult.model_validate(kept).model_dump(mode="json") == course
 
 
-def test_what_another_program_has_computed_is_forgotten(tmp_path: Path) -> None:
-    """Results are read as they were written; those of another version, and what is damaged, are not there."""
+def test_results_of_another_version_are_deleted(tmp_path: Path) -> None:
+    """Results are read as they were written; damaged ones and those of another version are not found."""
     kept = DiskCache(tmp_path)
     kept.write("one", {"value": 1.5})
     kept.write("two", {})
@@ -78,12 +79,3 @@ def test_what_another_program_has_computed_is_forgotten(tmp_path: Path) -> None:
     assert kept.read("one") == {"value": 1.5}
     assert kept.read("two") is kept.read("three") is None
     assert list(tmp_path.iterdir()) == [folder]
-
-
-@pytest.mark.parametrize("name", ["11", "0", "look-alike", "-1", "%20"])
-def test_an_unknown_failure_is_told_in_words(client: httpx.Client, name: str) -> None:
-    """What is not there is answered with 404, what was asked for, and how many there are."""
-    for path in (name, f"{name}/course"):
-        answer = client.get(f"/api/v1/failures/{path}")
-        assert answer.status_code == 404
-        assert "It may belong to an experiment that is not installed; there are 10" in answer.json()["error"]["message"]

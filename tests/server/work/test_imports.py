@@ -1,4 +1,4 @@
-"""Runs that were saved elsewhere and take long to compute: they tell how far they are, and can be cancelled."""
+"""Imports of saved runs that take long to compute: they report their progress, and can be cancelled."""
 
 import json
 import zipfile
@@ -40,32 +40,10 @@ def send(client: httpx.Client, content: bytes) -> dict[str, Any]:
     return answer.json()
 
 
-def test_it_tells_how_far_it_is(client: httpx.Client, heavy: bytes) -> None:
-    """An import tells how many frames of how many are computed, and is a saved run in the end."""
-    begun = send(client, heavy)
-    assert (begun["kind"], begun["state"], begun["name"], begun["result"]) == ("import", "working", "heavy.pft", None)
-    assert begun in client.get("/api/v1/jobs").json() or asked(client, begun)["done"] > begun["done"]
-    seen: set[int] = set()
-
-    def arrived() -> bool:
-        now = asked(client, begun)
-        seen.add(now["done"])
-        assert now["total"] in {0, FRAMES}
-        return bool(now["state"] == "done")
-
-    wait_for(arrived, 60)
-    assert len(seen) > 3
-    run = client.get(f"/api/v1/runs/{asked(client, begun)['result']['id']}").json()
-    assert run["summary"]["reproduced"]
-    assert client.delete(f"/api/v1/jobs/{begun['id']}").status_code == 204
-    error_of(client.get(f"/api/v1/jobs/{begun['id']}"), 404)
-    client.delete(f"/api/v1/runs/{run['id']}")
-
-
 def test_it_can_be_cancelled(server: Server, client: httpx.Client, heavy: bytes) -> None:
     """A cancelled import ends its process and leaves nothing.
 
-    While as many are brought in as may be the server is ready, and one more waits for its turn.
+    While all places for imports are taken the server is ready, and another import waits for its turn.
     """
     saved = client.get("/api/v1/runs").json()
     begun = send(client, heavy)
@@ -89,27 +67,42 @@ def test_it_can_be_cancelled(server: Server, client: httpx.Client, heavy: bytes)
 def test_it_goes_on_while_somebody_asks(
     server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An import that nobody asks for any more is dropped, and says so to later questions; one asked for arrives."""
+    """An import reports its progress, and is a saved run in the end; one that nobody asks for is dropped."""
     monkeypatch.setattr("pftrack_server.jobs.jobs.LOOK_S", 0.5)
     monkeypatch.setattr("pftrack_server.jobs.jobs.MOST_LOOKS", 2)
     saved = client.get("/api/v1/runs").json()
     jobs: Any = server.app.state.services.house.jobs
     left, wanted = send(client, heavy)["id"], send(client, heavy)
-    wait_for(lambda: asked(client, wanted)["total"] and jobs._all[left].task.done(), 30)
+    assert (wanted["kind"], wanted["state"], wanted["name"], wanted["result"]) == (
+        "import",
+        "working",
+        "heavy.pft",
+        None,
+    )
+    seen: set[int] = set()
+
+    def arrived() -> bool:
+        now = asked(client, wanted)
+        seen.add(now["done"])
+        assert now["total"] in {0, FRAMES}
+        return bool(now["state"] == "done" and jobs._all[left].task.done())
+
+    wait_for(arrived, 60)
+    assert len(seen) > 3
     dropped = client.get(f"/api/v1/jobs/{left}").json()
     assert (dropped["state"], dropped["result"]) == ("failed", None)
     assert "Nobody asked for this import for 1 s" in dropped["error"]
-    wait_for(lambda: asked(client, wanted)["state"] == "done", 60)
-    arrived = asked(client, wanted)["result"]["id"]
-    assert [run["id"] for run in client.get("/api/v1/runs").json()] == [arrived, *(run["id"] for run in saved)]
+    run = client.get(f"/api/v1/runs/{asked(client, wanted)['result']['id']}").json()
+    assert run["summary"]["reproduced"]
+    assert [each["id"] for each in client.get("/api/v1/runs").json()] == [run["id"], *(each["id"] for each in saved)]
     assert not list(Path(server.app.state.services.store.files.incoming).iterdir())
-    client.delete(f"/api/v1/runs/{arrived}")
+    client.delete(f"/api/v1/runs/{run['id']}")
 
 
-def test_why_it_failed_can_be_asked(
+def test_a_failed_import_keeps_its_reason(
     server: Server, client: httpx.Client, heavy: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What cannot be computed here says why, for a while; a file that is not a run is refused at once."""
+    """The reason of a failed import can be read for a while; a file that is not a run is refused at once."""
     error_of(send_run(client, b"no run"), 422)
     with zipfile.ZipFile(BytesIO(heavy)) as archive:
         raw = json.loads(archive.read("run.json"))

@@ -1,4 +1,4 @@
-"""Runs: saved, downloaded, brought in elsewhere and opened again, to the same numbers."""
+"""Runs: saved, downloaded, imported elsewhere and opened again, with the same numbers."""
 
 import json
 import zipfile
@@ -13,20 +13,16 @@ from pftrack.experiments import find
 from pftrack.runs.reproduction import load
 from pftrack_server.work.runs import outcome
 from tests.server.follow_jobs import bring_in, import_refusal, send_run
-from tests.server.host import Server, begin, change_values, error_of, steer
+from tests.server.host import Server, begin, change_values, error_of, post, steer
 from tests.server.uploads.test_uploads import send, video
 
 
 def save(client: httpx.Client, session: str, **more: Any) -> dict[str, Any]:
-    answer = client.post("/api/v1/runs", json={"session": session, **more})
-    assert answer.status_code == 201, answer.text
-    return answer.json()
+    return dict(post(client, "runs", session=session, **more))
 
 
 def opened(client: httpx.Client, run: str) -> dict[str, Any]:
-    answer = client.post(f"/api/v1/runs/{run}/open")
-    assert answer.status_code == 201, answer.text
-    return answer.json()
+    return dict(post(client, f"runs/{run}/open"))
 
 
 def made(client: httpx.Client) -> dict[str, Any]:
@@ -44,17 +40,20 @@ def estimates(client: httpx.Client, session: str) -> list[list[float]]:
     return client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]["estimate"]
 
 
-def test_a_run_that_is_judged_by_its_end_says_so() -> None:
-    """The share is of the frames that the measure looks at, not of all."""
+def test_the_outcome_of_a_run_that_is_judged_by_its_end() -> None:
+    """The share is over the frames that the measure uses, not over all."""
     for experiment, last in (("linkage", 6), ("histogram", 10)):
         name = find(experiment).simulate().success
-        told = {"experiment": experiment, "frames": 120, "labelled_frames": 120, "success": True}
-        said = outcome({**told, "success_measure": name, name: 1.0})
+        row = {"experiment": experiment, "frames": 120, "labelled_frames": 120, "success": True}
+        said = outcome({**row, "success_measure": name, name: 1.0})
         assert said == f"100 % held in the last {last} frames, 120 frames in all"
 
 
-def test_saved_and_listed(client: httpx.Client) -> None:
-    """A saved run is listed with what came of it, a picture and its date."""
+def test_saved_listed_and_opened(client: httpx.Client, tmp_path: Path) -> None:
+    """A saved run is listed with its outcome, a picture and its date, and opens with its bookmarks.
+
+    Downloaded it replays in the library. Imported elsewhere it is computed once in a confined process, and opens.
+    """
     run = made(client)
     assert run["title"] == "My run"
     assert (run["frames"], run["tracker"], run["seed"]) == (40, "apf", 7)
@@ -65,28 +64,18 @@ def test_saved_and_listed(client: httpx.Client) -> None:
     assert picture.content.startswith(b"\x89PNG")
     assert picture.headers["cache-control"] == "private, max-age=86400"
     assert client.get(f"/api/v1/runs/{run['id']}").headers["cache-control"] == "private, no-cache"
-    for path in (run["thumbnail"], f"/api/v1/runs/{run['id']}/download"):
-        head, whole = client.head(path), client.get(path)
+    download = client.get(f"/api/v1/runs/{run['id']}/download")
+    assert download.headers["content-disposition"].endswith('.pft"')
+    for whole in (picture, download):
+        head = client.head(whole.url)
         assert (head.status_code, head.content) == (200, b"")
         assert head.headers["content-length"] == str(len(whole.content))
-    assert client.delete(f"/api/v1/runs/{run['id']}").status_code == 204
-    for path in ("", "/download", "/thumbnail.png"):
-        error_of(client.get(f"/api/v1/runs/{run['id']}{path}"), 404)
 
-
-def test_the_same_numbers_wherever_it_is_opened(client: httpx.Client, tmp_path: Path) -> None:
-    """A saved run opens where it was saved, with its bookmarks; downloaded it replays in the library.
-
-    Brought in elsewhere it is computed once in a confined process, listed, and opens.
-    """
-    run = made(client)
     expected = run["summary"]["estimates_sha256"]
     session = opened(client, run["id"])
     assert (session["position"], session["computed"], session["tracker"]) == (30, 39, "apf")
     assert session["bookmarks"][0]["note"] == "here"
     assert save(client, session["id"])["summary"]["estimates_sha256"] == expected
-    download = client.get(f"/api/v1/runs/{run['id']}/download")
-    assert download.headers["content-disposition"].endswith('.pft"')
     path = tmp_path / "run.pft"
     path.write_bytes(download.content)
     replayed = load(path)
@@ -96,6 +85,9 @@ def test_the_same_numbers_wherever_it_is_opened(client: httpx.Client, tmp_path: 
     assert (brought["title"], brought["summary"]["reproduced"]) == ("from a friend", True)
     assert brought["summary"]["estimates_sha256"] == expected
     opened(client, brought["id"])
+    assert client.delete(f"/api/v1/runs/{run['id']}").status_code == 204
+    for end in ("", "/download", "/thumbnail.png"):
+        error_of(client.get(f"/api/v1/runs/{run['id']}{end}"), 404)
 
 
 def a_run(**recipe: Any) -> bytes:
@@ -118,12 +110,10 @@ def a_run(**recipe: Any) -> bytes:
         (a_run(timeline=[{"frame": 0, "values": {"base64": "eHg="}}]), "base64"),
     ],
 )
-def test_what_is_no_run_or_none_that_a_page_could_show(
-    server: Server, client: httpx.Client, content: bytes, words: str
-) -> None:
-    """It is refused with a sentence, and nothing of it is kept.
+def test_other_files_are_refused(server: Server, client: httpx.Client, content: bytes, words: str) -> None:
+    """A file that is not a run, or has a value that no page could show, is refused, and nothing of it is stored.
 
-    Browsers would round the seed; no value of a record is taken for the bytes of an answer, whatever it is called.
+    Browsers would round the seed; no value of a record is taken for the bytes of an answer.
     """
     files = server.app.state.services.store.files
     before = len(list(files.runs.iterdir()))
@@ -132,14 +122,8 @@ def test_what_is_no_run_or_none_that_a_page_could_show(
     assert list(files.incoming.iterdir()) == []
 
 
-def test_too_large(start_server: Any) -> None:
-    """A record that is too large is refused."""
-    with start_server(max_record_bytes=1000) as (_, client):
-        error_of(send_run(client, b"x" * 2000), 413)
-
-
 def test_a_run_on_a_video(client: httpx.Client) -> None:
-    """A run on a video opens on the upload with the same content, and says so when it is not there."""
+    """A run on a video opens on the upload with the same content, and is refused if that is missing."""
     clip = video(20)
     upload = send(client, ("ball.mp4", clip)).json()
     session = begin(client, upload=upload["id"], box=[10, 20, 10, 10], start=1)
@@ -162,11 +146,13 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
 
 
 def test_runs_outlive_the_server(start_server: Any) -> None:
-    """Saved runs and uploads are there after a restart of the server."""
+    """Saved runs and uploads are there after a restart of the server; too large a file is refused."""
     with start_server() as (_, client):
-        run = made(client)
+        session = begin(client, frames=5)
+        run = save(client, session["id"])
         upload = send(client, ("ball.mp4", video(5))).json()
-    with start_server() as (_, client):
+    with start_server(max_record_bytes=1000) as (_, client):
         assert client.get("/api/v1/runs").json() == [run]
         assert client.get("/api/v1/uploads").json() == [upload]
         opened(client, run["id"])
+        error_of(send_run(client, b"x" * 2000), 413)
