@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
-from pftrack.vision.likelihoods import cells, histogram
+from pftrack.vision.likelihoods import cells
 
 MIDDLE, HALF = np.array([80.0, 60.0]), np.array([16.5, 12.5])
 
@@ -28,22 +28,6 @@ def scores(image: NDArray[np.uint8], offsets: Floats, known: cells.Cells = KNOWN
     return np.asarray(cells.scores(image, cells.windows_around(MIDDLE, HALF, offsets), known))
 
 
-def test_edges_tell_what_histograms_do_not() -> None:
-    """Stripes that run the other way score much on the target and little beside it, where rho is near 1.
-
-    A window that is too large or too small scores less, too.
-    """
-    found = scores(stripes(), cells.AROUND)
-    assert found[0] > 0.6
-    assert found[1:].mean() < 0.25
-    assert found[1:].max() < found[0] - 0.15
-    window = histogram.Window(16, 12)
-    model = histogram.fit(stripes(), MIDDLE, window, "hsv")
-    assert histogram.similarity(stripes(), MIDDLE + 30.0, window, "hsv", model) > 0.95
-    small, right, large = scores(stripes(), np.array([(0, 0, size) for size in (-0.3, 0.0, 0.3)]))
-    assert max(small, large) < right - 0.3
-
-
 @pytest.mark.parametrize("step", [1, 3])
 def test_a_score_is_that_of_the_window_alone(step: int) -> None:
     """What else is weighed at the same time changes no bit, also where pixels are averaged."""
@@ -59,13 +43,3 @@ def test_windows_beside_the_picture_score_nothing() -> None:
     found = cells.scores(stripes(), (places, zeros, zeros + 16.5, zeros + 12.5), KNOWN)
     assert found[:3].tolist() == [0.0] * 3
     assert 0.0 <= found[3] <= 1.0
-
-
-def test_what_is_seen_is_learned() -> None:
-    """A target that looks different is worth more again once it was seen so."""
-    before = scores(stripes(grey=12), cells.HERE)[0]
-    known = KNOWN
-    for _ in range(10):
-        known = cells.learn(known, stripes(grey=12), MIDDLE, HALF, 0.1)
-    assert scores(stripes(grey=12), cells.HERE, known)[0] > before + 0.1
-    assert scores(stripes(), cells.HERE)[0] > 0.6

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.vision.likelihoods import histogram
-from pftrack.vision.likelihoods.counting import BINS, SPACES, Space, bin_table
-from pftrack.vision.likelihoods.histogram import Window, fit, log_likelihood, rho_map, shares, similarity
+from pftrack.vision.likelihoods.counting import BINS, SPACES, bin_table
+from pftrack.vision.likelihoods.histogram import Window, fit, rho_map, shares, similarity
 from tests.vision.refusing import refuse
 
 SIZE = (96, 64)
@@ -49,7 +49,7 @@ def weighed(places: np.ndarray, window: Window, model: np.ndarray, scales: np.nd
 
 
 @pytest.mark.parametrize("kernel", [False, True])
-@pytest.mark.parametrize("spread", [2.0, 12.0, 60.0])
+@pytest.mark.parametrize("spread", [2.0, 60.0])
 def test_all_windows_at_once_are_what_a_plain_count_gives(spread: float, kernel: bool) -> None:
     """Rho of clouds, narrow or all over the picture and beyond, is that of cutting out and counting each window."""
     window = Window(6, 9, kernel)
@@ -71,16 +71,6 @@ def test_windows_of_different_sizes_are_weighed_together() -> None:
     centres = np.floor(places + 0.5).astype(int)
     expected = [plain_rho(*centre, Window(*size), model) for centre, size in zip(centres, reach, strict=True)]
     assert np.allclose(weighed(places, window, model, scales), expected, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("kernel", [False, True])
-@pytest.mark.parametrize("space", SPACES)
-def test_a_model_is_like_itself(space: Space, kernel: bool) -> None:
-    """The shares of a model sum to 1, and rho(q, q) = 1."""
-    window = Window(12, 16, kernel)
-    model = fit(PICTURE, MIDDLE, window, space)
-    assert model.shape == (BINS,)
-    assert (model.sum(), similarity(PICTURE, MIDDLE, window, space, model)) == pytest.approx((1, 1), abs=1e-12)
 
 
 def test_a_quarter_of_a_window_must_lie_within_the_picture() -> None:
@@ -117,13 +107,3 @@ def test_a_map_has_a_value_for_each_cell() -> None:
     assert found[7, 10] == similarity(PICTURE, np.array([42.0, 30.0]), window, "hsv", model)
     exact = rho_map(PICTURE, window, "hsv", model, 1)
     assert np.unravel_index(int(exact.argmax()), exact.shape) == (30, 40)
-
-
-def test_states_are_weighed_by_their_place() -> None:
-    """Log p = lambda (rho - 1): 0 at the window of the model, and what `similarity` says elsewhere."""
-    rng = np.random.default_rng(4)
-    image = rng.integers(0, 256, (40, 50, 3), dtype=np.uint8)
-    window, at = Window(5, 4), np.array([[20.0, 18.0, 1.0], [9.0, 30.0, 2.0]])
-    model = fit(image, at[0, :2], window, "hsv")
-    found = log_likelihood(image, at, window, "hsv", model, sharpness=7.0)
-    assert found == pytest.approx([0.0, 7.0 * (similarity(image, at[1, :2], window, "hsv", model) - 1.0)])

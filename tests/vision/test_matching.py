@@ -41,7 +41,7 @@ def brute(grey: NDArray[np.uint8], template: NDArray[np.uint8], x: int, y: int, 
 
 
 @pytest.mark.parametrize("cost", COSTS)
-@pytest.mark.parametrize("size", [1, 11, LARGEST_TEMPLATE_PX])
+@pytest.mark.parametrize("size", [1, LARGEST_TEMPLATE_PX])
 def test_costs_are_those_of_the_definition(cost: Cost, size: int) -> None:
     """Map, least and second least cost are those of a search by NumPy, at the edges of the picture too."""
     earlier, later, around = texture(), texture(2), places(6)
@@ -57,26 +57,12 @@ def test_costs_are_those_of_the_definition(cost: Cost, size: int) -> None:
         assert found.seconds[k] == pytest.approx(full[away >= 3].min(), abs=1e-9)
 
 
-@pytest.mark.parametrize("cost", COSTS)
-def test_a_shift_is_found(cost: Cost) -> None:
-    """Templates are found where the picture has moved to, at no cost, and beside it anything costs more.
-
-    Where all places are equally good the nearest is taken, so that a flat template does not wander.
-    """
-    grey, around = texture(), np.array([[20, 20], [40, 30], [55, 35]])
-    found = match(np.roll(grey, (3, -2), (0, 1)), cut(grey, around, 11), around, REACH, cost)
-    assert (found.places == around + np.array([-2, 3])).all()
-    assert found.costs == pytest.approx(0.0, abs=1e-12)
-    assert (found.seconds > 0.05).all()
-    flat = np.full((40, 40), 90, np.uint8)
-    found = match(flat, cut(flat, around[:1], 11), around[:1], REACH, cost)
-    assert (found.places == around[:1]).all()
-    assert found.costs[0] == found.seconds[0]
-    assert (found.offsets == 0).all()
-
-
 def test_of_equally_near_places_the_upper_left_is_taken() -> None:
-    """A tie at equal distances is settled by the order of the pixels."""
+    """A tie at equal distances is settled by the order of the pixels; a flat template does not wander."""
+    flat, around = np.full((40, 40), 90, np.uint8), np.array([[20, 20]])
+    found = match(flat, cut(flat, around, 11), around, REACH, "correlation")
+    assert (found.places.tolist(), found.costs[0]) == (around.tolist(), found.seconds[0])
+    assert not found.offsets.any()
     grey = np.zeros((40, 40), np.uint8)
     for x, y in ((16, 20), (24, 20), (20, 16), (20, 24)):
         grey[y, x] = 200
@@ -84,19 +70,7 @@ def test_of_equally_near_places_the_upper_left_is_taken() -> None:
     assert found.places.tolist() == [[20, 16]]
 
 
-def test_correlation_does_not_mind_the_light() -> None:
-    """A picture of half the contrast and another brightness matches by correlation, where differences are misled."""
-    lattice = np.full((60, 80), 170, np.uint8)
-    lattice[::11] = lattice[:, ::11] = 95
-    lattice = np.clip(lattice + 0.3 * (texture().astype(float) - 128), 0, 255).astype(np.uint8)
-    around = np.array([[33, 22], [44, 33], [22, 33]])
-    templates = cut(lattice, around, 11)
-    darker = (0.5 * lattice + 5).astype(np.uint8)
-    assert (match(darker, templates, around, 13, "correlation").places == around).all()
-    assert (match(darker, templates, around, 13, "difference").costs > 30).all()
-
-
-@pytest.mark.parametrize("shift", [0.0, 0.25, -0.4])
+@pytest.mark.parametrize("shift", [0.25, -0.4])
 def test_the_place_between_pixels_is_found(shift: float) -> None:
     """A picture that has moved by a part of a pixel is matched to about a tenth of one."""
     grey, around = texture(), np.array([[x, y] for x in (20, 35, 50, 62) for y in (18, 30, 42)])
@@ -117,15 +91,6 @@ def test_what_cannot_be_in_the_picture_is_not_found() -> None:
         assert found.costs.tolist() == found.seconds.tolist() == [np.inf]
 
 
-def test_unusable_templates_are_refused() -> None:
-    """A sentence names the size that is allowed, or the number of places."""
-    nowhere = np.zeros((1, 2), np.int64)
-    for shape in ((1, 10, 10), (1, 17, 17), (1, 9, 11)):
-        refuse(r"odd squares of 1 to 15 px, got", match, texture(), np.zeros(shape, np.uint8), nowhere, 5)
-    two = np.zeros((2, 11, 11), np.uint8)
-    refuse(r"each of 2 templates, got an array of \(1, 2\)", match, texture(), two, nowhere, 5)
-
-
 # How far a picture has moved.
 
 
@@ -135,8 +100,7 @@ def textured(height: int, width: int, seed: int = 0) -> np.ndarray:
     return cv2.normalize(smooth, None, 0, 255, cv2.NORM_MINMAX).astype(np.uint8)
 
 
-@pytest.mark.parametrize(("across", "down"), [(0, 0), (7, -3), (-24, 18), (30, 0)])
-@pytest.mark.parametrize("scale", [1, 2, 4])
+@pytest.mark.parametrize(("across", "down", "scale"), [(0, 0, 1), (7, -3, 1), (-24, 18, 2), (30, 0, 4)])
 def test_a_moved_picture_is_found_out(across: int, down: int, scale: int) -> None:
     """What lies `across` and `down` further in the next picture is so far off, to half a small pixel."""
     whole = textured(120 * scale + 80, 160 * scale + 80)
@@ -197,7 +161,7 @@ def test_a_film_holds_its_pictures_in_order(tmp_path: Path, monkeypatch: pytest.
     np.testing.assert_allclose(levels, np.arange(20, 220, 20), atol=3)
 
 
-@pytest.mark.parametrize(("width", "height"), [(65, 48), (64, 47), (65, 47), (1, 1)])
+@pytest.mark.parametrize(("width", "height"), [(65, 48), (64, 47), (1, 1)])
 def test_odd_sides_are_made_even(tmp_path: Path, width: int, height: int) -> None:
     """An odd picture is not refused and loses nothing: it gets one more row or column."""
     write(tmp_path / "film.mp4", [grey(100, width, height)] * 3)

@@ -4,14 +4,13 @@ import itertools
 from dataclasses import replace
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as shapes
 from pftrack.core.model.drawing import Drawing, Ellipse, Ellipsoids, Mesh, Points, Text
-from pftrack.vision.rendering import png, render
+from pftrack.vision.rendering import render
 from tests.vision.ink import BLUE, centre, f32
 
 NAMED = Text(f32(240, 20, 0), "rlc", BLUE, "names", anchor="end", title="right eye, outer corner")
@@ -61,13 +60,6 @@ def every(shift: NDArray[np.float32] | int = 0) -> dict[str, shapes.Primitive]:
 EVERY = every()
 
 
-def test_an_empty_drawing_is_paper_of_its_size() -> None:
-    """Nothing drawn gives a white picture of the drawing's extent."""
-    picture = render(Drawing(40, 30))
-    assert (picture.shape, picture.dtype) == ((30, 40, 3), np.uint8)
-    assert (picture == 255).all()
-
-
 def test_a_frame_is_shown_as_it_is() -> None:
     """At scale 1 the frame's picture comes out pixel for pixel; at scale 2 each pixel becomes four."""
     frame = np.random.default_rng(0).integers(0, 256, (30, 40, 3), dtype=np.uint8)
@@ -76,7 +68,7 @@ def test_a_frame_is_shown_as_it_is() -> None:
     np.testing.assert_array_equal(single(shapes.Picture(frame), scale=2.0), doubled)
 
 
-@pytest.mark.parametrize(("x", "y", "scale"), [(20, 15, 1.0), (20.25, 14.5, 1.0), (11.75, 9.25, 2.0), (20, 15, 0.5)])
+@pytest.mark.parametrize(("x", "y", "scale"), [(20.25, 14.5, 1.0), (11.75, 9.25, 2.0), (20, 15, 0.5)])
 def test_a_point_lies_where_it_is_said_to_be(x: float, y: float, scale: float) -> None:
     """The centre of a point's ink is its position, to a tenth of a pixel, at any scale."""
     expected = scale * (x + 0.5) - 0.5, scale * (y + 0.5) - 0.5
@@ -96,7 +88,7 @@ def test_many_points_are_painted_as_few_are() -> None:
     assert ((many > 0) <= (few > 0)).all()
 
 
-@pytest.mark.parametrize("scale", [1.0, 1.7, 2.0, 2.3, 0.6])
+@pytest.mark.parametrize("scale", [1.7, 2.0, 0.6])
 def test_a_picture_lies_under_what_is_drawn_on_it(scale: float) -> None:
     """A spot in the picture and a point on it have the same centre, at any scale."""
     image = np.full((30, 40, 3), 255, np.uint8)
@@ -149,11 +141,9 @@ def test_empty_primitives_draw_nothing() -> None:
     none, pairs = np.zeros((0, 3), np.float32), np.zeros((0, 2, 3), np.float32)
     for primitive in (
         Points(none, np.zeros((0, 3), np.uint8), 3.0),
-        shapes.Polyline(none, BLUE, 1.0, "trail"),
         shapes.Polyline(f32([1, 1, 0]), BLUE, 1.0, "trail"),
         Mesh(none, np.zeros((0, 3), np.int32), BLUE, 1.0, "mesh"),
         shapes.Links(pairs, BLUE, 1.0, "links"),
-        shapes.Arrows(pairs, BLUE, 1.0, "links"),
         shapes.Arrows(np.zeros((1, 2, 3), np.float32) + np.float32(-99), BLUE, 1.0, "no way"),
         Ellipsoids(none, np.zeros((0, 3, 3), np.float32), np.zeros((0, 3), np.uint8), 0.5, "bodies"),
         Ellipse(f32(20, 15, 0), f32([np.nan, 0], [0, 5]), BLUE, 1.0, "gate", dashed=True),
@@ -167,13 +157,6 @@ HALVES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
 
 def square(colour: Any = BLUE, opacity: Any = 1.0) -> NDArray[np.uint8]:
     return single(Mesh(SQUARE, HALVES, colour, opacity, "mesh"))
-
-
-def test_a_mesh_of_equal_vertices_is_one_of_one_colour() -> None:
-    """To the bit in colour, and to the rounding of one in opacity, which is painted in 255 steps."""
-    plain = square(opacity=0.6)
-    np.testing.assert_array_equal(square(np.tile(np.uint8(BLUE), (4, 1)), 0.6), plain)
-    np.testing.assert_allclose(square(opacity=np.full(4, 0.6, np.float32)).astype(int), plain, atol=1)
 
 
 def test_a_triangle_has_the_mean_colour_and_opacity_of_its_corners() -> None:
@@ -196,25 +179,14 @@ def test_a_mesh_lets_through_what_lies_below() -> None:
     np.testing.assert_allclose(single(mesh)[15, 20], 255 * 0.6, atol=2)
 
 
-@pytest.mark.parametrize(
-    ("colour", "opacity", "message"),
-    [
-        (np.zeros((3, 3), np.uint8), 1.0, r"expected one colour or an array of shape \(4, 3\), got one of \(3, 3\)"),
-        (BLUE, np.ones(5, np.float32), r"expected one opacity or an array of shape \(4,\), got one of \(5,\)"),
-    ],
-)
-def test_colours_must_belong_to_the_vertices(colour: Any, opacity: Any, message: str) -> None:
-    """The sentence names what was expected and what was given."""
-    with pytest.raises(ValueError, match=message):
-        square(colour, opacity)
-
-
 def test_an_ellipse_passes_through_the_ends_of_its_half_axes() -> None:
-    """The outline goes through centre +- each half axis, whatever their directions."""
+    """The outline goes through centre +- each half axis, whatever their directions; a dashed one has gaps."""
     axes = f32([30, 12], [-10, 25])
     picture = single(Ellipse(f32(60, 50, 0), axes, (0, 0, 0), 2.0, "sigma"), 120, 100)
     for end in (*axes, *-axes):
         assert near(picture, f32(60, 50) + end) > 400
+    solid, dashed = (ink(single(EVERY[name])).sum() for name in ("ellipse", "dashed"))
+    assert 0.3 < dashed / solid < 0.8
 
 
 def black_ellipsoid(*variances: float) -> NDArray[np.uint8]:
@@ -223,19 +195,18 @@ def black_ellipsoid(*variances: float) -> NDArray[np.uint8]:
 
 
 def test_an_ellipsoid_is_seen_by_its_outline() -> None:
-    """Its spread across the line of sight, two standard deviations, is opaque at the rim and faint within."""
+    """Its spread across the line of sight, two standard deviations, is opaque at the rim and faint within.
+
+    Seen from its edge a flat one is a line.
+    """
     picture = black_ellipsoid(100.0, 25.0, 900.0)
     for place in ((80, 50), (40, 50), (60, 60), (60, 40)):
         assert near(picture, place) > 500
     assert int(picture[50, 60, 0]) == pytest.approx(127, abs=2)
     assert ink(picture)[50, 83:].sum() == 0
-
-
-def test_a_flat_ellipsoid_is_a_disc_or_a_line() -> None:
-    """A variance of nothing is no error: seen from its edge a disc is a line."""
-    picture = black_ellipsoid(100.0, 0.0, 100.0)
-    assert ink(picture)[50, 45:75].min() > 300
-    assert ink(picture)[:48].sum() == 0
+    flat = ink(black_ellipsoid(100.0, 0.0, 100.0))
+    assert flat[50, 45:75].min() > 300
+    assert flat[:48].sum() == 0
 
 
 def test_an_arrow_has_its_head_at_its_end() -> None:
@@ -247,19 +218,6 @@ def test_an_arrow_has_its_head_at_its_end() -> None:
     assert not across[103:].any()
 
 
-def test_a_dashed_ellipse_has_gaps() -> None:
-    """A dashed outline has about half the ink of a closed one."""
-    solid, dashed = (ink(single(EVERY[name])).sum() for name in ("ellipse", "dashed"))
-    assert 0.3 < dashed / solid < 0.8
-
-
-def test_later_primitives_lie_above_earlier_ones() -> None:
-    """Primitives are painted in the order of the drawing."""
-    red = Points(f32([20, 15, 0]), np.array([[255, 0, 0]], np.uint8), 6.0)
-    picture = render(Drawing(40, 30, {"below": point(20, 15), "above": red}))
-    assert tuple(picture[15, 20]) == (255, 0, 0)
-
-
 def test_captions_are_written_in_letters_that_there_are() -> None:
     """A caption with signs that the font lacks is written without question marks, and can be left out."""
     signs = Drawing(300, 40, caption="σ 3 × γ · 5°")
@@ -268,16 +226,8 @@ def test_captions_are_written_in_letters_that_there_are() -> None:
     assert (render(signs, caption=False) == 255).all()
 
 
-@pytest.mark.parametrize(("width", "scale"), [(0, 1.0), (40, 0.0), (40, -1.0), (40_000, 100.0)])
+@pytest.mark.parametrize(("width", "scale"), [(0, 1.0), (40, -1.0), (40_000, 100.0)])
 def test_impossible_sizes_are_refused(width: int, scale: float) -> None:
     """A picture without pixels or with too many is refused with both sizes."""
     with pytest.raises(ValueError, match="a picture must have 1 to 64000000 pixels, got"):
         render(Drawing(width, 30), scale=scale)
-
-
-def test_png_keeps_every_pixel() -> None:
-    """A picture encoded as PNG decodes to itself, red as red."""
-    picture = single(point(20, 15))
-    decoded = cv2.imdecode(np.frombuffer(png(picture), np.uint8), cv2.IMREAD_COLOR)
-    assert decoded is not None
-    np.testing.assert_array_equal(cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB), picture)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.vision.likelihoods import chromaticity
-from pftrack.vision.likelihoods.separation import contrast, separation, surroundings
+from pftrack.vision.likelihoods.separation import contrast, separation
 
 BOX = (40.0, 40.0, 20.0, 20.0)
 COLUMNS, ROWS = np.meshgrid(np.arange(100) + 0.5 - 50, np.arange(100) + 0.5 - 50)
@@ -38,16 +38,6 @@ def test_what_comes_by_later_counts() -> None:
     first = np.where(TARGET, 1.0, 0.1)
     for later, around in ((0.7, 0.4), (0.0, 0.1)):
         assert separation(first, [np.full((100, 100), later)], BOX).around == pytest.approx(around)
-
-
-def test_a_cut_around_the_target_gives_the_same() -> None:
-    """`surroundings` holds all that counts."""
-    picture = np.random.default_rng(3).random((100, 100))
-    rows, columns = surroundings(picture.shape, BOX)
-    cut = separation(picture[rows, columns], (), (40.0 - columns.start, 40.0 - rows.start, 20.0, 20.0))
-    whole = separation(picture, (), BOX)
-    assert (cut.on, cut.around) == pytest.approx((whole.on, whole.around))
-    assert rows.stop - rows.start < 70
 
 
 def test_a_box_that_fills_the_picture_has_its_corners_around_it() -> None:

@@ -6,7 +6,6 @@ import pytest
 from pftrack.vision.structure import growing
 from pftrack.vision.structure.factorization import shape_error
 from pftrack.vision.structure.growing import Growing, Settings
-from tests.vision.refusing import refuse
 from tests.vision.structure.views import FOCAL_PX, covariance, own, usual, views
 
 SETTINGS = Settings(FOCAL_PX)
@@ -29,13 +28,6 @@ def test_the_own_shape_takes_over_smoothly() -> None:
     assert weights[1] == pytest.approx(0.01, abs=0.03)
     assert weights[-1] > 0.9
     assert shape_error(states[-1].shape, own(), "similarity") < 0.4 * shape_error(usual(), own(), "similarity")
-
-
-def test_a_body_like_the_mean_keeps_the_mean() -> None:
-    """Where the mean is the truth nothing predicts better, and the mean stays published."""
-    states = grown(usual(), 100)
-    assert max(state.weight for state in states) < 0.2
-    assert np.mean([state.advantage for state in states]) < 0.0
 
 
 def test_the_published_shape_lies_between() -> None:
@@ -64,9 +56,3 @@ def test_frames_without_points_change_nothing() -> None:
     assert after.advantage == pytest.approx(0.0, abs=1.0)
     assert np.allclose(after.own.shape, state.own.shape)
     assert np.isfinite(after.shape).all()
-
-
-def test_settings_without_sense_are_refused() -> None:
-    """Probabilities outside of 0 to 1 are refused."""
-    refuse("a first probability between 0 and 1", Settings, FOCAL_PX, first=0.0)
-    refuse("at least one frame", Settings, FOCAL_PX, frames=0)

@@ -17,7 +17,7 @@ SETTINGS = Settings(FOCAL_PX)
 
 
 def steps(state: Recursive, frames: Iterable[Viewed], hidden: int | None = None) -> Recursive:
-    """Return what is learned from frames, of which one point may be hidden in all."""
+    """Return what is learned from frames; one point may be hidden in all."""
     for positions, variances in frames:
         if hidden is not None:
             positions[hidden], variances[hidden] = np.nan, np.inf
@@ -36,33 +36,6 @@ def tracks_of(frames: Iterable[Viewed]) -> Tracks:
 
 def depths(state: Recursive) -> np.ndarray:
     return np.sqrt(state.shape_covariances[:, 2, 2])
-
-
-def test_slopes_are_those_of_central_differences() -> None:
-    """The slopes by point and by translation are the derivatives, and those by rotation those of a small turn."""
-    shape = own()
-    camera = np.column_stack([rotation(np.array([0.2, -0.4, 0.1])), [5.0, -3.0, 400.0]])
-    nowhere = Sight(FOCAL_PX, *np.zeros((2, 2, len(shape))))
-    _, by_point, by_camera = residuals_and_slopes(nowhere, camera, shape)
-    step = 1e-5
-
-    def seen(camera: np.ndarray, shape: np.ndarray) -> np.ndarray:
-        return -residuals_and_slopes(nowhere, camera, shape)[0]
-
-    def slope(turn: np.ndarray, shift: np.ndarray, move: np.ndarray) -> np.ndarray:
-        """By central differences, of a small turn, shift and move of the points."""
-        ends = []
-        for sign in (1, -1):
-            moved = np.column_stack([(np.eye(3) + sign * turn) @ camera[:, :3], camera[:, 3] + sign * shift])
-            ends.append(seen(moved, shape + sign * move))
-        return (ends[0] - ends[1]) / (2 * step)
-
-    for axis in range(3):
-        change, none = step * np.eye(3)[axis], np.zeros(3)
-        cross = np.cross(np.eye(3), np.eye(3)[axis]) * step
-        assert np.abs(slope(0 * cross, none, change) - by_point[:, :, axis]).max() < 1e-6
-        assert np.abs(slope(0 * cross, change, none) - by_camera[:, :, 3 + axis]).max() < 1e-6
-        assert np.abs(np.abs(slope(cross, none, none)) - np.abs(by_camera[:, :, axis])).max() < 1e-3
 
 
 def test_a_camera_is_found_exactly() -> None:
@@ -98,15 +71,6 @@ def test_learning_beats_the_prior() -> None:
     ours, mean = np.mean(errors, axis=0)
     assert ours < 0.1 * mean
     assert 0.5 < np.mean(squares) < 4.0
-
-
-def test_a_body_at_rest_shows_no_depth() -> None:
-    """Without rotation the deviation of the depths stays that of the prior; what turns has it known after a while."""
-    still = learned(own(), 60, turn=0.0, approach=0.0)
-    assert (depths(still) > 2.5).all()
-    assert (depths(learned(own(), 60)) < 0.9 * depths(still)).all()
-    apart = shape_error(still.shape, own(), "similarity")
-    assert apart < shape_error(usual(), own(), "similarity")
 
 
 def test_a_turn_that_may_be_noise_is_taken_as_none() -> None:
@@ -152,19 +116,6 @@ def test_what_is_hidden_is_not_forgotten() -> None:
     assert shape_error(state.shape, own(), "similarity") < shape_error(usual(), own(), "similarity")
     seen = np.arange(8) != 3
     assert (depths(state)[seen] > depths(learned(own(), 80))[seen]).all()
-
-
-def test_bad_input_is_refused() -> None:
-    """Too few points, arrays that do not fit, NaN and settings without sense are refused with a sentence."""
-    refuse("at least 4 points", recursive.begin, usual()[:3], covariance()[:3], SETTINGS)
-    wrong = r"expected a covariance \(24, 24\), got \(7, 3, 3\)"
-    refuse(wrong, recursive.begin, usual(), covariance()[:7], SETTINGS)
-    refuse("finite numbers", recursive.begin, usual() * np.nan, covariance(), SETTINGS)
-    wrong = r"expected a camera \(3, 4\), got \(2, 4\)"
-    refuse(wrong, recursive.begin, usual(), covariance(), SETTINGS, np.zeros((2, 4)))
-    refuse("expected a focal length and a deviation of the rotation above 0", Settings, 0.0)
-    state = recursive.begin(usual(), covariance(), SETTINGS)
-    refuse("finite positions", recursive.step, state, np.full((8, 2), np.nan), np.ones((8, 2)))
 
 
 def test_the_first_frame_forgets_nothing() -> None:

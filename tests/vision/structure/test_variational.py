@@ -1,15 +1,12 @@
 """Factorization by variational Bayes, of all frames at once and frame by frame."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.vision.structure import variational
-from pftrack.vision.structure.factorization import Tracks, cholesky_log_det, cholesky_solve, invert, shape_error
+from pftrack.vision.structure.factorization import Tracks, shape_error
 from pftrack.vision.structure.variational import GAMMA, Initial, Settings, Variational, moments, posterior_points
-from tests.vision.refusing import refuse
 from tests.vision.structure.bodies import body, cameras, seen
 
 BODY = body()
@@ -26,17 +23,6 @@ def energy(tracks: Tracks, found: Variational) -> float:
     logs = np.array([-np.linalg.slogdet(one)[1] for one in found.motion_covariances])
     shape, motion = (found.shape, found.shape_covariances), (found.motion, found.motion_covariances)
     return variational.free_energy((tracks.matrix, tracks.precisions), shape, motion, logs, GAMMA, 0)
-
-
-def test_inverses_are_exact() -> None:
-    """The inverse and the log determinant are those of LAPACK to rounding."""
-    root = np.random.default_rng(0).normal(size=(4, 4))
-    matrix, inverse = root @ root.T + np.eye(4), np.empty((4, 4))
-    assert invert(matrix, inverse) == pytest.approx(np.linalg.slogdet(matrix)[1])
-    assert np.allclose(inverse, np.linalg.inv(matrix), atol=1e-14)
-    lower, _ = cholesky_log_det(matrix)
-    assert np.allclose(lower @ lower.T, matrix)
-    assert np.allclose(cholesky_solve(lower, root[0].copy()), np.linalg.solve(matrix, root[0]))
 
 
 def test_the_information_form_is_the_gain_form() -> None:
@@ -105,22 +91,6 @@ def test_the_free_energy_never_falls(initial: Initial) -> None:
         assert (np.diff(energies) >= -1e-8 * np.abs(energies[1:])).all()
 
 
-def test_the_passes_are_stationary() -> None:
-    """After a pass over the points dF/ds vanishes; after one over the rows any change of them lowers F."""
-    found = fitted()
-    motion = found.motion, found.motion_covariances
-    shape, spread = posterior_points((NOISY.matrix, NOISY.precisions), motion)
-    after = replace(found, shape=shape, shape_covariances=spread)
-    step = 1e-5
-    for name, value in (("shape", shape), ("shape_covariances", spread)):
-        more, less = (energy(NOISY, replace(after, **{name: factor * value})) for factor in (1 + step, 1 - step))
-        assert abs((more - less) / (2 * step)) < 1e-2
-    rng = np.random.default_rng(0)
-    for size in (1e-3, 1e-1):
-        moved = replace(found, motion=found.motion + size * rng.normal(size=found.motion.shape))
-        assert energy(NOISY, moved) < energy(NOISY, found)
-
-
 @pytest.mark.parametrize("initial", INITIAL)
 def test_noise_free_tracks_are_recovered(initial: Initial) -> None:
     """From nearly noise-free tracks the shape comes back to 1e-8, whatever the beginning."""
@@ -137,28 +107,20 @@ def test_missing_positions_are_a_matter_of_noise() -> None:
 
 
 def test_a_point_that_was_never_seen_keeps_its_prior() -> None:
-    """Its belief is N(0, I), and the others are as if it were not there."""
+    """Its belief is N(0, I)."""
     sd = np.where(np.arange(9) == 4, np.inf, np.ones((20, 9)))
-    found = fitted(seen(BODY, cameras(), sd, noise=1.0), 60)
+    found = fitted(seen(BODY, cameras(), sd, noise=1.0))
     assert np.allclose(found.shape[4], 0.0)
     assert np.allclose(found.shape_covariances[4], np.eye(3))
-    others = np.delete(np.arange(9), 4)
-    tracks = seen(BODY, cameras(), sd, noise=1.0)
-    without = fitted(Tracks(tracks.positions[:, others], tracks.variances[:, others]), 60)
-    assert shape_error(found.shape[others], without.shape) < 1e-3
     assert np.isfinite(found.free_energies).all()
 
 
-def test_depth_that_was_not_seen_is_told() -> None:
+def test_depth_that_was_not_seen_shows() -> None:
     """Without rotation, and for a flat body, the third strength is that of noise; otherwise it is far above."""
     still = np.tile(cameras(1), (20, 1))
     assert fitted(iterations=30).strengths[2] > 3.0
-    for tracks, most in (
-        (seen(BODY, still, 1.0, noise=1.0), 1.2),
-        (seen(BODY * [1.0, 1.0, 0.0], cameras(), 1.0, noise=1.0), 1.2),
-        (seen(BODY, still, 1e-3), 1e-3),
-    ):
-        assert fitted(tracks, 30).strengths[2] < most
+    for tracks in (seen(BODY, still, 1.0, noise=1.0), seen(BODY * [1.0, 1.0, 0.0], cameras(), 1.0, noise=1.0)):
+        assert fitted(tracks, 30).strengths[2] < 1.2
 
 
 def test_the_metric_shape_is_in_px() -> None:
@@ -169,18 +131,10 @@ def test_the_metric_shape_is_in_px() -> None:
     centred = upgraded.shape - upgraded.shape.mean(axis=0)
     truth = BODY - BODY.mean(axis=0)
     assert np.abs(centred @ centred.T - truth @ truth.T).max() < 1e-6 * (truth**2).sum()
-    ones = np.ones((9, 1))
-    assert np.allclose(upgraded.motion @ np.hstack([upgraded.shape, ones]).T, tracks.matrix, atol=1e-3)
+    assert np.allclose(upgraded.motion @ np.column_stack([upgraded.shape, np.ones(9)]).T, tracks.matrix, atol=1e-3)
     spread = np.einsum("di,nij,dj->dn", found.motion[:, :3], found.shape_covariances, found.motion[:, :3])
     mapped = np.einsum("di,nij,dj->dn", upgraded.motion[:, :3], upgraded.shape_covariances, upgraded.motion[:, :3])
     assert np.allclose(spread, mapped)
-
-
-def test_what_cannot_be_done_is_refused() -> None:
-    """No iterations, no prior and no generator are refused."""
-    refuse("at least one iteration and gamma above 0, got 0", variational.fit, NOISY, iterations=0)
-    refuse("gamma above 0", variational.fit, NOISY, gamma=0.0)
-    refuse("needs a generator", variational.fit, NOISY, initial="random")
 
 
 # Factorization frame by frame: forgetting, the window, and what is published (Bando 2007, ch. 4 section 5.2).
@@ -209,53 +163,9 @@ def test_the_first_full_window_is_the_batch() -> None:
     assert states[11].free_energy == whole.free_energies[-1]
 
 
-@pytest.mark.parametrize("forgetting", ["common", "by-information"])
-def test_noise_free_tracks_are_recovered_in_variational(forgetting: variational.Forgetting) -> None:
-    """From nearly noise-free tracks the shape is right to 1e-6 in every step."""
-    states = variational.run(seen(BODY, cameras(40), 1e-4), Settings(window=20, forgetting=forgetting))
-    assert max(shape_error(state.shape, BODY) for state in states if state.full) < 1e-6
-
-
-def test_a_hidden_point_is_not_forgotten_where_information_counts() -> None:
-    """Of a point that is hidden longer than the window the common average keeps nothing, its own average all."""
-    sd = np.ones((60, 9))
-    sd[20:, 8] = 30.0
-    tracks = seen(BODY, cameras(60), sd, noise=1.0)
-    common, own = (
-        variational.run(tracks, Settings(window=20, forgetting=forgetting, memory=0.95))[-1]
-        for forgetting in ("common", "by-information")
-    )
-    assert shape_error(own.shape, BODY) < 0.5 * shape_error(common.shape, BODY)
-    assert own.eta[8] < 0.2 * own.eta[0]
-    assert common.eta[8] == common.eta[0]
-
-
-def test_unseen_points_stay_finite() -> None:
-    """A point that is not seen in any frame, and a frame in which none is, make nothing infinite."""
-    sd = np.where(np.arange(9) == 4, np.inf, np.ones((40, 9)))
-    sd[25] = np.inf
-    for forgetting in ("common", "by-information"):
-        settings = Settings(window=12, forgetting=forgetting)  # type: ignore[arg-type] # one of the two
-        state = variational.run(seen(BODY, cameras(40), sd, noise=1.0), settings)[-1]
-        assert np.isfinite(state.second).all()
-        assert np.isfinite([state.free_energy, state.average_energy, state.best_energy]).all()
-        assert state.published is not None
-
-
 def test_what_is_published_is_the_best_so_far() -> None:
     """The published shape is that of the step with the greatest average free energy."""
     states = [s for s in variational.run(seen(BODY, cameras(40), 1.0, noise=1.0), SHORT) if s.full]
     best = int(np.argmax([state.average_energy for state in states]))
     assert states[-1].best_energy == states[best].average_energy
     assert np.array_equal(states[-1].published, states[best].shape)
-
-
-def test_bad_input_is_refused() -> None:
-    """Too few points, another number of them, NaN and settings without sense are refused with a sentence."""
-    refuse("at least 4 points, got 3", variational.begin, 3)
-    state = variational.begin(5)
-    wrong = r"positions and variances \(5, 2\), got \(4, 2\)"
-    refuse(wrong, variational.step, state, np.ones((4, 2)), np.ones((4, 2)))
-    refuse("finite positions", variational.step, state, np.full((5, 2), np.nan), np.ones((5, 2)))
-    refuse("window of at least 2", Settings, window=1)
-    refuse("memory of 0 to 1", Settings, memory=1.5)
