@@ -70,19 +70,6 @@ def test_features_are_projected_with_their_past() -> None:
     assert np.array_equal(projection.variances, projection.covariances[:, :, 0, 0])
 
 
-@pytest.mark.parametrize("estimator", ["extended", "particle"])
-def test_the_pose_follows_the_camera(estimator: str) -> None:
-    """After the features have turned slowly by known angles, the pose is theirs within two degrees."""
-    layer = AffineLayer(POINTS, CAMERA, estimator=estimator)
-    belief = layer.begin()
-    for t in range(1, 40):
-        positions = affine_projection(turned([0.01 * t, -0.01 * t, 0.005 * t]), POINTS)
-        belief = layer.update(layer.predict(belief), positions, np.full((9, 2), 0.25), rng(t))
-    pose = layer.pose(belief)
-    assert np.allclose(pose.mean, [0.39, -0.39, 0.195], atol=np.deg2rad(2.0))
-    assert (np.linalg.eigvalsh(pose.covariance) > 0).all()
-
-
 def test_particles_of_the_pose_begin_at_the_belief() -> None:
     """An object whose pose was estimated otherwise before has its first particles where that was."""
     theta = np.array([0.3, -0.2, 0.1])
@@ -117,22 +104,6 @@ def test_the_extended_filter_is_the_one_of_the_library() -> None:
     ours = affine.extended_step(prior, seen, NOISE, REFERENCE, SD)
     assert np.allclose(ours.mean, exact.mean, atol=1e-8)
     assert np.allclose(ours.covariance, exact.covariance, atol=1e-8)
-
-
-def test_angles_may_walk_together() -> None:
-    """A learned covariance takes the place of the step of each angle, by both filters; a diagonal one is the same."""
-    prior, seen = Gaussian(np.array([0.1, -0.2, 0.05]), 1e-3 * np.eye(3)), measured(np.array([0.12, -0.22, 0.04]))
-    alone = affine.extended_step(prior, seen, NOISE, REFERENCE, SD)
-    same = affine.extended_step(prior, seen, NOISE, REFERENCE, 99.0, SD**2 * np.eye(3))
-    assert np.allclose(same.mean, alone.mean, atol=1e-12)
-    walk = SD**2 * np.array([[1, 0.9, 0], [0.9, 1, 0], [0, 0, 0.1]])
-    exact = affine.extended_step(prior, seen, NOISE, REFERENCE, 99.0, walk)
-    by_hand = affine.extended_step(Gaussian(prior.mean, prior.covariance + walk), seen, NOISE, REFERENCE, 0.0)
-    assert np.array_equal(exact.mean, by_hand.mean)
-    particles = prior.sample(rng(), 200_000)
-    ours, _ = affine.particle(particles, seen, NOISE, REFERENCE, 99.0, rng(), 1000, walk)
-    assert np.allclose(ours.mean, exact.mean, atol=np.deg2rad(0.1))
-    assert np.allclose(ours.standard_deviations, exact.standard_deviations, rtol=0.1)
 
 
 @pytest.mark.parametrize("camera", [np.zeros((2, 3)), np.array([[5.0, 0, 0], [5.0, 0, 0]])])

@@ -7,8 +7,6 @@ from hypothesis import strategies as st
 
 from pftrack.filters.beam import Beam, backtrack, select_best
 
-NONE = np.full(0, -1)
-
 
 def near(first: float, second: float) -> bool:
     """Numbers that differ by less than 1 are one."""
@@ -58,7 +56,7 @@ def test_backtracking_follows_the_parents() -> None:
 def test_a_beam_of_nothing_is_refused() -> None:
     """A beam has a member at least, and so has what it is made of."""
     with pytest.raises(ValueError, match="at least one"):
-        Beam((), np.zeros(0), NONE)
+        Beam((), np.zeros(0), np.full(0, -1))
     for members, width in ((0, 4), (1, 0)):
         with pytest.raises(ValueError, match=f"got {members} and {width}"):
             select_best((1.0,) * members, np.zeros(members), np.full(members, -1), width, near)

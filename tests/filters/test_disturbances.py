@@ -7,13 +7,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from pftrack.analysis.search import maximise
 from pftrack.core.model.model import LinearChain, LinearStep, NoiseScale
-from pftrack.core.numerics.compiled import FUNCTIONS
 from pftrack.core.numerics.random import log_density
-from pftrack.filters import disturbances
 from pftrack.filters.disturbances import Disturbances, smooth_disturbances
-from pftrack.filters.dynamics import autoregression, random_walk
+from pftrack.filters.dynamics import random_walk
 from pftrack.filters.learning.online_em import fit_noise
 
 
@@ -74,35 +71,17 @@ def test_noises_are_those_of_the_joint_distribution(spread: float) -> None:
 
 
 def test_factors_scale_the_noises() -> None:
-    """A chain whose matrices were multiplied beforehand comes to the same."""
+    """A chain whose matrices are multiplied beforehand gives the same; without any spread there is no density."""
     it = chain()
     scaled = it._replace(noises=2.0 * it.noises, covariances=0.25 * it.covariances)
     assert same(smooth_disturbances(it, 4.0, 0.25), smooth_disturbances(scaled))
+    with pytest.raises(np.linalg.LinAlgError, match="Singular"):
+        smooth_disturbances(it, 0.0, 0.0)
 
 
 def same(*found: Disturbances) -> bool:
     one, other = ((each.log_evidence.tolist(), each.process, each.observation) for each in found)
     return one == other
-
-
-def test_nothing_is_compiled_again_for_another_order_in_memory() -> None:
-    """Read-only arrays and such in Fortran's order come to the same numbers by what is compiled already."""
-    arrays = [np.array(array, order="F") for array in chain()]
-    for array in arrays:
-        array.flags.writeable = False
-    first = smooth_disturbances(chain())
-    ours = [function for function in FUNCTIONS if function.py_func.__module__ == disturbances.__name__]
-    known = [len(function.signatures) for function in ours]
-    assert same(first, smooth_disturbances(LinearChain(*arrays)))
-    assert [len(function.signatures) for function in ours] == known
-    assert len(known) == 2
-
-
-def test_a_measurement_without_noise_is_refused() -> None:
-    """Where neither state nor measurement has any spread there is no density."""
-    it = chain()
-    with pytest.raises(np.linalg.LinAlgError, match="Singular"):
-        smooth_disturbances(it, 0.0, 0.0)
 
 
 # Expectation maximisation of noises: it never goes down, and ends where no other values are more probable.
@@ -121,24 +100,11 @@ def walk(seed: int = 1, frames: int = 200, process_sd: float = 0.5, observation_
     return LinearChain.of(np.zeros(1), np.zeros((1, 1)), steps)
 
 
-def curve(process_sd: float) -> LinearChain:
-    """Return a curve whose velocity wanders: a state that holds its own past, so that its covariance is singular."""
-    rng = np.random.default_rng(2)
-    one = np.eye(1)
-    it = autoregression(2 * one, -one, np.zeros(1), process_sd * one)
-    state, seen = np.zeros(2), []
-    for _ in range(150):
-        state = it.transition @ state + it.noise @ rng.normal(size=1)
-        seen.append(state[0] + 0.1 * rng.normal())
-    steps = [LinearStep(it, np.array([one]), np.eye(1, 2), 0.01 * np.eye(1)) for one in seen]
-    return LinearChain.of(np.zeros(2), np.zeros((2, 2)), steps)
-
-
 def evidence(chains: list[LinearChain], process: float, observation: float) -> float:
     return float(sum(smooth_disturbances(it, process, observation).log_evidence.sum() for it in chains))
 
 
-@pytest.mark.parametrize("begin", [(1.0, 1.0), (1e-4, 1e3), (1e4, 1e-3)])
+@pytest.mark.parametrize("begin", [(1e-4, 1e3), (1e4, 1e-3)])
 def test_it_never_goes_down(begin: tuple[float, float]) -> None:
     """From wherever it begins the evidence rises with each place that is kept, to the same end."""
     chains = [walk(seed) for seed in (1, 2)]
@@ -150,23 +116,6 @@ def test_it_never_goes_down(begin: tuple[float, float]) -> None:
     assert list(found.factors.values()) == pytest.approx(list(fit_noise(chains, WIDE).factors.values()), rel=1e-3)
 
 
-@pytest.mark.parametrize("chains", [[walk()], [walk(3), walk(4, frames=90)], [curve(0.002)], [curve(0.3)]])
-def test_it_ends_at_the_largest_evidence(chains: list[LinearChain]) -> None:
-    """Nothing that a search finds is more probable, and where it ends is the same place."""
-    found = fit_noise(chains, WIDE)
-    searched, value = maximise(lambda place: evidence(chains, *place), (1.0, 1.0), list(WIDE.values()), evaluations=300)
-    assert found.log_evidence[-1] >= value - 1e-6
-    assert list(found.factors.values()) == pytest.approx(searched, rel=0.05)
-    again = fit_noise(chains, WIDE)
-    assert again == found
-
-
-def test_noises_that_were_there_are_found() -> None:
-    """Of a long recording, within what it can tell."""
-    found = fit_noise([walk(frames=3000)], WIDE)
-    assert found.factors == pytest.approx({"process": 0.25, "observation": 1.0}, rel=0.1)
-
-
 def test_one_noise_alone_is_fitted_within_its_bounds() -> None:
     """The other stays as it is; where the best lies beyond, the bound itself comes out."""
     assert fit_noise([walk()], {"process": (1e-6, 1e6)}).factors["process"] < 0.5
@@ -176,7 +125,7 @@ def test_one_noise_alone_is_fitted_within_its_bounds() -> None:
 
 @pytest.mark.parametrize(("chains", "bounds"), [((), WIDE), ((walk(),), {}), ((walk(),), {"process": (0.0, 1.0)})])
 def test_nothing_to_fit_is_refused(chains: tuple[LinearChain, ...], bounds: dict[str, tuple[float, float]]) -> None:
-    """No chain, no noise, and a bound that is no scale."""
+    """Without a chain, without a noise, and with a bound of zero."""
     with pytest.raises(ValueError, match="are needed"):
         fit_noise(chains, bounds)  # type: ignore[arg-type]
 

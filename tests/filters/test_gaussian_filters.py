@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import bootstrap, dynamics, extended, kalman, unscented
-from pftrack.filters.dynamics import autoregression, constant_velocity, random_walk
+from pftrack.filters.dynamics import constant_velocity, random_walk
 from pftrack.filters.particles import ParticleSet
-from pftrack.filters.sequential import condition, decorrelate, predict_second_order
+from pftrack.filters.sequential import condition, decorrelate
 
 MODEL = constant_velocity(2, 1.0, 0.5)
 OBSERVE = np.eye(2, 4)
@@ -72,22 +72,6 @@ def test_unscented_transform_is_right_to_second_order() -> None:
     assert cross[0, 0, 0] == pytest.approx(2 * mean * variance)
 
 
-def test_singular_measurement_is_refused() -> None:
-    """A measurement that is certain already cannot be conditioned on, and the filter says so."""
-    with pytest.raises(np.linalg.LinAlgError):
-        kalman.update(Gaussian(np.zeros(2), np.zeros((2, 2))), np.ones(2), np.eye(2), np.zeros((2, 2)))
-
-
-def test_sine_posterior_spread() -> None:
-    """The posterior spread on Bando's sine after one period is the published 0.03632."""
-    one = np.eye(1)
-    model = autoregression(2 * one, -one, np.zeros(1), 0.001 * one)
-    posterior = Gaussian(np.zeros(2), np.eye(2))
-    for _ in range(360):
-        posterior, _ = kalman.update(kalman.predict(posterior, model), np.zeros(1), np.eye(1, 2), 0.01 * one)
-    assert posterior.standard_deviations[0] == pytest.approx(0.03632, abs=1e-5)
-
-
 # The filter that takes numbers one at a time against the one that takes them all at once.
 
 RNG = np.random.default_rng(0)
@@ -96,17 +80,6 @@ RNG = np.random.default_rng(0)
 def spread(size: int) -> np.ndarray:
     factor = RNG.normal(size=(size, size + 2))
     return factor @ factor.T
-
-
-def test_prediction_is_that_of_the_second_order_model() -> None:
-    """Mean and covariance are those of the Kalman filter with q_t = 2 q_{t-1} - q_{t-2} + b u."""
-    noise, one = np.array([0.5, 1.0, 2.0]), np.eye(3)
-    prior = Gaussian(RNG.normal(size=6), spread(6))
-    exact = kalman.predict(prior, autoregression(2 * one, -one, np.zeros(3), np.diag(noise)))
-    mean, covariance = predict_second_order(prior.mean, prior.covariance, noise)
-    assert np.allclose(mean, exact.mean)
-    assert np.allclose(covariance, exact.covariance)
-    assert np.array_equal(covariance, covariance.T)
 
 
 @pytest.mark.parametrize("correlated", [False, True])
@@ -125,7 +98,12 @@ def test_one_by_one_is_all_at_once(correlated: bool) -> None:
 
 
 def test_singular_noise_stays_finite() -> None:
-    """A number that another one determines, and one that is certain already, do no harm."""
+    """A number that another one determines, and one that is certain already, do no harm one by one.
+
+    All at once, a measurement that is certain already is refused.
+    """
+    with pytest.raises(np.linalg.LinAlgError):
+        kalman.update(Gaussian(np.zeros(2), np.zeros((2, 2))), np.ones(2), np.eye(2), np.zeros((2, 2)))
     parts = decorrelate(np.ones(3), np.eye(3), np.ones((3, 3)))
     mean, covariance, _ = condition(np.zeros(3), np.eye(3), *parts)
     assert np.isfinite([mean, *covariance]).all()
@@ -161,7 +139,7 @@ def test_augmented_kalman_filter_smooths() -> None:
 
 
 def test_lineages_smooth() -> None:
-    """The weighted ancestors of particles come to the exact smoothed mean (tolerance 0.03)."""
+    """The weighted ancestors of particles have the exact smoothed mean (tolerance 0.03)."""
     particles = ParticleSet.uniform(np.random.default_rng(0).standard_normal((50_000, 1)))
     lineage = dynamics.begin_lineage(particles, 1)
     for t, seen in enumerate(SEEN):
@@ -173,15 +151,3 @@ def test_lineages_smooth() -> None:
     assert dynamics.smooth(lineage, particles, 0)[0] == pytest.approx(particles.mean[0])
     with pytest.raises(IndexError):
         dynamics.smooth(lineage, particles, LAG + 1)
-
-
-def test_second_order_models_are_augmented() -> None:
-    """The augmented dynamics predict the same newest position and shift the rest."""
-    model = autoregression(1.9 * np.eye(2), -0.9 * np.eye(2), np.array([1.0, 2.0]), np.eye(2))
-    wide = dynamics.augment_dynamics(model, 2, 4)
-    past = np.arange(10.0)
-    advanced = wide.predict(past[None])[0]
-    assert np.allclose(advanced[:2], model.predict(past[None, :4])[0, :2])
-    assert np.array_equal(advanced[2:], past[:8])
-    with pytest.raises(ValueError, match="lag must be at least 1"):
-        dynamics.augment_dynamics(model, 2, 0)

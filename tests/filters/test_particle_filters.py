@@ -45,7 +45,7 @@ rng = np.random.default_rng
 
 @pytest.mark.parametrize("name", CONSISTENT)
 def test_agrees_with_the_kalman_filter(name: str) -> None:
-    """On a linear Gaussian model mean, covariance and log evidence come to the exact ones (tolerance 0.03 and 0.1)."""
+    """On a linear Gaussian model mean, covariance and log evidence are the exact ones (tolerance 0.03 and 0.1)."""
     exact = Gaussian(np.zeros(2), np.eye(2))
     particles = ParticleSet.uniform(rng(6).standard_normal((COUNT, 2)))
     evidence, exact_evidence = 0.0, 0.0
@@ -63,7 +63,7 @@ def test_agrees_with_the_kalman_filter(name: str) -> None:
 
 
 def test_agrees_with_a_grid_on_a_bimodal_posterior() -> None:
-    """Where the posterior has two modes the bootstrap filter comes to what a grid says (tolerance 0.02)."""
+    """Where the posterior has two modes the bootstrap filter agrees with a grid (tolerance 0.02)."""
     grid = np.linspace(-12, 12, 2401)
 
     def likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -79,44 +79,11 @@ def test_agrees_with_a_grid_on_a_bimodal_posterior() -> None:
         assert right == pytest.approx(density[grid > 0].sum(), abs=0.02)
 
 
-def test_hopeless_frame_keeps_the_prediction() -> None:
-    """If every weight is zero the particles stay where the prediction put them, with equal weights, and it is said."""
-    particles = ParticleSet.uniform(rng(0).standard_normal((COUNT, 2)))
-    for step in (bootstrap.step, mixed("sharpened", 0)):
-        posterior = step(particles, MODEL, lambda states: np.full(len(states), -np.inf), rng(1))
-        assert np.allclose(posterior.particles.weights, 1 / COUNT)
-        assert (posterior.log_evidence, posterior.observation_count) == (-np.inf, 0)
-
-
-def test_the_number_of_particles_can_change() -> None:
-    """More or fewer particles than before are drawn on demand."""
-    particles = ParticleSet.uniform(np.zeros((50, 2)))
-    for count in (1, 7, 400):
-        posterior = bootstrap.step(particles, MODEL, lambda x: -(x**2).sum(1), rng(0), count=count, threshold=0.0)
-        assert (len(posterior.particles), posterior.resampled) == (count, True)
-
-
 SMOOTH = autoregression(2 * np.eye(2), -np.eye(2), np.zeros(2), 3 * np.eye(2))
 
 
-def test_unscented_filter_with_useless_measurement_is_the_bootstrap_filter() -> None:
-    """With huge measurement noise the proposals are the predictions, to 1e-12 px."""
-    positions = 160 + rng(3).normal(size=(800, 2))
-    plain = nudged = ParticleSet.uniform(np.hstack([positions, positions]))
-    useless: Any = {"measurement": np.array([50.0, 60.0]), "noise_covariance": 1e26 * np.eye(2)}
-    for t in range(5):
-
-        def likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:
-            return -0.01 * ((states[:, :2] - 165) ** 2).sum(1)
-
-        plain = bootstrap.step(plain, SMOOTH, likelihood, rng(t)).particles
-        nudged = unscented(nudged, SMOOTH, likelihood, rng(t), **useless).particles
-        assert np.abs(plain.states - nudged.states).max() <= 1e-12
-        assert np.abs(plain.mean - nudged.mean).max() <= 1e-12
-
-
 def test_the_covariance_of_a_recursive_unscented_filter_is_that_of_a_kalman_filter() -> None:
-    """Handed down from one particle to the next it comes, frame by frame, to what a Kalman filter's does."""
+    """Handed down from one particle to the next, it equals a Kalman filter's in every frame."""
     exact = Gaussian(np.zeros(4), np.zeros((4, 4)))
     particles = ParticleSet.uniform(np.zeros((20, 4)))
     for t in range(12):
@@ -138,19 +105,12 @@ def test_unscented_filter_refuses_noise_it_cannot_handle() -> None:
         unscented(ParticleSet.uniform(np.zeros((5, 4))), model, lambda x: x[:, 0], rng(0), **given)
 
 
-LOG_WEIGHTS = arrays(np.float64, st.integers(1, 50), elements=st.floats(-1e4, 1e4))
-
-
-@given(LOG_WEIGHTS)
-def test_normalised_weights_sum_to_one(log_weights: np.ndarray) -> None:
-    """Weights sum to one, keep their ratios, and the log of the sum is right."""
+@given(arrays(np.float64, st.integers(1, 50), elements=st.floats(-1e4, 1e4)))
+def test_weights_are_normalised(log_weights: np.ndarray) -> None:
+    """Weights sum to one and keep their ratios; NaN and infinity count as zero, and weights of zero become equal."""
     normalised, log_sum = normalise(log_weights)
     assert np.exp(normalised).sum() == pytest.approx(1.0)
     assert np.allclose(normalised + log_sum, log_weights, atol=1e-9)
-
-
-def test_impossible_weights_count_as_zero() -> None:
-    """NaN and +inf leave the others alone; if every weight is zero the set becomes uniform, and the log sum says so."""
     normalised, _ = normalise(np.array([0.0, np.nan, np.inf, -np.inf, 0.0]))
     assert np.exp(normalised).tolist() == [0.5, 0.0, 0.0, 0.0, 0.5]
     for hopeless in (-np.inf, np.nan):
@@ -160,19 +120,18 @@ def test_impossible_weights_count_as_zero() -> None:
 
 
 def test_a_particle_set_has_moments_a_mode_and_ancestors() -> None:
-    """Mean and covariance are the weighted ones of NumPy, the mode is the heaviest particle, ancestors count once."""
+    """Mean and covariance are NumPy's weighted ones, the mode is the heaviest particle, ancestors count once.
+
+    The effective sample size is N for equal weights and 1 where a single one counts.
+    """
     log_weights, _ = normalise(rng(1).normal(size=500))
     particles = ParticleSet(rng(2).normal(size=(500, 4)), log_weights, np.arange(500) // 4)
     assert np.allclose(particles.mean, np.average(particles.states, axis=0, weights=particles.weights))
     assert np.allclose(particles.covariance, np.cov(particles.states.T, aweights=particles.weights, ddof=0))
     assert particles.mode.tolist() == particles.states[log_weights.argmax()].tolist()
     assert (particles.unique_ancestors, len(particles)) == (125, 500)
-
-
-def test_effective_sample_size_bounds() -> None:
-    """It is N for equal weights and 1 for a single one that counts."""
-    for log_weights, size in ((np.zeros(8), 8), (np.array([0.0] + [-np.inf] * 7), 1)):
-        particles = ParticleSet(np.zeros((8, 2)), normalise(log_weights)[0], np.arange(8))
+    for each, size in ((np.zeros(8), 8), (np.array([0.0] + [-np.inf] * 7), 1)):
+        particles = ParticleSet(np.zeros((8, 2)), normalise(each)[0], np.arange(8))
         assert particles.effective_sample_size == pytest.approx(size)
 
 
@@ -205,27 +164,14 @@ def test_ancestors_are_valid(resample: Resampler, data: st.DataObject) -> None:
     assert np.isfinite(log_weights[ancestors]).all()
 
 
-def is_share(copies: np.ndarray, expected: np.ndarray) -> bool:
-    """Tell whether each number is floor or ceil of its expectation."""
-    return bool(((copies >= np.floor(expected - 1e-9)) & (copies <= np.ceil(expected + 1e-9))).all())
-
-
-@given(st.integers(0, 10_000), st.integers(1, 100))
-def test_systematic_copies_are_floor_or_ceil(seed: int, count: int) -> None:
-    """Systematic resampling draws each parent floor or ceil of its expectation."""
-    log_weights, _ = normalise(rng(seed).normal(size=30))
-    copies = np.bincount(systematic(rng(seed), log_weights, count), minlength=30)
-    assert is_share(copies, count * np.exp(log_weights))
-
-
 @pytest.mark.parametrize("count", [1, 7, 1000])
 @pytest.mark.parametrize("offset", [0.0, 0.5, np.nextafter(1.0, 0.0)])
-def test_offsets_at_both_ends_draw_by_weight(count: int, offset: float) -> None:
-    """At either end of its range the one offset draws each parent floor or ceil of its share."""
+def test_one_offset_draws_floor_or_ceil_of_a_share(count: int, offset: float) -> None:
+    """At either end of its range too, systematic resampling draws each parent floor or ceil of its expectation."""
     weights = np.array([0.0, 0.3, 0.0, 0.5, 0.2, 0.0])
-    copies = np.bincount(systematic_parents(weights, offset, count), minlength=6)
+    copies, expected = np.bincount(systematic_parents(weights, offset, count), minlength=6), count * weights
     assert copies.sum() == count
-    assert is_share(copies, count * weights)
+    assert ((copies >= np.floor(expected - 1e-9)) & (copies <= np.ceil(expected + 1e-9))).all()
 
 
 def test_residual_keeps_whole_parts() -> None:
@@ -265,35 +211,27 @@ def test_samples_have_the_moments_of_the_model(model: LinearDynamics) -> None:
 
 
 def test_drawn_states_follow_their_ancestors_and_their_past() -> None:
-    """Without noise each is its ancestor's prediction; the second block of an autoregression is the first of before."""
+    """Without noise each is its ancestor's prediction; an autoregression's second block is the first of before.
+
+    With a constant velocity the position advances by velocity times the interval.
+    """
     model, states, ancestors = MODELS["autoregression"], rng(1).normal(size=(5, 4)), np.array([2, 0, 2, 4, 1])
     still = LinearDynamics(model.transition, model.offset, np.zeros((4, 1)))
     assert np.array_equal(still.diffuse(rng(0), still.predict(states), ancestors), still.predict(states)[ancestors])
     drawn = model.diffuse(rng(2), model.predict(states), ancestors)
     assert np.array_equal(drawn[:, 2:], states[ancestors, :2])
-
-
-def test_constant_velocity_moves_by_its_velocity() -> None:
-    """Position advances by velocity times the interval, velocity stays."""
-    model = constant_velocity(2, 0.5, 1.0)
-    assert np.allclose(model.predict(np.array([[1.0, 2.0, 4.0, -6.0]])), [[3.0, -1.0, 4.0, -6.0]])
-
-
-@pytest.mark.parametrize(("sigma", "all_seen"), [((4.0, 5.0), 0), ((5.1, 0.0), 1), ((0.0, 5.1), 1), ((9.0, 9.0), 1)])
-def test_hard_switch(sigma: tuple[float, float], all_seen: int) -> None:
-    """All particles come from the observation as soon as any axis is wider than gamma, none before."""
-    assert auxiliary.hard(np.array(sigma), 5.0, 800) == 800 * all_seen
-
-
-@pytest.mark.parametrize(("sigma", "expected"), [(3.0, 0), (4.0, 0), (12.0, 400), (20.0, 800), (99.0, 800), (4.01, 0)])
-def test_soft_switch(sigma: float, expected: int) -> None:
-    """The share rises linearly between the thresholds, rounded to the nearest (eqs. 3.6 and 3.7)."""
-    assert auxiliary.soft(np.array([sigma, 1.0]), 4.0, 20.0, 800) == expected
+    assert np.allclose(constant_velocity(2, 0.5, 1.0).predict(np.array([[1.0, 2.0, 4.0, -6.0]])), [[3, -1, 4, -6]])
 
 
 @given(st.floats(0, 100), st.floats(0, 50), st.floats(0, 50), st.integers(1, 5000))
-def test_soft_switch_stays_within_bounds_and_rises(sigma: float, low: float, width: float, count: int) -> None:
-    """The number is between none and all, and does not fall as sigma rises."""
-    narrow = auxiliary.soft(np.array([sigma]), low, low + width, count)
-    wide = auxiliary.soft(np.array([sigma + 1]), low, low + width, count)
-    assert 0 <= narrow <= wide <= count
+def test_switches_by_the_spread(sigma: float, low: float, width: float, count: int) -> None:
+    """The hard one takes all from the observation once any axis is wider than gamma.
+
+    The share of the soft one rises linearly between its thresholds (eqs. 3.6 and 3.7), from none to all.
+    """
+    spreads = [(4.0, 5.0), (5.1, 0.0), (0.0, 5.1), (9.0, 9.0)]
+    assert [auxiliary.hard(np.array(each), 5.0, 800) for each in spreads] == [0, 800, 800, 800]
+    wide = [auxiliary.soft(np.array([each, 1.0]), 4.0, 20.0, 800) for each in (3.0, 4.0, 4.01, 12.0, 20.0, 99.0)]
+    assert wide == [0, 0, 0, 400, 800, 800]
+    less, more = (auxiliary.soft(np.array([each]), low, low + width, count) for each in (sigma, sigma + 1))
+    assert 0 <= less <= more <= count

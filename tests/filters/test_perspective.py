@@ -1,6 +1,5 @@
 import numpy as np
 
-from pftrack.core.geometry import derivatives, rotation
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import extended
 from pftrack.filters.perspective import PerspectiveLayer, features
@@ -23,22 +22,6 @@ def test_the_jacobian_is_that_of_differences() -> None:
         change = 1e-5 * np.eye(6)[entry]
         difference = (seen(STATE + change) - seen(STATE - change)) / 2e-5
         assert np.abs(jacobian[:, :, entry] - difference).max() < 1e-5
-
-
-def test_bando_s_linear_form_is_the_same_camera() -> None:
-    """Eq. A.39, with its lost terms restored, gives the projection and the Jacobian to 1e-12."""
-    turn, slopes, angles = rotation(STATE[:3]), derivatives(STATE[:3]), STATE[:3]
-    rests = turn - np.einsum("kij,k->ij", slopes, angles)
-    pixels, jacobian = features(STATE, POINTS, FOCAL)
-    for point, pixel, rows in zip(POINTS, pixels, jacobian, strict=True):
-        x, y, z = turn @ point + STATE[3:]
-        for axis, (ratio, shift) in enumerate(((x / z, [1, 0]), (y / z, [0, 1]))):
-            across, away = rests[axis] @ point, rests[2] @ point
-            constant = FOCAL / z * (across - ratio * away) + FOCAL * ratio
-            linear = [FOCAL / z * ((slopes[k] @ point)[axis] - ratio * (slopes[k] @ point)[2]) for k in range(3)]
-            linear += [FOCAL / z * shift[0], FOCAL / z * shift[1], -FOCAL * ratio / z]
-            assert np.abs(rows[axis] - linear).max() < 1e-12
-            assert abs(np.dot(linear, STATE) + constant - pixel[axis]) < 1e-12 * FOCAL
 
 
 def test_the_update_is_the_extended_kalman_filter() -> None:
