@@ -1,4 +1,4 @@
-"""The libraries of the pages, which are bundled beforehand."""
+"""The bundled libraries of the pages, and the lock file of the tools for their scripts."""
 
 import hashlib
 import json
@@ -22,3 +22,12 @@ def test_they_come_from_the_packages_in_the_lock_file() -> None:
     for name, integrity in HASHES["packages"].items():
         assert locked[f"node_modules/{name}"]["integrity"] == integrity
         assert f"\n{name} {locked[f'node_modules/{name}']['version']} (" in licences
+
+
+def test_the_lock_names_versions_and_no_registry() -> None:
+    """Every tool has one exact version and a checksum; each machine chooses its own registry."""
+    lock = json.loads((ROOT / "package-lock.json").read_text(encoding="utf-8"))
+    packages = {name: entry for name, entry in lock["packages"].items() if name}
+    assert all(entry["integrity"].startswith("sha512-") and "resolved" not in entry for entry in packages.values())
+    wanted = json.loads((ROOT / "package.json").read_text(encoding="utf-8"))["devDependencies"]
+    assert {name: packages[f"node_modules/{name}"]["version"] for name in wanted} == wanted
