@@ -1,4 +1,4 @@
-"""Help: the documentation as the server offers it, below its base path, and what stands there where there is none."""
+"""Help: the documentation below the server's base path, and its Markdown until the site is built."""
 
 import re
 from collections.abc import Callable
@@ -20,25 +20,21 @@ Get = Callable[..., httpx.Response]
 
 
 def client(help_folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Get:
-    """What asks a server whose documentation is in a folder."""
+    """Return a function that asks a server whose documentation is in a folder."""
     monkeypatch.setattr(pages, "HELP", help_folder)
     app = create_app(Settings(data_dir=tmp_path / "data", base_path=BASE))
 
-    async def ask(path: str, headers: dict[str, str]) -> httpx.Response:
+    async def ask(path: str, **headers: str) -> httpx.Response:
         async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1") as asking:
             return await asking.get(path, headers=headers)
 
-    def get(path: str, headers: dict[str, str] | None = None) -> httpx.Response:
-        return run(ask(path, headers or {}))
-
-    return get
+    return lambda path, **headers: run(ask(path, **headers))
 
 
 def test_the_documentation_is_below_the_base_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Its start leads to a folder, so that its relative links hold; files are asked for again, and keep the policy.
+    """The start redirects to a folder, for relative links; browsers revalidate files, which keep the policy.
 
-    The scripts of a live example stand in it, so it has an origin of its own, from which it reaches nothing here. What
-    is not in the folder is not found, whatever way leads out of it.
+    A live example has inline scripts and therefore an origin of its own. No address leads out of the folder.
     """
     site = tmp_path / "site"
     for name in ("index.html", "how-to/server.html", "media/ball.html", "_static/site.css", "../secret"):
@@ -53,7 +49,7 @@ def test_the_documentation_is_below_the_base_path(monkeypatch: pytest.MonkeyPatc
         assert "script-src 'self'" in answer.headers["content-security-policy"]
     style = get(f"{BASE}/help/_static/site.css")
     assert style.headers["content-type"].startswith("text/css")
-    assert get(f"{BASE}/help/_static/site.css", headers={"if-none-match": style.headers["etag"]}).status_code == 304
+    assert get(f"{BASE}/help/_static/site.css", **{"if-none-match": style.headers["etag"]}).status_code == 304
     assert get("/help/").status_code == 404
     example = get(f"{BASE}/help/media/ball.html")
     assert example.headers["content-security-policy"] == pages.EXAMPLES_POLICY
@@ -63,9 +59,9 @@ def test_the_documentation_is_below_the_base_path(monkeypatch: pytest.MonkeyPatc
 
 
 def test_without_its_site_the_markdown_is_shown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Until the site is built a checkout shows every page and picture below `help/`; every link leads somewhere.
+    """Until the site is built a checkout shows every page and picture below `help/`, and no link is broken.
 
-    A package that was installed without any says how to build them.
+    A package that was installed without documentation says how to build it.
     """
     folder = tmp_path / "later"
     get = client(folder, monkeypatch, tmp_path)
@@ -98,7 +94,7 @@ def test_without_its_site_the_markdown_is_shown(monkeypatch: pytest.MonkeyPatch,
 
 
 def test_the_rest_reference_shows_text_as_text() -> None:
-    """Nothing that the description of the interface says becomes markup, as an experiment of another package could."""
+    """No text of the interface's description becomes markup, since other packages contribute to it."""
     said = '<b>"'
     operation = {"description": said, "parameters": [said], "requestBody": {"content": {said: said}}, "responses": {}}
     paths, shapes = {said: {"get": operation}}, {"schemas": {said: said}}

@@ -1,8 +1,7 @@
-"""Opening and closing, again and again: nothing is left behind."""
+"""Nothing is left behind when sessions and servers begin and end again and again."""
 
 import gc
 from pathlib import Path
-from typing import Any
 
 import httpx
 import psutil
@@ -10,14 +9,15 @@ import pytest
 from websockets.sync.client import connect
 
 from pftrack_server.core.settings import Settings
-from tests.server.host import Server, begin, running, steer
+from tests.server.host import Server, begin, error_of, running, steer
 from tests.server.sessions.test_duplex import hear
+from tests.server.web.test_ports import PROTOCOL
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
-ROUNDS = 12
-APPS = 5
-"""Servers that start and stop: what each leaves behind shows after the second."""
+ROUNDS = 6
+APPS = 4
+"""Number of servers that start and stop; a leak shows after the second."""
 
 
 def descriptors() -> int:
@@ -31,47 +31,31 @@ def children() -> int:
 
 @pytest.fixture
 def settled(server: Server, client: httpx.Client) -> None:
-    """The shared server has run once, so that what stays for good is there: fork server, threads, connections."""
+    """Run the shared server once, so that its fork server, threads and connections exist."""
     session = begin(client)
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 
 def test_sessions(server: Server, client: httpx.Client, settled: None) -> None:
-    """Sessions that begin and end leave no descriptor, process or thread behind."""
-    before = (descriptors(), children())
+    """Sessions that begin, are watched and end, and refused ones, leave no descriptor, process or thread behind."""
+    before, counts = children(), []
+    refused = session_request({"experiment": "ball", "parameters": {"sample_count": -1}})
     for seed in range(ROUNDS):
-        session = begin(client, seed=seed)
-        steer(client, session["id"], "play")
-        with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
-            hear(socket)
-            hear(socket)
-        client.delete(f"/api/v1/sessions/{session['id']}")
-    wait_for(lambda: children() <= before[1])
-    wait_for(lambda: descriptors() <= before[0] + 1)
-
-
-def test_scenes(server: Server, client: httpx.Client, settled: None) -> None:
-    """Scenes that are looked at and left leave no descriptor behind."""
-    counts = []
-    for seed in range(6):
-        session = begin(client, seed=seed)
-        with connect(f"{server.ws}/viz/{session['id']}", subprotocols=[protocol()], max_size=None) as socket:
-            socket.recv(timeout=10)
-        client.delete(f"/api/v1/sessions/{session['id']}")
+        session = begin(client, seed=seed)["id"]
+        steer(client, session, "play")
+        with (
+            connect(f"{server.ws}/api/v1/sessions/{session}/stream") as stream,
+            connect(f"{server.ws}/viz/{session}", subprotocols=[PROTOCOL], max_size=None) as scene,
+        ):
+            hear(stream)
+            hear(stream)
+            scene.recv(timeout=10)
+        client.delete(f"/api/v1/sessions/{session}")
+        error_of(client.post("/api/v1/sessions", json=refused), 422)
         wait_for(lambda: len(server.manager.all) == 0)
         counts.append(descriptors())
-    assert counts[-1] <= counts[1] + 2, counts
-
-
-def test_refused_sessions(client: httpx.Client, settled: None) -> None:
-    """Sessions that are refused leave nothing behind either."""
-    before = (descriptors(), children())
-    for _ in range(ROUNDS):
-        client.post(
-            "/api/v1/sessions", json=session_request({"experiment": "ball", "parameters": {"sample_count": -1}})
-        )
-    wait_for(lambda: children() <= before[1])
-    wait_for(lambda: descriptors() <= before[0] + 1)
+    wait_for(lambda: children() <= before)
+    wait_for(lambda: descriptors() <= counts[1] + 1)
 
 
 def test_apps(server: Server, settled: None, tmp_path: Path) -> None:
@@ -96,10 +80,3 @@ def test_workers_hold_no_descriptors_of_others(server: Server, client: httpx.Cli
         links = [str(link.readlink()) for link in folder.iterdir()]
         assert len([link for link in links if link.startswith("socket:")]) <= 1, links
         assert not [link for link in links if ".sqlite" in link]
-
-
-def protocol() -> Any:
-    """The subprotocol that viser's client of this version offers."""
-    import viser
-
-    return f"viser-v{viser.__version__}"
