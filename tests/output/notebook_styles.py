@@ -1,4 +1,4 @@
-"""What the style sheets of notebooks say of parts of an output, and what of a display is cut or covered by that."""
+"""The rules of notebooks for parts of an output, and the faults of displays under them."""
 
 from typing import Any
 
@@ -53,7 +53,7 @@ FAULTS = """(displays) => displays.flatMap((display) => {
 
 
 def faults(page: Any) -> list[str]:
-    """Return what is wrong with the displays of a page: pictures that are cut, or lie on what stands beside them."""
+    """Return the faults of a page's displays: pictures that are cut, or that cover their neighbours."""
     displays = page.locator(".pftrack")
     assert displays.count() > 0
     found: list[str] = displays.evaluate_all(FAULTS)

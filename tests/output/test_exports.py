@@ -1,4 +1,4 @@
-"""Exports: every kind of file is read back by another program, with the same names and the run's own numbers."""
+"""Exports: other programs read the same names and numbers from every kind of file."""
 
 import errno
 import json
@@ -30,7 +30,7 @@ FRAMES = 12
 
 @pytest.fixture(scope="module")
 def ball() -> Run:
-    """A run that was computed to frame 11 of 30, with a change on the way, and stands in frame 4."""
+    """Return a run that is computed to frame 11 of 30, with a change in between, at frame 4."""
     found = find("ball")
     changes = (Change(0, {"sample_count": 60}), Change(5, {"process_noise_px": 4}))
     run = Run(found, found.simulate(), seed=7, frames=30, timeline=changes)
@@ -41,7 +41,7 @@ def ball() -> Run:
 
 @pytest.fixture(scope="module")
 def files(ball: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of all its exports, called `run.` and the suffix."""
+    """Return the folder of all its exports, named `run.` and the suffix."""
     folder = tmp_path_factory.mktemp("exports")
     for kind in FORMATS:
         done = ball.export(folder / f"run.{kind.suffix}")
@@ -52,7 +52,7 @@ def files(ball: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_particles_come_as_arrays(ball: Run, files: Path) -> None:
-    """All frames have them, with weights that sum to one, and the manifest."""
+    """All frames have particles with weights that sum to 1, and the file has the manifest."""
     with np.load(files / "run.cloud.npz") as arrays:
         assert arrays["cloud"].shape == (FRAMES, 60, ball.current.state.particles.states.shape[1])
         assert np.exp(arrays["cloud_log_weights"]).sum(axis=1) == pytest.approx(1)
@@ -65,7 +65,7 @@ def test_particles_come_as_arrays(ball: Run, files: Path) -> None:
 
 
 def manifests(folder: Path) -> dict[str, Any]:
-    """Return the manifests of all files that have one, each as its own format carries it."""
+    """Return the manifests of all files that have one."""
     texts = {name: (folder / f"run.{name}.manifest.json").read_text() for name in ("csv", "jsonl")}
     with av.open(str(folder / "run.mp4")) as film:
         texts["mp4"] = film.metadata["comment"]
@@ -80,7 +80,7 @@ def manifests(folder: Path) -> dict[str, Any]:
 
 
 def test_tables_have_the_same_columns_and_numbers(ball: Run, files: Path) -> None:
-    """CSV, Parquet, NPZ and JSON Lines, read by pandas and NumPy, are the run's rows to the bit."""
+    """CSV, Parquet, NPZ and JSON Lines have the run's rows to the bit; Arrow has titles and units as metadata."""
     frames = {
         "csv": pd.read_csv(files / "run.csv"),
         "parquet": pd.read_parquet(files / "run.parquet"),
@@ -98,10 +98,12 @@ def test_tables_have_the_same_columns_and_numbers(ball: Run, files: Path) -> Non
         assert table["series_ess"].tolist() == [row.number("ess") for row in rows], form
         assert table["lost"].tolist() == [float(row.lost or 0) for row in rows], form
     assert all(frames["csv"].select_dtypes("object").columns == [])
+    told = {b"title": b"distance of the estimate from the truth", b"unit": b"px"}
+    assert table_of(ball).schema.field("error").metadata == told
 
 
 def test_every_format_carries_the_same_manifest(ball: Run, files: Path) -> None:
-    """Version, recipe, hashes, units and what to cite; from its recipe the run comes to the same estimates."""
+    """It has version, recipe, hashes and units; its recipe gives the same estimates."""
     found = manifests(files)
     told = found["csv"]
     assert all(each == told for each in found.values())
@@ -117,7 +119,7 @@ def test_every_format_carries_the_same_manifest(ball: Run, files: Path) -> None:
 
 
 def test_films_have_a_picture_for_each_frame(ball: Run, files: Path) -> None:
-    """OpenCV reads every frame of the MP4, as large as the drawing; the GIF shows every second at the same speed."""
+    """OpenCV reads every frame of the MP4 at the drawing's size; the GIF has every second one at the same speed."""
     reader, pictures = cv2.VideoCapture(str(files / "run.mp4")), []
     while (read := reader.read())[0]:
         pictures.append(read[1])
@@ -131,7 +133,7 @@ def test_films_have_a_picture_for_each_frame(ball: Run, files: Path) -> None:
 
 
 def test_pictures_of_plots_are_at_print_size(ball: Run, files: Path) -> None:
-    """A PNG has 300 dots an inch over two columns, 7.2 inches; in an SVG letters are letters, with titles and units."""
+    """A PNG has 300 dpi over two columns, 7.2 inches; an SVG has text with titles and units."""
     with Image.open(files / "run.png") as picture:
         assert picture.size[0] == 2160
         assert picture.info["dpi"][0] == pytest.approx(300, abs=0.1)
@@ -140,7 +142,7 @@ def test_pictures_of_plots_are_at_print_size(ball: Run, files: Path) -> None:
 
 
 def test_documents_name_version_and_sources(files: Path) -> None:
-    """The citation names the program, the run and the documents; the notebook is one."""
+    """The citation has the version and the sources; the notebook is valid."""
     bibtex = (files / "run.bib").read_text()
     assert f"version = {{{__version__}}}" in bibtex
     assert "@phdthesis{bando2007," in bibtex
@@ -148,22 +150,15 @@ def test_documents_name_version_and_sources(files: Path) -> None:
 
 
 def test_the_same_run_has_the_same_file(ball: Run, files: Path, tmp_path: Path) -> None:
-    """Nothing in a file tells when it was written."""
+    """No file depends on the time of writing."""
     for suffix in ("csv", "parquet", "svg"):
         ball.export(tmp_path / f"again.{suffix}")
         assert (tmp_path / f"again.{suffix}").read_bytes() == (files / f"run.{suffix}").read_bytes()
 
 
-def test_an_arrow_table_tells_title_and_unit(ball: Run) -> None:
-    """They stand in the metadata of its fields; what is not known is missing, not a number."""
-    table = table_of(ball)
-    told = {b"title": b"distance of the estimate from the truth", b"unit": b"px"}
-    assert (table.schema.field("error").metadata, table.num_rows) == (told, FRAMES)
-
-
 @pytest.mark.parametrize("name", ["ball", "head", "trajectories"])
-def test_names_of_columns_and_suffixes_are_each_anothers(name: str) -> None:
-    """No two columns have one name, none has a sign that another program would stumble over, no suffix comes twice."""
+def test_names_of_columns_and_suffixes_are_unique(name: str) -> None:
+    """Names of columns are also identifiers, so that every program can read them."""
     found = find(name)
     run = Run(found, found.simulate(), frames=2)
     names = [column.name for column in columns_in(run)]
@@ -181,11 +176,10 @@ def test_names_of_columns_and_suffixes_are_each_anothers(name: str) -> None:
         ("run.png", "eror", "has no plot 'eror', only error, ess, sigma, proposals"),
         ("run.csv", "error", "a plot can be written as a picture, .png or .svg; got .csv"),
         ("nowhere/run.csv", None, "nowhere does not exist"),
-        (".", None, "can be exported as"),
     ],
 )
-def test_what_cannot_be_is_refused(ball: Run, tmp_path: Path, place: str, plot: str | None, words: str) -> None:
-    """With a sentence that names what there is; nothing is left behind."""
+def test_an_impossible_export_is_refused(ball: Run, tmp_path: Path, place: str, plot: str | None, words: str) -> None:
+    """The sentence names the possible ones; no file is left."""
     with pytest.raises(ConflictError) as refused:
         ball.export(tmp_path / place, plot=plot)
     assert words in str(refused.value)
@@ -199,10 +193,10 @@ def test_what_cannot_be_is_refused(ball: Run, tmp_path: Path, place: str, plot: 
         (OSError(errno.EACCES, "Failed to open local file '.old.mp4.part'"), r"Permission denied: '.*/old\.mp4'"),
     ],
 )
-def test_one_that_is_stopped_or_has_no_room_leaves_what_was_there(
+def test_a_failed_export_leaves_the_old_file(
     ball: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, told: str
 ) -> None:
-    """The old file stays, nothing lies beside it, and the run stands where it stood."""
+    """No other file is left, and the run stays at its frame."""
     place = tmp_path / "old.mp4"
     place.write_text("old")
     steps = exporting(ball, place, export_at(ball.experiment, place))

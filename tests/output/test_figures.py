@@ -1,4 +1,4 @@
-"""Figures: what is drawn are the run's own numbers, of every kind of plot, and what cannot be drawn is told."""
+"""Figures: every kind of plot shows the run's own numbers."""
 
 from typing import get_args
 
@@ -18,12 +18,12 @@ from tests.making import whole_run
 
 @pytest.fixture(scope="module")
 def ball() -> Run:
-    """Twelve frames, with another threshold from frame 6 on."""
+    """Return a run of twelve frames with another threshold from frame 6 on."""
     return finished("ball", 12, seed=7, timeline=(Change(6, {"gamma_px": 9.0}),))
 
 
 def titles(figure: Figure) -> list[str]:
-    """Return what stands above the panels."""
+    """Return the titles of the panels."""
     return [axes.get_title("left") for axes in figure.axes]
 
 
@@ -32,13 +32,13 @@ def finished(name: str, frames: int, **more: object) -> Run:
 
 
 def test_every_kind_is_drawn_by_some_experiment() -> None:
-    """The table has all kinds, so that no declaration of an experiment is without a picture."""
+    """The table has all kinds, so every declared plot has a picture."""
     declared = {plot.kind for experiment in EXPERIMENTS.values() for plot in experiment.display.plots}
     assert declared == set(KINDS) == set(get_args(PlotKind))
 
 
 def test_lines_are_the_numbers_of_the_frames(ball: Run) -> None:
-    """Error and effective sample size against the frame; the samplers' shares on each other, up to all particles."""
+    """Error and effective sample size are plotted over the frame, the samplers' shares stacked up to all particles."""
     figure = figure_of(ball)
     assert titles(figure) == ["error, px", "ESS", "sigma, px", "proposals"]
     error, ess, sigma, proposals = figure.axes
@@ -52,7 +52,7 @@ def test_lines_are_the_numbers_of_the_frames(ball: Run) -> None:
 
 
 def test_bands_are_as_wide_as_the_frames_that_they_shade(ball: Run) -> None:
-    """Grey where the target is hidden: from half a frame before the first to half a frame after the last."""
+    """A band begins half a frame before the first hidden or lost frame, and ends half a frame after the last."""
     (axes,) = figure_of(ball, "error").axes
     shaded = {round(span.get_x() + 0.5) + at for span in axes.patches for at in range(round(span.get_width()))}  # type: ignore[attr-defined]
     hidden = {row.frame for row in ball.diagnostics if row.hidden}
@@ -61,34 +61,33 @@ def test_bands_are_as_wide_as_the_frames_that_they_shade(ball: Run) -> None:
 
 
 @pytest.mark.parametrize("name", ["linkage", "prism", "hand"])
-def test_plots_of_all_other_kinds_are_drawn(name: str) -> None:
-    """Bands, intervals, trees, hypotheses, features and frequencies; each has its title and something on it."""
+def test_plots_of_all_other_kinds_are_drawn(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bands, intervals, trees, hypotheses, features and frequencies have titles and content.
+
+    The line of a tree leads from the most probable hypothesis to its parents; a tree with too many marks is refused.
+    """
     run = finished(name, 4)
     shown = drawable(run)
     figure = figure_of(run)
     assert [title.split(",")[0] for title in titles(figure)] == [plot.title for plot in shown]
     assert all(axes.lines or axes.collections for axes in figure.axes)
+    if name == "hand":
+        known = [row.hypotheses("hands") for row in run.diagnostics]
+        place, way = int(np.argmax(known[-1].weights)), []
+        for frame in range(3, -1, -1):
+            way.append([frame, place + 1])
+            place = known[frame].parents[place] if known[frame].parents else -1
+        (axes,) = (axes for axes, plot in zip(figure.axes, shown, strict=True) if plot.id == "hands")
+        assert axes.lines[0].get_xydata().tolist() == way
+        monkeypatch.setattr(sheet, "MOST_MARKS", 2)
+        with pytest.raises(ConflictError, match=r"has [0-9]+ marks, a picture shows at most 2; export another plot"):
+            figure_of(run, "hands")
 
 
-def test_the_way_back_of_a_tree_follows_the_parents() -> None:
-    """From the most probable hypothesis of the newest frame to its parent, and so on."""
-    run = finished("hand", 4)
-    (axes,) = figure_of(run, "hands").axes
-    known = [row.hypotheses("hands") for row in run.diagnostics]
-    place, way = int(np.argmax(known[-1].weights)), []
-    for frame in range(3, -1, -1):
-        way.append((frame, place + 1))
-        place = known[frame].parents[place] if known[frame].parents else -1
-    assert axes.lines[0].get_xydata().tolist() == [[float(x), float(y)] for x, y in way]
-
-
-def test_what_cannot_be_drawn_is_told(ball: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plot that is not there, one that the tracker measures nothing for, and a tree with more than can be seen."""
+def test_an_impossible_figure_is_refused(ball: Run) -> None:
+    """So are an unknown plot, and one without measurements of the tracker."""
     with pytest.raises(ConflictError, match="ball has no plot 'gain', only error, ess, sigma, proposals"):
         figure_of(ball, "gain")
     kalman = finished("sine", 2, tracker="kalman")
     with pytest.raises(ConflictError, match=r"nothing for the plot 'ess'.*; it has error, sigma"):
         figure_of(kalman, "ess")
-    monkeypatch.setattr(sheet, "MOST_MARKS", 2)
-    with pytest.raises(ConflictError, match=r"has [0-9]+ marks, a picture shows at most 2; export another plot"):
-        figure_of(finished("hand", 3), "hands")
