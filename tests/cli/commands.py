@@ -1,4 +1,4 @@
-"""What the tests of the command line share: calls, a clip, and how a failure is checked."""
+"""Calls of the command line, a clip, and the check of a failure."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,10 +8,10 @@ Call = Callable[..., tuple[int, str, str]]
 """Arguments -> status, standard output, standard error."""
 
 Ask = Callable[..., Any]
-"""Arguments -> the JSON value of a call that ends well."""
+"""Arguments -> the JSON value of a successful call."""
 
 FRAMES = 12
-"""Of the clip of a red square."""
+"""Number of frames of the clip of a red square."""
 
 
 def on_clip(clip: Path, *more: object) -> tuple[object, ...]:

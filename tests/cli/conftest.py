@@ -15,7 +15,7 @@ from tests.cli.commands import FRAMES, Ask, Call
 
 @pytest.fixture
 def call(capfd: pytest.CaptureFixture[str]) -> Call:
-    """Run the command line in this process, which is quicker; give status, standard output and standard error."""
+    """Run the command line in this process; return status, standard output and standard error."""
 
     def run(*arguments: object) -> tuple[int, str, str]:
         with pytest.raises(SystemExit) as ended:
@@ -29,7 +29,7 @@ def call(capfd: pytest.CaptureFixture[str]) -> Call:
 
 @pytest.fixture
 def ask(call: Call) -> Ask:
-    """Run the command line with `--json`, check that it ends well, and return the value."""
+    """Run the command line with `--json`, check that it succeeds, and return the value."""
 
     def run(*arguments: object) -> Any:
         status, out, err = call(*arguments, "--json")
@@ -41,7 +41,7 @@ def ask(call: Call) -> Ask:
 
 @pytest.fixture(scope="session")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A film of a red square that moves two pixels a frame, with its table of boxes beside it."""
+    """Return a film of a red square that moves two pixels per frame, next to its table of boxes."""
     folder = tmp_path_factory.mktemp("clip")
     boxes = [(20 + 2 * frame, 30, 10, 8) for frame in range(FRAMES)]
     with FilmWriter(folder / "clip.mp4", 25.0) as film:

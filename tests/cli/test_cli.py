@@ -1,4 +1,4 @@
-"""The command line: what there is, in other packages too, and the commands that check an installation."""
+"""The command line: lists, help, commands of other packages, and the commands that check an installation."""
 
 import json
 import sys
@@ -32,7 +32,7 @@ def test_a_shell_completes_commands(call: Call, monkeypatch: pytest.MonkeyPatch)
 
 
 def helps(command: Any) -> Iterator[str]:
-    """The help of every option and argument of the library's own commands."""
+    """Yield the help of every option and argument of the library's own commands."""
     for parameter in command.params:
         yield parameter.help or ""
     for inner in getattr(command, "commands", {}).values():
@@ -40,28 +40,27 @@ def helps(command: Any) -> Iterator[str]:
 
 
 def test_helps_say_what_an_option_is() -> None:
-    """None begins with a word that needs its neighbours to be understood, and each is a sentence."""
+    """Each is a sentence, and none begins with a word that depends on its neighbours."""
     said = list(helps(get_command(app)))
     assert len(said) > 100
     assert [text for text in said if text.startswith(("Of ", "What ", "Where ", "Whose "))] == []
     assert [text for text in said if not text[:1].strip() or not text.endswith(".")] == []
 
 
-@pytest.mark.parametrize("name", ["ball", "head"])
-def test_show_gives_every_parameter_with_all_that_is_declared(call: Call, ask: Ask, name: str) -> None:
-    """`show` prints each parameter's name, default, bounds and help; `--json` the declarations themselves.
-
-    It prints the name by which `--preset` knows each preset, and what to look at.
-    """
-    shown, table = ask("show", name), call("show", name)[1]
+def test_show_describes_an_experiment(call: Call, ask: Ask) -> None:
+    """`show` prints parameters, presets with what to look at, and its source; `--json` gives all that is declared."""
+    shown, table = ask("show", "ball"), call("show", "ball")[1]
     for declaration in shown["declarations"]:
         assert declaration["name"] in table
         assert declaration["title"]
         assert declaration["description"]
         assert {"unit", "default", "minimum", "maximum", "step", "choices", "live"} <= declaration.keys()
-    assert [preset.name for preset in find(name).presets if preset.name not in table] == []
+    presets = find("ball").presets
+    assert [preset.name for preset in presets if preset.name not in table] == []
     assert "what to look at" in table
-    assert [each["watch"] for each in shown["presets"]] == [preset.watch for preset in find(name).presets]
+    assert [each["watch"] for each in shown["presets"]] == [preset.watch for preset in presets]
+    assert "Takashi Bando: Adaptive Sampling Method" in table
+    assert shown["references"][0]["key"] == "bando2007"
 
 
 def test_help_lists_the_commands_of_other_packages_too(call: Call) -> None:
@@ -71,12 +70,6 @@ def test_help_lists_the_commands_of_other_packages_too(call: Call) -> None:
     assert (code, [command for command in commands if command not in out]) == (0, [])
     assert "--port" in call("serve", "--help")[1]
     assert call("--version")[:2] == (0, f"pftrack {__version__}\n")
-
-
-def test_show_says_where_an_experiment_comes_from(call: Call, ask: Ask) -> None:
-    """`show` cites author, title and year in full; with `--json` as BibTeX too."""
-    assert "Takashi Bando: Adaptive Sampling Method" in call("show", "ball")[1]
-    assert ask("show", "ball")["references"][0]["key"] == "bando2007"
 
 
 def test_a_command_that_cannot_be_loaded_does_not_hide_the_others(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -90,7 +83,7 @@ def test_a_command_that_cannot_be_loaded_does_not_hide_the_others(call: Call, mo
 def test_reproduce_sets_ours_beside_the_reference(
     call: Call, monkeypatch: pytest.MonkeyPatch, ours: float, verdict: str, code: int
 ) -> None:
-    """`reproduce --json` gives one list of findings, people get a table, and one that is off ends with status 1."""
+    """`reproduce --json` gives a list of findings, otherwise a table; a difference ends with status 1."""
     from pftrack.reproduce.finding import GROUNDS, Statement
 
     stated = Statement(result="mean", source="made up", reference=2.0, tolerance=0.1, ground="stated")
@@ -108,15 +101,8 @@ def test_reproduce_sets_ours_beside_the_reference(
     assert max(map(len, shown.splitlines())) <= 80
 
 
-@pytest.mark.slow
-def test_reproduce_computes(ask: Ask) -> None:
-    """A real result is computed and holds."""
-    found = {finding["verdict"] for finding in ask("reproduce", "kalman-sine", "--quick")}
-    assert found <= {"reproduced", "differs", "our own figure", "not run"}
-
-
 def test_doctor_reports_every_check(ask: Ask) -> None:
-    """On the machine that runs the tests nothing that is needed is broken."""
+    """Nothing required is broken on this machine."""
     report = ask("doctor")
     assert report["healthy"], report
     assert {check["status"] for check in report["checks"]} <= {"ok", "warning"}
@@ -125,7 +111,7 @@ def test_doctor_reports_every_check(ask: Ask) -> None:
 def test_doctor_fails_when_something_needed_is_broken(
     call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A data folder that cannot be made is broken: status 1, and the line names the check; people get a table."""
+    """An impossible data folder gives status 1 and a line that names the check; without `--json` there is a table."""
     monkeypatch.setattr("pftrack.doctor.checks._compilation", lambda *, everything: ("ok", f"{everything}"))
     (tmp_path / "file").touch()
     code, out, err = call("doctor", "--data-dir", tmp_path / "file" / "below", "--json")
@@ -136,8 +122,8 @@ def test_doctor_fails_when_something_needed_is_broken(
 
 def test_bench_gives_one_value_by_name(ask: Ask) -> None:
     """`bench NAME --json` gives an object with each benchmark's rows; the ratio of pftrack to itself is 1."""
-    results = ask("bench", "filter_step", "matching", "--smallest")
-    assert list(results) == ["filter_step", "matching"]
+    results = ask("bench", "filter_step", "--smallest")
+    assert list(results) == ["filter_step"]
     ours = [row for row in results["filter_step"]["rows"] if row["library"] == "pftrack"]
     assert [(row["N"], row["ratio"], bool(row["right"])) for row in ours] == [
         (count, 1.0, True) for count in (100, 1_000, 10_000)

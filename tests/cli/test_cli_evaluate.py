@@ -8,7 +8,7 @@ from tests.cli.commands import Call, refused
 
 
 def test_sequences_are_evaluated(tmp_path: Path, call: Call) -> None:
-    """Each sequence gets its figures, beside published ones where they are known; a grey one is named as such."""
+    """Each sequence gets its figures, next to known published ones; a message names a grey sequence."""
     write_otb(tmp_path / "Couple")
     write_otb(tmp_path / "plain", grey=True)
     code, out, err = call("evaluate", "otb", tmp_path, "--seeds", 1, "--set", "sample_count=50", "--json")
@@ -22,7 +22,7 @@ def test_sequences_are_evaluated(tmp_path: Path, call: Call) -> None:
 
 
 def test_what_cannot_be_evaluated_is_refused(tmp_path: Path, call: Call) -> None:
-    """Folders without sequences, trackers and parameters that there are not, and trackers without a box."""
+    """So are folders without sequences, unknown trackers and parameters, and trackers without a box."""
     refused(call("evaluate", "otb", tmp_path), 1, "not a sequence")
     write_otb(tmp_path / "Couple")
     refused(call("evaluate", "otb", tmp_path, "--tracker", "none"), 2, "must be one of")

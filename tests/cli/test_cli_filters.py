@@ -1,4 +1,4 @@
-"""Filters in files on the command line: one to begin with, run, swept, replayed."""
+"""Filters in files on the command line: create, run, sweep, replay."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ def file(call: Call, tmp_path: Path) -> Path:
 
 
 def test_a_file_is_run_swept_and_replayed(ask: Ask, file: Path, tmp_path: Path) -> None:
-    """A file stands wherever a tracker's name may; what it saved is the same run again."""
+    """A file can replace the name of a tracker; its saved run gives the same numbers."""
     saved, table = tmp_path / "run.pft", tmp_path / "sweep.parquet"
     ran = ask("run", "sine", "--tracker", file, "--frames", 30, "--out", saved)
     assert (ran["tracker"], ask("replay", saved)["same_as_saved"]) == ("mine", True)
@@ -30,8 +30,8 @@ def test_a_file_is_run_swept_and_replayed(ask: Ask, file: Path, tmp_path: Path) 
     assert not any(row["problem"] for row in rows)
 
 
-def test_what_a_file_prints_is_not_the_result(call: Call, tmp_path: Path) -> None:
-    """It goes to standard error, and so does a sentence on frames in which all weights are zero."""
+def test_the_prints_of_a_file_go_to_standard_error(call: Call, tmp_path: Path) -> None:
+    """So does a sentence on frames in which all weights are zero."""
     body = "print('loaded')\nimport numpy as np\ndef log_likelihood(states, frame, parameters):\n    print('asked')\n"
     path = tmp_path / "talks.py"
     path.write_text(f"{body}    return np.full(len(states), -np.inf)\n")
@@ -41,8 +41,8 @@ def test_what_a_file_prints_is_not_the_result(call: Call, tmp_path: Path) -> Non
     assert "all weights were zero in 3 of 4 frames, first in frame 1; equal weights took their place" in err
 
 
-def test_what_stands_in_the_way_is_said_in_a_line(call: Call, file: Path, tmp_path: Path) -> None:
-    """A file that is there, one with another name, one that breaks, and one that somebody else has written."""
+def test_wrong_files_are_refused(call: Call, file: Path, tmp_path: Path) -> None:
+    """So are an existing file, a wrong name, a file that raises an error, and a file of somebody else."""
     refused(call("new", "filter", file, "--experiment", "ball"), 1, "is there already")
     refused(call("new", "filter", tmp_path / "my-filter.py", "--experiment", "ball"), 2, "a name such as my_filter.py")
     refused(call("new", "filter", tmp_path / "other.py", "--experiment", "fish"), 2, "takes no filters")

@@ -9,8 +9,8 @@ from pftrack.core.model.recipe import Change
 from tests.cli.commands import Call, refused
 
 
-def test_what_was_found_is_in_force_in_all_frames_of_the_run_that_is_saved(call: Call, tmp_path: Path) -> None:
-    """A later change of a number that was fitted does not bring the old value back; one of another number stays."""
+def test_fitted_values_hold_in_all_frames_of_the_saved_run(call: Call, tmp_path: Path) -> None:
+    """A later change of a fitted number is dropped; a change of another number stays."""
     file, out = tmp_path / "run.pft", tmp_path / "fitted.pft"
     recipe = pftrack.run("sine", tracker="kalman", seed=7, frames=200, assumed_noise_sd=0.4).recipe
     later = Change(50, {"assumed_noise_sd": 0.3, "observation_noise_sd": 0.11})
@@ -26,8 +26,8 @@ def test_what_was_found_is_in_force_in_all_frames_of_the_run_that_is_saved(call:
         assert expected.items() <= flat(saved.parameters_at(frame)).items()
 
 
-def test_what_is_not_kept_is_not_saved(call: Call, tmp_path: Path) -> None:
-    """Nothing is written where the second half does not agree, and a name that is none is told."""
+def test_a_rejected_fit_is_not_saved(call: Call, tmp_path: Path) -> None:
+    """The second half of the run does not confirm it; an unknown name is refused."""
     file, out = tmp_path / "run.pft", tmp_path / "fitted.pft"
     pftrack.run("sine", tracker="kalman", seed=7, frames=60).save(file)
     code, told, err = call("fit", str(file), "assumed_noise_sd", "--out", str(out))

@@ -1,4 +1,4 @@
-"""The head from the command line: its series, its truth, its points, its films, and what it refuses."""
+"""The head from the command line: series, truth, points, and refusals."""
 
 import csv
 import json
@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry import rotation
-from pftrack.sources.sequence import open_sequence
 from pftrack.vision.face import FEATURES
 from pftrack.vision.film import FilmWriter
 from tests.cli.commands import Ask, Call, refused
 from tests.experiments.head.heads import empty, pictures, simulated
 
-COUNT, WIDTH = 60, 320
-CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
+COUNT, WIDTH = 12, 320
 
 
 def film(place: Path, shown: list[Any]) -> Path:
@@ -28,7 +26,7 @@ def film(place: Path, shown: list[Any]) -> Path:
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Write a film of the simulated driver who turns, with its truth as a table beside it."""
+    """Write a film of the simulated driver who turns, with a table of the truth."""
     folder = tmp_path_factory.mktemp("head")
     film(folder / "clip.mp4", pictures(COUNT, width=WIDTH, every=2))
     with (folder / "truth.csv").open("w", newline="") as file:
@@ -39,13 +37,13 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
             turn = rotation(frame.target.position)
             ahead, across = turn @ [0, 0, -1], turn @ [1, 0, 0]
             pose = np.arctan2(ahead[0], -ahead[2]), np.arcsin(-ahead[1]), np.arctan2(across[1], across[0])
-            # A constant offset, as a reference from another model of faces has it, is to be taken off.
+            # A constant offset, like that of a reference from another model of faces, must be subtracted.
             table.writerow([index, *np.add(np.rad2deg(pose), (3.0, -13.0, 2.0)), ""])
     return folder / "clip.mp4"
 
 
 def test_a_clip_of_a_face_gives_yaw_pitch_and_roll(ask: Ask, clip: Path) -> None:
-    """Every frame has three angles with the signs of the table, errors are those after frame 0's offset is off."""
+    """Every frame has three angles; errors are relative to frame 0."""
     said = ask("run", "head", "--video", clip, "--truth", clip.with_name("truth.csv"), "--seed", 2)
     with clip.with_name("truth.csv").open() as file:
         truth = list(csv.DictReader(file))
@@ -56,28 +54,10 @@ def test_a_clip_of_a_face_gives_yaw_pitch_and_roll(ask: Ask, clip: Path) -> None
         error = np.abs((found - found[0]) - (wanted - wanted[0])).mean()
         assert said["mean_abs_error_deg"][name] == pytest.approx(error, abs=1e-6)
         assert error < 6
-    assert min(said["yaw_deg"]) < -15
-    assert np.sign(said["yaw_deg"][40]) == np.sign(float(truth[40]["yaw_deg"]) - float(truth[0]["yaw_deg"]))
-
-
-def test_without_truth_there_are_angles_but_no_errors(ask: Ask, clip: Path) -> None:
-    """Without a table the series are there, and the errors are null."""
-    said = ask("run", "head", "--video", clip, "--frames", 5)
-    assert (len(said["yaw_deg"]), said["tracked_share"]) == (5, 1.0)
-    assert (said["mean_abs_error_deg"], said["mean_error"]) == (None, None)
-
-
-@pytest.mark.parametrize("name", ["head", "prism"])
-def test_the_simulated_experiments_have_the_same_series(call: Call, ask: Ask, name: str) -> None:
-    """A simulated run knows its truth; its table for people leaves the long series out."""
-    said = ask("run", name, "--frames", 6)
-    assert (said["experiment"], said["labelled_frames"]) == (name, 6)
-    status, out, _ = call("run", name, "--frames", 6)
-    assert (status, "yaw deg" in out, "mean error" in out) == (0, False, True)
 
 
 def test_marked_points_are_used_and_replayed(ask: Ask, clip: Path, tmp_path: Path) -> None:
-    """Points from a file are where tracking begins, with every method, and a saved run has them along."""
+    """Tracking begins at the points of a file, and a saved run contains them."""
     first = simulated(1, width=WIDTH)[0].target
     assert first is not None
     assert first.landmarks is not None
@@ -94,43 +74,22 @@ def test_marked_points_are_used_and_replayed(ask: Ask, clip: Path, tmp_path: Pat
     assert len(hashes) == 1
 
 
-def test_the_overlay_is_written_as_a_film(ask: Ask, clip: Path, tmp_path: Path) -> None:
-    """The film shows the clip, which is no copy, at its size, and beside it a square with the head's model."""
-    ask("run", "head", "--video", clip, "--frames", 4, "--video-out", tmp_path / "o.mp4")
-    drawn, plain = open_sequence(tmp_path / "o.mp4"), open_sequence(clip)
-    width, height = plain.size
-    assert (drawn.frame_count, drawn.size) == (4, (width + height, height))
-    picture, world = np.split(drawn.picture(3).astype(int), [width], axis=1)
-    assert 2 < np.abs(picture - plain.picture(3)).mean() < 40
-    assert (world > 240).all(axis=2).mean() > 0.5
-
-
 @pytest.mark.parametrize(
     ("arguments", "status", "message"),
     [
-        ("head --points p.json", 2, "--points needs --video"),
-        ("ball --video {clip} --points p.json", 2, "ball takes no mark of kind 'points', only box"),
-        ("prism --video {clip}", 2, "is simulated and takes no --video"),
-        ("head --video {clip} --box 1,2,3", 2, "--box expected 4 finite numbers"),
         ("head --video {clip} --points none.json", 2, "the file none.json does not exist"),
         ("head --video {clip} --truth {boxes}", 1, "expected the columns frame, yaw_deg"),
         ("head --video {nobody}", 1, "found none"),
         ("head --video {clip} --box 0,0,30,30", 1, "face"),
-        ("head --video {clip} --tracker h-spf", 2, "must be one of pf-asd, alpha-1, alpha-0, rb-pf"),
         ("head --video {clip} --preset sunglasses", 2, "belongs to the simulated scene: a recording has no sunglasses"),
         ("head --export face.stl", 2, ".obj, .points.json, .tracks.csv, .learned.json; got"),
-        ("head --export face", 2, "got 'face'"),
         ("ball --export face.obj", 2, "a run of ball can be exported as .csv, .parquet, "),
-        ("head --export nowhere/face.obj", 2, "does not exist"),
     ],
 )
 def test_wrong_use_of_the_head_is_one_line(
     call: Call, clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: str, status: int, message: str
 ) -> None:
-    """Whatever does not go together or shows no face is refused with one sentence.
-
-    What cannot be exported is refused with the suffixes that there are, before anything is computed.
-    """
+    """A recording without a face is refused with one sentence; an export with the possible suffixes."""
     monkeypatch.chdir(tmp_path)
     places = {"clip": clip, "boxes": tmp_path / "boxes.csv", "nobody": tmp_path / "nobody.mp4"}
     places["boxes"].write_text("frame,x,y,w,h\n0,1,2,3,4\n")
@@ -138,17 +97,8 @@ def test_wrong_use_of_the_head_is_one_line(
     refused(call("run", *arguments.format(**places).split()), status, message)
 
 
-def test_the_real_clip_from_the_command_line(ask: Ask) -> None:
-    """On the sample clip every axis is within 5 degrees of the reference and no frame is lost."""
-    if not CLIP.exists():
-        pytest.skip("the sample clips are not beside this checkout")
-    said = ask("run", "head", "--video", CLIP / "clip.mp4", "--truth", CLIP / "reference_pose.csv")
-    assert (said["frames"], said["tracked_share"]) == (250, 1.0)
-    assert max(said["mean_abs_error_deg"].values()) < 3.0
-
-
 def test_the_model_of_the_last_frame_is_written(call: Call, tmp_path: Path) -> None:
-    """`--export` writes by suffix, several at once; a saved run that is replayed writes the same."""
+    """`--export` writes several files by suffix; a replayed run writes the same."""
     places = [tmp_path / f"face.{suffix}" for suffix in ("obj", "points.json")]
     wanted = [part for place in places for part in ("--export", place)]
     values = ("--set", "hidden_weight=0", "--set", "image_width_px=320")

@@ -1,4 +1,4 @@
-"""`pftrack lessons`: what it lists, checks, draws and exports, and what it refuses."""
+"""`pftrack lessons`: list, check, draw and export."""
 
 import json
 from dataclasses import replace
@@ -8,22 +8,20 @@ import pytest
 
 from pftrack.teaching.lessons import LESSONS, Figure
 from pftrack.teaching.lessons.course import probability
-from pftrack.teaching.lessons.lesson import Demonstration, Outcome, Scenario
+from pftrack.teaching.lessons.lesson import Demonstration, Scenario
 from tests.cli.commands import Ask, Call, refused
 
 
-def test_list_has_every_lesson_with_its_checks(call: Call, ask: Ask) -> None:
-    """Id, number, title and the names of the checks, in the order of the course; as a table too."""
+def test_list_has_every_lesson_with_its_checks(ask: Ask) -> None:
+    """It gives id, number, title and the names of the checks, in the order of the course."""
     assert ask("lessons", "list")[: len(LESSONS)] == [
         {"id": it.id, "number": it.number, "title": it.title, "checks": [check.name for check in it.checks]}
         for it in LESSONS.values()
     ]
-    status, out, _ = call("lessons", "list")
-    assert (status, [name for name in LESSONS if name not in out]) == (0, [])
 
 
-def test_check_computes_what_is_claimed(call: Call, ask: Ask) -> None:
-    """Each check of the lessons that are named, by id or number, with its figures; status 0 as all pass."""
+def test_check_computes_the_claims(call: Call, ask: Ask) -> None:
+    """It gives the figures of each check of the named lessons, by id or number."""
     found = ask("lessons", "check", "probability", "2")
     lessons = LESSONS["probability"], LESSONS["joint"]
     names = [(it.id, each.name) for it in lessons for each in it.checks]
@@ -35,19 +33,8 @@ def test_check_computes_what_is_claimed(call: Call, ask: Ask) -> None:
     assert "counting" in call("lessons", "check", "probability")[1]
 
 
-def test_a_check_that_fails_is_told(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The others are computed all the same; exit status 1, and how many failed."""
-    first, *others = LESSONS["probability"].checks
-    wrong = replace(first, run=lambda: Outcome(2.0, 1.0, 0.5))
-    monkeypatch.setitem(LESSONS.made, "probability", replace(LESSONS["probability"], checks=(wrong, *others)))
-    status, out, err = call("lessons", "check", "1", "--json")
-    assert status == 1
-    assert [row["status"] for row in json.loads(out)] == ["fail", *["pass"] * len(others)]
-    assert f"1 of {1 + len(others)} checks" in err
-
-
-def test_figure_writes_data_and_tells_numbers(ask: Ask, tmp_path: Path) -> None:
-    """The file has the figure as the pages get it; values and seed are those that were given."""
+def test_figure_writes_data_and_prints_numbers(ask: Ask, tmp_path: Path) -> None:
+    """The file has the figure as the pages get it, with the given values and seed."""
     place = tmp_path / "figure.json"
     given = "--set", "count=50", "--set", "bin_width=0.1", "--seed", 3
     told, data = ask("lessons", "figure", "1", *given, "--out", place), json.loads(place.read_text(encoding="utf-8"))
@@ -62,17 +49,16 @@ def test_figure_writes_data_and_tells_numbers(ask: Ask, tmp_path: Path) -> None:
     assert told["numbers"] == data["numbers"]
 
 
-@pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.SVG", b"<?xml")])
-def test_figure_draws_pictures(call: Call, tmp_path: Path, name: str, begins: bytes) -> None:
-    """The suffix says what is written; the numbers are printed with what is exact."""
-    status, out, err = call("lessons", "figure", "probability", "--out", tmp_path / name)
+def test_figure_draws_pictures(call: Call, tmp_path: Path) -> None:
+    """The suffix decides on the format; the numbers are printed with the exact ones."""
+    status, out, err = call("lessons", "figure", "probability", "--out", tmp_path / "a.SVG")
     assert (status, "Area of the histogram" in out, "0.2861" in out) == (0, True, True)
-    assert (tmp_path / name).read_bytes().startswith(begins)
-    assert f"written to {tmp_path / name}" in err
+    assert (tmp_path / "a.SVG").read_bytes().startswith(b"<?xml")
+    assert f"written to {tmp_path / 'a.SVG'}" in err
 
 
 def test_export_writes_a_notebook_with_the_values_given(call: Call, tmp_path: Path) -> None:
-    """Values and seed stand in its cells."""
+    """Its cells contain values and seed."""
     place = tmp_path / "lesson.ipynb"
     assert call("lessons", "export", "bayes", "--set", "mode=distance", "--seed", 9, "--notebook", place)[0] == 0
     book = json.loads(place.read_text(encoding="utf-8"))
@@ -81,7 +67,7 @@ def test_export_writes_a_notebook_with_the_values_given(call: Call, tmp_path: Pa
 
 
 def test_a_run_has_no_figure(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A lesson that shows a run says which, and how to draw that."""
+    """The refusal names the command that draws the run."""
     run = Scenario(experiment="sine", tracker="kalman")
     monkeypatch.setitem(LESSONS.made, "probability", replace(LESSONS["probability"], body=run))
     refused(call("lessons", "figure", "1", "--out", tmp_path / "a.png"), 2, "shows a run", "`pftrack run sine`")
@@ -106,7 +92,7 @@ Nothing more than an example of a lesson that stands beside the course.
 
 @pytest.fixture
 def lectured(tmp_path: Path) -> Path:
-    """A folder with a lecturer's lesson, and a file that is none."""
+    """Return a folder with a lecturer's lesson and a broken file."""
     folder = tmp_path / "lessons"
     folder.mkdir()
     (folder / "halves.md").write_text(LECTURED, encoding="utf-8")
@@ -114,19 +100,18 @@ def lectured(tmp_path: Path) -> Path:
     return folder
 
 
-def test_lessons_of_a_folder_stand_beside_the_course(call: Call, ask: Ask, lectured: Path) -> None:
-    """They are listed and checked; a file that is wrong is told of by name and line, and harms no other."""
+def test_lessons_of_a_folder_follow_the_course(call: Call, lectured: Path) -> None:
+    """They are listed; a broken file is reported by name and line."""
     status, out, err = call("lessons", "list", "--lessons", lectured, "--json")
     assert status == 0
     listed = json.loads(out)
     assert [it["id"] for it in listed[: len(LESSONS)]] == list(LESSONS)
     assert next(it for it in listed if it["id"] == "halves")["number"] == 0
     assert "broken.md, line" in err
-    assert {row["lesson"] for row in ask("lessons", "check", "halves", "--lessons", lectured)} <= {"halves"}
 
 
 def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, tmp_path: Path) -> None:
-    """Its figure has its own values; its notebook carries the file and needs no folder."""
+    """Its figure has its own values; its notebook contains the file and needs no folder."""
     place = tmp_path / "halves.json"
     assert call("lessons", "figure", "halves", "--lessons", lectured, "--out", place)[0] == 0
     data = json.loads(place.read_text(encoding="utf-8"))
@@ -141,19 +126,13 @@ def test_a_lesson_of_a_folder_is_drawn_and_exported(call: Call, lectured: Path, 
     assert str(lectured) not in book.read_text(encoding="utf-8")
 
 
-def test_a_scenario_is_exported_as_it_is(call: Call, tmp_path: Path) -> None:
-    """Its notebook has the recipe that is asked about."""
-    book = tmp_path / "colour.ipynb"
-    assert call("lessons", "export", 12, "--notebook", book)[0] == 0
-    assert "sharpness': 200" in book.read_text(encoding="utf-8").replace('\\"', "'")
-
-
-def test_a_check_that_cannot_be_computed_says_why(call: Call, lectured: Path) -> None:
-    """The answer of a lecturer's lesson may be none of its choices: the check fails, and the sentence is told."""
+def test_a_failed_check_has_a_reason(call: Call, lectured: Path) -> None:
+    """The answer of a lecturer's lesson is below all of its choices: status 1, with the reason."""
     asked = LECTURED.replace("  tolerance: 0.1\n", "  kind: choice\n  choices: {near: It is near, far: It is far}\n")
     answer = "answer: {measure: 'Mean of x, given z', choices: {near: 900, far: 1000}}"
     (lectured / "halves.md").write_text(asked.replace("answer: Mean of x, given z", answer), encoding="utf-8")
     status, out, err = call("lessons", "check", "halves", "--lessons", lectured, "--json")
     assert status == 1
     assert [(row["ours"], row["status"]) for row in json.loads(out)] == [(None, "fail")]
+    assert "1 of 1 checks lie outside their tolerances" in err
     assert "halves, answer: Mean of x, given z is 0.6, below the lowest number of every choice" in " ".join(err.split())

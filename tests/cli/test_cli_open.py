@@ -1,4 +1,4 @@
-"""`pftrack open`: results of any tracker beside their clip and their truth, from the command line."""
+"""`pftrack open`: results of any tracker with their clip and their truth."""
 
 import json
 import re
@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.core.refusal import RefusedError
 from pftrack.sources.results.writing import read_results_file
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.film import FilmWriter
@@ -20,7 +19,7 @@ FRAMES = 8
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A clip, what a tracker says of two targets in it, and what is true."""
+    """Return a folder with a clip, a tracker's results on two targets, and the truth."""
     with FilmWriter(tmp_path / "clip.mp4", 25.0) as film:
         for _ in range(FRAMES):
             film.write(np.zeros((96, 128, 3), dtype=np.uint8))
@@ -39,8 +38,8 @@ def boxes(path: Path, **options: Any) -> list[tuple[float, ...]]:
     return [box[:6] for box in read_results_file(path, **options).boxes]
 
 
-def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> None:
-    """Overlap and switches come out, what was guessed is said, and the recording holds all that the page needs."""
+def test_results_are_measured_on_their_clip(call: Call, folder: Path) -> None:
+    """There are overlap and switches, every guess is reported, and the recording has all that the page needs."""
     out = folder / "mine.pft"
     status, out_text, err = call(
         *("open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt"),
@@ -57,8 +56,8 @@ def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> Non
     assert boxes(folder / "again.cvat.xml") == boxes(folder / "results.txt")
 
 
-def test_of_several_targets_it_is_told_which_is_measured(call: Call, folder: Path) -> None:
-    """Their number and the chosen one stand in the result, and a note says how to choose."""
+def test_the_measured_target_is_named(call: Call, folder: Path) -> None:
+    """The result has the number of targets and the chosen one, and a note explains how to choose."""
     arguments = "open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt", "--json"
     _, out, err = call(*arguments)
     assert (json.loads(out)["targets"], json.loads(out)["measured_target"]) == (2, 1)
@@ -67,8 +66,8 @@ def test_of_several_targets_it_is_told_which_is_measured(call: Call, folder: Pat
     assert "it has 2 targets, and target 1 is measured; --set selected_target=NUMBER chooses another" in err
 
 
-def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
-    """A clip holds no results, and a form must be known."""
+def test_other_files_are_refused(call: Call, folder: Path) -> None:
+    """A clip has no results, and a form must be known."""
     refused(call("open", folder / "clip.mp4", "--no-show"), 1, "holds no results")
     (folder / "own.csv").write_text("bild;links;oben;breit;hoch\n0;1;2;3;4\n")
     columns = "own.csv: expected columns such as frame, id, x, y, w, h, got bild, links"
@@ -78,7 +77,7 @@ def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore:The file lists a frame after the last")
 def test_a_truth_may_begin_at_frame_1(call: Call, folder: Path) -> None:
-    """A person says so where a table of truth counts from 1, for results and for runs; Python hears the same doubt."""
+    """`--truth-first-frame 1` resolves the doubt, for results and for runs; Python warns, too."""
     rows = [f"{frame + 1},{20 + frame},10,12,12\n" for frame in range(FRAMES)]
     (folder / "true.csv").write_text("frame,x,y,w,h\n" + "".join(rows))
     known = "--video", folder / "clip.mp4", "--truth", folder / "true.csv", "--json"
@@ -92,30 +91,25 @@ def test_a_truth_may_begin_at_frame_1(call: Call, folder: Path) -> None:
     assert doubt in call(*tracked)[2]
     status, out, err = call(*tracked, "--truth-first-frame", "1")
     assert (status, doubt in err, json.loads(out)["labelled_frames"]) == (0, False, FRAMES)
-    asked: dict[str, Any] = {"recording": folder / "clip.mp4", "box": (20, 10, 12, 12), "start": 0}
-    asked["truth"] = folder / "true.csv"
+    asked: dict[str, Any] = {"recording": folder / "clip.mp4", "truth": folder / "true.csv"}
     with pytest.warns(UserWarning, match=re.escape(doubt)):
-        pftrack.run("histogram", **asked)
-    pftrack.run("histogram", **asked, truth_first_frame=1)
+        pftrack.run("histogram", **asked, box=(20, 10, 12, 12), start=0, finish=False)
 
 
 @pytest.mark.filterwarnings("ignore:(Records of frames beyond|Its first frame)")
 def test_results_of_a_large_clip_can_be_opened(call: Call, ask: Ask, folder: Path) -> None:
-    """4K beside results is refused with what to do, and that is done from the command line and from Python."""
+    """A 4K clip is refused with the remedy, which works on the command line and in Python."""
     clip, results = folder / "clip.mp4", folder / "results.txt"
     with FilmWriter(clip, 25.0) as film:
         film.write(np.zeros((2160, 3840, 3), dtype=np.uint8))
     arguments = "open", results, "--video", clip
     refused(call(*arguments, "--no-show"), 1, "allow it with --large, in Python large=True")
-    for form in ((), ("--form", "mot")):
-        ask(*arguments, "--large", *form)
-    with pytest.raises(RefusedError, match="large=True"):
-        pftrack.load(results, recording=clip)
+    ask(*arguments, "--large", "--form", "mot")
     assert pftrack.load(results, recording=clip, large=True).source.size == (3840, 2160)
 
 
 def test_truth_may_come_in_the_form_of_others(ask: Ask, folder: Path) -> None:
-    """An experiment that takes true boxes takes them from CVAT, MOTChallenge and the rest."""
+    """An experiment that takes true boxes takes them in every known form."""
     with pytest.warns(UserWarning, match="Its first frame was taken as 1"):
         run = pftrack.load(folder / "results.txt")
     run.export(folder / "boxes.coco.json")

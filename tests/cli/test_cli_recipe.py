@@ -1,4 +1,4 @@
-"""Recipes and marks on the command line: a run as a file that people write, and any kind of mark."""
+"""Recipes on the command line: a run as a file that people write."""
 
 import json
 from pathlib import Path
@@ -21,7 +21,7 @@ def recipe(tmp_path: Path) -> Path:
 
 
 def test_a_recipe_is_run_and_shown_again(call: Call, ask: Ask, recipe: Path, tmp_path: Path) -> None:
-    """A file that a person has written is run; what `show-recipe` prints of the saved run gives the same numbers.
+    """A person's file is run; `show-recipe` of the saved run gives the same numbers.
 
     Seed, length and values on the command line change the run.
     """
@@ -39,42 +39,35 @@ def test_a_recipe_is_run_and_shown_again(call: Call, ask: Ask, recipe: Path, tmp
 MARK = {"kind": "box", "x": 20, "y": 30, "width": 10, "height": 8}
 
 
-def test_a_recipe_finds_its_clip_beside_it(ask: Ask, clip: Path, tmp_path: Path) -> None:
-    """The path of a recording is seen from the file; its mark is any that the experiment takes."""
+def test_a_recipe_finds_its_clip(ask: Ask, clip: Path, tmp_path: Path) -> None:
+    """The path of a recording is relative to the file; `--mark-out` draws its mark."""
     (tmp_path / "clip.mp4").write_bytes(clip.read_bytes())
-    ran = ask("run", written(tmp_path, {"experiment": "ball", "footage": {"path": "clip.mp4", "mark": MARK}}))
+    path = written(tmp_path, {"experiment": "ball", "footage": {"path": "clip.mp4", "mark": MARK}})
+    ran = ask("run", path, "--mark-out", tmp_path / "mark.png")
+    assert (tmp_path / "mark.png").read_bytes().startswith(b"\x89PNG")
     same = ask("run", "ball", "--video", clip, "--mark", "box:20,30,10,8")
     assert (ran["frames"], ran["estimates_sha256"]) == (FRAMES, same["estimates_sha256"])
 
 
 def test_a_truth_leaves_the_start_of_a_recipe(ask: Ask, clip: Path, tmp_path: Path) -> None:
-    """A recipe says on which frame its mark is; a table of truth that begins earlier changes nothing of that."""
+    """The frame of the mark in a recipe stays, though the truth begins earlier."""
     footage = {"name": clip.name, "mark": {**MARK, "x": 26}, "start": 3}
     path = written(tmp_path, {"experiment": "ball", "footage": footage})
     ran = ask("run", path, "--video", clip, "--truth", clip.with_name("truth.csv"))
     assert (ran["frames"], ran["labelled_frames"], ran["inside_share"]) == (FRAMES - 3, FRAMES - 3, 1.0)
 
 
-def test_a_mark_is_drawn_on_the_first_picture(ask: Ask, clip: Path, tmp_path: Path) -> None:
-    """`--mark-out` writes a picture."""
-    ask("run", "ball", "--video", clip, "--box", "20,30,10,8", "--frames", 1, "--mark-out", tmp_path / "mark.png")
-    assert (tmp_path / "mark.png").read_bytes().startswith(b"\x89PNG")
-
-
 @pytest.mark.parametrize(
     ("text", "status", "message"),
     [
         ("{", 1, "recipe.json is not JSON"),
-        ("[]", 2, "recipe must be"),
         ('{"experiment": "ball", "colour": 1}', 2, "colour must be left out"),
-        ('{"experiment": "chess"}', 2, "got 'chess'"),
-        ('{"experiment": "ball", "seed": 9007199254740993}', 2, "seed must be a whole number"),
         ('{"experiment": "ball", "timeline": [{"frame": 0, "values": {"magic": 1}}]}', 2, "magic must be"),
         ('{"experiment": "ball", "footage": {"path": "none.mp4", "mark": {"kind": "box"}}}', 1, "none.mp4"),
     ],
 )
 def test_wrong_recipes_are_refused(call: Call, tmp_path: Path, text: str, status: int, message: str) -> None:
-    """What is wrong with a recipe is said in one line."""
+    """One line names the mistake."""
     path = tmp_path / "recipe.json"
     path.write_text(text)
     refused(call("run", path), status, message)

@@ -13,22 +13,22 @@ from tests.tracks import table
 
 @pytest.fixture(scope="module")
 def tracks(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A table of the first frames of the simulated prism."""
+    """Return a table of the first frames of the simulated prism."""
     path = tmp_path_factory.mktemp("tracks") / "prism.csv"
     path.write_text(table())
     return path
 
 
 def test_a_table_is_followed_and_replayed(ask: Ask, tracks: Path, tmp_path: Path) -> None:
-    """A run on a table is saved with its hash, and comes to the same numbers again; no mark is needed."""
+    """A saved run on a table gives the same numbers again; it needs no mark."""
     saved = tmp_path / "run.pft"
     report = ask("run", "structure", "--tracks", tracks, "--out", saved)
     assert report["frames"] == 26
     assert ask("replay", saved, "--video", tracks)["estimates_sha256"] == report["estimates_sha256"]
 
 
-def test_what_does_not_go_together_is_refused(call: Call, tracks: Path, tmp_path: Path) -> None:
-    """A table where pictures are wanted, pictures' options where there are tracks, and a table with other columns."""
+def test_wrong_recordings_are_refused(call: Call, tracks: Path, tmp_path: Path) -> None:
+    """So are a table for an experiment on pictures, options of pictures, and a table with other columns."""
     wrong = tmp_path / "wrong.csv"
     wrong.write_text("frame,point,left,top\n0,1,2,3\n")
     box = ("--box", "1,1,9,9")
@@ -39,7 +39,7 @@ def test_what_does_not_go_together_is_refused(call: Call, tracks: Path, tmp_path
 
 
 def test_a_table_of_just_the_points_needs_no_mark(call: Call, ask: Ask, tmp_path: Path) -> None:
-    """Four tracks are a chain in their order; of five it must be said which, and the option given is named."""
+    """Four tracks are a chain in their order; five are refused, with the option by name."""
     four = 2.0 * np.array([joints(index) for index in range(FRAMES)]) + np.array([80.0, 20.0])
     for names, points in (("abcd", four), ("abcde", np.concatenate([four, four[:, :1] + 30.0], axis=1))):
         (tmp_path / f"{names}.csv").write_text(write(list(names), points, np.ones_like(points)))

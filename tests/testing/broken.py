@@ -1,4 +1,4 @@
-"""Experiments that are broken in one way each, by the check that finds it, with a part of what it says."""
+"""Experiments that are broken in one way each, with the check that finds it and a part of its sentence."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -7,11 +7,11 @@ from itertools import count
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import Field, field_validator
 
 from pftrack.core.model.band import ALL, BandTest, Calibration, Finding, FlagBand
-from pftrack.core.model.drawing import Points, Primitive, World, WorldDrawing
-from pftrack.core.model.marks import Editor, Handle, Mark
+from pftrack.core.model.drawing import Ellipse, Points, Primitive, World, WorldDrawing
+from pftrack.core.model.marks import Editor, Handle, Mark, MarkNumber
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.model import NoiseScale
 from pftrack.core.model.parameters import parameter
@@ -19,8 +19,9 @@ from pftrack.core.model.preset import Cure, ExampleSweep, Preset
 from pftrack.core.model.series import Series
 from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Step
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import find
-from pftrack.experiments.experiment import NO_VIDEO, Experiment, Measured, Quality
+from pftrack.experiments.experiment import Experiment, Measured, Quality
 from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel
 from pftrack.experiments.sine.experiment import SignalSource, SineParameters
 
@@ -39,7 +40,7 @@ SPACE = World("space", "Space", "mm", 5.0)
 
 
 class Altered:
-    """A state that says something else than the one within."""
+    """A state that differs from the one within."""
 
     def __init__(self, state: Any, **other: Any) -> None:
         self.within = state
@@ -83,9 +84,9 @@ def displaying(experiment: Experiment, **other: Any) -> Experiment:
     return replace(experiment, display=replace(experiment.display, **other))
 
 
-def in_world(*items: Primitive, world: World = SPACE) -> Experiment:
-    """Return an experiment that draws in the world `SPACE`, or in another one."""
-    drawn = WorldDrawing(world, dict(zip(("it", "other"), items, strict=False)))
+def in_world(item: Primitive) -> Experiment:
+    """Return an experiment that draws in the world `SPACE`."""
+    drawn = WorldDrawing(SPACE, {"it": item})
     return displaying(drawing(lambda flat, *_: replace(flat, worlds=(drawn,))), worlds=(SPACE,))
 
 
@@ -98,13 +99,13 @@ def showing(source: Callable[[int, Any], Any]) -> Experiment:
 
 
 class NoUnit(SineParameters, group="Signal"):
-    """A unit in the name alone."""
+    """The unit is in the name alone."""
 
     width_px: float = parameter(1.0, "Width", "How wide.", within=(0, 2, 1))
 
 
 class Smoothed(SineParameters, group="Signal"):
-    """Says of a noise that it only smooths."""
+    """The role of a noise is only to smooth."""
 
     process_noise_sd: float = parameter(0.001, "Process noise", "How free.", within=(1e-6, 1, 0.0005), role="smoothing")
 
@@ -114,7 +115,7 @@ def refusing(*_: Any, **__: Any) -> Any:
 
 
 class Forgiving(SineParameters, group="Signal"):
-    """Takes what is too large for what is largest."""
+    """Replaces values that are too large by the largest."""
 
     width: float = parameter(1.0, "Width", "How wide.", within=(0, 2, 1))
 
@@ -125,7 +126,7 @@ class Forgiving(SineParameters, group="Signal"):
 
 
 class Restless(SignalSource):
-    """Shows another signal whenever it is asked."""
+    """Shows another signal at each call."""
 
     calls = 0
 
@@ -136,7 +137,7 @@ class Restless(SignalSource):
 
 
 class Quiet(SignalSource):
-    """Says that its noise does not depend on the seed."""
+    """Claims that its noise does not depend on the seed."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -144,7 +145,7 @@ class Quiet(SignalSource):
 
 
 def boasting(factor: float, found: Finding = "right") -> Experiment:
-    """Return an experiment whose tracker tells a multiple of its standard deviations."""
+    """Return an experiment whose tracker reports a multiple of its standard deviations."""
 
     def alter(state: Any, frame: Frame) -> dict[str, Any]:
         made = KALMAN.step(getattr(state, "within", state), frame, SineParameters(), None)
@@ -154,7 +155,7 @@ def boasting(factor: float, found: Finding = "right") -> Experiment:
 
 
 def escaping() -> Experiment:
-    """Return an experiment with a region that promises to hold the truth, and loses it in one frame."""
+    """Return an experiment with a region that should contain the truth, and loses it in one frame."""
     flag = Series("contained", "truth contained", role="flag")
     measured = Measured((flag,), lambda frame, _: {"contained": float(frame.index != 7)})
     calibration = Calibration((FlagBand("region", {ALL: "contained"}),), (BandTest(tuple(SOUND.trackers)),))
@@ -162,7 +163,7 @@ def escaping() -> Experiment:
 
 
 def hidden_state() -> Experiment:
-    """Return an experiment whose tracker counts its calls outside of its state."""
+    """Return an experiment whose tracker counts its calls outside its state."""
     calls = count()
     return tracking(lambda *_: {"estimate": np.array([float(next(calls))])})
 
@@ -191,7 +192,7 @@ def jealous_trackers() -> Experiment:
 
 
 def folding(alter: Callable[[Any], dict[str, Any]]) -> Experiment:
-    """Return an experiment whose tracker alters what it says of many frames at once."""
+    """Return an experiment whose tracker alters its result of many frames at once."""
     tracker = BALL.trackers["h-spf"]
 
     def fold(*given: Any) -> Any:
@@ -206,27 +207,6 @@ def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> An
     return replace(drawn, caption=f"{len(past)} frames")
 
 
-class Loose(Mark):
-    """A point that may be anywhere, and is drawn on a layer of its own."""
-
-    title: ClassVar[str] = "Point"
-    instruction: ClassVar[str] = "Drag it."
-
-    kind: Literal["loose"] = "loose"
-    at: tuple[float, float]
-
-    def check(self, size: tuple[int, int]) -> None:
-        del size
-
-    def draw(self) -> Mapping[str, Primitive]:
-        position = np.array([[*self.at, 1.0]], np.float32)
-        return {"point": Points(position, np.zeros((1, 3), np.uint8), 3.0, "points")}
-
-    @classmethod
-    def editor(cls) -> Editor:
-        return cls.describe(handles=(Handle(name="at", title="Place"),))
-
-
 def measuring(**other: Any) -> Experiment:
     return replace(SOUND, measured=Measured(measures=(replace(PICTURE_MEASURES[0], **other),)))
 
@@ -236,7 +216,7 @@ SIGNAL = type(BOOTSTRAP.model)
 
 
 def believing(tracker: str, **other: Any) -> Experiment:
-    """Return an experiment of one tracker, whose model has something else than the sound one."""
+    """Return an experiment of one tracker, whose model differs from the sound one."""
     model = type("Broken", (SIGNAL,), other)()
     trackers = {tracker: replace(TRACKERS[tracker], model=model)}
     return replace(SOUND, trackers=trackers, presets=())
@@ -267,7 +247,7 @@ def tracking_with(step: Callable[..., Any]) -> Experiment:
 
 
 def told_by_likeness() -> Experiment:
-    """Return windows by their colours that are the more probably lost the more likely the target is there."""
+    """Return an experiment whose loss probability rises with the likelihood of the target."""
     histogram = find("histogram")
     series = {one.name: one for one in histogram.trackers["condensation"].series}
     regression = Logistic((0.0,) * 6, (1.0,) * 6, (1.0, *(0.0,) * 5), 0.0)
@@ -279,7 +259,55 @@ def losing(experiment: Experiment, tracker: str, model: LossModel) -> Experiment
     return replace(experiment, quality=replace(experiment.quality, loss_probability=declared))
 
 
-MARKED = replace(SOUND, video=replace(NO_VIDEO, marks=(Loose,)))
+class Disc(Mark):
+    """A sound kind of mark, which the project does not have."""
+
+    title: ClassVar[str] = "Disc"
+    instruction: ClassVar[str] = "Put the disc on the target."
+
+    kind: Literal["disc"] = "disc"
+    centre: tuple[float, float]
+    radius_px: float = Field(ge=1, le=200)
+
+    def check(self, size: tuple[int, int]) -> None:
+        if not all(0 <= place <= extent - 1 for place, extent in zip(self.centre, size, strict=True)):
+            raise ParameterError("mark.centre", self.centre, f"within the picture of {size[0]} x {size[1]} px")
+
+    def draw(self) -> Mapping[str, Primitive]:
+        axes = np.diag([self.radius_px, self.radius_px]).astype(np.float32)
+        return {"disc": Ellipse(np.array([*self.centre, 1.0], np.float32), axes, (0, 114, 178), 2.0, "mark")}
+
+    @classmethod
+    def editor(cls) -> Editor:
+        radius = MarkNumber(
+            name="radius_px", title="Radius", unit="px", minimum=1, maximum=200, step=1, default=20, about="centre"
+        )
+        return cls.describe(handles=(Handle(name="centre", title="Centre"),), numbers=(radius,))
+
+
+class Elsewhere(Disc):
+    """Drawn on another layer."""
+
+    def draw(self) -> Mapping[str, Primitive]:
+        return {"disc": replace(super().draw()["disc"], layer="picture")}
+
+
+class Anywhere(Disc):
+    """Fits every picture."""
+
+    def check(self, size: tuple[int, int]) -> None:
+        del size
+
+
+def marked(*kinds: type[Mark], experiment: Experiment = BALL) -> Experiment:
+    return replace(experiment, video=replace(experiment.video, marks=kinds))
+
+
+def wired(wire: Callable[..., Any], **more: Any) -> Experiment:
+    """Return the ball with another wiring of recordings."""
+    return replace(BALL, video=replace(BALL.video, wire=wire, **more))
+
+
 AFAR = Points(np.array([[0.0, 0.0, 7.0]], np.float32), np.zeros((1, 3), np.uint8), 1.0, "estimate")
 
 
@@ -347,12 +375,15 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "a branch in which Process noise, which only smooths, is 1e-06 must give the same estimates",
     ),
     "a saved run gives the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
-    "its kinds of mark describe themselves": (lambda: MARKED, "takes no recordings, and has 1 kinds of mark"),
-    "bad marks are refused with their field": (
-        lambda: MARKED,
-        r"at at \[-1000000000.0, 1.0\] must be refused in a picture of 320 x 240 px, and was accepted",
+    "its kinds of mark describe themselves": (
+        lambda: marked(Disc, experiment=SOUND),
+        "takes no recordings, and has 1 kinds of mark",
     ),
-    "marks survive their JSON and can be drawn": (lambda: MARKED, r"be drawn on the layer 'mark', got \['points'\]"),
+    "bad marks are refused with their field": (
+        lambda: marked(Anywhere),
+        "must be refused in a picture of 320 x 240 px, and was accepted",
+    ),
+    "marks survive their JSON and can be drawn": (lambda: marked(Elsewhere), "be drawn on the layer 'mark', got"),
     "drawings keep to the picture and to declared layers": (
         lambda: changing_now(lambda _: {"layer": "secret"}),
         "now is drawn on the undeclared layer 'secret'",
@@ -362,7 +393,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "positions of it in frame 0 must lie within 5 mm of the middle of the world 'space', got 7 mm",
     ),
     "a film of its scene is tracked from a mark": (
-        lambda: replace(BALL, video=replace(BALL.video, wire=refusing)),
+        lambda: wired(refusing),
         "a box of the scene's own target in picture 0 must be taken, and is refused: too dark",
     ),
     "its loss probability rises when it searches, or when little is like its target": (

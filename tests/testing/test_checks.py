@@ -1,27 +1,29 @@
-"""Each check fails for an experiment that breaks what it is about, and says what is wrong."""
+"""Each check of an experiment fails for one that breaks it, with a sentence on the fault."""
 
+import json
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from pftrack.core.model.band import BandTest, Calibration, Finding
-from pftrack.core.model.drawing import Ellipsoids
+from pftrack.core.model.drawing import Ellipsoids, Picture
+from pftrack.core.model.marks import Box, Editor, Handle
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.preset import Preset
+from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Suitability
+from pftrack.core.refusal import ParameterError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment, Quality
+from pftrack.experiments.shared.recording import RecordingSource
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
-from tests.installing import environment, install
+from pftrack.testing import Check, CheckError, check_experiment, drawings, experiment_checks
 from tests.testing import broken
-from tests.testing.broken import BALL, BROKEN, KALMAN, SOUND, SPACE, boasting, displaying, in_world, measuring
+from tests.testing.broken import AFAR, BALL, BROKEN, SOUND, SPACE, Disc, Elsewhere, marked, measuring, wired
 
 
 @pytest.fixture(autouse=True)
@@ -37,149 +39,145 @@ def checks_of(experiment: Experiment) -> dict[str, Check]:
     return checks
 
 
-@pytest.mark.parametrize("name", BROKEN)
-def test_each_check_can_fail(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An experiment that is broken in one way fails the check of that, with a sentence."""
-    make, sentence = BROKEN[name]
-    experiment = make()
-    if experiment.id in EXPERIMENTS:
-        monkeypatch.setitem(EXPERIMENTS._known, experiment.id, experiment)
-    with pytest.raises(CheckError, match=sentence):
-        checks_of(experiment)[name]()
-
-
-MEASURES = "its measures are declared whole"
-
-
-@pytest.mark.parametrize(
-    ("check", "experiment", "sentence"),
-    [
-        (
-            "it says what it is",
-            replace(SOUND, trackers={"Kalman 1/2": replace(KALMAN, id="Kalman 1/2")}),
-            r"the name of a tracker must be .*, got 'Kalman 1/2'",
-        ),
-        (
-            "its presets run",
-            replace(SOUND, presets=(Preset("../works", "works", "kalman"),)),
-            r"the name of a preset must be .*, got '\.\./works'",
-        ),
-        (MEASURES, measuring(name="sample_count"), "columns of a sweep .* unique names, got twice sample_count"),
-        (MEASURES, measuring(name="seed"), "got twice seed"),
-        (MEASURES, measuring(name="error"), "every sweep has error: a measure must have another name"),
-        (MEASURES, measuring(name="../curves"), r"the name of a measure must be .*, got '\.\./curves'"),
-    ],
-)
-def test_names_are_held_to_where_they_stand(check: str, experiment: Experiment, sentence: str) -> None:
-    """Names become parts of addresses and files, and columns of a sweep, where two of one name would be one."""
-    with pytest.raises(CheckError, match=sentence):
-        checks_of(experiment)[check]()
-
-
-@pytest.mark.parametrize(
-    ("suits", "sentence"),
-    [
-        (
-            broken.refusing,
-            "must look how suitable a recording with a box is without an error, got ValueError: too dark",
-        ),
-        (lambda *_: 0.5, "must be a Suitability, got 0.5"),
-        (lambda *_: Suitability(math.nan, "fine"), "must lie between 0 and 1, got nan"),
-        (
-            lambda *_: Suitability(0.5, "fine", likelihood=np.full((3, 4), math.nan)),
-            r"must be \(height, width\) numbers from 0 to 1, got \(3, 4\)",
-        ),
-        (lambda *_: Suitability(0.5, "Fine."), r"must be clauses without full stops, got 'Fine\.'"),
-    ],
-)
-def test_what_an_experiment_says_of_a_target_is_looked_at(suits: Any, sentence: str) -> None:
-    """Where it can tell how suitable a target is, it does so without an error, by a number from 0 to 1 and clauses."""
-    with pytest.raises(CheckError, match=sentence):
-        checks_of(replace(BALL, video=replace(BALL.video, suits=suits)))["a film of its scene is tracked from a mark"]()
-
-
 class Formula(SineParameters, group="Signal"):
-    """A description as one would type it for a printer of formulas."""
+    """A description with a symbol in place of words."""
 
     observation_noise_sd: float = parameter(
         0.1, "Observation noise", "Noise sigma_z on what is seen.", within=(0.05, 0.5, 0.05)
     )
 
 
-class Silent(SineParameters, group="Signal"):
-    """A field that is declared anew without a docstring below it."""
+class Undescribed(Disc):
+    """A mark with a field that its editor does not describe."""
 
-    observation_noise_sd: float = parameter(0.1, "Observation noise", within=(0.05, 0.5, 0.05))
-
-
-@pytest.mark.parametrize(
-    ("model", "sentence"),
-    [
-        (Formula, r"the help of observation_noise_sd must be in words, .*sigma_z"),
-        (Silent, "observation_noise_sd, the docstring below it, must be a sentence"),
-    ],
-)
-def test_help_that_a_page_cannot_show_is_found(model: type[SineParameters], sentence: str) -> None:
-    """Titles and descriptions are shown as they are, so a subscript has to be said in words, and none is missing."""
-    with pytest.raises(CheckError, match=sentence):
-        checks_of(broken.declaring(model))["its parameters are declared whole"]()
+    @classmethod
+    def editor(cls) -> Editor:
+        return cls.describe(handles=(Handle(name="centre", title="Centre"),))
 
 
-def test_a_batch_that_keeps_less_than_a_live_run_is_found() -> None:
-    """What a sweep keeps of a tracker's series is compared too: a fold may leave one out."""
-    with pytest.raises(CheckError, match=r"another observation_share than a live run .*: None for 0"):
-        checks_of(broken.folding(lambda _: {"series": {}}))["a batch gives the numbers of live runs"]()
-
-
-def bodies(covariance: Any) -> Ellipsoids:
+def bodies(covariance: Any) -> Experiment:
     spread = np.array([covariance], np.float32)
-    return Ellipsoids(np.zeros((1, 3), np.float32), spread, np.zeros((1, 3), np.uint8), 0.5, "estimate")
+    drawn = Ellipsoids(np.zeros((1, 3), np.float32), spread, np.zeros((1, 3), np.uint8), 0.5, "estimate")
+    return broken.in_world(drawn)
 
 
-@pytest.mark.parametrize(
-    ("experiment", "sentence"),
-    [
-        (displaying(in_world(), worlds=()), "must have the worlds that are declared, none, got space"),
-        (in_world(world=replace(SPACE, radius=6.0)), "must have the worlds that are declared, space, got space"),
-        (
-            displaying(in_world(), worlds=(replace(SPACE, unit=""),)),
-            "the world 'space' must have a name, a title and a unit",
-        ),
-        (in_world(bodies(np.diag([1, np.nan, 1]))), "covariances of it in frame 0 must be finite"),
-        (in_world(bodies(np.diag([1, -1, 1]))), "symmetric and not negative, got the eigenvalue -1"),
-        (in_world(bodies([[1, 1, 0], [0, 1, 0], [0, 0, 1]])), "must be symmetric and not negative"),
-    ],
-)
-def test_a_world_that_is_not_sound_is_found(experiment: Experiment, sentence: str) -> None:
-    """A drawing has the worlds that are declared, each with a unit, and beliefs in them have a covariance."""
-    with pytest.raises(CheckError, match=sentence):
-        checks_of(experiment)["what is drawn in a world keeps to it"]()
+def suiting(suits: Callable[..., Any]) -> Experiment:
+    return replace(BALL, video=replace(BALL.video, suits=suits))
 
 
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (lambda: boasting(30.0), "the band of the estimate of .*: it is declared right, and is underconfident"),
-        (
-            broken.escaping,
-            "the band of the region of 100 % holds the truth in 90.9 % of the reports: it is declared right",
-        ),
-    ],
-)
-def test_a_band_that_is_off_is_found_either_way(make: Callable[[], Experiment], sentence: str) -> None:
-    """One that is too wide fails as well, and a region that loses the truth in one frame."""
-    with pytest.raises(CheckError, match=sentence):
-        checks_of(make())["bands hold the truth as often as they say"]()
+def wiring(alter: Callable[[Any], Any]) -> Experiment:
+    """Return the ball with another setup on recordings."""
+    return wired(lambda *given: alter(BALL.video.wire(*given)))
+
+
+def crashing(*_: Any, **__: Any) -> Any:
+    raise ZeroDivisionError("somewhere")
+
+
+def shorter(setup: Any) -> Any:
+    def open_source(seed: int, parameters: Any) -> Any:
+        source = setup.open_source(seed, parameters)
+        source.frame_count -= 1
+        return source
+
+    return replace(setup, open_source=open_source)
+
+
+def at_sea() -> Experiment:
+    """Return the ball with a tracker on recordings that estimates NaN."""
+    tracker = BALL.trackers[BALL.default_tracker]
+
+    def start(*given: Any) -> Any:
+        state = tracker.start(*given)
+        return replace(state, posterior=replace(state.posterior, mean=np.full_like(state.posterior.mean, np.nan)))
+
+    trackers = {**BALL.trackers, BALL.default_tracker: replace(tracker, start=start)}
+    return replace(wiring(lambda setup: replace(setup, beside=None)), trackers=trackers)
+
+
+MARK = Box.of(50, 110, 20, 20).model_dump(mode="json")
+PARAMETERS, MEASURES = "its parameters are declared whole", "its measures are declared whole"
+WORLD, BANDS = "what is drawn in a world keeps to it", "bands hold the truth as often as they say"
+MARKS, FILM = "its kinds of mark describe themselves", "a film of its scene is tracked from a mark"
+ALSO: list[tuple[str, Callable[[], Experiment], str]] = [
+    *((name, *case) for name, case in BROKEN.items()),
+    (
+        "its presets run",
+        lambda: replace(SOUND, presets=(Preset("../works", "works", "kalman"),)),
+        r"the name of a preset must be .*, got '\.\./works'",
+    ),
+    (MEASURES, lambda: measuring(name="error"), "every sweep has error: a measure must have another name"),
+    (MEASURES, lambda: measuring(name="../curves"), r"the name of a measure must be .*, got '\.\./curves'"),
+    (PARAMETERS, lambda: broken.declaring(Formula), r"the help of observation_noise_sd must be in words, .*sigma_z"),
+    (
+        "a batch gives the numbers of live runs",
+        lambda: broken.folding(lambda _: {"series": {}}),
+        r"another observation_share than a live run .*: None for 0",
+    ),
+    (WORLD, lambda: broken.displaying(broken.in_world(AFAR), worlds=()), "are declared, none, got space"),
+    (WORLD, lambda: broken.displaying(SOUND, worlds=(replace(SPACE, unit=""),)), "a name, a title and a unit"),
+    (WORLD, lambda: bodies(np.diag([1, np.nan, 1])), "covariances of it in frame 0 must be finite"),
+    (WORLD, lambda: bodies(np.diag([1, -1, 1])), "symmetric and not negative, got the eigenvalue -1"),
+    (BANDS, lambda: broken.boasting(30.0), "band of the estimate of .*: it is declared right, and is underconfident"),
+    (BANDS, broken.escaping, "the region of 100 % holds the truth in 90.9 % of the reports: it is declared right"),
+    (MARKS, lambda: marked(Disc, Elsewhere), "must have unique names"),
+    ("marks survive their JSON and can be drawn", lambda: marked(Undescribed), r"mark\.radius_px"),
+    (FILM, lambda: suiting(broken.refusing), "must look how .* without an error, got ValueError: too dark"),
+    (FILM, lambda: suiting(lambda *_: 0.5), "must be a Suitability, got 0.5"),
+    (
+        FILM,
+        lambda: suiting(lambda *_: Suitability(0.5, "fine", likelihood=np.full((3, 4), math.nan))),
+        r"must be \(height, width\) numbers from 0 to 1, got \(3, 4\)",
+    ),
+    (FILM, lambda: suiting(lambda *_: Suitability(0.5, "Fine.")), r"must be clauses without full stops, got 'Fine\.'"),
+    (FILM, lambda: wired(crashing), "must be taken or refused by a ValueError, got ZeroDivisionError: somewhere"),
+    (
+        FILM,
+        lambda: wiring(lambda setup: replace(setup, footage=Footage(sha256="0" * 64, mark=MARK))),
+        "the footage of a recording with a box must have the hash of its file, got",
+    ),
+    (FILM, lambda: wiring(shorter), "has 8 pictures to track, and the run has 7 frames"),
+    (FILM, at_sea, r"the estimate in frame 0 of a recording with a box with the tracker h-spf is \(nan, nan\)"),
+    (
+        FILM,
+        lambda: replace(BALL, draw=lambda *given: replace(BALL.draw(*given), primitives={"p": Picture(np.zeros(3))})),
+        "p in frame 0 of a recording with a box .* cannot be shown: image_rgb must be",
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "make", "sentence"), ALSO)
+def test_each_check_can_fail(
+    name: str, make: Callable[[], Experiment], sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An experiment that is broken in one way fails the check of that, with a sentence."""
+    experiment = make()
+    if experiment.id in EXPERIMENTS:
+        monkeypatch.setitem(EXPERIMENTS._known, experiment.id, experiment)
+    with pytest.raises((CheckError, ParameterError), match=sentence):
+        checks_of(experiment)[name]()
+
+
+def test_every_check_is_tried() -> None:
+    """Each check has an experiment that fails it, and each broken experiment its check."""
+    assert checks_of(find("ball")).keys() == BROKEN.keys()
+
+
+def test_an_estimate_that_depends_on_the_process_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Estimates must not vary from process to process."""
+    monkeypatch.setattr("pftrack.testing.numbers.hashes_elsewhere", lambda files: ["another"] * len(files))
+    with pytest.raises(CheckError, match="another process gives other estimates with the tracker kalman"):
+        checks_of(SOUND)["another process gives the same numbers"]()
 
 
 @pytest.mark.parametrize("found", ["overconfident", "uncalibrated"])
 def test_a_band_that_is_not_declared_right_passes(found: Finding) -> None:
-    """Who promises nothing of a method that is off needs no declaration, and may have one."""
-    checks_of(boasting(0.02, found))["bands hold the truth as often as they say"]()
+    """An overconfident method passes if its experiment declares that, or makes no claim."""
+    checks_of(broken.boasting(0.02, found))[BANDS]()
 
 
 def test_a_wrong_declaration_is_found() -> None:
-    """Over many runs the exact filter is right; whoever says otherwise of it says what is not so."""
+    """Over many runs the exact filter is right; a declaration of anything else fails."""
     tested = BandTest(("kalman",), found="overconfident")
     experiment = replace(SOUND, quality=Quality(Calibration(tested=(tested,))))
     (check,) = (one for one in experiment_checks(experiment, thorough=True) if str(one).endswith("(kalman, default)"))
@@ -187,39 +185,50 @@ def test_a_wrong_declaration_is_found() -> None:
         check()
 
 
-def test_every_check_is_tried() -> None:
-    """No check is left without an experiment that fails it, and no broken experiment without its check."""
-    assert checks_of(find("ball")).keys() == BROKEN.keys()
-
-
-def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What differs from process to process, such as its number, does not pass."""
-    source = (
-        "import os\nfrom dataclasses import replace\nimport numpy as np\n"
-        "from pftrack.experiments import find\nfrom pftrack.experiments.experiment import Quality\n"
-        "SINE = find('sine')\nKALMAN = SINE.trackers['kalman']\n"
-        "def start(target, frame, parameters, rng):\n"
-        "    state = KALMAN.start(target, frame, parameters, rng)\n"
-        "    return replace(state, posterior=replace(state.posterior, mean=state.posterior.mean + os.getpid()))\n"
-        "TRACKERS = {'kalman': replace(KALMAN, start=start)}\n"
-        "EXPERIMENT = replace(\n"
-        "    SINE, id='pids', trackers=TRACKERS, quality=Quality(), interface=4\n"
-        ")\n"
-    )
-    install(tmp_path, "of-the-process", source, "pids = of_the_process:EXPERIMENT")
-    monkeypatch.setenv("PYTHONPATH", environment(tmp_path)["PYTHONPATH"])
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    from of_the_process import EXPERIMENT  # type: ignore[import-not-found] # installed just now
-
-    monkeypatch.setitem(EXPERIMENTS._known, "pids", EXPERIMENT)
-    with pytest.raises(CheckError, match="another process gives other estimates with the tracker kalman"):
-        checks_of(EXPERIMENT)["another process gives the same numbers"]()
-
-
-def test_what_is_broken_here_is_sound_otherwise() -> None:
-    """The experiments here differ from one that passes in one thing only; `check_experiment` raises the first."""
+def test_the_sound_experiment_passes() -> None:
+    """So do two kinds of mark of its own; `check_experiment` raises the first failure."""
     for name, check in checks_of(SOUND).items():
         if name != "another process gives the same numbers":
             check()
+    for name, check in checks_of(marked(Disc, Box)).items():
+        if "mark" in name and name != FILM:
+            check()
     with pytest.raises(CheckError, match="must be registered"):
         check_experiment(replace(SOUND, id="unlisted"))
+
+
+def test_a_mark_is_read_from_json() -> None:
+    """The command line reads a kind without a text form of its own from JSON, too."""
+    raw = '{"centre": [4, 5], "radius_px": 3}'
+    assert Disc.parse(raw).centre == Disc.read(json.loads(raw)).centre == (4, 5)
+    with pytest.raises(ValueError, match=r"the file .* does not exist"):
+        Disc.parse("no file")
+
+
+def test_a_kind_that_knows_no_target_is_placed_as_an_editor_begins() -> None:
+    """Its handles are at the editor's places in the film's own size, and the mark may be refused in a sentence."""
+    seen: list[Any] = []
+
+    def wire(sequence: Any, mark: Any, *_: Any) -> Any:
+        seen.append((sequence.size, mark.centre, mark.radius_px))
+        raise ParameterError("mark", "this", "something else")
+
+    drawings._a_film_is_tracked(wired(wire, marks=(Disc,)))
+    assert seen == [((320, 240), (159.5, 119.5), 20)] * 2
+
+
+def test_the_film_is_of_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run tracks decoded pictures of the scene, from a mark at the true position."""
+    starts: list[Any] = []
+    begin = RecordingSource.__init__
+
+    def noting(self: Any, sequence: Any, *given: Any, **named: Any) -> None:
+        begin(self, sequence, *given, **named)
+        starts.append((sequence, self.start.position))
+
+    monkeypatch.setattr(RecordingSource, "__init__", noting)
+    drawings._a_film_is_tracked(BALL)
+    (sequence, first), (_, later) = starts[0], starts[-1]
+    assert sequence.frame_count == 8
+    assert first.tolist() == pytest.approx([60.0, 120.0], abs=0.5)
+    assert later[0] > 60.5
