@@ -146,10 +146,3 @@ def test_the_evidence_is_not_biased(name: str) -> None:
     error = ratios.std() / np.sqrt(len(ratios))
     assert error < 0.05
     assert ratios.mean() == pytest.approx(1.0, abs=4 * error)
-
-
-def test_sharpened_weights_are_too_sure_of_themselves() -> None:
-    """Bando's rule counts the observation twice: its deviation is 5 % smaller than the exact one."""
-    given = parameters(sample_count=20_000, apf_weights="sharpened")
-    state, known = followed("apf", given, frames=1)[0], by_grid(given)[0]
-    assert (state.sigma < 0.97 * known.sigma).all()

@@ -1,3 +1,5 @@
+"""The compiled loop of a ball is its filters put together."""
+
 from typing import Any
 
 import numpy as np
@@ -30,13 +32,13 @@ def begun(parameters: BallTrackerParameters, spread: float) -> PointState:
 def by_filters(state: PointState, parameters: BallTrackerParameters, observed: int, rng: Stream) -> Posterior:
     assert state.particles is not None
     colours, dynamics = colour_model(parameters), model_of(state, parameters, (160, 120))
-    resample, threshold = RESAMPLERS[parameters.resampling], parameters.resampling_threshold
+    resample = RESAMPLERS[parameters.resampling]
 
     def weigh(states: Floats) -> Floats:
         return chromaticity.log_likelihood(PICTURE, states, colours, parameters.background_level)
 
     if observed == 0:
-        return bootstrap.step(state.particles, dynamics, weigh, rng, resample=resample, threshold=threshold)
+        return bootstrap.step(state.particles, dynamics, weigh, rng, resample=resample)
     return auxiliary.step(
         state.particles,
         dynamics,
@@ -75,22 +77,8 @@ def test_the_loop_is_the_filters_put_together(tracker: str, weights: str, resamp
         assert (after.log_evidence, after.observation_count) == (expected.log_evidence, observed)
 
 
-@pytest.mark.parametrize("threshold", [0.0, 0.3, 0.9])
-def test_resampling_only_when_it_is_needed_is_the_filters_own(threshold: float) -> None:
-    """With a threshold the loop keeps weights where the bootstrap filter does, over several frames."""
-    parameters = revise(BallTrackerParameters(), {"sample_count": 200, "resampling_threshold": threshold})
-    state, decisions = begun(parameters, 5.0), []
-    for frame in range(1, 8):
-        expected = by_filters(state, parameters, 0, Stream(2, frame, Purpose.TRACK))
-        state = stepped("condensation", state, parameters, Stream(2, frame, Purpose.TRACK))
-        assert np.array_equal(state.particles.log_weights, expected.particles.log_weights)
-        assert state.resampled == expected.resampled
-        decisions.append(state.resampled)
-    assert any(decisions) == (threshold > 0)
-
-
 def test_the_loop_is_compiled_once() -> None:
-    """Values from a person have the loop compiled no second time: in a live session that would take half a minute."""
+    """Values as a person types them do not compile it again, which would stop a live session for half a minute."""
     typed = {"sample_count": 50, "gamma_px": 6, "gamma_max_px": 21, "resampling_threshold": 1, "background_level": 0}
     for parameters in (BallTrackerParameters(), revise(BallTrackerParameters(), typed)):
         stepped("h-spf", begun(parameters, 1.0), parameters, Stream(0, 1, Purpose.TRACK))

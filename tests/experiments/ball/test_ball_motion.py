@@ -1,11 +1,13 @@
-"""How a ball is expected to move, and what trackers carry from frame to frame and hand over to each other."""
+"""The motion model of a ball, the trackers' reports, and states that one tracker hands to another."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_are
 
 from pftrack.core.geometry import paint_disc
 from pftrack.core.model.parameters import Value, revise
@@ -21,15 +23,12 @@ from pftrack.experiments.ball.model import (
     colour_model,
 )
 from pftrack.experiments.shared.reports import PointState
-from pftrack.filters import dynamics, kalman
+from pftrack.filters import kalman
 from pftrack.filters.learning import online_em
-from pftrack.filters.particles import normalise
-from pftrack.filters.resampling import RESAMPLERS
 from pftrack.vision.likelihoods import chromaticity
 
 SIZE = (160, 120)
 MIDDLE = np.array([80.0, 60.0])
-LOOP = ("condensation", "apf", "pc-pf", "h-spf", "s-spf")
 PARTICLES = [name for name in TRACKERS if name != "kalman"]
 
 
@@ -45,7 +44,7 @@ def picture(x: float, radius: float = 6.0) -> NDArray[np.uint8]:
 
 
 def frame(index: int, radius: float = 6.0) -> Frame:
-    """A ball that goes to the right; with no radius the night, in which nothing has a colour."""
+    """Return a picture of a ball that moves right, or a black one if the radius is 0."""
     return Frame(index, index / 30, image_rgb=picture(60.0 + 3 * index, radius))
 
 
@@ -65,32 +64,6 @@ def advanced(tracker: str, given: LoopParameters, frames: int) -> Any:
     return state
 
 
-def without_noise(given: LoopParameters, first: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Return the path (count, 2) that the initial model predicts from two positions (4,)."""
-    model, states = motion.initial_dynamics(given, SIZE), [first]
-    for _ in range(count - 1):
-        states.append(model.predict(states[-1][None])[0])
-    return np.array(states)[:, :2]
-
-
-@pytest.mark.parametrize("retention", [0.0, 0.5, 0.8, 1.0])
-def test_of_its_velocity_a_share_is_kept(retention: float) -> None:
-    """The path after t frames is x_0 + v (r + r^2 + ... + r^t)."""
-    path = without_noise(parameters(velocity_retention=retention), np.array([40.0, 50.0, 36.0, 52.0]), 9)
-    shares = np.cumsum(retention ** np.arange(1, 9))
-    assert path[1:] == pytest.approx(np.array([40.0, 50.0]) + shares[:, None] * np.array([4.0, -2.0]))
-
-
-@pytest.mark.parametrize("period", [5.0, 30.0])
-def test_an_assumed_period_is_a_swing_about_the_middle(period: float) -> None:
-    """The path without noise is the cosine of that period about the middle of the picture, on both axes."""
-    phases = 2 * np.pi * np.arange(-1, 40) / period
-    swing = MIDDLE + np.outer(np.cos(phases), [30.0, 0.0]) + np.outer(np.sin(phases), [0.0, -20.0])
-    given = parameters(assumed_period_frames=period, velocity_retention=0.3)
-    path = without_noise(given, np.concatenate([swing[1], swing[0]]), 40)
-    assert path == pytest.approx(swing[1:], abs=1e-8)
-
-
 def test_a_learned_model_has_the_process_noise_that_is_set() -> None:
     """The model is the learner's, its noise is the slider's."""
     given = parameters(learn_dynamics=True, process_noise_px=4.0)
@@ -105,7 +78,7 @@ def test_a_learned_model_has_the_process_noise_that_is_set() -> None:
 
 @pytest.mark.parametrize("tracker", MODELLED)
 def test_every_tracker_predicts_by_what_was_learned(tracker: str) -> None:
-    """In a picture that says nothing the estimate is the learned model's prediction, not that of the first one."""
+    """In a black picture the estimate is the learned model's prediction, not the initial model's."""
     given = parameters(learn_dynamics=True, sample_count=2000)
     state = advanced(tracker, given, 1)
     jump = np.hstack([np.eye(2), np.zeros((2, 2)), np.array([[0.15], [-0.1]])])
@@ -115,8 +88,8 @@ def test_every_tracker_predicts_by_what_was_learned(tracker: str) -> None:
 
 
 @pytest.mark.parametrize("tracker", MODELLED)
-def test_what_is_learned_is_the_estimate(tracker: str) -> None:
-    """After a step the learner is the one of the frame before with this frame's estimate and deviation taken in."""
+def test_every_tracker_learns_from_its_estimates(tracker: str) -> None:
+    """After a step the learner is the previous one updated by this frame's estimate and deviation."""
     given = parameters(learn_dynamics=True, warm_up_frames=2, forgetting=0.9, learning_ridge=1e-3)
     settings = online_em.Settings(0.9, 2, 1e-3, given.largest_spectral_radius)
     state, initial = begun(given), motion.initial_dynamics(given, SIZE)
@@ -130,7 +103,7 @@ def test_what_is_learned_is_the_estimate(tracker: str) -> None:
 
 
 def test_learning_begins_at_the_estimate_when_it_is_switched_on() -> None:
-    """The first position of the learner is the present estimate, as sure as the posterior of the position is."""
+    """The learner's first position is the current estimate with the deviation of the position's posterior."""
     state = advanced("condensation", parameters(), 1)
     learner = motion.with_learner(state, SIZE, parameters(learn_dynamics=True)).learner
     assert 100 * learner.positions.mean[:2] + MIDDLE == pytest.approx(state.estimate)
@@ -138,21 +111,19 @@ def test_learning_begins_at_the_estimate_when_it_is_switched_on() -> None:
     assert motion.with_learner(state, SIZE, parameters()) is state
 
 
-@pytest.mark.parametrize("learned", [False, True])
-def test_the_start_is_known(learned: bool) -> None:
-    """Particles have the initial spread on both axes, at rest; the posterior is the position itself."""
-    state = begun(parameters(sample_count=40_000, initial_sd_px=5.0, learn_dynamics=learned))
+def test_the_start_is_known() -> None:
+    """Particles are at rest with the initial spread on both axes; the posterior is the position itself."""
+    state = begun(parameters(sample_count=40_000, initial_sd_px=5.0))
     now, before = np.hsplit(state.particles.states, 2)
     assert np.array_equal(now, before)
     assert now.mean(axis=0) == pytest.approx([60, 60], abs=0.1)
     assert np.cov(now.T) == pytest.approx(25 * np.eye(2), abs=0.6)
     assert np.array_equal(state.posterior.mean, [60, 60, 60, 60])
     assert np.array_equal(state.posterior.covariance, 25 * np.tile(np.eye(2), (2, 2)))
-    assert (state.learner is not None) == learned
 
 
 def test_particles_after_a_gaussian_are_its_samples() -> None:
-    """Their mean and covariance are the Gaussian's; they depend on the frame's seed and not on what else was drawn."""
+    """Their mean and covariance are the Gaussian's; they depend on the frame's seed, not on other random numbers."""
     root = np.random.default_rng(0).normal(size=(4, 4))
     state = PointState(Gaussian(np.array([60.0, 50.0, 58.0, 49.0]), root @ root.T), 2)
     given, rng = parameters(sample_count=60_000), Stream(3, 7, Purpose.TRACK)
@@ -168,7 +139,7 @@ def test_particles_after_a_gaussian_are_its_samples() -> None:
 
 @pytest.mark.parametrize("before", PARTICLES)
 def test_the_kalman_filter_takes_over_the_moments_of_the_particles(before: str) -> None:
-    """Its answer is the exact update of a Gaussian with the mean and covariance of the particles."""
+    """Its posterior is the exact update of the Gaussian with their mean and covariance."""
     given = parameters()
     state = advanced(before, given, 1)
     prior = kalman.predict(Gaussian(*state.particles.moments), motion.initial_dynamics(given, SIZE))
@@ -185,7 +156,7 @@ def test_the_kalman_filter_takes_over_the_moments_of_the_particles(before: str) 
 @pytest.mark.parametrize("tracker", PARTICLES)
 @pytest.mark.parametrize("count", [1, 500])
 def test_the_number_of_particles_may_change(tracker: str, count: int) -> None:
-    """The next frame has as many as are asked for now, descended from those that there are."""
+    """The next frame has the new number, and all descend from the present particles."""
     state = stepped(tracker, begun(parameters()), 1, parameters(resampling_threshold=0.1))
     after = stepped(tracker, state, 2, parameters(sample_count=count, resampling_threshold=0.1))
     assert len(after.particles) == count
@@ -195,53 +166,68 @@ def test_the_number_of_particles_may_change(tracker: str, count: int) -> None:
     assert np.array_equal(after.particles.states[:, 2:], parents[:, :2])
 
 
-@pytest.mark.parametrize("tracker", LOOP)
-@pytest.mark.parametrize(("known", "count"), [(False, 12), (True, 12), (False, 1), (True, 1), (False, 2), (True, 2)])
-def test_many_frames_at_once_are_as_many_steps(tracker: str, known: bool, count: int) -> None:
-    """Estimates, samplers, switches and the last state of a fold are those of steps, from the start and later on."""
-    given = parameters(gamma_px=3.0, gamma_min_px=3.0, gamma_max_px=5.0, resampling_threshold=0.6)
-    state, member = advanced(tracker, given, 2 * known), TRACKERS[tracker]
-    indices = range(1 + 2 * known, 1 + 2 * known + count)
-    # Without a ball for some frames, so that the posterior widens and the samplers change.
-    radii = [0.0 if (3 if count == 2 else 5) <= index < 9 else 6.0 for index in indices]
-    pictures = np.stack([frame(index, radius).image_rgb for index, radius in zip(indices, radii, strict=True)])
-    folded = member.fold(state, pictures, given, 1, indices[0])
-    rows = []
-    for place, (index, radius) in enumerate(zip(indices, radii, strict=True)):
-        state = stepped(tracker, state, index, given, radius)
-        assert np.array_equal(state.estimate, folded.estimates[place])
-        rows.append(member.measure(state))
-    assert np.array_equal([row["samples"] for row in rows], folded.series["samples"])
-    if tracker in {"h-spf", "s-spf", "pc-pf"}:
-        assert [row["switched"] for row in rows] == folded.series["switched"].tolist()
-        assert count < 12 or 0 < sum(folded.series["switched"]) < 12
-    assert np.array_equal(folded.state.particles.states, state.particles.states)
-    assert np.array_equal(folded.state.posterior.covariance, state.posterior.covariance)
-    for name in ("log_evidence", "alert", "switched", "resampled", "observation_count"):
-        assert getattr(folded.state, name) == getattr(state, name)
+@pytest.mark.parametrize("tracker", PARTICLES)
+def test_reports_follow_from_the_particles(tracker: str) -> None:
+    """ESS, counts, mean and deviation are those of the particles, and every declared series is reported."""
+    member, state = TRACKERS[tracker], advanced(tracker, parameters(), 3)
+    found, weights = member.measure(state), np.exp(state.particles.log_weights)
+    assert found.keys() == {series.name for series in member.series}
+    assert weights.sum() == pytest.approx(1.0)
+    assert found["ess"] == pytest.approx(1 / (weights**2).sum())
+    assert found["particles"] == len(weights) == 200
+    assert found["unique_ancestors"] == len(np.unique(state.particles.ancestors))
+    mean = weights @ state.particles.states
+    assert state.estimate == pytest.approx(mean[:2], abs=1e-9)
+    spread = weights @ (state.particles.states[:, :2] - mean[:2]) ** 2
+    assert state.sigma == pytest.approx(np.sqrt(spread), abs=1e-9)
 
 
-def test_nothing_is_folded_while_the_motion_is_learned() -> None:
-    """The model of a frame then depends on the estimate of the one before."""
-    given = parameters(learn_dynamics=True)
-    fold = TRACKERS["h-spf"].fold
-    assert fold(begun(given), picture(60.0)[None], given, 1, 1) is None
-    assert TRACKERS["upf"].fold is None
-    with pytest.raises(ValueError, match="needs particles"):
-        fold(PointState(begun(given).posterior, 2), picture(60.0)[None], parameters(), 1, 1)
+def test_samplers_are_those_of_the_tracker() -> None:
+    """Condensation draws by prediction, the auxiliary filter by observation; the others switch by their deviation.
+
+    A switch is reported in exactly the frames whose sampler differs from that of the frame before.
+    """
+    given = parameters(gamma_px=3.0, gamma_min_px=3.0, gamma_max_px=5.0)
+    states = {name: [begun(given)] for name in ("condensation", "pc-pf", "apf", "h-spf", "s-spf")}
+    for name, course in states.items():
+        for index in range(1, 13):
+            # The ball is away for some frames, so that the posterior widens.
+            course.append(stepped(name, course[-1], index, given, 0.0 if 5 <= index < 9 else 6.0))
+    rows = {name: [TRACKERS[name].measure(state) for state in course[1:]] for name, course in states.items()}
+    samples = {name: [row["samples"] for row in measured] for name, measured in rows.items()}
+    assert set(samples["condensation"]) == set(samples["pc-pf"]) == {(200.0, 0.0)}
+    assert set(samples["apf"][:4]) == {(0.0, 200.0)}
+    assert set(samples["h-spf"]) == {(200.0, 0.0), (0.0, 200.0)}
+    assert len(set(samples["s-spf"])) > 2
+    changed = [before.alert not in {None, after.alert} for before, after in pairwise(states["h-spf"])]
+    assert [row["switched"] for row in rows["h-spf"]] == [float(flag) for flag in changed]
+    assert any(changed)
 
 
-def test_what_was_learned_is_left_when_learning_is_switched_off() -> None:
-    """Many frames at once move by the initial model again, as steps do."""
-    state = advanced("condensation", parameters(learn_dynamics=True, warm_up_frames=1), 7)
-    folded = TRACKERS["condensation"].fold(state, np.stack([frame(8).image_rgb]), parameters(), 1, 8)
-    after = stepped("condensation", state, 8, parameters())
-    assert np.array_equal(folded.state.particles.states, after.particles.states)  # type: ignore[attr-defined] # of points
+def test_the_kalman_filter_reaches_its_steady_state() -> None:
+    """For a ball at rest the mean is the centroid, and the covariance solves the Riccati equation.
+
+    In a picture without the colour the filter only predicts.
+    """
+    given, tracker = parameters(), TRACKERS["kalman"]
+    state = begun(given)
+    for _ in range(200):
+        state = tracker.step(state, frame(5), given, Stream(1, 5, Purpose.TRACK))
+    assert state.estimate == pytest.approx((75, 60), abs=1e-3)
+    kept = given.velocity_retention
+    noise, seen = np.square([given.process_noise_px, given.measurement_noise_px])
+    transition, observation = np.array([[1 + kept, -kept], [1.0, 0.0]]), np.array([[1.0, 0.0]])
+    prior = solve_discrete_are(transition.T, observation.T, np.diag([noise, 0.0]), np.array([[seen]]))
+    assert state.sigma**2 == pytest.approx(prior[0, 0] * seen / (prior[0, 0] + seen), abs=1e-6)
+    assert tracker.measure(state)["nis"] == pytest.approx(0, abs=1e-12)
+    blind = stepped("kalman", state, 6, given, radius=0.0)
+    assert (blind.estimate, blind.log_evidence) == (pytest.approx(state.estimate, abs=1e-3), 0.0)
+    assert blind.sigma**2 == pytest.approx(prior[0, 0], abs=1e-6)
 
 
 @pytest.mark.parametrize("tracker", PARTICLES)
-def test_where_nothing_is_possible_the_prediction_stays(tracker: str) -> None:
-    """A black picture and no background level: equal weights, no evidence, and it goes on afterwards."""
+def test_an_impossible_picture_leaves_the_prediction(tracker: str) -> None:
+    """A black picture without a background level gives equal weights and no evidence; tracking then continues."""
     given = parameters(background_level=0.0)
     state = advanced(tracker, given, 1)
     blind = stepped(tracker, state, 2, given, radius=0.0)
@@ -255,7 +241,10 @@ def test_where_nothing_is_possible_the_prediction_stays(tracker: str) -> None:
 
 @pytest.mark.parametrize("tracker", PARTICLES)
 def test_the_path_is_that_of_the_ancestors(tracker: str) -> None:
-    """Each particle's past is where its ancestors were, followed by hand through every frame's parents."""
+    """Each particle's past is that of its ancestors, traced here through every frame's parents.
+
+    Without smoothing, or without particles, there are no paths.
+    """
     given = parameters(smoothing_lag_frames=3, resampling_threshold=0.5)
     states = [begun(given).particles]
     state: Any = begun(given)
@@ -268,31 +257,11 @@ def test_the_path_is_that_of_the_ancestors(tracker: str) -> None:
             assert np.array_equal(where, then.states[chosen, :2])
             chosen = then.ancestors[chosen]
     assert stepped(tracker, state, 6, parameters()).lineage is None
-
-
-def test_a_filter_without_particles_has_no_paths() -> None:
-    """The Kalman filter drops them, and they begin again with the next particles."""
-    given = parameters(smoothing_lag_frames=3)
-    state = stepped("kalman", advanced("condensation", given, 1), 2, given)
-    assert state.lineage is None
-    state = stepped("condensation", state, 3, given)
-    assert len(state.lineage.paths) == 2
-    assert dynamics.smooth(state.lineage, state.particles, 0) == pytest.approx(state.estimate)
-
-
-@pytest.mark.parametrize("tracker", ["condensation", "upf", "pc-pf"])
-@pytest.mark.parametrize("resampling", RESAMPLERS)
-def test_parents_are_drawn_as_the_parameters_say(tracker: str, resampling: str) -> None:
-    """By weight, with the resampler that is chosen, from the first random numbers of the frame."""
-    given = parameters(resampling=resampling)
-    state, log_weights = begun(given), normalise(np.linspace(-3.0, 0.0, 200))[0]
-    state = replace(state, particles=replace(state.particles, log_weights=log_weights))
-    expected = RESAMPLERS[resampling](Stream(1, 1, Purpose.TRACK), log_weights, 200)
-    assert np.array_equal(stepped(tracker, state, 1, given).particles.ancestors, expected)
+    assert stepped("kalman", state, 6, given).lineage is None
 
 
 def test_the_colour_is_that_of_the_parameters() -> None:
-    """Redness alone leaves the share of green out; chromaticity weighs both; what is packed is the same."""
+    """Redness ignores the share of green, chromaticity weighs both, and the packed numbers agree."""
     red = parameters(target_red_share=0.6, target_green_share=0.2, red_spread=0.04, green_spread=0.1)
     both = revise(red, {"colour_model": "chromaticity", "background_level": 0.3})
     assert colour_model(red) == chromaticity.ColourModel((0.6, 0.2), (0.04, np.inf))
@@ -302,15 +271,15 @@ def test_the_colour_is_that_of_the_parameters() -> None:
 
 
 def test_trackers_of_colour_need_pictures() -> None:
-    """A signal is refused in a sentence."""
+    """They refuse a signal in a sentence."""
     given, rng = parameters(), Stream(1, 1, Purpose.TRACK)
     for member in TRACKERS.values():
         with pytest.raises(ValueError, match="a picture is needed, got a frame without one"):
             member.step(begun(given), Frame(1, 0.0, signal=np.zeros(1)), given, rng)
 
 
-def test_after_a_gaussian_the_switch_goes_by_its_deviation() -> None:
-    """A switching filter that takes over judges the Gaussian that it was given, not the sample that it drew of it."""
+def test_a_switch_after_a_gaussian_depends_on_its_deviation() -> None:
+    """A switching filter that takes over judges the Gaussian itself, not a sample of it."""
     state = advanced("kalman", parameters(), 1)
     for factor, switched in ((1 - 1e-9, True), (1 + 1e-9, False)):
         given = parameters(gamma_px=factor * float(state.sigma.max()))
