@@ -7,7 +7,6 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.prism.scene import (
-    FACES,
     FRAMES,
     REAR,
     VERTICES_MM,
@@ -27,7 +26,7 @@ def sights(**values: object) -> list[Sight]:
 
 
 def test_rear_vertices_hide_as_often_as_they_should() -> None:
-    """Vertices with odd numbers are always seen, the others hidden in 31, 29, 32 and 29 %."""
+    """Vertices with odd numbers are always visible, the others are hidden in 31, 29, 32 and 29 % of the frames."""
     visible = np.array([now.visible for now in sights()])
     assert visible[:, [0, 2, 4, 6]].all()
     assert np.allclose(1 - visible[:, REAR].mean(axis=0), [0.314, 0.290, 0.315, 0.286], atol=0.01)
@@ -45,19 +44,7 @@ def test_a_vertex_is_hidden_if_the_solid_is_in_front_of_it() -> None:
         assert np.array_equal(inside, ~now.visible)
 
 
-def test_faces_are_the_hull_s() -> None:
-    """The six faces are plane, lie on the hull and are listed in order around."""
-    for corners in FACES:
-        points = VERTICES_MM[list(corners)]
-        normal = np.cross(points[1] - points[0], points[2] - points[0])
-        heights = (VERTICES_MM - points[0]) @ normal
-        assert abs(heights[list(corners)]).max() < 1e-9
-        assert min(heights.max(), -heights.min()) <= 1e-9
-        sides = points - np.roll(points, 1, axis=0)
-        assert (np.cross(np.roll(sides, 1, axis=0), sides) @ normal > 0).all()
-
-
-def test_what_is_measured_is_the_truth_with_the_noise_that_is_said() -> None:
+def test_measurements_have_the_stated_noise() -> None:
     """Measurements less the truth, divided by their standard deviations, are standard normal, hidden or not."""
     scores, hidden = [], []
     for now in sights():
@@ -71,7 +58,7 @@ def test_what_is_measured_is_the_truth_with_the_noise_that_is_said() -> None:
 
 
 def test_the_motion_is_that_of_the_study() -> None:
-    """Angles and translation are the sinusoids of docs/methods/adaptive.md, from where it faces the camera."""
+    """Angles and translation are the sinusoids of docs/methods/adaptive.md; at first it faces the camera."""
     still = sight(0, 0, SCENE)
     assert not still.theta_rad.any()
     assert visible_faces(still.theta_rad, still.translation_mm).tolist() == [True, False, True, True, False, False]
@@ -83,8 +70,8 @@ def test_the_motion_is_that_of_the_study() -> None:
         assert np.allclose(now.translation_mm, [across, down, 80 * (1 + 0.15 * np.sin(3 * np.pi * u))])
 
 
-def test_a_change_of_speed_does_not_make_it_jump() -> None:
-    """When the speed changes in mid-run the motion goes on from where it was."""
+def test_the_motion_is_continuous_when_the_speed_changes() -> None:
+    """After a change of speed in mid-run it continues from the same pose."""
     source, history = PrismSource(0, SCENE), History(((0, SCENE), (101, revise(SCENE, {"speed": 3}))))
     for frame, usual in ((100, 100), (110, 130)):
         assert np.allclose(source.sight(frame, history).theta_rad, sight(0, usual, SCENE).theta_rad)
