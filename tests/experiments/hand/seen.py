@@ -1,4 +1,4 @@
-"""What a picture shows of a hand whose pose is known."""
+"""The picture of a hand whose pose is known."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,9 @@ SCALE, SIDE = 52.0, 200
 ALL = (0, 1, 2, 3, 4)
 
 
-def axis_of(pose: NDArray[np.float64], finger: int, length: int = 40) -> NDArray[np.float64]:
-    """Return points 1 px apart along a finger, from its tip on."""
-    places = joints(pose, SCALE, MODEL)[finger, ::-1, :2]
+def axis(joints_px: NDArray[np.float64], length: float = np.inf) -> NDArray[np.float64]:
+    """Return points 1 px apart along the joints (4, 3) of a finger, from its tip on."""
+    places = joints_px[::-1, :2]
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
     steps = np.arange(min(length, along[-1]))
     return np.column_stack([np.interp(steps, along, places[:, i]) for i in range(2)])
@@ -21,6 +21,6 @@ def axis_of(pose: NDArray[np.float64], finger: int, length: int = 40) -> NDArray
 def sight(
     pose: NDArray[np.float64], *more: NDArray[np.float64], fingers: tuple[int, ...] = ALL, length: int = 40
 ) -> PictureTables:
-    """Return what is seen of a pose: its silhouette, and the ends of these fingers, and some more, as protrusions."""
-    axes = [axis_of(pose, finger, length) for finger in fingers]
+    """Return the tables of a pose: its silhouette, with the ends of these fingers and some more as protrusions."""
+    axes = [axis(joints(pose, SCALE, MODEL)[finger], length) for finger in fingers]
     return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), [*axes, *more])

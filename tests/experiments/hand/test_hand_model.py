@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pftrack.experiments.hand.shape import (
@@ -12,7 +10,6 @@ from pftrack.experiments.hand.shape import (
     MODEL,
     HandShape,
     arm_corners,
-    capsule,
     joints,
     open_pose,
     palm_points,
@@ -42,12 +39,12 @@ def turns(pose: Numbers) -> Numbers:
 
 
 def seen(pose: Numbers, points: Numbers) -> Numbers:
-    """Points of the hand's frame, palm axes, in the picture."""
+    """Return where points of the hand's frame, in palm axes, are in the picture."""
     return SCALE * points @ turns(pose).T * [1, -1, 1] + [*pose[:2], 0]
 
 
 def by_hand(pose: Numbers, shape: HandShape) -> Numbers:
-    """The equations of docs/methods/hands.md, one by one."""
+    """Evaluate the equations of docs/methods/hands.md one by one."""
     places = np.empty((5, 4, 3))
     for finger in range(5):
         spread, *flexions = pose[5 + 4 * finger : 9 + 4 * finger]
@@ -61,14 +58,9 @@ def by_hand(pose: Numbers, shape: HandShape) -> Numbers:
     return seen(pose, places.reshape(-1, 3)).reshape(5, 4, 3)
 
 
-def area(corners: Numbers) -> float:
-    x, y = corners.T
-    return abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))) / 2
-
-
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("number", range(3))
 def test_joints_palm_and_arm_are_those_of_the_equations(number: int) -> None:
-    """Compiled and written out, they are the same; the plate has two sides; the arm turns with a alone."""
+    """The compiled functions agree with the equations; the plate has two sides; only the angle a turns the arm."""
     pose = any_pose(number)
     assert joints(pose, SCALE, MODEL) == pytest.approx(by_hand(pose, MODEL), abs=1e-9)
     plate = [[x, y, z] for z in (MODEL.thickness, -MODEL.thickness) for x, y in MODEL.outline]
@@ -79,39 +71,8 @@ def test_joints_palm_and_arm_are_those_of_the_equations(number: int) -> None:
     assert arm_corners(pose, SCALE, MODEL) == pytest.approx(seen(flat, board)[:, :2], abs=1e-9)
 
 
-@pytest.mark.parametrize("number", range(3))
-def test_the_other_side_is_the_mirror_image(number: int) -> None:
-    """A shape with side -1 and the turns a and b the other way round is the mirror image of the hand."""
-    pose = any_pose(number)
-    mirrored = joints(pose * np.array([1, 1, -1, -1] + 21 * [1]), SCALE, MODEL.with_changes(side=-1.0))
-    expected = joints(pose, SCALE, MODEL) * [-1, 1, 1] + [2 * WRIST[0], 0, 0]
-    assert mirrored == pytest.approx(expected, abs=1e-9)
-
-
-@settings(max_examples=60)
-@given(st.floats(-30, 30), st.floats(-30, 30), st.floats(0.5, 12), st.floats(0.5, 12))
-def test_a_capsule_is_convex_and_has_nearly_the_area_of_two_discs_hull(
-    x: float, y: float, first: float, second: float
-) -> None:
-    """All corners lie on the discs, none turns inwards, and 97 % of the exact area is within."""
-    corners = capsule(np.zeros(2), first, np.array([x, y]), second)
-    assert 16 <= len(corners) <= 24
-    edges = np.roll(corners, -1, axis=0) - corners
-    following = np.roll(edges, -1, axis=0)
-    assert (edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] >= -1e-7).all()
-    on_first = np.abs(np.hypot(*corners.T) - first)
-    assert np.minimum(on_first, np.abs(np.hypot(*(corners - [x, y]).T) - second)) == pytest.approx(0, abs=1e-9)
-    apart, more = np.hypot(x, y), abs(first - second)
-    exact = np.pi * max(first, second) ** 2
-    if apart > more:
-        half = np.arccos((first - second) / apart)
-        sides = (first + second) * np.sqrt(apart**2 - more**2)
-        exact = sides + first**2 * (np.pi - half) + second**2 * half
-    assert 0.96 * exact <= area(corners) <= exact + 1e-9
-
-
 def test_the_silhouette_is_the_union_of_the_parts() -> None:
-    """Points on the axis of each phalanx, the wrist and the arm are within; what is beside the hand is not."""
+    """It contains the axis of each phalanx, the wrist and the arm, and nothing beside the hand."""
     pose = open_pose(WRIST)
     picture = silhouette(pose, SCALE, MODEL, (200, 200))
     assert picture.shape == (200, 200)

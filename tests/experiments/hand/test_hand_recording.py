@@ -1,4 +1,4 @@
-"""A hand on recordings: found or marked, and what cannot be a hand said in words."""
+"""A hand on recordings: found or marked, and refused in words."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -10,7 +10,7 @@ import pytest
 
 from pftrack.core.model.drawing import COLOURS
 from pftrack.core.model.parameters import Value
-from pftrack.core.model.setup import Setup, Sighting, Suitability
+from pftrack.core.model.setup import Setup, Suitability
 from pftrack.core.model.source import FrameSequence, History
 from pftrack.core.model.tracker import Step
 from pftrack.experiments import find
@@ -53,17 +53,9 @@ def wired(sequence: FrameSequence, mark: HandTips | None = None, start: int = 0)
     return HAND.video.on_video(sequence, mark, start=start)
 
 
-def sightings(sequence: FrameSequence, frames: Sequence[int]) -> list[Sighting]:
-    return list(HAND.video.finder.search(sequence, frames))
-
-
 def suits(sequence: FrameSequence, setup: Setup, **values: Value) -> Suitability:
     assert setup.footage is not None
     return HAND.video.suits(sequence, setup.footage, setup.parameters.model_copy(update=values))
-
-
-def tips_of(setup: Setup) -> np.ndarray:
-    return HandTips.read(setup.footage.mark).tips
 
 
 def error(step: Step) -> float:
@@ -72,8 +64,8 @@ def error(step: Step) -> float:
     return float(np.hypot(*(step.state.estimate.reshape(5, 3)[:, :2] - truth.tips).T).mean() / truth.scale)
 
 
-def test_an_open_hand_is_found_and_followed_with_nothing_marked(clip: FrameSequence) -> None:
-    """It begins where the fingers are, and the folding ones are followed; what was found is kept with the run."""
+def test_an_open_hand_is_found_and_followed_without_marks(clip: FrameSequence) -> None:
+    """The folding fingers are followed; a run from the stored mark gives the same numbers."""
     setup = wired(clip)
     run = Run(HAND, setup, seed=0)
     assert error(run.finish()) < 0.2
@@ -83,9 +75,9 @@ def test_an_open_hand_is_found_and_followed_with_nothing_marked(clip: FrameSeque
     assert again.estimates_sha256 == run.estimates_sha256
 
 
-def test_a_single_picture_of_folded_fingers_is_proposed_to_a_person_and_not_begun_with(clip: FrameSequence) -> None:
-    """Where nobody confirms it, a guess is no start, though it is what a form shows of the same picture."""
-    [proposed] = sightings(clip, [FRAMES - 1])
+def test_folded_fingers_are_proposed_and_not_started_with(clip: FrameSequence) -> None:
+    """A guess that nobody confirms does not start a run, though a form shows it."""
+    [proposed] = HAND.video.finder.search(clip, [FRAMES - 1])
     assert proposed.mark is not None
     assert proposed.placed
     with pytest.raises(ValueError, match=r"hold up an open hand.*or mark the tips"):
@@ -93,37 +85,20 @@ def test_a_single_picture_of_folded_fingers_is_proposed_to_a_person_and_not_begu
 
 
 def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) -> None:
-    """A found hand suits well; with a level that nothing exceeds it is said that nothing is seen.
+    """A detected hand suits well; above a level that no pixel exceeds, none is seen.
 
-    Tips that are marked in the wrong order are further from the hand that fits than marks are, and it is said so.
+    Tips marked in the wrong order do not suit, and a thumb marked on the other side makes it the other hand.
     """
     setup = wired(clip)
     good, bad = suits(clip, setup), suits(clip, setup, brightness_level=254)
     assert (good.grade, bad.grade) == ("well", "not at all")
     assert good.remark.startswith("5 fingers are seen")
     assert "nothing in the picture is classified as a hand" in bad.remark
-    exchanged = suits(clip, wired(clip, HandTips.of(tips_of(setup)[[0, 2, 1, 4, 3]])))
+    tips = HandTips.read(setup.footage.mark).tips
+    exchanged = suits(clip, wired(clip, HandTips.of(tips[[0, 2, 1, 4, 3]])))
     assert exchanged.grade != "well"
     assert "palms from its mark" in exchanged.remark
-
-
-@NEEDS_CLIP
-def test_reversed_tips_of_a_real_hand_do_not_suit() -> None:
-    """Two raised fingers cover as much whichever they are taken for; the right order is told, and offered."""
-    sequence = open_sequence(CLIP)
-    for start in (0, 79):
-        [proposed] = sightings(sequence, [start])
-        turned = HandTips.of(proposed.mark.tips[::-1].copy())
-        right, wrong = (suits(sequence, wired(sequence, mark, start)) for mark in (proposed.mark, turned))
-        assert right.grade == "well"
-        assert wrong.grade != "well"
-        assert wrong.better == proposed.mark
-
-
-def test_marked_tips_go_before_what_is_found(clip: FrameSequence) -> None:
-    """A thumb that is marked on the other side makes it the other hand."""
-    setup = wired(clip)
-    swapped = wired(clip, HandTips.of(tips_of(setup)[::-1].copy()))
+    swapped = wired(clip, HandTips.of(tips[::-1].copy()))
     assert [one.open_source(0, one.parameters).start.model.side for one in (setup, swapped)] == [1.0, -1.0]  # type: ignore[attr-defined]
 
 
@@ -131,35 +106,21 @@ def blank(value: int, size: int = 200) -> np.ndarray:
     return np.full((size, size, 3), value, np.uint8)
 
 
-def with_disc(*places: tuple[int, int], radius: int = 40) -> np.ndarray:
+def test_other_pictures_are_refused_in_words(tmp_path: Path) -> None:
+    """The refusal and the finder's remark give the reason."""
     picture = blank(10)
-    for place in places:
-        cv2.circle(picture, place, radius, (220, 180, 150), -1)
-    return picture
-
-
-@pytest.mark.parametrize(
-    ("picture", "words"),
-    [
-        (blank(0), "classified as a hand"),
-        (blank(255), "classified as a hand"),
-        (with_disc((55, 100), (145, 100)), "two regions of similar size"),
-        (with_disc((100, 100)), "no finger is seen"),
-    ],
-    ids=["empty", "full", "two things", "fist"],
-)
-def test_what_is_no_open_hand_is_said_in_words(tmp_path: Path, picture: np.ndarray, words: str) -> None:
-    """Nothing is guessed: the refusal says what is seen instead, and so does what looks for a hand."""
+    for place in ((55, 100), (145, 100)):
+        cv2.circle(picture, place, 40, (220, 180, 150), -1)
     with closing(film(tmp_path / "none.mp4", [picture] * 2)) as sequence:
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match="two regions of similar size"):
             wired(sequence)
-        (seen,) = sightings(sequence, [0])
+        (seen,) = HAND.video.finder.search(sequence, [0])
         assert seen.mark is None
-        assert words in seen.remarks[0]
+        assert "two regions of similar size" in seen.remarks[0]
 
 
 def test_a_flash_and_an_empty_picture_are_waited_out(tmp_path: Path) -> None:
-    """While no hand can be there the belief stays; the events of the run say what was seen, and the caption does."""
+    """While no hand is visible the estimate stays; the run's events and the caption give the reason."""
     shown = pictures(speed=0.25)
     with closing(film(tmp_path / "flash.mp4", [shown[0], blank(255), shown[2], blank(0), shown[4]])) as sequence:
         run = Run(HAND, wired(sequence), seed=0)
@@ -176,12 +137,17 @@ def test_a_flash_and_an_empty_picture_are_waited_out(tmp_path: Path) -> None:
 
 
 @NEEDS_CLIP
-def test_a_real_hand_with_two_raised_fingers_is_guessed_where_it_is_asked_for_and_followed() -> None:
-    """It is no open hand, so by itself nothing begins; in a single picture the tips are proposed, and those will do."""
+def test_a_real_hand_with_two_raised_fingers_is_proposed_and_followed() -> None:
+    """It does not start automatically; the proposed tips suit, their reversal does not, and tracking succeeds."""
     with closing(open_sequence(CLIP)) as sequence:
         with pytest.raises(ValueError, match="2 fingers are seen"):
             wired(sequence, start=299)
-        (guess,) = sightings(sequence, [0])
+        for start in (79, 0):
+            (guess,) = HAND.video.finder.search(sequence, [start])
+            turned = HandTips.of(guess.mark.tips[::-1].copy())
+            right, wrong = (suits(sequence, wired(sequence, mark, start)) for mark in (guess.mark, turned))
+            assert right.grade == "well" != wrong.grade
+            assert wrong.better == guess.mark
         assert not guess.sure
         assert set(guess.placed) == {"points.thumb", "points.ring", "points.little"}
         run = Run(HAND, wired(sequence, guess.mark), seed=0, frames=6)
@@ -189,8 +155,8 @@ def test_a_real_hand_with_two_raised_fingers_is_guessed_where_it_is_asked_for_an
     assert all(row.number("difference") < 25.0 for row in run.diagnostics[1:])
 
 
-def test_before_a_textured_wall_a_hand_is_told_by_the_pictures_without_it(tmp_path: Path) -> None:
-    """It is followed though neither level, border nor skin tell it; sought or branched it is the same."""
+def test_a_hand_before_a_textured_wall_is_told_by_its_backdrop(tmp_path: Path) -> None:
+    """It is followed where neither level, border nor skin separates it; seek and branch give the same numbers."""
     shade = np.random.default_rng(1).uniform(0.1, 1.1, (25, 25)).astype(np.float32)  # boards with the colours of skin
     shade = cv2.resize(shade, (200, 200), interpolation=cv2.INTER_NEAREST)
     wall = (shade[..., None] * np.array([150.0, 105.0, 75.0])).astype(np.uint8)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from functools import cache
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ import pytest
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.hand.beams import alike
 from pftrack.experiments.hand.model import HandState, HandTrackerParameters, Task, settings
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose
@@ -24,14 +22,9 @@ SEED, FIRST = 0, 3
 
 
 @cache
-def source(**scene: object) -> HandSource:
-    return HandSource(SEED, HandSceneParameters(**{"motion": "occlusion", **scene}))
-
-
-@cache
 def frame(index: int, **scene: object) -> Frame:
     parameters = HandSceneParameters(**{"motion": "occlusion", **scene})
-    return source(**scene).frame(index, History(((0, parameters),)))
+    return HandSource(SEED, parameters).frame(index, History(((0, parameters),)))
 
 
 def started(
@@ -68,34 +61,16 @@ def tip_error(state: HandState, index: int) -> float:
 
 @pytest.mark.parametrize(("tracker", "values"), [("beam", {}), ("particles", {"sample_count": 60})])
 def test_two_fingers_that_fold_within_two_frames_are_followed(tracker: str, values: dict[str, object]) -> None:
-    """While they fold their tips move by half a palm; the estimate is within a fifth."""
+    """Their tips move by half a palm, and the estimate stays within a fifth."""
     states = tracked(tracker, 6, values)
     assert tip_error(states[-1], 6) < 0.2
     folded = states[-1].pose[5:].reshape(5, 4)[2:4, 1:].mean()
     assert folded == pytest.approx(1.3, abs=0.35)
 
 
-def test_kept_hands_are_different_and_know_their_parents() -> None:
-    """No two are alike, the best comes first, there are no more than the width, and origins are the parents' poses."""
-    before, after = tracked("beam", 5)[-2:]
-    members = after.beam.members
-    assert 1 < len(members) <= DEFAULTS.beam_width
-    assert (np.diff(after.beam.log_weights) <= 0.0).all()
-    assert after.beam.weights.sum() == pytest.approx(1.0)
-    assert not any(alike(one, other) for one, other in combinations(members, 2))
-    assert np.array_equal(after.origins, np.array(before.beam.members)[after.beam.parents])
-
-
-def test_a_wide_beam_begins_with_the_narrow_ones_hands() -> None:
-    """From the same state, what a beam of 1 keeps is the best of a beam of 4."""
-    one, four = (tracked("beam", 4, {"beam_width": width})[-1] for width in (1, 4))
-    assert len(one.beam) == 1
-    assert (one.pose == four.pose).all()
-
-
 @pytest.mark.parametrize("tracker", TRACKERS)
-def test_a_flash_is_waited_for_and_said(tracker: str) -> None:
-    """In a frame that is all white nothing moves and the reason is told; the next one is followed again."""
+def test_a_flash_pauses_the_tracker(tracker: str) -> None:
+    """In a white frame the pose stays and the state gives the reason; the next frame is tracked again."""
     before, flash, after = tracked(tracker, 5, {"sample_count": 20}, flash_every=5)
     assert "flash" in flash.finding
     assert TRACKERS[tracker].searching(flash)
@@ -104,7 +79,7 @@ def test_a_flash_is_waited_for_and_said(tracker: str) -> None:
 
 
 def test_a_hand_that_does_not_fit_is_lost_and_found_again_when_open() -> None:
-    """The tracker says by how much its best hand is off, then waits, and begins anew with the open hand."""
+    """The tracker reports the misfit of its best hand, waits, and starts again with the open hand."""
     values = {"highest_misfit": 0.05, "lost_after_frames": 1, "ranking": "reference"}
     states = [started(values)]
     for index in (5, 7, 20):
@@ -117,20 +92,8 @@ def test_a_hand_that_does_not_fit_is_lost_and_found_again_when_open() -> None:
     assert tip_error(found, 20) < 0.1
 
 
-def test_a_hand_out_of_the_picture_is_waited_for() -> None:
-    """Nothing in the picture is said to be nothing; after the patience is over only an open hand is taken."""
-    empty, values = Frame(0, 0.0, image_rgb=np.zeros((200, 200, 3), np.uint8)), {"patience_frames": 1}
-    state = started()
-    for _ in range(2):
-        state = stepped(state, empty, values)
-        assert "nothing" in state.finding
-    state = stepped(state, frame(7), values)
-    assert state.lost
-    assert "fingers are seen" in state.finding
-
-
 def test_a_hand_that_comes_nearer_is_seen_to_grow() -> None:
-    """Begun 4 % too small, it is larger by a step in each frame until it fits; where size stays it does not."""
+    """Started 4 % too small, the hand grows by a step in each frame until it fits, unless its size is fixed."""
     begin = frame(FIRST)
     true = begin.target
     small = HandTarget.of(true.pose, 0.96 * true.scale, true.shape, true.model)
@@ -138,24 +101,6 @@ def test_a_hand_that_comes_nearer_is_seen_to_grow() -> None:
         values = {"growth_sd": growth, "beam_width": 1}
         state = stepped(stepped(started(values, small), begin, values), begin, values)
         assert state.scale == pytest.approx(expected * true.scale, rel=0.015)
-
-
-def test_a_turn_that_one_hand_loses_is_kept_by_four() -> None:
-    """A turn either way looks alike at first: one hand goes on the wrong way, and of four another one takes over."""
-    turn = HandSource(151, HandSceneParameters(motion="wrist"))
-    history = History(((0, HandSceneParameters(motion="wrist")),))
-    frames = [turn.frame(index, history) for index in range(19)]
-    wrong: dict[int, list[bool]] = {}
-    for width in (1, 4):
-        parameters = revise(DEFAULTS, {"beam_width": width})
-        state = TRACKERS["beam"].start(turn.start, frames[0], parameters, Stream(151, 0, Purpose.START))
-        wrong[width] = []
-        for index, shown in enumerate(frames[1:], 1):
-            state = TRACKERS["beam"].step(state, shown, parameters, Stream(151, index, Purpose.TRACK))
-            wrong[width].append(bool(abs(state.pose[3] - shown.target.pose[3]) > 0.3))
-    assert all(wrong[1][-6:])
-    assert any(wrong[4])
-    assert not any(wrong[4][-3:])
 
 
 # A frame of the particle filter of a hand.
@@ -168,7 +113,7 @@ POSE = open_pose((100.0, 137.0))
 def test_a_hand_that_stands_still_is_held() -> None:
     """The heaviest particle has its tips near the true ones; all are within limits, and weights sum to one.
 
-    Parents are drawn by weight, and their poses are carried: one of no weight has no children.
+    Parents are drawn by weight, so one without weight has no children, and each child keeps its parent's pose.
     """
     states, log_weights = np.tile(POSE, (3, 2)), np.array([-np.inf, np.log(0.5), np.log(0.5)])
     found = sample(states, log_weights, states[:, :2].copy(), COUNT, 0.5, sight(POSE, length=20), TASK, 0, 1)
@@ -182,8 +127,8 @@ def test_a_hand_that_stands_still_is_held() -> None:
     assert (found.states[:, 25:] == POSE).all()
 
 
-def test_what_is_drawn_from_anywhere_counts_as_much_as_the_prior_has_it() -> None:
-    """The mean of a function over draws of the mixture, with these weights, is that over the prior."""
+def test_uniform_draws_are_weighed_by_the_prior() -> None:
+    """Weighted means over draws of the mixture are those over the prior."""
     draw, count, low, high = np.random.default_rng(0), 40_000, -2.0, 3.0
     anywhere = draw.random(count) < ANYWHERE
     bends = np.where(anywhere, draw.uniform(low, high, count), draw.normal(size=count))
