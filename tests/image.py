@@ -20,7 +20,7 @@ KEPT = Path("~/.cache/pftrack-tests").expanduser()
 
 TOOLS = ("buildah", "debootstrap", "unshare", "nsenter", "chroot", "tar")
 PACKAGES = "python3,python3-venv,ca-certificates"
-DOCUMENTS = ("doc", "info", "locale", "man")
+LEFT_OUT = "var/cache/apt", "var/lib/apt/lists", *(f"usr/share/{it}" for it in ("doc", "info", "locale", "man"))
 CERTIFICATES = Path("/etc/ssl/certs/ca-certificates.crt")
 INDEXES = ("PIP_INDEX_URL", "UV_DEFAULT_INDEX")
 
@@ -46,7 +46,7 @@ class Image(NamedTuple):
     Attributes:
         root: Its files.
         config: How it is to be run.
-        size: Of its layers, those of its base among them, unpacked, in bytes.
+        size: Bytes of its layers, including those of its base, unpacked.
     """
 
     root: Path
@@ -70,7 +70,7 @@ class Container(NamedTuple):
         image: What it was made of.
         outside: The process that waits for it.
         pid: Its first process, as it is seen from outside.
-        environment: Of its processes.
+        environment: The environment of its processes.
     """
 
     image: Image
@@ -80,14 +80,8 @@ class Container(NamedTuple):
 
     def execute(self, *command: str) -> "subprocess.CompletedProcess[str]":
         """Run a command in it, as `docker exec` does."""
-        enter = [
-            "nsenter",
-            f"--target={self.pid}",
-            "--mount",
-            "--pid",
-            f"--root=/proc/{self.pid}/root",
-            f"--wd=/proc/{self.pid}/root",
-        ]
+        root = f"/proc/{self.pid}/root"
+        enter = ["nsenter", f"--target={self.pid}", "--mount", "--pid", f"--root={root}", f"--wd={root}"]
         return subprocess.run(
             [*enter, "sh", "-c", EXECUTE, "sh", *self.environment, *command],
             env={**os.environ, **self.image.user},
@@ -133,11 +127,7 @@ def debian() -> Path:
         if made.returncode:
             raise OSError(f"debootstrap failed: {made.stdout.strip().splitlines()[-1:]}")
         # What images of Debian leave out, too.
-        for folder in (
-            root / "var/cache/apt",
-            root / "var/lib/apt/lists",
-            *(root / "usr/share" / it for it in DOCUMENTS),
-        ):
+        for folder in (root / it for it in LEFT_OUT):
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir()
         unfinished = Path(place, "archive")
@@ -168,9 +158,8 @@ def build(base: Path, place: Path) -> Image:
     buildah("commit", "--quiet", "--rm", empty, "base")
     given = [f"--build-arg={name}={os.environ[name]}" for name in INDEXES if name in os.environ]
     options = ["--isolation=chroot", "--format=docker", "--pull-never", "--build-arg=BASE=localhost/base", *given]
-    buildah(
-        "build", *options, f"--secret=id=certificates,src={CERTIFICATES}", "--file=docker/Dockerfile", "--tag=pftrack"
-    )
+    secret = f"--secret=id=certificates,src={CERTIFICATES}"
+    buildah("build", *options, secret, "--file=docker/Dockerfile", "--tag=pftrack")
     told = json.loads(buildah("inspect", "--type=image", "pftrack"))
     size = sum(layer["size"] for layer in json.loads(told["Manifest"])["layers"])
     container = buildah("from", "--pull-never", "localhost/pftrack")

@@ -38,10 +38,10 @@ def install(place: Path, name: str, source: str, entry_point: str, version: str 
 
     Args:
         place: The folder, which is to be on the path.
-        name: Of the distribution; the module has it with underscores.
+        name: Name of the distribution; the module has it with underscores.
         source: The module's text.
         entry_point: The line of its experiment, `name = module:ATTRIBUTE`.
-        version: Of the distribution.
+        version: Version of the distribution.
     """
     (place / f"{name.replace('-', '_')}.py").write_text(source)
     metadata = place / f"{name.replace('-', '_')}-{version}.dist-info"

@@ -42,7 +42,7 @@ def disc_film(
         frames: Its length.
         speed_px: How far the disc walks from frame to frame.
         ground: The grey behind it.
-        colours: Of the disc in the first frames; it is red in the others.
+        colours: Colours of the disc in the first frames; it is red in the others.
     """
     y, x = np.mgrid[:120, :160]
     given = dict(enumerate(colours))

@@ -24,7 +24,7 @@ from tools.site import command_line
 from tools.site.rest import description
 
 WORDS = {"title", "description", "default", "examples"}
-"""Of a schema, what explains it and may change."""
+"""The parts of a schema that explain it and may change."""
 
 
 def promises() -> dict[str, Any]:

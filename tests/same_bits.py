@@ -1,9 +1,9 @@
-"""What every tracker of every experiment comes to, as hashes; `python tests/same_bits.py` prints them.
+"""The numbers of every tracker of every experiment, as hashes; `python tests/same_bits.py` prints them.
 
 With the argument `defaults` it leaves out all but the default trackers with their defaults.
 
-`tests/data/same_bits.json` holds what this printed. It is made again only by who means to change numbers or adds a
-tracker, and a change is told in the changelog:
+`tests/data/same_bits.json` holds what this printed. It is made again only when numbers are meant to change or a
+tracker is added, and the changelog reports a change:
 
     python tests/same_bits.py > tests/data/same_bits.json
 """

@@ -9,11 +9,11 @@ from tests import promises
 
 PROMISED = json.loads((Path(__file__).parent / "data" / "promises.json").read_text())
 DEMANDS = {"required"}
-"""Of these there may be no more later, or what a client sends today would be refused."""
+"""More of these would refuse what a client sends today."""
 
 
 def test_all_that_is_promised_is_there() -> None:
-    """Nothing that is stored is missing or otherwise; what has been added is no harm, and is stored with a release."""
+    """Nothing that is stored is missing or different; additions are allowed, and are stored with a release."""
     now = json.loads(json.dumps(promises.promises()))
     assert list(broken(PROMISED, now)) == []
 
@@ -22,12 +22,11 @@ def test_a_broken_promise_is_found() -> None:
     """What is missing, of another value, or demanded in addition, is told with its place."""
     before = {"a": {"x": 1, "y": [1, 2]}, "required": {"S": ["f"]}}
     assert list(broken(before, {**before, "b": 2})) == []
-    assert list(broken(before, {"a": {"x": 2, "y": [2]}, "required": {"S": ["f", "g"]}})) == [
-        "a/x was 1, is 2",
-        "a/y has lost 1",
-        "required/S demands g",
+    found = [
+        *broken(before, {"a": {"x": 2, "y": [2]}, "required": {"S": ["f", "g"]}}),
+        *broken(before, {"a": before["a"]}),
     ]
-    assert list(broken(before, {"a": {"x": 1, "y": [1, 2]}})) == ["required is gone"]
+    assert found == ["a/x was 1, is 2", "a/y has lost 1", "required/S demands g", "required is gone"]
 
 
 def broken(before: Any, after: Any, place: str = "") -> Iterator[str]:

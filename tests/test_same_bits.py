@@ -1,4 +1,4 @@
-"""Every run comes to the same bits on every x86-64 processor with AVX2, whatever its libraries would choose."""
+"""Every run has the same bits on every x86-64 processor with AVX2, whatever its libraries would choose."""
 
 import ast
 import json
@@ -33,6 +33,7 @@ OTHER_PROCESSORS: dict[str, str] = {
 """Other processors asked of every library."""
 
 ALONE: dict[str, dict[str, str]] = {
+    "all of them": OTHER_PROCESSORS,
     "NUMBA_CPU_NAME=haswell": {"NUMBA_CPU_NAME": "haswell"},
     "BLAS for Haswell": {"OPENBLAS_CORETYPE": "Haswell"},
     "BLAS for Prescott": {"OPENBLAS_CORETYPE": "Prescott"},
@@ -55,7 +56,7 @@ def hashes(settings: Mapping[str, str], *arguments: str) -> dict[str, str]:
 
 
 def test_numbers_do_not_depend_on_the_machine() -> None:
-    """Every case comes to the stored numbers here, and an experiment's first where libraries compute as for another."""
+    """Every case has the stored numbers here, and an experiment's first where libraries compute as for another."""
     assert same_bits.hashes() == STORED
     elsewhere = hashes(OTHER_PROCESSORS, "defaults")
     assert elsewhere == {case: STORED[case] for case in elsewhere}
@@ -63,15 +64,9 @@ def test_numbers_do_not_depend_on_the_machine() -> None:
 
 
 @pytest.mark.slow
-def test_no_choice_depends_on_the_machine() -> None:
-    """The same in such a process with every tracker, and every choice and switch of a parameter."""
-    assert hashes(OTHER_PROCESSORS) == STORED
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("settings", ALONE.values(), ids=ALONE)
-def test_no_library_decides_alone(settings: Mapping[str, str]) -> None:
-    """The same for each library alone, which tells which of them it is."""
+def test_no_library_decides(settings: Mapping[str, str]) -> None:
+    """Every tracker, choice and switch has the stored numbers with all libraries so, and with each alone."""
     assert hashes(settings) == STORED
 
 
@@ -107,7 +102,7 @@ REPORTS = {
     ("vision/face.py", "arctan2"): "angles as a person would say them, for the screen",
     ("vision/face.py", "arcsin"): "angles as a person would say them, for the screen",
 }
-"""Where that is no part of a state, and why."""
+"""Where that is not a part of a state, and why."""
 
 
 def name_of(path: Path) -> str:

@@ -6,8 +6,6 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.ball.experiment import RecordedBallParameters
@@ -94,18 +92,11 @@ def script_leaks(path: Path) -> Iterator[str]:
     yield from (name for name in re.findall(r"\.([a-z_0-9]+)\b", text) if name in PARAMETERS)
 
 
-@pytest.mark.parametrize("room", ["pftrack", "server"])
-def test_no_experiment_leaks_into_the_program(room: str) -> None:
+def test_no_experiment_leaks_into_the_program() -> None:
     """No general module has an experiment's name, a parameter's name or what is tracked as a string or an attribute."""
-    leaks = [(str(path.relative_to(ROOT)), name) for path in general(room, ".py") for name in python_leaks(path)]
-    assert [leak for leak in leaks if leak not in PLACES] == []
-
-
-def test_no_experiment_leaks_into_the_pages() -> None:
-    """No module of the pages has an experiment's name, a parameter's name or what is tracked."""
-    leaks = [
-        (str(path.relative_to(ROOT)), name) for path in general("frontend_static", ".js") for name in script_leaks(path)
-    ]
+    files = [(path, python_leaks) for room in ("pftrack", "server") for path in general(room, ".py")]
+    files += [(path, script_leaks) for path in general("frontend_static", ".js")]
+    leaks = [(str(path.relative_to(ROOT)), name) for path, search in files for name in search(path)]
     assert [leak for leak in leaks if leak not in PLACES] == []
 
 
@@ -128,10 +119,7 @@ def test_each_family_is_behind_the_registry() -> None:
 
 
 def test_a_leak_is_found(tmp_path: Path) -> None:
-    """The search itself finds strings, attributes and words, and passes over prose."""
-    python = tmp_path / "leak.py"
-    python.write_text('"""A ball."""\nif kind == "ball": x = values["gamma_px"], p.gamma_px, "a face", f"{x} balls"\n')
-    assert sorted(python_leaks(python)) == ["ball", "ball", "balls", "face", "gamma_px", "gamma_px"]
+    """The search in scripts finds strings, attributes and words, and passes over prose; places show that of Python."""
     script = tmp_path / "leak.js"
     script.write_text('// a face\nconst a = `face ${p.gamma_px}`; /* "ball" */ if (id === "ball") a["gamma_px"] = 1;\n')
     assert sorted(script_leaks(script)) == ['"ball"', '"gamma_px"', "ball", "face", "gamma_px"]
