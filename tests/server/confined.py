@@ -32,11 +32,3 @@ def _is_forked(process: psutil.Process) -> bool:
 def descriptors() -> int:
     """How many this process holds."""
     return len(list(Path("/proc/self/fd").iterdir()))
-
-
-def ended(process: int) -> bool:
-    """Tell whether a process has ended, also while nobody has taken note of it."""
-    try:
-        return psutil.Process(process).status() == psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return True

@@ -1,11 +1,10 @@
-"""Tasks that do what a hostile file might have a decoder do, in the confined child."""
+"""Tasks that do in the confined child what a hostile file might make a decoder do."""
 
 import ctypes
 import os
 import resource
 import signal
 import socket
-import subprocess
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator
@@ -26,19 +25,9 @@ def crash(*_: object) -> None:
     ctypes.string_at(0)
 
 
-def abort(*_: object) -> None:
-    """End as the C library ends a program that has spoilt its memory."""
-    os.abort()
-
-
 def be_killed(*_: object) -> None:
     """End as when the system is short of memory."""
     os.kill(os.getpid(), signal.SIGKILL)
-
-
-def take_too_long(*_: object) -> None:
-    """End as when all processor time has been used."""
-    os.kill(os.getpid(), signal.SIGXCPU)
 
 
 def fail(*_: object) -> None:
@@ -47,18 +36,13 @@ def fail(*_: object) -> None:
 
 
 def miss(*_: object) -> None:
-    """End by a mistake that looks like a refusal of what was asked for."""
+    """End by a mistake that looks like a refusal."""
     raise KeyError("on purpose")
 
 
 def leave(*_: object) -> None:
     """End without a word, as if all were well."""
     os._exit(0)
-
-
-def leave_with_status(*_: object) -> None:
-    """End without a word, and not well."""
-    os._exit(3)
 
 
 def hang(*_: object) -> None:
@@ -84,25 +68,17 @@ def say(length: bytes, text: bytes, *_: object) -> None:
     time.sleep(60)
 
 
-def flood_a_reply(*_: object) -> str:
-    """Answer in due form, and at far too great a length."""
-    return "x" * 20_000_000
-
-
-def said(text: bytes, length: int | None = None) -> Callable[..., None]:
-    """Return a task that announces a message, of another length where told, and says it."""
-    return partial(say, (len(text) if length is None else length).to_bytes(8, "big"), text)
+def said(text: bytes) -> Callable[..., None]:
+    """Return a task that writes a message past our own program."""
+    return partial(say, len(text).to_bytes(8, "big"), text)
 
 
 ANSWERS: tuple[Callable[..., object], ...] = (
     *(partial(answer, what) for what in ("nonsense", '{"kind": "video"}', 7)),
-    said(b"no json"),
     said(f"cos\nsystem\n(S'touch {HARM}'\ntR.".encode()),  # a pickle, which would run a command in its reader
-    said(b"", 20_000_000),
     said(bytes(20_000_000)),
-    flood_a_reply,
 )
-"""What answers with nonsense, half an index, what is not even text, and more than anybody wants to hear."""
+"""Answers that are nonsense, half an index, a program, or far too long."""
 
 
 def unfold(*_: object) -> int:
@@ -118,12 +94,9 @@ def limits() -> dict[str, Any]:
 
 
 def surroundings() -> dict[str, Any]:
-    """Tell what this process has of its parent's."""
+    """Return what this process inherited from its parent."""
     return {
-        "pid": os.getpid(),
         "parent": os.getppid(),
-        "group": os.getpgid(0),
-        "session": os.getsid(0),
         "threads": threading.active_count(),
         "threads_of_parent": len(list(Path(f"/proc/{os.getppid()}/task").iterdir())),
         "descriptors": dict(_descriptors()),
@@ -133,52 +106,30 @@ def surroundings() -> dict[str, Any]:
 
 
 def write(folder: str) -> list[str]:
-    """Write to a new file and to one that is there, and return what came of it."""
+    """Write to a new file and to an existing one, and return the results."""
     return [_written(Path(folder) / name) for name in ("new", "there")]
 
 
-def reach(port: int) -> dict[str, bool]:
-    """Call somebody on this machine; tell whether that was answered, and whether there is a network of one's own."""
-    own = Path("/proc/self/ns/net").readlink() != Path(f"/proc/{os.getppid()}/ns/net").readlink()
-    try:
-        socket.create_connection(("127.0.0.1", port), 5).close()
-    except OSError:
-        return {"reached": False, "alone": own}
-    return {"reached": True, "alone": own}
-
-
-def talk() -> str:
-    """Print a lot, as a decoder may."""
+def talk_and_decode(path: str) -> dict[str, str]:
+    """Print a lot, as a decoder may, decode a file, and return the environment."""
     for stream in (1, 2):
         os.write(stream, b"A DECODER'S COMPLAINT\n" * 1000)
-    return "quiet"
-
-
-def start_another(told: str) -> None:
-    """Start a process, tell its number in a file, and hang."""
-    child = subprocess.Popen(["/bin/sleep", "60"], env={})
-    Path(told).write_text(str(child.pid), encoding="ascii")
-    time.sleep(60)
-
-
-def wait_for_ever(told: str, *_: object) -> None:
-    """Tell this process's number in a file, and hang in native code that holds the interpreter."""
-    Path(told).write_text(str(os.getpid()), encoding="ascii")
-    hang()
+    index_frames(path, DEFAULT_LIMITS, 1 << 30)
+    return dict(os.environ)
 
 
 def take_long(steps: int, each_s: float) -> Generator[tuple[int, int], None, dict[str, Any]]:
-    """Take so long for each step, and tell of each; then tell how many there were."""
+    """Take some time for each step, and report each; then return their number."""
     for step in range(steps):
         time.sleep(each_s)
         yield step + 1, steps
     return {"steps": steps}
 
 
-def decode_and_look_around(path: str) -> dict[str, str]:
-    """Decode a file, and tell the environment in which that was done."""
-    index_frames(path, DEFAULT_LIMITS, 1 << 30)
-    return dict(os.environ)
+def wait_for_ever(told: str, *_: object) -> None:
+    """Write this process's number to a file, and hang in native code that holds the interpreter."""
+    Path(told).write_text(str(os.getpid()), encoding="ascii")
+    hang()
 
 
 def _descriptors() -> Iterator[tuple[str, str]]:

@@ -1,31 +1,31 @@
-"""Confined children: what a task that has gone wild may do, it may do to itself alone."""
+"""Confined children: a task, or a probed file, that goes wrong harms its own process alone."""
 
 import asyncio
 import math
-import signal
-import socket
-import subprocess
-import sys
+import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import psutil
 import pytest
+from PIL import Image
 
+from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget
 from pftrack.process.calls import GRACE_S
-from pftrack.process.child import environment
+from pftrack.sources.limits import DEFAULT_LIMITS, Limits
+from pftrack.sources.sequence import open_sequence
 from pftrack_server.core.errors import ApiError
 from pftrack_server.core.log import RateLimitedLogger
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
+from pftrack_server.uploads import intake as module
 from pftrack_server.uploads.intake import BUDGET
 from tests.apart import run
 from tests.server import hostile
-from tests.server.confined import ask, ended
-from tests.server.uploads.test_uploads import video
-from tests.waiting import wait_for
+from tests.server.confined import ask
+from tests.server.uploads.test_uploads import png, video
 
 pytestmark = pytest.mark.usefixtures("nothing_is_left")
 
@@ -42,7 +42,7 @@ def test_the_process_limits_itself() -> None:
 
 
 def test_the_process_has_nothing_of_its_parents() -> None:
-    """It leads a group of its own, has no threads, and holds open its answer alone, though others are at work."""
+    """It has no threads and holds open its answer alone, though other tasks are at work."""
 
     async def with_others() -> Any:
         tasks = ChildTasks(Queues())
@@ -55,51 +55,27 @@ def test_the_process_has_nothing_of_its_parents() -> None:
         return answer
 
     found = run(with_others())
-    assert found["pid"] == found["group"] == found["session"]
     # A thread of the parent's would have left its locks behind, for ever locked.
     assert (found["threads"], found["threads_of_parent"]) == (1, 1)
     standard = {number: found["descriptors"].pop(number) for number in "012"}
     assert set(standard.values()) == {"/dev/null"}
     (pipe,) = found["descriptors"].values()
     assert pipe.startswith("socket:")
-    assert found["dispositions"] == ["0", "0", "0"]  # as the system has them: to end the process
+    assert found["dispositions"] == ["0", "0", "0"]  # the system's own: they end the process
     assert found["blocked"] == 0
 
 
-def test_the_process_writes_nothing_and_reaches_nobody(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """No file becomes longer, whether it was there or not, and what a decoder prints fills no log.
-
-    It cannot reach even a server on this machine, where the system lets a process leave the network.
-    """
+def test_the_process_writes_nothing(tmp_path: Path, clip: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """No file becomes longer, whether it existed or not; what a decoder prints fills no log, and it sees no tokens."""
     (tmp_path / "there").write_bytes(b"before")
     assert ask(hostile.write, str(tmp_path)) == ["OSError", "OSError"]
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"there": b"before", "new": b""}
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        found = ask(hostile.reach, server.getsockname()[1])
-    assert found["reached"] is not found["alone"]
-    assert ask(hostile.talk) == "quiet"
+    assert ask(hostile.talk_and_decode, str(clip)) == {}, "tokens and passwords may be in the environment"
     assert "COMPLAINT" not in "".join(capfd.readouterr())
 
 
-def test_what_the_process_has_started_ends_with_it(tmp_path: Path) -> None:
-    """A process that a decoder has managed to start does not outlive it."""
-    told = tmp_path / "child"
-    work = ChildTasks(Queues()).run_beside(
-        hostile.start_another, str(told), stopped=lambda: told.exists() and told.read_text() != ""
-    )
-    with pytest.raises(ApiError, match="was killed"):
-        run(work)
-    wait_for(lambda: ended(int(told.read_text())))
-
-
-def test_short_work_ends_with_its_client() -> None:
-    """Nobody waits for what nobody wants any more."""
-    with pytest.raises(ApiError, match="hung up"):
-        run(ChildTasks(Queues(), lambda: asyncio.sleep(0.3)).run(hostile.hang))
-
-
-def test_work_that_goes_on_is_not_silent() -> None:
-    """A task that tells how far it is may take as long as it takes, in the web process and by its own alarm."""
+def test_work_that_continues_is_not_silent() -> None:
+    """A task that reports progress may take any time, in the web process and by its own alarm; a silent one may not."""
     told: list[tuple[int, int]] = []
     budget = Budget(silence_s=1.0)
     steps = math.ceil((budget.silence_s + GRACE_S + 1.0) / 0.25)
@@ -116,56 +92,147 @@ def test_work_that_goes_on_is_not_silent() -> None:
 def test_a_mistake_of_ours_is_in_the_log(
     mistake: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Who asks for a task that fails is told little, the log where."""
+    """The log has the reason why a task failed; the client gets one plain sentence."""
     monkeypatch.setattr("pftrack_server.jobs.child_tasks.warnings", RateLimitedLogger("tasks"))
     with pytest.raises(RefusedError, match="cannot be read safely"):
         run(ChildTasks(Queues()).run(mistake))
     assert "on purpose" in capsys.readouterr().out
 
 
+def probe(
+    path: Path,
+    limits: Limits = DEFAULT_LIMITS,
+    stopped: Callable[[], bool] = lambda: False,
+    columns: dict[str, int] | None = None,
+    **budget: Any,
+) -> FrameIndex:
+    """Probe a file within the usual budget, but for what is told."""
+    wanted = Budget(**{name: getattr(BUDGET, name) for name in Budget.__slots__} | budget)
+    return run(module.probe(ChildTasks(Queues()), path, limits, budget=wanted, columns=columns, stopped=stopped))
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("clips") / "clip.mp4"
+    path.write_bytes(video())
+    return path
+
+
+def test_a_probe_tells_what_a_survey_finds(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A good file gives the same index as opening it, and the next reader of the file needs no survey.
+
+    The process that asks could not even open a file.
+    """
+    with closing(open_sequence(clip)) as sequence:
+        survey = sequence.index
+    monkeypatch.setattr("pftrack_server.jobs.functions.open_sequence", None)
+    monkeypatch.setattr("pftrack.sources.video.VideoSequence._survey", None)
+    found = probe(clip)
+    assert found == survey
+    assert (found.kind, found.frame_count, found.width, found.height) == ("video", 24, 64, 48)
+    assert (found.frame_rate_hz, found.duration_s, found.warnings) == (25.0, pytest.approx(0.96), ())
+    with closing(open_sequence(clip, index=found)) as sequence:
+        assert sequence.picture(20).shape == (48, 64, 3)
+
+
+def test_folders_animations_and_tables_are_probed_too(tmp_path: Path) -> None:
+    """Folders of pictures, animated GIFs and tables of tracks are told from videos."""
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    for number in range(3):
+        (folder / f"{number}.png").write_bytes(png(40 * number))
+    images = [Image.open(path) for path in sorted(folder.iterdir())]
+    images[0].save(tmp_path / "a.gif", save_all=True, append_images=images[1:], duration=40)
+    rows = [f"{frame},{point},{10 * point + frame},{point * point}" for frame in range(2) for point in range(5)]
+    (tmp_path / "a.csv").write_text("\n".join(("frame,point,x_px,y_px", *rows)))
+    kinds = [(index.kind, index.frame_count) for index in map(probe, (folder, tmp_path / "a.gif", tmp_path / "a.csv"))]
+    assert kinds == [("images", 3), ("gif", 3), ("tracks", 2)]
+
+
+def test_columns_are_named_in_the_confined_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A header is rewritten where its length harms nobody, and may name 16,384 columns at most."""
+    monkeypatch.setattr("pftrack_server.jobs.functions.rename", None)
+    path = tmp_path / "a.csv"
+    said = {"frame": 0, "x": 1, "y": 2, "w": 3, "h": 4}
+    path.write_bytes(b"f,a,b,c,d\n0,1,2,3,4\n")
+    assert (probe(path, columns=said).kind, path.read_bytes()[:13]) == ("beliefs", b"frame,x,y,w,h")
+    for count, got in ((16_385, "16,385"), (1 << 20, "1,048,576")):
+        path.write_bytes(b"," * (count - 1) + b"\n")
+        with pytest.raises(RefusedError, match=f"Expected a table with at most 16,384 columns, got {got}"):
+            probe(path, columns=said)
+
+
 @pytest.mark.parametrize(
-    ("task", "error", "words"),
+    ("content", "sentence"),
+    [(b"", "The file is empty"), (b"\x00\x00\x00\x18ftypmp42" + bytes(100), "broken or cut short")],
+)
+def test_a_refusal_comes_through(tmp_path: Path, content: bytes, sentence: str) -> None:
+    """A file that cannot be opened is refused with the library's sentence, without a path."""
+    path = tmp_path / "a.mp4"
+    path.write_bytes(content)
+    with pytest.raises(RefusedError, match=sentence) as refusal:
+        probe(path)
+    assert str(tmp_path) not in str(refusal.value)
+
+
+# ---------------------------------------------------------------- harm
+
+
+@pytest.mark.parametrize(
+    ("budget", "error", "sentence"),
     [
-        (hostile.be_killed, ApiError, "its process was killed"),
-        (hostile.abort, RefusedError, "ended unexpectedly"),
-        (hostile.take_too_long, RefusedError, "more than the 1 s of processor time"),
+        # The system counts whole seconds, from what was used already.
+        ({"cpu_seconds": 0.9}, RefusedError, r"needs more than the 0\.9 s of processor time that it may use"),
+        ({"silence_s": 0.5}, ApiError, r"did not respond for 0\.5 s and was stopped"),
+        ({"memory_bytes": 20 * MEBIBYTE}, RefusedError, "needs more than the allowed 20 MiB of memory"),
     ],
 )
-def test_how_a_process_ended_is_told(task: Callable[..., None], error: type[Exception], words: str) -> None:
-    """One that was killed is not told to need more than it may use, and the other way round."""
-    with pytest.raises(error, match=words):
-        run(ChildTasks(Queues()).run_long(task, cpu_seconds=1, on_step=lambda *_: None))
+def test_a_decoder_without_end_is_given_up(
+    endless: Path, budget: dict[str, Any], error: type[Exception], sentence: str
+) -> None:
+    """It ends after its processor time, its time or its memory, and the refusal names the limit."""
+    with pytest.raises(error, match=sentence):
+        probe(endless, **budget)
 
 
-TASK = """
-import asyncio, sys
-from pftrack_server.jobs.child_tasks import ChildTasks
-from pftrack_server.jobs.child_tasks import Queues
-from tests.server import hostile
-task = getattr(hostile, sys.argv[1])
-print(asyncio.run(ChildTasks(Queues()).run_beside(task, sys.argv[2])), flush=True)
-"""
+def test_a_probe_may_be_stopped(endless: Path) -> None:
+    """The caller may give up, and the process ends at once."""
+    begun = time.monotonic()
+    with pytest.raises(ApiError, match="could not be finished: its process was killed"):
+        probe(endless, stopped=lambda: time.monotonic() > begun + 0.3)
+    assert time.monotonic() < begun + 5.0
 
 
-def test_a_decoder_sees_no_environment(tmp_path: Path) -> None:
-    """Tokens and passwords may be in it."""
-    clip = tmp_path / "clip.mp4"
-    clip.write_bytes(video())
-    assert ask(hostile.decode_and_look_around, str(clip)) == {}
+def test_a_probe_may_be_dropped(endless: Path) -> None:
+    """When its caller is cancelled, the process ends as well, at any stage of the probe."""
+
+    async def drop(after_s: float) -> None:
+        probing = asyncio.ensure_future(module.probe(ChildTasks(Queues()), endless, DEFAULT_LIMITS))
+        await asyncio.sleep(after_s)
+        probing.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await probing
+
+    for after_s in (0.0, 0.005, 0.05, 0.3):
+        run(drop(after_s))
 
 
-def test_the_process_ends_with_the_web_process(tmp_path: Path) -> None:
-    """When that is killed, a child that hangs is ended by the system; the token has been in no other process."""
-    told = tmp_path / "child"
-    program = [sys.executable, "-c", TASK, "wait_for_ever", str(told)]
-    # Where nothing has been compiled, a fork server loads nothing.
-    own = {**environment(), "PFTRACK_TOKEN": "secret-of-the-server", "NUMBA_CACHE_DIR": str(tmp_path)}
-    with subprocess.Popen(program, env=own) as web:
-        wait_for(lambda: told.exists() and told.read_text(), 60)
-        child = psutil.Process(int(told.read_text()))
-        parent = child.parent()
-        assert parent is not None
-        for process in (child, parent):
-            assert b"secret-of-the-server" not in Path(f"/proc/{process.pid}/environ").read_bytes()
-        web.send_signal(signal.SIGKILL)
-    wait_for(lambda: ended(child.pid) and ended(parent.pid))
+SENTENCES = {
+    hostile.fail: "see the server's log",
+    hostile.be_killed: "its process was killed",
+    hostile.unfold: "needs more memory than the 1024 MiB",
+    hostile.hang: "did not respond for 1 s",
+}
+DAMAGING = (hostile.crash, hostile.leave, *hostile.ANSWERS, hostile.hang_up)
+
+
+@pytest.mark.parametrize("harm", [*SENTENCES, *DAMAGING])
+def test_a_process_that_goes_wrong_becomes_a_sentence(
+    clip: Path, monkeypatch: pytest.MonkeyPatch, harm: Callable[..., Any]
+) -> None:
+    """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
+    monkeypatch.setattr(module, "index_frames", harm)
+    monkeypatch.setattr("pftrack.process.pool.LAST_WORDS_S", 0.3)
+    with pytest.raises(RefusedError, match=SENTENCES.get(harm, "Its input may be damaged")):
+        probe(clip, silence_s=1 if harm is hostile.hang else 60)
+    assert not hostile.HARM.exists()
