@@ -11,11 +11,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PATH = os.pathsep.join(map(str, (ROOT, ROOT / "server")))
 PROGRAM = """
-import os
 from pathlib import Path
 from pftrack_server.command import serve
-from pftrack_server.core.processes import FORK_SERVER
-FORK_SERVER.preload = "tests.server.few_ready"
 {}
 serve({})
 """
@@ -24,8 +21,6 @@ serve({})
 @contextmanager
 def serve(arguments: str, first: str = "pass", **variables: str) -> Iterator[subprocess.Popen[str]]:
     """Run `pftrack serve` with these arguments and environment variables for as long as the context lasts.
-
-    Its workers start quickly with the ball only.
 
     Args:
         arguments: Arguments of `serve` as Python.

@@ -1,4 +1,4 @@
-"""Sweeps of a filter of the server's owner: it is a tracker like any other, to the numbers of the command line."""
+"""Sweeps of a filter file of the server's owner, a tracker like any other, with the numbers of the library."""
 
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,7 @@ from tests.server.host import error_of
 from tests.server.store.test_filters import TEXT
 from tests.server.store.test_filters import client as client  # noqa: PLC0414 - a fixture
 from tests.server.store.test_filters import file as file  # noqa: PLC0414 - a fixture
-from tests.server.sweeping import rows, show, until_state
-from tests.waiting import wait_for
+from tests.server.sweeping import rows, until_state
 
 SMALL: dict[str, Any] = {
     "experiment": "ball",
@@ -27,8 +26,8 @@ SMALL: dict[str, Any] = {
 
 
 def test_a_file_is_a_tracker_of_a_sweep(client: httpx.Client, file: Path) -> None:
-    """Its runs come to the numbers that Python has, are taken away as files, and open as sessions of that text."""
-    size = client.post("/api/v1/sweeps/estimate", json=SMALL).json()
+    """Its runs have the library's numbers, are downloaded as files, and open as sessions of the file's first text."""
+    size = client.post("/api/v1/sweeps/estimate", json={**SMALL, "measure": False}).json()
     assert (size["runs"], size["problem"]) == (8, None)
     begun = client.post("/api/v1/sweeps", json=SMALL).json()
     assert [each["title"] for each in begun["trackers"]] == ["mine.py", find("ball").trackers["condensation"].title]
@@ -48,29 +47,18 @@ def test_a_file_is_a_tracker_of_a_sweep(client: httpx.Client, file: Path) -> Non
 
     table = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "csv"}).text
     assert table.count(',"mine",') == 4
-    report = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "html"})
-    assert report.status_code == 200
-    assert "mine" in report.text
 
 
-def test_a_mistake_is_told_with_its_line(client: httpx.Client, file: Path) -> None:
-    """One that cannot be read refuses the sweep; one that shows in a step is the problem of its runs alone.
+def test_a_mistake_is_reported_with_its_line(client: httpx.Client, file: Path) -> None:
+    """A file that cannot be read refuses the sweep; a mistake in a step is the problem of its runs alone.
 
-    A file that the server was not started with is not a tracker, and a body brings none.
+    The text of a filter in a request is refused.
     """
-    refused = error_of(client.post("/api/v1/sweeps", json={**SMALL, "trackers": ["theirs"]}), 422)
-    assert refused["field"] == "trackers"
     assert client.post("/api/v1/sweeps", json={**SMALL, "filters": {"theirs": [TEXT]}}).status_code == 422
     file.write_text(TEXT + "def broken(:\n")
     refused = error_of(client.post("/api/v1/sweeps", json=SMALL), 422)
     assert refused["field"] == "trackers"
     assert f"mine.py, line {len(TEXT.splitlines()) + 1}" in refused["message"]
-
-    file.write_text(TEXT + "\nraise RuntimeError('not today')\n")
-    begun = client.post("/api/v1/sweeps", json=SMALL).json()
-    told = wait_for(lambda: (it := show(client, begun["id"]))["message"] and it)
-    assert told["state"] != "done"
-    assert f"mine.py, line {len(TEXT.splitlines()) + 2}" in told["message"]
 
     file.write_text(TEXT.replace("return np.log(0.02", "return np.log(-0.5"))
     begun = client.post("/api/v1/sweeps", json=SMALL).json()
