@@ -16,7 +16,6 @@ from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Target
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss import Loss, approach, loss_start, loss_words
 from pftrack.runs.loss_probability import columns_of, loss_probabilities, measure_loss_probability
 from pftrack.runs.many import outcomes
@@ -38,13 +37,13 @@ def film() -> tuple[list[NDArray[np.uint8]], list[Target]]:
     return [image for image, _ in shown if image is not None], [target for _, target in shown if target is not None]
 
 
-def on_clip(marked: Iterable[int] = (), tracker: str = "h-spf", experiment: Experiment = BALL) -> Run:
+def on_clip(marked: Iterable[int] = (), tracker: str = "h-spf") -> Run:
     """Return a finished run on that clip, whose truth is known of some pictures."""
     pictures, targets = film()
     boxes = [(*(target.position - 5), 11.0, 11.0) for target in targets]
     truth = TruthTable({frame: boxes[frame] for frame in marked}) if marked else None
-    setup = experiment.video.on_video(Pictures(pictures), Box.of(*boxes[0]), truth=truth)
-    run = Run(experiment, setup, tracker=tracker, frames=FRAMES)
+    setup = BALL.video.on_video(Pictures(pictures), Box.of(*boxes[0]), truth=truth)
+    run = Run(BALL, setup, tracker=tracker, frames=FRAMES)
     run.finish()
     return run
 
@@ -69,10 +68,9 @@ def test_marks_have_the_word_in_their_frames_alone() -> None:
     assert np.flatnonzero(found.lost).tolist() == [30]
 
 
-@pytest.mark.parametrize("experiment", ["ball", "histogram"])
-def test_on_a_recording_held_means_inside_the_true_box(experiment: str) -> None:
+def test_on_a_recording_held_means_inside_the_true_box() -> None:
     """Loss, hit rate and the share that decides on success have one threshold, in single runs and in batches."""
-    run = on_clip(range(FRAMES), "condensation", find(experiment))
+    run = on_clip(range(FRAMES), "condensation")
     inside = [np.abs(np.subtract(row.estimate, row.truth or ())).max() <= 5.5 for row in run.diagnostics]
     assert [not row.is_lost for row in run.diagnostics] == inside
     assert not all(inside)

@@ -26,9 +26,7 @@ def run_at(experiment: str, frame: int, tracker: str | None = None, **values: An
     return run
 
 
-@pytest.mark.parametrize(
-    ("experiment", "place"), [("ball", (100, 60)), ("histogram", (90, 70)), ("fish", (200, 80)), ("sine", (0.5,))]
-)
+@pytest.mark.parametrize(("experiment", "place"), [("ball", (100, 60)), ("fish", (200, 80)), ("sine", (0.5,))])
 def test_a_move_is_to_the_bit_after_replay_branch_and_file(
     experiment: str, place: tuple[float, ...], tmp_path: Path
 ) -> None:

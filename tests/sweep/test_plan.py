@@ -22,8 +22,9 @@ LAYOUTS = Axis("layout", (0, 5))
 
 
 def test_runs_are_numbered_by_condition_trial_and_tracker() -> None:
-    """The last axis is the fastest, then trials, then trackers within a trial."""
+    """The last axis is the fastest, then trials, then trackers, which an axis may name, within a trial."""
     plan = Plan("ball", (WIDTHS, LAYOUTS), ("h-spf", "apf"), trials=2, frames=10)
+    assert Plan("ball", (Axis("tracker", ("h-spf", "apf")), WIDTHS, LAYOUTS), trials=2, frames=10) == plan
     assert (plan.conditions, plan.runs, plan.shape) == (6, 24, (3, 2))
     expected = product(WIDTHS.values, LAYOUTS.values, range(2), ("h-spf", "apf"))
     for number, (width, layout, trial, tracker) in enumerate(expected):
@@ -45,32 +46,19 @@ def seeds_of(plan: Plan) -> dict[tuple[object, ...], int]:
 def test_a_seed_depends_on_condition_and_trial_alone() -> None:
     """Other values of an axis, the order of axes and values, more trials and other trackers do not move it.
 
-    Another seed of the plan gives other runs throughout; a published seed must not change with a later version.
+    All trackers have the same scene, and no two scenes are alike; seeds are exact in JSON and JavaScript. Another seed
+    of the plan gives other runs throughout; a published seed must not change with a later version.
     """
     small = seeds_of(Plan("ball", (WIDTHS, LAYOUTS), ("h-spf",), trials=2))
     wider = Axis("occlusion_width_px", (30.0, 25.0, 20.0, 10.0))
     large = seeds_of(Plan("ball", (LAYOUTS, wider), ("apf", "h-spf"), trials=3))
     assert all(large[key] == seed for key, seed in small.items())
+    assert len(set(large.values())) == len(large) / 2
+    assert all(0 <= seed < 2**48 and large[(*key[:-1], "apf")] == seed for key, seed in large.items())
     first, second = (seeds_of(Plan("ball", (WIDTHS,), ("apf",), seed=seed)) for seed in (0, 1))
     assert not set(first.values()) & set(second.values())
     published = seeds_of(Plan("ball", (Axis("occlusion_width_px", (30.0,)),), ("h-spf",), trials=2, seed=7))
     assert list(published.values()) == [118270177670406, 191187609328111]
-
-
-def test_trackers_share_seeds_and_cells_do_not() -> None:
-    """All trackers meet the same scene, and no two scenes are the same; seeds are exact in JSON and JavaScript."""
-    seeds = seeds_of(Plan("ball", (WIDTHS, LAYOUTS), ("h-spf", "apf", "s-spf"), trials=5))
-    assert len(set(seeds.values())) == len(seeds) / 3
-    assert all(0 <= seed < 2**48 for seed in seeds.values())
-    assert all(seeds[(*key[:-1], "apf")] == seed for key, seed in seeds.items())
-
-
-def test_an_axis_of_trackers_names_the_trackers() -> None:
-    """It multiplies like any other, and is no axis of a map."""
-    plan = Plan("ball", (Axis("tracker", ("apf", "h-spf")), WIDTHS), trials=2)
-    assert plan.trackers == ("apf", "h-spf")
-    assert plan.axes == (WIDTHS,)
-    assert plan.runs == 12
 
 
 def test_a_plan_survives_json() -> None:
@@ -93,12 +81,8 @@ def test_a_plan_survives_json() -> None:
         ({"trackers": ("nobody",)}, "a tracker of ball is one of"),
         ({"trackers": ("apf", "apf")}, "twice"),
         ({"trials": 0}, "trials must be a whole number between 1 and 2000000, got 0"),
-        ({"trials": True}, "trials must be a whole number"),
-        ({"seed": -1}, "seed must be a whole number"),
-        ({"frames": -5}, "frames must be a whole number"),
         ({"values": {"occlusion_width_px": 5.0}}, "is an axis of the sweep and cannot have a fixed value"),
         ({"values": {"sample_count": 0}}, "sample_count must be a whole number between 1 and 100000, got 0"),
-        ({"values": {"sampel_count": 5}}, "did you mean sample_count"),
         ({"values": {"tracker": "apf"}}, "tracker is not a fixed value"),
         ({"trials": 400_000}, "3 occlusion_width_px x 2 trackers x 400,000 trials are 2,400,000"),
         ({"values": {"gamma_min_px": 30.0}}, "every condition of the sweep is impossible"),
@@ -119,7 +103,6 @@ def test_an_impossible_plan_is_refused(changes: dict[str, object], reason: str) 
         ({"axes": 5}, "has axes in another form", "axes"),
         ({"axes": [{"name": "layout"}]}, "has axes.0.values in another form", "axes.0.values"),
         ({"axes": [{"name": "layout", "values": [20]}]}, "layout must be a whole number", "axes.0.values"),
-        ({"trackers": ["nobody"]}, "a tracker of ball is one of", "trackers"),
         ({"values": {"layout": 20}}, "layout must be a whole number", "values.layout"),
         ({"trials": "2"}, "trials must be a whole number", "trials"),
     ],
@@ -153,15 +136,8 @@ BALL = find("ball")
 @pytest.mark.parametrize(
     ("text", "values"),
     [
-        ("occlusion_width_px=5:100:5", tuple(float(width) for width in range(5, 101, 5))),
-        ("background_level=0:0.5:0.1", (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)),
         ("occlusion_width_px=0:10:4", (0.0, 4.0, 8.0)),
-        ("occlusion_width_px=10:0:-5", (10.0, 5.0, 0.0)),
-        ("occlusion_width_px=3:3:1", (3.0,)),
-        ("layout=0:19:1", tuple(range(20))),
         ("sample_count=50,100, 200", (50, 100, 200)),
-        ("image_width_px=128,256", (128, 256)),
-        ("apf_weights=sharpened,corrected", ("sharpened", "corrected")),
         ("learn_dynamics=true,false", (True, False)),
         ("ball_colour=#c83232,#00ff00", ("#c83232", "#00ff00")),
         ("tracker=h-spf,s-spf", ("h-spf", "s-spf")),
@@ -180,28 +156,19 @@ def test_an_axis_is_what_was_written(text: str, values: tuple[object, ...]) -> N
         ("oclusion_width_px=1,2", "no parameter 'oclusion_width_px'; did you mean occlusion_width_px"),
         ("xyz=1,2", "no parameter 'xyz'; `pftrack show ball` lists them"),
         ("occlusion_width_px=0:700:10", "occlusion_width_px must be a finite number between 0 and 640 px, got 700.0"),
-        ("occlusion_width_px=-5,5", "between 0 and 640 px, got -5.0"),
         ("occlusion_width_px=", "the axis occlusion_width_px is empty"),
         ("occlusion_width_px=1,,2", "has an empty value"),
         ("occlusion_width_px=5:1:1", "never reaches 1 from 5 in steps of 1"),
-        ("occlusion_width_px=1:5:-1", "never reaches 5 from 1 in steps of -1"),
         ("occlusion_width_px=1:5:0", "step of the axis occlusion_width_px must not be 0"),
         ("occlusion_width_px=1:5", "start:stop:step, 3 numbers, got 2"),
-        ("occlusion_width_px=1:nan:1", "3 finite numbers"),
         ("occlusion_width_px=a:b:c", "3 numbers, got 'a:b:c'"),
         ("occlusion_width_px=0:640:0.00005", "2,000,000 runs; the axis occlusion_width_px has 12,800,001 values"),
-        ("occlusion_width_px=wide", "must be a finite number between 0 and 640 px, got 'wide'"),
         ("occlusion_width_px=nan,1", "got nan"),
         ("occlusion_width_px=5,5.0", "has the value 5.0 twice"),
         ("sample_count=50:100:0.5", "sample_count must be a whole number between 1 and 100000, got 50.5"),
-        ("sample_count=50.5,60", "sample_count must be a whole number"),
-        ("layout=20", "layout must be a whole number between 0 and 19, got 20"),
         ("apf_weights=sharp", "must be one of sharpened, corrected"),
-        ("learn_dynamics=maybe", "must be true or false"),
-        ("ball_colour=red", "must be a colour as #rrggbb"),
         ("tracker=h-spf,kalman-x", "a tracker of ball is one of"),
         ("occlusion_width_px", "an axis is name=start:stop:step or name=a,b,c"),
-        ("=1,2", "an axis is name="),
     ],
 )
 def test_an_impossible_axis_is_refused(text: str, reason: str) -> None:
