@@ -1,4 +1,4 @@
-"""Exercises on the command line: listed, begun, checked, graded."""
+"""Exercises on the command line: list, start, check and grade."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ SOLUTION = Path(__file__).parents[1] / "teaching" / "exercises" / "solutions" / 
 
 
 def test_an_exercise_is_begun_and_checked(call: Call, ask: Ask, tmp_path: Path) -> None:
-    """What one begins with fails, a solution holds, and the report is what graders take."""
+    """The skeleton fails, a solution passes, and the report has the form for graders."""
     assert [each["id"] for each in ask("exercise", "list")][:2] == ["importance-weights", "systematic-resampling"]
     file = tmp_path / "mine.py"
     status, out, said = call("exercise", "start", "importance-weights", file)
@@ -29,7 +29,7 @@ def test_an_exercise_is_begun_and_checked(call: Call, ask: Ask, tmp_path: Path) 
 
 
 def test_a_folder_is_graded(ask: Ask, tmp_path: Path) -> None:
-    """In a table, with one row for each who handed something in."""
+    """The table has a row for each submission."""
     folder = tmp_path / "submissions"
     folder.mkdir()
     (folder / "ada.py").write_text(SOLUTION.read_text())
@@ -43,8 +43,8 @@ def test_a_folder_is_graded(ask: Ask, tmp_path: Path) -> None:
     assert bob.startswith("bob,,")
 
 
-def test_what_stands_in_the_way_is_said_in_a_line(call: Call, tmp_path: Path) -> None:
-    """Files that are there, or are none, and exercises that there are not."""
+def test_wrong_files_and_exercises_are_refused(call: Call, tmp_path: Path) -> None:
+    """So are files that exist already, and unknown exercises."""
     file = tmp_path / "mine.py"
     file.write_text("x = 1\n")
     assert call("exercise", "start", "switching", file)[2].startswith(f"pftrack: {file} is there already")
@@ -52,7 +52,6 @@ def test_what_stands_in_the_way_is_said_in_a_line(call: Call, tmp_path: Path) ->
     unknown = call("exercise", "check", file, "--exercise", "nothing")
     refused(unknown, 2, "an exercise must be one of importance-weights")
     refused(call("exercise", "check", tmp_path / "other.py"), 1, "cannot be read")
-    refused(call("exercise", "grade", tmp_path / "nowhere"), 2, "expected a folder")
     refused(call("exercise", "grade", tmp_path, "--out", tmp_path / "a.txt"), 2, "expected a file .csv")
     refused(call("exercise", "list", "--exercises", tmp_path / "nowhere"), 2, "expected a folder")
     (tmp_path / "broken.md").write_text("# Nothing\n")
