@@ -12,7 +12,6 @@ from pftrack.experiments.trajectories.corners import (
     GONE_FRAMES,
     CornerParameters,
     Detector,
-    DetectorParameters,
     begin,
     find_corners,
     follow,
@@ -33,7 +32,7 @@ def rectangles(
 
 
 WORLD = rectangles(np.random.default_rng(0), (400, 300), 500)
-"""A large texture, of which pictures show a part."""
+"""A large texture; pictures show a part of it."""
 
 
 def noise(seed: int) -> NDArray[np.uint8]:
@@ -112,7 +111,10 @@ def test_matches_that_are_ambiguous_are_none() -> None:
 
 @pytest.mark.parametrize("new", [True, False])
 def test_gone_corners_are_replaced(new: bool) -> None:
-    """With the option, after ten frames each that is gone gives its place to another, elsewhere; without, none does."""
+    """With the option, after ten frames each that is gone gives its place to another; without, none does.
+
+    New corners keep their distance from each other and from those that stay.
+    """
     parameters = with_values(new_corners=new, corner_quality=0.01, largest_cost=20)
     corners, first = begin(seen(20), parameters)
     for index in range(1, 2 * GONE_FRAMES + 1):
@@ -159,17 +161,6 @@ def test_what_rests_is_told_by_its_place() -> None:
     assert moving.resting.mean() < 0.2
 
 
-def test_new_corners_are_away_from_those_that_stay() -> None:
-    """Where half of the picture becomes another one, what is taken up there and elsewhere is not taken up twice."""
-    parameters = with_values(new_corners=True, corner_count=40, corner_quality=0.001, largest_cost=5)
-    other = np.hstack([seen(60)[:, :80], seen(200)[:, 80:]])
-    corners, _ = begin(seen(60), parameters)
-    for index in range(1, GONE_FRAMES + 1):
-        corners, positions = follow(corners, other, parameters, index)
-    new, stayed = positions[corners.born > 0], positions[(corners.born == 0) & ~np.isnan(positions[:, 0])]
-    assert np.hypot(*(new[:, None] - stayed).transpose(2, 0, 1)).min() >= parameters.corner_distance_px
-
-
 @pytest.mark.parametrize(("largest", "found"), [(20, False), (200, True)])
 def test_the_largest_correlation_cost_is_in_hundredths(largest: int, found: bool) -> None:
     """By correlation a cost is 0 to 2: what is unlike, at about 0.5 and more, is none at 20 and taken at 200."""
@@ -181,48 +172,32 @@ def test_the_largest_correlation_cost_is_in_hundredths(largest: int, found: bool
 DETECTORS: list[Detector] = ["eigenvalue", "orientation"]
 
 
-def picture(seed: int = 0) -> NDArray[np.uint8]:
-    rng = np.random.default_rng(seed)
-    grey = rectangles(rng, (160, 120), 40, (12, 8))
-    return np.clip(grey + rng.normal(0, 2, grey.shape), 0, 255).astype(np.uint8)
-
-
-def detection_with_values(**values: object) -> DetectorParameters:
-    return revise(DetectorParameters(), values)
-
-
 def test_the_eigenvalue_finds_what_opencv_finds() -> None:
     """Where single precision does not matter, the list is that of OpenCV's detector, in its order."""
-    grey = picture()
+    rng = np.random.default_rng(0)
+    grey = rectangles(rng, (160, 120), 40, (12, 8))
+    grey = np.clip(grey + rng.normal(0, 2, grey.shape), 0, 255).astype(np.uint8)
     peer = cv2.goodFeaturesToTrack(grey, 60, 0.05, 9, blockSize=5).reshape(-1, 2)
-    assert (find_corners(grey, detection_with_values(corner_margin_px=1)) == peer).all()
+    assert (find_corners(grey, with_values(corner_count=60, corner_margin_px=1)) == peer).all()
 
 
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_the_corners_of_a_rectangle_are_found(detector: Detector) -> None:
     """A bright rectangle has four corners, each found within two pixels; a flat picture has none."""
     grey = np.full((80, 100), 40, np.uint8)
-    assert find_corners(grey, detection_with_values(corner_detector=detector)).shape == (0, 2)
+    assert find_corners(grey, with_values(corner_detector=detector)).shape == (0, 2)
     grey[25:55, 30:70] = 200
-    found = find_corners(grey, detection_with_values(corner_detector=detector, corner_quality=0.3))
+    found = find_corners(grey, with_values(corner_detector=detector, corner_quality=0.3))
     truth = np.array([[29.5, 24.5], [69.5, 24.5], [29.5, 54.5], [69.5, 54.5]])
     assert len(found) == 4
     assert np.abs(found[:, None] - truth).max(axis=2).min(axis=0).max() <= 2.0
 
 
-def test_the_documents_detector_takes_points_of_a_slanted_line() -> None:
-    """Ichimura and Ikoma 2000 report false corners on a slanted line: the steps of the line have little direction."""
-    grey = np.full((90, 90), 120, np.uint8)
-    cv2.line(grey, (-20, 75), (110, 15), 225, 3)
-    parameters = detection_with_values(corner_detector="orientation", corner_window_px=3)
-    assert len(find_corners(grey, parameters)) >= 3
-
-
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_corners_keep_their_distance(detector: Detector) -> None:
     """From each other, from the edge, and to the number and the places that are allowed."""
-    grey, limits = picture(1), {"corner_distance_px": 15, "corner_margin_px": 20, "corner_count": 10}
-    parameters = detection_with_values(corner_detector=detector, **limits)
+    grey = rectangles(np.random.default_rng(1), (160, 120), 40, (12, 8))
+    parameters = with_values(corner_detector=detector, corner_distance_px=15, corner_margin_px=20, corner_count=10)
     found = find_corners(grey, parameters)
     assert 1 < len(found) <= 10
     assert apart(found).min() >= 15
@@ -230,14 +205,6 @@ def test_corners_keep_their_distance(detector: Detector) -> None:
     among = np.zeros(grey.shape, np.bool_)
     among[:, 80:] = True
     assert (find_corners(grey, parameters, among)[:, 0] >= 80).all()
-
-
-@pytest.mark.parametrize("size", [(1, 1), (3, 200), (24, 24), (25, 25)])
-def test_a_picture_without_room_has_no_corner_in_detection(size: tuple[int, int]) -> None:
-    """A picture of nothing but margin has no corner, whatever it shows."""
-    grey = np.random.default_rng(0).integers(0, 256, size).astype(np.uint8)
-    found = find_corners(grey, detection_with_values())
-    assert found.shape == (min(len(found), 1), 2)
 
 
 PLAIN = scene.CornerSceneParameters()
@@ -270,18 +237,6 @@ def test_corners_stay_in_sight(source: scene.CornerSource) -> None:
         assert not motion.hidden(points, index, 8.0).any()
 
 
-def test_false_corners_lie_on_the_slanted_line(source: scene.CornerSource) -> None:
-    """The last six points are on the book's bright line, evenly along it."""
-    (x0, y0), (x1, y1) = scene.LINE
-    on_book = source.points_px[-6:] - scene.CORNERS_PX[scene.ON_BOOK]
-    off = (on_book[:, 0] - x0) * (y1 - y0) - (on_book[:, 1] - y0) * (x1 - x0)
-    assert np.abs(off / np.hypot(x1 - x0, y1 - y0)).max() < 1.0
-    x, y = np.rint(on_book).astype(int).T
-    assert (scene.book(1)[y, x] == 16 * 225).all()
-    without = scene.CornerSource(1, revise(PLAIN, {"false_corners": 0}))
-    assert not (without.points_px[:, None] == source.points_px[-6:]).all(axis=2).any()
-
-
 def test_the_truth_is_where_the_picture_has_moved_to() -> None:
     """Without noise and jumps, what is not ambiguous is matched within half a pixel of its true place, in any frame."""
     source, clean = scene.CornerSource(0, CLEAN), history(CLEAN)
@@ -301,10 +256,8 @@ def test_points_that_are_taken_up_later_have_a_truth() -> None:
     """A point of a later picture moves with the surface that is in front there."""
     index, later, motion = 40, 55, scene.SceneMotion(scene.shifts_px(np.arange(60.0)))
     corners = scene.CORNERS_PX + motion.shifts[index]
-    points, born = (
-        np.array([[20.0, 20.0], corners[scene.ON_BOOK] + 5.0, corners[scene.ON_BOX] + 5.0]),
-        np.full(3, index),
-    )
+    points = np.array([[20.0, 20.0], corners[scene.ON_BOOK] + 5.0, corners[scene.ON_BOX] + 5.0])
+    born = np.full(3, index)
     assert motion.surfaces(points, born).tolist() == [scene.ON_WALL, scene.ON_BOOK, scene.ON_BOX]
     moved = motion.path(points, later, born)
     assert moved - points == pytest.approx(motion.shifts[later] - motion.shifts[index])
