@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.parameters import revise
+from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import Frame, FrameIndex, FrameSequence, History
 from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.vision.face import FEATURES
@@ -29,9 +29,9 @@ class Pictures(FrameSequence):
 
 
 @cache
-def simulated(count: int, *, width: int = 320, every: int = 1, sunglasses: bool = False) -> tuple[Frame, ...]:
-    """Return frames of the simulated driver, every so-many-th of the script."""
-    scene = revise(HeadSceneParameters(), {"image_width_px": width, "sunglasses": sunglasses})
+def simulated(count: int, *, width: int = 320, every: int = 1, **values: Value) -> tuple[Frame, ...]:
+    """Return frames of the simulated driver, one out of so many of the script."""
+    scene = revise(HeadSceneParameters(), {"image_width_px": width, **values})
     source = HeadSource(5, scene)
     history = History(((0, scene),))
     return tuple(source.frame(every * index, history) for index in range(count))
@@ -44,13 +44,13 @@ def pictures(count: int, change: Callable[[Picture], Picture] = np.asarray, **op
 
 
 def empty(picture: Picture) -> Picture:
-    """Return a picture of the same size in which there is nobody."""
+    """Return a picture of the same size with nobody in it."""
     rng = np.random.default_rng(3)
     return (60 + 4 * rng.standard_normal(picture.shape)).clip(0, 255).astype(np.uint8)
 
 
 def film(shown: Sequence[Picture], frame_rate_hz: int = 30) -> bytes:
-    """Return pictures as a video, compressed so little that features keep their places."""
+    """Return pictures as a video of so high a quality that features keep their places."""
     return encoded(shown, frame_rate_hz, crf="10", preset="ultrafast")
 
 

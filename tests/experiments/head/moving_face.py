@@ -1,7 +1,7 @@
-"""A face for tests of the head's trackers: a picture in which every place looks different, moved as a whole.
+"""A face for tests of the head's trackers: a picture with a texture without repetitions, moved as a whole.
 
-A face that only moves keeps its pose and its templates, so that what a tracker should say is known to the pixel: where
-the features are, how well they correlate, which of them are covered, and when the face counts as lost.
+A face that only moves keeps its pose and its templates, so the answers of a tracker are known to the pixel: the places
+of the features, their correlations, which of them are covered, and when the face counts as lost.
 """
 
 from collections.abc import Iterable
@@ -45,10 +45,10 @@ def grey(dx: int = 0, dy: int = 0) -> NDArray[np.uint8]:
 
 
 def grey_at(points_px: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Return the picture, turned and scaled so that what was about the features is about these points."""
+    """Return the picture, turned and scaled so that the features lie at these points."""
     moved = fit_similarity(POINTS, points_px)
     turn = moved.scale * moved.rotation[:2, :2]
-    # From the texture, of which the picture is the middle.
+    # The picture is the middle of the texture.
     origin = points_px.mean(axis=0) - turn @ (POINTS.mean(axis=0) + np.array([WIDTH, HEIGHT]) // 2)
     found = cv2.warpAffine(TEXTURE, np.column_stack([turn, origin]), (WIDTH, HEIGHT), borderMode=cv2.BORDER_REFLECT)
     return np.asarray(found, np.uint8)
@@ -88,7 +88,7 @@ def followed(method: Method, given: HeadTrackerParameters, pictures: Iterable[ND
 
 
 def covered(picture: NDArray[np.uint8], names: tuple[str, ...]) -> NDArray[np.uint8]:
-    """Return the picture with something flat over features."""
+    """Return the picture with flat patches over features."""
     hidden = picture.copy()
     for name in names:
         x, y = np.rint(POINTS[FEATURES.index(name)]).astype(int)
@@ -102,6 +102,6 @@ def memory(state: PoseState) -> HeadMemory:
 
 
 def similar(scale: float, roll: float, shift: tuple[float, float]) -> NDArray[np.float64]:
-    """The features of the face, larger, rolled and elsewhere."""
+    """Return the features of the face, scaled, rolled and shifted."""
     middle = POINTS.mean(axis=0)
     return scale * (POINTS - middle) @ rotation(np.array([0, 0, roll]))[:2, :2].T + middle + shift
