@@ -20,6 +20,7 @@ from pftrack.experiments.hand.silhouette import (
     Silhouette,
     SilhouetteParameters,
     backdrop_model,
+    contacts,
     doubtful,
     free_lines,
     silhouette_of,
@@ -86,6 +87,13 @@ def test_smaller_things_beside_the_hand_are_left_out_and_pin_holes_filled() -> N
     assert np.array_equal(seen.mask, mask)
     image[105:120, 95:105] = 0
     assert found(image).mask.sum() == mask.sum() - 166
+
+
+def test_contacts_are_counted_around_the_border() -> None:
+    """A contact around a corner is one, and gaps of a few pixels do not split it."""
+    mask = np.zeros((40, 60), np.bool_)
+    mask[:5, :7] = mask[39, [30, 31, 34, 35]] = True
+    assert sorted(contacts(mask).tolist()) == [6, 11]
 
 
 @pytest.mark.parametrize(
