@@ -7,7 +7,7 @@ from PIL import Image
 
 FRAMES = 6
 BOX = (20, 14, 12, 16)
-"""Of the first picture, the first pixel being 0; it goes two pixels to the right in each frame."""
+"""The box in the first picture, with the first pixel 0; it goes two pixels to the right in each frame."""
 
 
 def write_pictures(folder: Path, *, grey: bool = False, frames: int = FRAMES) -> None:

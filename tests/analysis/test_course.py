@@ -1,6 +1,7 @@
 """The columns of a run by the roles of its series."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,25 +13,21 @@ RUN = pftrack.run("ball", tracker="kalman", frames=3)
 
 
 def test_parts_count_by_their_mean() -> None:
-    """Of a likeness of several parts the mean of the known ones is the fit; few parts in sight are a hidden target."""
+    """The fit of a likeness of several parts is the mean of the known ones; few parts in sight are a hidden target."""
     roles = {"alike": "likeness", "seen": "visible"}
     declared = tuple(Series(name, name, shape="vector", role=role) for name, role in roles.items())
-    said = [
+    declared = (*declared, Series("differs", "differs", "%", role="misfit"))
+    said: list[dict[str, Any]] = [
         {"alike": (0.5, 1.0), "seen": (1.0, 1.0, 0.0)},
         {"alike": (0.4, float("nan")), "seen": (0.0, 1.0, 0.0)},
         {"alike": (), "seen": (0.0, 0.0, 0.0)},
     ]
-    rows = [replace(row, series=values, hidden=False) for row, values in zip(RUN.diagnostics, said, strict=True)]
+    rows = [
+        replace(row, series={**values, "differs": 7.0}, hidden=False)
+        for row, values in zip(RUN.diagnostics, said, strict=True)
+    ]
     course = course_of(rows, declared, unit="px")
     np.testing.assert_array_equal(course.fit, [0.75, 0.4, np.nan])
     np.testing.assert_array_equal(course.hidden, [0, 1, 1])
-
-
-def test_a_misfit_is_told_and_the_evidence_is_the_fit() -> None:
-    """What differs from what is seen is a column of its own in per cent."""
-    declared = (Series("differs", "differs", "%", role="misfit"),)
-    rows = [replace(row, series={"differs": 7.0}) for row in RUN.diagnostics]
-    course = course_of(rows, declared, unit="px")
     np.testing.assert_array_equal(course.misfit, 7.0)
-    assert course.fit is course.evidence
     assert [course.unit_of(name) for name in ("misfit", "error")] == ["%", "px"]

@@ -1,5 +1,4 @@
 from typing import Any
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -8,8 +7,6 @@ from pftrack.analysis.other_seeds import Ensemble, ensemble, ensembling, other_s
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import as_json
 from pftrack.experiments import find
-from pftrack.experiments.fish import model
-from pftrack.runs.many import Trial, read_blocks
 from pftrack.runs.run import Run
 
 FRAMES = 24
@@ -31,7 +28,10 @@ def lost_of(run: Run) -> list[float]:
 
 
 def test_a_change_of_the_seed_is_other_random_numbers_on_the_same_scene() -> None:
-    """Up to the change the runs are one; then the tracker draws others, and the scene, noise and all, is the same."""
+    """Up to the change the runs are one; then the tracker draws others, and the scene, noise and all, is the same.
+
+    What is not a seed is refused, and so is one in frame 0, where the run's own is in force.
+    """
     run = begin("ball", "h-spf", sample_count=50, image_noise_sd=5)
     run.finish()
     branch, own = (run.branch(8, {"seed": seed}) for seed in (77, run.seed))
@@ -42,15 +42,11 @@ def test_a_change_of_the_seed_is_other_random_numbers_on_the_same_scene() -> Non
     assert branch.diagnostics[9].estimate != run.diagnostics[9].estimate
     assert again.estimates_sha256 == branch.estimates_sha256
     assert own.estimates_sha256 == run.estimates_sha256
+    for frame, seed in ((0, 4), (5, -1), (5, 2**53), (5, True), (5, "7")):
+        with pytest.raises(ValueError, match="seed must be"):
+            run.timeline.insert(Change(frame, {"seed": seed}))
     for frame in (9, 20):
         assert np.array_equal(run.seek(frame).frame.picture, branch.seek(frame).frame.picture)
-
-
-@pytest.mark.parametrize(("frame", "seed"), [(0, 4), (5, -1), (5, 2**53), (5, True), (5, "7")])
-def test_seeds_that_are_none_are_refused(frame: int, seed: Any) -> None:
-    """A seed in the middle of a run is one that a run may have; in frame 0 the run's own is in force."""
-    with pytest.raises(ValueError, match="seed must be"):
-        begin("ball", "h-spf").timeline.insert(Change(frame, {"seed": seed}))
 
 
 @pytest.mark.parametrize(
@@ -58,8 +54,6 @@ def test_seeds_that_are_none_are_refused(frame: int, seed: Any) -> None:
     [
         ("ball", "h-spf", {"sample_count": 60}),  # takes frames at once, but for the first after a change
         ("ball", "kalman", {"process_noise_px": 6}),  # takes them one by one
-        ("histogram", "condensation", {"tracker": "apf"}),  # gives an account of its own
-        ("linkage", "particles", {"sample_count": 30}),  # judges states and not estimates
         ("trajectories", "nlng", {"selected_track": 5}),  # takes all seeds at once, for the selected tracks alone
         ("trajectories", "lng", {"new_corners": True, "largest_cost": 3}),  # corners give their places to others
         ("trajectories", "lg", {"tracker": "lng"}),  # and one by one where the tracker changes
@@ -82,29 +76,16 @@ def test_runs_of_an_ensemble_are_runs_with_their_seeds(experiment: str, tracker:
         np.testing.assert_array_equal(lost, lost_of(live))
 
 
-@pytest.mark.parametrize(
-    ("experiment", "tracker"),
-    [("ball", "h-spf"), ("histogram", "condensation")],  # the scene has noise, has none
-)
-def test_runs_on_other_scenes_are_runs_of_their_seeds(experiment: str, tracker: str) -> None:
+def test_runs_on_other_scenes_are_runs_of_their_seeds() -> None:
     """Where each sees what its seed makes of the scene, they are the runs that have these seeds, to the bit."""
-    run = begin(experiment, tracker)
+    run = begin("ball", "h-spf")
     run.seek(9)
     run.change({"sample_count": 60})
     found = ensemble(run, runs=2, scene="other")
     for seed, errors in zip(found.seeds, found.errors, strict=True):
-        live = begin(experiment, tracker, seed=seed)
+        live = begin("ball", "h-spf", seed=seed)
         live.timeline = run.timeline
         np.testing.assert_array_equal(errors, errors_of(live))
-
-
-def test_what_a_picture_comes_to_is_made_once_for_all_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Five runs that see the same six pictures look once for the edges of each but the first, whose mark is known."""
-    run = begin("fish", "guided")
-    classify = Mock(wraps=model._classify_pixels)
-    monkeypatch.setattr(model, "_classify_pixels", classify)
-    ensemble(run, runs=5, frames=6)
-    assert classify.call_count == 5
 
 
 def test_few_runs_come_to_the_end_before_the_others_begin() -> None:
@@ -120,22 +101,11 @@ def test_few_runs_come_to_the_end_before_the_others_begin() -> None:
         np.testing.assert_array_equal(mixed.holding[columns], each.holding[columns])
 
 
-def test_a_trial_from_a_state_is_a_branch_with_its_seed() -> None:
-    """It continues from a state with a change, in blocks of any length, to the numbers of the branch."""
-    run = begin("ball", "h-spf", sample_count=50)
-    run.finish()
-    branch = run.branch(6, {"sample_count": 200, "seed": 9})
-    one = Trial(branch.experiment, branch.source, branch.timeline, 9, branch.current.state)
-    for first, last in ((7, 7), (8, 15), (16, 23)):
-        for block in read_blocks(branch.source, branch.timeline.history, first, last):
-            one.take(block)
-    assert one.errors.tolist() == errors_of(branch)[7:]
-    assert one.lost.tolist() == lost_of(branch)[7:]
-    assert one.steps == 17
-
-
 def test_quantiles_and_share_by_hand() -> None:
-    """Of ten runs the first, fifth and ninth error by size; three of ten have lost; what is unknown stays unknown."""
+    """The bands of ten runs are the first, fifth and ninth error by size; what is unknown stays unknown.
+
+    Where fewer runs have reached a frame its figures are those of the first ones, which have.
+    """
     order = np.random.default_rng(2).permutation(10)
     errors = np.array([[float(k + 1), np.nan, np.inf if k > 7 else 0.0] for k in order])
     lost = np.array([[float(k < 3), np.nan, 0.0] for k in range(10)])
@@ -143,28 +113,8 @@ def test_quantiles_and_share_by_hand() -> None:
     np.testing.assert_array_equal(found.quantiles, [[1, np.nan, 0], [5, np.nan, 0], [9, np.nan, np.inf]])
     np.testing.assert_allclose(found.holding, [0.7, np.nan, 1.0])
     told = as_json(found.bands)
-    assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, [9.0, None, None], None)
-
-
-def test_runs_that_have_not_come_so_far_count_for_nothing() -> None:
-    """Shares and quantiles of a frame are those of the runs, the first ones, that have come to it."""
     nan = np.nan
-    errors = np.array([[1.0, 4.0], [2.0, 3.0], [9.0, nan], [8.0, nan]])
-    lost = np.array([[0.0, 1.0], [0.0, 0.0], [1.0, nan], [1.0, nan]])
-    found = Ensemble((1, 2, 3, 4), errors, lost, np.array([4, 2]), "px")
-    np.testing.assert_array_equal(found.holding, [0.5, 0.5])
-    np.testing.assert_array_equal(found.quantiles, [[1.0, 3.0], [2.0, 3.0], [9.0, 4.0]])
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"runs": 0}, "runs must be at least 1, got 0"),
-        ({"frames": 0}, "frames must be at least 1, got 0"),
-        ({"scene": "another"}, "scene must be one of same, other, got another"),
-    ],
-)
-def test_an_ensemble_of_nothing_is_refused(wrong: dict[str, Any], message: str) -> None:
-    """There are runs and frames in an ensemble, and one of two scenes."""
-    with pytest.raises(ValueError, match=message):
-        ensemble(begin("ball", "kalman"), **wrong)
+    errors, lost = np.array([[1, 4], [2, 3], [9, nan], [8, nan]]), np.array([[0.0, 1], [0, 0], [1, nan], [1, nan]])
+    partly = Ensemble((1, 2, 3, 4), errors, lost, np.array([4, 2]), "px")
+    np.testing.assert_array_equal([partly.holding, *partly.quantiles], [[0.5, 0.5], [1, 3], [2, 3], [9, 4]])
+    assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, [9.0, None, None], None)

@@ -33,22 +33,17 @@ def test_changes_are_compared_on_common_seeds_and_corrected_for_all() -> None:
     p = 2 / 2**11
     assert (compared[GOOD].won, compared[GOOD].lost, compared[GOOD].p_value) == (11, 0, p)
     assert compared[GOOD].corrected == pytest.approx(4 * p)  # four changes were tried
+    assert report(40, complete=False).comparisons[GOOD].corrected == pytest.approx(40 * p)  # of forty
     assert compared[SAME].p_value == compared[SAME].corrected == compared[UNKNOWN].p_value == 1.0
 
 
-def test_what_is_yet_to_be_tried_counts_for_the_correction() -> None:
-    """Of forty changes four were tried: the smallest p-value counts forty times."""
-    assert report(40, complete=False).comparisons[GOOD].corrected == pytest.approx(40 * 2 / 2**11)
-
-
-def test_the_best_come_first_and_the_cheaper_of_equals() -> None:
-    """No change leads; of two that always hold the cheaper is before; what nobody knows of is left out."""
-    assert [it.alternative.title for it in report().best_first] == [BASELINE.title, "good", "dear", "same"]
-
-
 def test_verdicts_and_sentence() -> None:
-    """Better or worse is what the corrected test says, and all else is unclear."""
+    """Better or worse is what the corrected test says, and all else is unclear.
+
+    No change leads; of two that always hold the cheaper is before; a change without a run is left out.
+    """
     found = report()
+    assert [it.alternative.title for it in found.best_first] == [BASELINE.title, "good", "dear", "same"]
     assert [found.verdict(it) for it in found.best_first] == ["baseline", "better", "better", "unclear"]
     same = "other seeds with the same settings hold"
     assert found.sentence == f"1 of 12 {same}. Best of the 3 changes: good: 12 of 12 hold to the end."
@@ -90,13 +85,12 @@ def test_a_cure_that_does_not_last_is_not_called_better() -> None:
     assert told["words"] == "better for a while, but not later (p < 0.001)"
 
 
-def test_the_seed_to_look_at_is_one_that_holds() -> None:
-    """It is the first that holds, else the first; before any was tried there is none."""
-    assert [finding(GOOD, held).seed for held in ("--+-+", "---", "")] == [2, 0, None]
-
-
 def test_json_says_all_that_a_page_shows() -> None:
-    """Shares, Wilson's interval of 12 of 12, cost, corrected p and verdict, best first."""
+    """Shares, Wilson's interval of 12 of 12, cost, corrected p and verdict, best first.
+
+    The seed to look at is the first that holds, else the first; before any was tried there is none.
+    """
+    assert [finding(GOOD, held).seed for held in ("--+-+", "---", "")] == [2, 0, None]
     told = report().as_dict()["findings"]
     assert told[0]["corrected"] is None
     best = told[1]
