@@ -16,6 +16,7 @@ from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from tests.apart import run
 from tests.browser.host import Server as ServerProcess
 from tests.installing import install
+from tests.making import disc_film
 from tests.server.command import PROGRAM
 from tests.server.confined import children, descriptors
 from tests.server.host import Server, begin, running
@@ -95,6 +96,18 @@ def client(server: Server) -> Iterator[httpx.Client]:
 def session(client: httpx.Client) -> dict[str, Any]:
     """A session on the simulated ball."""
     return begin(client)
+
+
+@pytest.fixture(scope="session")
+def walk() -> bytes:
+    """A film of a red disc at 40, 60 on grey, 12 frames of 160 x 120 px."""
+    return disc_film(12, speed_px=0)
+
+
+@pytest.fixture
+def upload(client: httpx.Client, walk: bytes) -> str:
+    """The film as an upload."""
+    return str(client.post("/api/v1/uploads", files={"file": ("walk.mp4", walk)}).json()["id"])
 
 
 @pytest.fixture(scope="session")

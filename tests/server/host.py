@@ -132,3 +132,8 @@ def error_of(answer: httpx.Response, status: int) -> dict[str, Any]:
     assert "Traceback" not in answer.text
     assert str(Path(tempfile.gettempdir())) not in answer.text
     return error
+
+
+def box(x: float, y: float, width: float = 19, height: float = 19) -> dict[str, object]:
+    """Return a mark."""
+    return {"kind": "box", "x": x, "y": y, "width": width, "height": height}

@@ -4,8 +4,8 @@ import asyncio
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
+from unittest.mock import Mock, call
 
 import httpx
 import pytest
@@ -25,23 +25,16 @@ COURSE = "api/v1/failures/sample-impoverishment/course"
 
 
 class Pretended:
-    """Compiling that goes on when the test says so."""
+    """Compiling that continues when the test says so."""
 
     def __init__(self, names: list[str], told: object) -> None:
         self.names, self.told = names, told
         self.progress = Progress(14, 41, left_s=40.5)
-        self.stopped = threading.Event()
-        self.preferred: list[str] = []
-
-    def prefer(self, name: str) -> None:
-        self.preferred.append(name)
+        self.stop, self.prefer = Mock(), Mock()
 
     def goes_on(self, progress: Progress) -> None:
         self.progress = progress
         self.told(progress)
-
-    def stop(self) -> None:
-        self.stopped.set()
 
 
 @pytest.fixture
@@ -62,7 +55,7 @@ def warming(monkeypatch: pytest.MonkeyPatch) -> list[Pretended]:
 def client(warming: list[Pretended], tmp_path: Path) -> Iterator[httpx.Client]:
     with running(Settings(data_dir=tmp_path)) as host, httpx.Client(base_url=host.url, timeout=60) as http:
         yield http
-    assert warming[0].stopped.is_set()
+    warming[0].stop.assert_called()
 
 
 def start(client: httpx.Client, experiment: str) -> httpx.Response:
@@ -86,7 +79,7 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     assert client.get(COURSE).status_code == 503
     assert start(client, "ball").status_code == 201
     assert warming[0].names[:2] == ["histogram", "fish"]  # in the order of the start page
-    assert warming[0].preferred == ["sine"]  # opened, where of others a picture was shown; the tour's is compiled
+    assert warming[0].prefer.mock_calls == [call("sine")]  # opened; of others a picture was shown
     warming[0].goes_on(Progress(40, 41, usable=frozenset({"sine"})))
     told = client.get("/api/v1/compilation").json()
     assert (told["usable"], told["ready"]) == (["ball", "sine"], ["ball"])
@@ -96,15 +89,13 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     assert client.get("/api/v1/compilation").json()["finished"]
 
 
-def test_a_class_that_waits_holds_nobody_up(
+def test_a_waiting_class_delays_no_other_request(
     client: httpx.Client, warming: list[Pretended], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """While many wait for one experiment, what is ready is shown and started, and then they get theirs."""
+    """While many wait for one experiment, ready ones start, and then all get theirs."""
     monkeypatch.setattr(pftrack_server.core.compilation, "PATIENCE_S", 60.0)
     with ThreadPoolExecutor(50) as pool:
-        # Without certificates, which nothing here needs: to read them takes 20 ms each time.
-        ask = partial(httpx.get, f"{client.base_url}{COURSE}", timeout=60, verify=False)
-        waiting = [pool.submit(ask) for _ in range(50)]
+        waiting = [pool.submit(client.get, COURSE, timeout=300) for _ in range(50)]
         wait_for(lambda: all(each.running() for each in waiting))
         assert start(client, "ball").status_code == 201
         assert not any(each.done() for each in waiting)
@@ -112,12 +103,11 @@ def test_a_class_that_waits_holds_nobody_up(
         assert {each.result().status_code for each in waiting} == {200}
 
 
-async def test_who_waits_is_told_when_the_server_stops(warming: list[Pretended]) -> None:
-    """At once, so that the server need not wait for them until it gives up."""
+async def test_waiting_requests_end_when_the_server_stops(warming: list[Pretended]) -> None:
+    """At once, so that the server does not have to wait for them."""
     stopping = threading.Event()
     compilation = Compilation(("sine",), frozenset(), stopping)
-    assert warming[0].preferred == ["sine"]  # all of the first, whose tour is offered, comes before the others
-
+    assert warming[0].prefer.mock_calls == [call("sine")]  # all of the first, whose tour is offered, before the others
     waiting = asyncio.ensure_future(compilation.wait_for("sine"))
     stopping.set()
     with pytest.raises(ApiError, match="is being stopped"):

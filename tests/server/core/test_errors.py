@@ -1,16 +1,17 @@
 """What a refusal becomes: an answer of a status in the one shape, or a closed websocket of a code."""
 
 from typing import Annotated, Any
+from unittest.mock import AsyncMock
 
 import httpx
 import pytest
-from anyio.from_thread import start_blocking_portal
 from fastapi import FastAPI, Path, WebSocket
 
 from pftrack.core.refusal import ConflictError, ParameterError
 from pftrack.sweep.axis import SweepError
 from pftrack_server.core import errors
 from pftrack_server.web.errors import install
+from tests.apart import run
 
 
 @pytest.mark.parametrize(
@@ -33,7 +34,7 @@ from pftrack_server.web.errors import install
     ],
 )
 async def test_what_a_refusal_becomes(error: Exception, status: int, code: int, message: str) -> None:
-    """Of a request the status, of a websocket the code, whether it was accepted before or not."""
+    """A request gets the status, a websocket the code, whether it was accepted before or not."""
     app = FastAPI()
     install(app)
 
@@ -61,22 +62,15 @@ async def test_what_a_refusal_becomes(error: Exception, status: int, code: int, 
 
 
 async def said(app: FastAPI, path: str) -> list[Any]:
-    """What an app says to a websocket that says nothing."""
-    messages: list[Any] = []
+    """Return the messages that an app sends to a new websocket."""
+    send = AsyncMock()
     scope = {"type": "websocket", "path": path, "query_string": b"", "headers": []}
-
-    async def receive() -> dict[str, str]:
-        return {"type": "websocket.connect"}
-
-    async def send(message: Any) -> None:
-        messages.append(message)
-
-    await app(scope, receive, send)
-    return messages
+    await app(scope, AsyncMock(return_value={"type": "websocket.connect"}), send)
+    return [call.args[0] for call in send.await_args_list]
 
 
 def test_a_websocket_with_a_wrong_name_hears_why() -> None:
-    """A name that its pattern refuses is closed with a code and a sentence, as an unknown one is."""
+    """A name that its pattern refuses is closed with a code and a sentence, like an unknown name."""
     app = FastAPI()
     install(app)
 
@@ -84,7 +78,5 @@ def test_a_websocket_with_a_wrong_name_hears_why() -> None:
     async def _stream(websocket: WebSocket, name: Annotated[str, Path(max_length=4)]) -> None:
         await websocket.accept()
 
-    # Not in this thread: in that of the browser's tests a loop runs already.
-    with start_blocking_portal() as portal:
-        _, closed = portal.call(said, app, "/" + "x" * 5)
+    _, closed = run(said(app, "/" + "x" * 5))
     assert (closed["code"], closed["reason"]) == (4404, "This address has no stream.")

@@ -44,27 +44,13 @@ def test_processor_time_of_the_server() -> None:
 
 
 def test_processor_time_of_a_session(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A worker that has less time than the settings say is told of the shell's limit."""
+    """The message of a worker under a lower limit of the shell names that limit."""
     monkeypatch.setattr(resource, "getrlimit", lambda _: (60, 60))
     words = _cause(-signal.SIGXCPU, config())
     assert "60 s of processor time that the server's shell allows (ulimit -t)" in words
 
 
-def test_a_child_learns_why() -> None:
-    """Under a hard limit a child is still ended by the signal that tells why, not by the one that tells nothing."""
-    program = (
-        "import resource; resource.setrlimit(resource.RLIMIT_CPU, (6, 6));"
-        "from pftrack.process import confine; confine(cpu_seconds=100)\n"
-        "while True: pass"
-    )
-    status, _ = said(program)
-    assert status == -24
-
-
-@pytest.mark.parametrize(
-    ("count", "words"),
-    [(0, "0 MiB"), (MEBIBYTE // 8, "0.125 MiB"), (999 * MEBIBYTE, "999 MiB"), (20_480 * MEBIBYTE, "20,480 MiB")],
-)
-def test_bytes_are_written_as_people_read_them(count: int, words: str) -> None:
+def test_bytes_are_written_as_people_read_them() -> None:
     """Small amounts have four digits, large ones are whole numbers with commas, and none has an exponent."""
-    assert mebibytes(count) == words
+    words = {0: "0 MiB", MEBIBYTE // 8: "0.125 MiB", 999 * MEBIBYTE: "999 MiB", 20_480 * MEBIBYTE: "20,480 MiB"}
+    assert {count: mebibytes(count) for count in words} == words

@@ -1,11 +1,11 @@
-"""The codec of drawings: what a page reads is what an experiment drew."""
+"""Drawings for pages: a page reads what an experiment drew, and each picture is encoded once."""
 
 import dataclasses
-import json
 import math
 from collections.abc import Mapping
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,8 +14,11 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as model
+from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Polyline
+from pftrack_server.core import pictures
+from pftrack_server.core.pictures import PictureEncoder
 from pftrack_server.sessions.worker.codec import DrawingEncoder
-from tests.server.drawings import decode, messages_of
+from tests.server.drawings import decode
 
 anything = st.floats(width=32)  # a lost tracker draws what is not finite
 extent, share = st.floats(0, 1e3), st.floats(0, 1)
@@ -92,54 +95,20 @@ def test_a_drawing_comes_back_as_it_was(drawing: model.Drawing, frame: int) -> N
     assert pictures == {}
 
 
-def picture(seed: int) -> NDArray[np.uint8]:
-    """A disc on a ground of another colour."""
-    rows, columns = np.indices((60, 80))
-    inside = np.hypot(columns - 30 - seed, rows - 25) < 12
-    return np.where(inside[..., None], (213, 94, 0), (90, 140, 200)).astype(np.uint8)
-
-
-def of_picture(seed: int) -> model.Drawing:
-    return model.Drawing(80, 60, {"picture": model.Picture(picture(seed))})
-
-
 def test_a_picture_keeps_its_colours_and_edges() -> None:
-    """JPEG leaves flat colours within two levels, and the centre of a shape within a twentieth of a pixel."""
-    shown = picture(0)
-    item: Any = decode(DrawingEncoder().encode(of_picture(0), 0).message())[1].primitives["picture"]
+    """JPEG leaves flat colours within two levels, also next to an edge of another colour."""
+    rows, columns = np.indices((60, 80))
+    inside = np.hypot(columns - 30, rows - 25) < 12
+    shown = np.where(inside[..., None], (213, 94, 0), (90, 140, 200)).astype(np.uint8)
+    drawing = model.Drawing(80, 60, {"picture": model.Picture(shown)})
+    item: Any = decode(DrawingEncoder().encode(drawing, 0).message())[1].primitives["picture"]
     for place in ((25, 30), (5, 5)):
         assert abs(item.image_rgb[place].astype(int) - shown[place]).max() <= 2
-
-    def centre(image: NDArray[np.uint8]) -> NDArray[np.float64]:
+    centres = []
+    for image in (item.image_rgb, shown):
         weights = image[..., 0].astype(float) - 90
-        rows, columns = np.indices(weights.shape)
-        return np.array([(columns * weights).sum(), (rows * weights).sum()]) / weights.sum()
-
-    np.testing.assert_allclose(centre(item.image_rgb), centre(shown), atol=0.05)
-
-
-def test_a_picture_that_stays_is_sent_once() -> None:
-    """A page that has the picture gets the rest alone; another picture has another key."""
-    encoder = DrawingEncoder()
-    first, same, other = (encoder.encode(of_picture(seed), frame) for frame, seed in enumerate((0, 0, 9)))
-    keys = [[it.key for it in each.pictures] for each in (first, same, other)]
-    assert keys[0] == keys[1] != keys[2]
-    assert len(same.message(keys[0])) < 300 < len(same.message())
-    _, before, held = decode(first.message())
-    _, after, still_held = decode(same.message(keys[0]), held)
-    assert_same(before.primitives, after.primitives)
-    assert list(still_held) == keys[0]
-    assert list(decode(other.message(keys[0]), still_held)[2]) == keys[2]
-
-
-def test_an_array_that_two_primitives_share_travels_once() -> None:
-    """A cloud that is drawn in two colourings has its places sent once."""
-    places = np.zeros((1000, 3), np.float32)
-    colours = np.zeros((1000, 3), np.uint8)
-    one = model.Drawing(9, 9, {"a": model.Points(places, colours, 2.0)})
-    two = model.Drawing(9, 9, {"a": model.Points(places, colours, 2.0), "b": model.Points(places, colours + 1, 2.0)})
-    sizes = [len(DrawingEncoder().encode(each, 0).message()) for each in (one, two)]
-    assert 3000 <= sizes[1] - sizes[0] < 3500
+        centres.append(np.array([(columns * weights).sum(), (rows * weights).sum()]) / weights.sum())
+    np.testing.assert_allclose(*centres, atol=0.05)
 
 
 @given(places=arrays(np.float32, (5, 3), elements=anything))
@@ -150,18 +119,75 @@ def test_numbers_can_be_rounded_to_a_share_of_themselves(places: NDArray[np.floa
     np.testing.assert_allclose(read, places, rtol=2.0**-10, atol=1e-40)
 
 
-def test_what_was_told_up_to_it_is_in_its_head() -> None:
-    """A page takes over the messages of the stream together with the picture, which they leave as it is."""
-    told = [{"type": "changes", "session": {"position": 3}}, {"type": "changes", "session": {"name": "Δ"}}]
-    encoded = DrawingEncoder().encode(of_picture(0), 3)
-    alone, message = encoded.message(), encoded.message(texts=map(json.dumps, told))
-    assert (messages_of(alone), messages_of(message)) == ([], told)
-    assert decode(message)[2] == decode(alone)[2]
-
-
 @pytest.mark.parametrize("size", [math.nan, (2.0,)])
 def test_what_a_page_cannot_read_is_refused_by_name(size: Any) -> None:
-    """A number that is none, or a tuple in place of one, is told with the primitive's name before anything is sent."""
+    """A NaN, or a tuple in place of a number, is refused with the primitive's name before anything is sent."""
     cloud = model.Points(np.zeros((5, 3), np.float32), np.zeros((5, 3), np.uint8), size)
     with pytest.raises(ValueError, match="particles cannot be shown: size must be a finite number"):
-        DrawingEncoder().encode(model.Drawing(8, 6, {"picture": model.Picture(picture(0)), "particles": cloud}), 0)
+        DrawingEncoder().encode(model.Drawing(8, 6, {"particles": cloud}), 0)
+
+
+@pytest.fixture
+def encoded(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, ...]]:
+    """Shapes of the pictures that were encoded."""
+    shapes: list[tuple[int, ...]] = []
+    encode = cv2.imencode
+
+    def counted(suffix: str, image: Any, form: Any) -> Any:
+        shapes.append(image.shape)
+        return encode(suffix, image, form)
+
+    monkeypatch.setattr(pictures.cv2, "imencode", counted)
+    return shapes
+
+
+def drawing(level: int = 200, size: tuple[int, int] = (60, 80)) -> Drawing:
+    line = Polyline(np.zeros((2, 3), np.float32), COLOURS["truth"], 1.0, "truth")
+    picture = Picture(np.full((*size, 3), (level, 40, 90), np.uint8), "video")
+    return Drawing(80, 60, {"line": line, "picture": picture}, "Frame 3")
+
+
+def test_a_scene_is_sent_files_and_no_pixels() -> None:
+    """Pictures keep their name, layer and place in the painting order; everything else stays the same."""
+    before = drawing()
+    sent = PictureEncoder().for_scene(before)
+    assert list(sent.drawing.primitives) == ["line", "picture"]
+    assert sent.drawing.primitives["line"] is before.primitives["line"]
+    bare: Any = sent.drawing.primitives["picture"]
+    assert (bare.image_rgb.size, bare.layer, sent.drawing.caption) == (0, "video", "Frame 3")
+    picture = sent.pictures["picture"]
+    assert (picture.width, picture.height) == (80, 60)
+    seen = cv2.imdecode(np.frombuffer(picture.file, np.uint8), cv2.IMREAD_COLOR)
+    assert seen.shape == (60, 80, 3)
+    np.testing.assert_allclose(seen[30, 30, ::-1], (200, 40, 90), atol=4)
+
+
+def test_a_picture_may_be_drawn_over_the_last_one() -> None:
+    """An experiment that keeps one array for all frames has each of them sent."""
+    encoder, shown = PictureEncoder(), drawing()
+    picture: Any = shown.primitives["picture"]
+    first = encoder.for_scene(shown).pictures["picture"]
+    picture.image_rgb[:] = 7
+    second = encoder.for_scene(shown).pictures["picture"]
+    assert first.key != second.key
+    picture.image_rgb.flags.writeable = False
+    assert encoder.for_scene(shown).pictures["picture"] is second
+
+
+def test_a_picture_is_encoded_once(encoded: list[tuple[int, ...]]) -> None:
+    """A picture that stays keeps its key, and an equal copy is the same picture.
+
+    A picture fine enough for a flat view is used for the scene; one made for the scene alone is made again.
+    """
+    encoder = PictureEncoder()
+    flat = DrawingEncoder(encoder)
+    (fine,) = flat.encode(drawing(), 0).pictures
+    for _ in range(2):
+        assert encoder.for_scene(drawing()).pictures["picture"] is fine
+    coarse = encoder.for_scene(drawing(100, (120, 160))).pictures["picture"]
+    assert (coarse.width, coarse.height) == (160, 120)
+    (finer,) = flat.encode(drawing(100, (120, 160)), 1).pictures
+    assert encoded == [(60, 80, 3), (120, 160, 3), (120, 160, 3)]
+    assert len({fine.key, coarse.key, finer.key}) == 3
+    assert len(finer.file) >= len(coarse.file)
+    assert encoder.for_scene(drawing(100, (120, 160))).pictures["picture"] is finer

@@ -1,4 +1,4 @@
-"""The stream: hello first, then everything that happens, and what is seen of it, to everybody who listens."""
+"""The stream: hello first, then every event and drawing, to every page."""
 
 import asyncio
 import json
@@ -14,12 +14,10 @@ from websockets.sync.client import ClientConnection, connect
 
 from pftrack.core.model.drawing import Drawing, Picture, Points
 from pftrack_server.sessions import duplex
-from tests.server.asking import columns, get, kill, resume
+from tests.server.asking import columns, get
 from tests.server.drawings import Reader
-from tests.server.host import Server, begin, change_values, command, steer
+from tests.server.host import Server, change_values, command, steer
 from tests.waiting import wait_for
-
-PAINTED = '{"type": "painted", "count": 1}'
 
 
 def hear(socket: ClientConnection, seconds: float = 60) -> dict[str, Any]:
@@ -35,10 +33,6 @@ def until(socket: ClientConnection, condition: Callable[[dict[str, Any]], bool])
     while not condition(heard[-1]):
         heard.append(hear(socket))
     return heard
-
-
-def is_type(name: str) -> Callable[[dict[str, Any]], bool]:
-    return lambda message: message["type"] == name
 
 
 def changes(message: dict[str, Any]) -> dict[str, Any]:
@@ -93,20 +87,13 @@ def address(server: Server, session: dict[str, Any]) -> str:
     return f"{server.ws}/api/v1/sessions/{session['id']}/stream"
 
 
-def test_hello_comes_first(client: httpx.Client, session: dict[str, Any], address: str) -> None:
-    """The first message tells the whole session and all diagnostics of the active branch."""
+def test_every_computed_frame(client: httpx.Client, session: dict[str, Any], address: str) -> None:
+    """After the whole session comes each computed frame once, in order, in at most thirty messages a second."""
     steer(client, session["id"], "seek", frame=5)
     with connect(address) as socket:
         hello = hear(socket)
-    assert hello["type"] == "hello"
-    assert hello["session"] == get(client, session["id"])
-    assert hello["diagnostics"]["frame"] == [0, 1, 2, 3, 4, 5]
-
-
-def test_every_computed_frame(client: httpx.Client, session: dict[str, Any], address: str) -> None:
-    """Every computed frame is told once, in order, whatever the speed, in thirty messages a second at most."""
-    with connect(address) as socket:
-        hear(socket)
+        assert (hello["type"], hello["session"]) == ("hello", get(client, session["id"]))
+        assert hello["diagnostics"]["frame"] == [0, 1, 2, 3, 4, 5]
         steer(client, session["id"], "speed", speed=0)
         began = time.monotonic()
         steer(client, session["id"], "play")
@@ -115,16 +102,17 @@ def test_every_computed_frame(client: httpx.Client, session: dict[str, Any], add
         heard += until(socket, at(239)) if not any(at(239)(message) for message in heard) else []
     rows = [row["frame"] for message in heard for row in message.get("rows", ())]
     assert columns(client, session["id"])["frame"] == list(range(240))
-    assert rows == list(range(1, rows[-1] + 1))
+    assert rows == list(range(6, rows[-1] + 1))
 
 
-def test_what_is_changed_is_told_to_everybody(client: httpx.Client, session: dict[str, Any], address: str) -> None:
-    """A change with what is in force, a bookmark, a branch, and a restart as a new hello: the past is forgotten."""
+def test_changes_reach_every_page(client: httpx.Client, session: dict[str, Any], address: str) -> None:
+    """Every page hears of a change, a bookmark and a branch; a restart is a new hello with an empty past."""
     with connect(address) as first, connect(address) as second:
         for socket in (first, second):
             hear(socket)
         change_values(client, session["id"], {"sample_count": 200, "tracker": "apf"})
-        client.post(f"/api/v1/sessions/{session['id']}/bookmarks", json={"note": "look"})
+        bookmarks = f"/api/v1/sessions/{session['id']}/bookmarks"
+        made = client.post(bookmarks, json={"note": "look"}).json()
         steer(client, session["id"], "seek", frame=5)
         command(client, session["id"], "branch", frame=0, title="Other")
         for socket in (first, second):
@@ -132,29 +120,30 @@ def test_what_is_changed_is_told_to_everybody(client: httpx.Client, session: dic
             (change,) = echo["timeline"]
             assert (change["frame"], change["values"]) == (1, {"sample_count": 200, "tracker": "apf"})
             assert echo["parameters"]["sample_count"] == 200
-            marks = changes(until(socket, lambda message: "bookmarks" in changes(message))[-1])["bookmarks"]
-            assert marks[0]["note"] == "look"
+            until(socket, has_changed(bookmarks=[made]))
             told = until(socket, lambda message: "Other" in json.dumps(changes(message)))
             assert "b1" in [changes(message).get("branch") for message in told]
+        statuses = [client.delete(f"{bookmarks}/{made['id']}").status_code for _ in range(2)]
+        assert (made["note"], statuses) == ("look", [204, 404])
         steer(client, session["id"], "restart")
         for socket in (first, second):
-            hello = until(socket, is_type("hello"))[-1]
+            hello = until(socket, lambda message: message["type"] == "hello")[-1]
             assert (hello["diagnostics"]["frame"], hello["session"]["computed"]) == ([0], 0)
 
 
 def test_a_page_may_ask_for_the_time_and_give_no_commands(
     server: Server, client: httpx.Client, session: dict[str, Any], address: str
 ) -> None:
-    """A ping is answered with its own time; all else closes the connection with a reason.
+    """A ping is answered with its own time; any other message closes the connection with a reason.
 
-    So do a drawing painted that was not sent, a session that is not there, and one that is ended.
+    So do a painted drawing that was not sent, an unknown session, and one that ends.
     """
     with connect(address) as socket:
         hear(socket)
         socket.send('{"version": 1, "type": "ping", "sent": 12.5}')
         assert hear(socket) == {"version": 1, "type": "pong", "sent": 12.5}
-    wrong = ["", '{"version": 2, "type": "ping", "sent": 1}', '{"type": "seek"}', PAINTED, b"\0", "x" * 100_000]
-    for text in wrong:
+    painted = '{"type": "painted", "count": 1}'
+    for text in ("", '{"version": 2, "type": "ping", "sent": 1}', '{"type": "seek"}', painted, b"\0", "x" * 100_000):
         with connect(address) as socket:
             hear(socket)
             socket.send(text)
@@ -174,7 +163,7 @@ def is_closed(socket: ClientConnection, reason: str) -> None:
 
 
 def test_a_browser_that_vanishes(server: Server, client: httpx.Client, session: dict[str, Any], address: str) -> None:
-    """A browser that vanishes without a word leaves nothing behind, and the others hear on."""
+    """A browser that disconnects without a closing message leaves nothing behind; other pages are not disturbed."""
     steer(client, session["id"], "play")
     with connect(address) as stays:
         vanishes = connect(address)
@@ -187,7 +176,7 @@ def test_a_browser_that_vanishes(server: Server, client: httpx.Client, session: 
 
 
 async def test_a_stream_that_fails_is_closed() -> None:
-    """A page that would hear nothing more is sent away, so that it comes back and is told what is wrong."""
+    """A page that would hear nothing more is disconnected, so that it reconnects and learns what is wrong."""
 
     async def fail() -> AsyncIterator[str]:
         yield "hello"
@@ -205,8 +194,11 @@ async def test_a_stream_that_fails_is_closed() -> None:
 # ------------------------------------------------------------ drawings
 
 
-def test_who_comes_sees_the_frame_that_is_shown(client: httpx.Client, session: dict[str, Any], server: Server) -> None:
-    """The first drawing is the current frame, whole: picture, particles, caption."""
+def test_a_new_page_sees_the_shown_frame(client: httpx.Client, session: dict[str, Any], server: Server) -> None:
+    """The first drawing is the whole current frame: picture, particles, caption.
+
+    A page that still shows an old picture hears nothing of a newer frame before it has that frame's picture.
+    """
     steer(client, session["id"], "seek", frame=9)
     with Page(server, session["id"]) as page:
         drawing = page.read()
@@ -217,45 +209,8 @@ def test_who_comes_sees_the_frame_that_is_shown(client: httpx.Client, session: d
         assert isinstance(particles, Points)
         assert len(particles.positions) == session["parameters"]["sample_count"]
         assert drawing.caption.startswith("frame 9 ")
-
-
-def test_who_comes_back_is_greeted_by_a_picture(client: httpx.Client, session: dict[str, Any], server: Server) -> None:
-    """A page that shows an old picture hears nothing that does not belong to it before it has a new one."""
-    steer(client, session["id"], "seek", frame=3)
-    with Page(server, session["id"]) as before:
-        before.until(3)
     steer(client, session["id"], "seek", frame=5)
     with Page(server, session["id"], has_picture=True) as again:
         again.read()
         assert [(told["type"], told["session"]["position"]) for told in again.heard] == [("hello", 5)]
         assert again.frames == [5]
-
-
-def test_a_scene_beside_it_changes_nothing(client: httpx.Client, session: dict[str, Any], server: Server) -> None:
-    """Both forms of a drawing are sent where both are wanted."""
-    feed = server.manager.get(session["id"]).scene_feed
-    offered: list[int] = []
-    feed.offer = lambda _, frame: (offered.append(frame), feed._credit())
-    with Page(server, session["id"]) as page:
-        page.until(0)
-        server.uvicorn.loop.call_soon_threadsafe(feed._credit)
-        wait_for(lambda: offered == [0])
-        for frame in range(1, 4):
-            steer(client, session["id"], "step")
-            page.until(frame)
-        wait_for(lambda: offered[-1:] == [3])
-        assert offered == [0, 1, 2, 3]
-
-
-def test_drawings_go_on_after_a_crash(client: httpx.Client, server: Server) -> None:
-    """A page that looked on while the worker died sees the resumed run without coming anew."""
-    session = begin(client)["id"]
-    with Page(server, session) as page:
-        page.until(0)
-        steer(client, session, "seek", frame=6)
-        page.until(6)
-        kill(server, client, session)
-        resume(client, session)
-        assert isinstance(page.until(6).primitives["picture"], Picture)
-        steer(client, session, "step")
-        page.until(7)

@@ -1,4 +1,4 @@
-"""The manager: places that are taken at the same moment, and sessions that end while they begin."""
+"""The manager: places taken at the same moment, and sessions that end while they begin."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +13,7 @@ from pftrack_server.core.errors import unavailable
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.spec import Phase
 from pftrack_server.store.database import SessionRow
-from tests.server.asking import columns, get, kill, resume
+from tests.server.asking import get, kill, resume
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.teaching.class_room import follower, lead
 from tests.session_requests import session_request
@@ -50,18 +50,30 @@ class Gate:
 
 
 def test_places_are_taken_once(start_server: Any) -> None:
-    """Of several that come at the same moment as many get a place as there are."""
+    """If several clients ask at the same moment, only as many get a session as there are places.
+
+    A session that ends while it is about to resume gets no worker, which nobody would ever end.
+    """
     with start_server(max_sessions=1) as (server, client), ThreadPoolExecutor(3) as pool:
         gate = Gate(server)
         asked = [pool.submit(client.post, "/api/v1/sessions", json=BODY) for _ in range(3)]
         wait_for(lambda: gate.waiting == 3)
         gate.open()
         assert sorted(each.result().status_code for each in asked) == [201, 503, 503]
-        assert len(client.get("/api/v1/sessions").json()) == 1
+        (session,) = (each["id"] for each in client.get("/api/v1/sessions").json())
+        found = server.manager.get(session)
+        suspend(server, session)
+        gate = Gate(server)
+        resumed = pool.submit(client.post, f"/api/v1/sessions/{session}/resume")
+        wait_for(lambda: gate.waiting == 1)
+        assert client.delete(f"/api/v1/sessions/{session}").status_code == 204
+        gate.open()
+        error_of(resumed.result(), 409)
+        assert (found.worker, found.phase) == (None, Phase.CLOSED)
 
 
 def test_what_nobody_watches_gives_way(start_server: Any) -> None:
-    """Where all places are taken, the session that was left longest ago gives way at once, and resumes where it was."""
+    """If all places are taken, the session left longest ago is suspended at once, and resumes at its frame."""
     with start_server(max_sessions=2) as (server, client), ExitStack() as pages:
 
         def states() -> list[str]:
@@ -74,14 +86,12 @@ def test_what_nobody_watches_gives_way(start_server: Any) -> None:
         watched, left = begin(client)["id"], begin(client)["id"]
         watch(watched)
         steer(client, left, "seek", frame=12)
-        before = columns(client, left)["estimate"]
         new = begin(client)["id"]
         assert states() == ["suspended", "ready", "ready"]
         assert get(client, left)["message"] == "Another session needed the place; this one resumes at the same frame."
         watch(left)
         assert states() == ["ready", "ready", "suspended"]
         assert get(client, left)["position"] == 12
-        assert columns(client, left)["estimate"] == before
         full = error_of(client.post(f"/api/v1/sessions/{new}/resume"), 503)["message"]
         assert "All 2 places are taken by sessions that somebody watches" in full
         assert states() == ["ready", "ready", "suspended"]
@@ -89,33 +99,24 @@ def test_what_nobody_watches_gives_way(start_server: Any) -> None:
         assert client.post(f"/api/v1/sessions/{new}/resume").json()["state"] == "ready"
 
 
-def test_who_waits_for_an_answer_keeps_the_place(start_server: Any) -> None:
-    """A session that is on the way to where somebody sent it does not give way, though nobody watches it."""
+def test_a_long_seek_can_be_watched_and_cut_short(start_server: Any) -> None:
+    """A session that is computing keeps its place without viewers, until a pause cuts the seek short.
+
+    A request for the picture neither ends the seek nor waits for it.
+    """
     with start_server(max_sessions=1) as (_, client), ThreadPoolExecutor(1) as pool:
         session = begin(client, frames=20_000, parameters={"sample_count": 5000})["id"]
-        asked = pool.submit(client.post, f"/api/v1/sessions/{session}/commands", json={"kind": "seek", "frame": 19_999})
-        wait_for(lambda: get(client, session)["goal"])
+        seeking = pool.submit(steer, client, session, "seek", frame=19_999)
+        wait_for(lambda: get(client, session)["computed"] > 5)
         refused(client)
-        steer(client, session, "pause")
-        asked.result()
+        picture = client.get(f"/api/v1/sessions/{session}/frame.png").raise_for_status()
+        assert (picture.headers["content-type"], picture.content[:4]) == ("image/png", b"\x89PNG")
+        assert get(client, session)["goal"] == 19_999
+        paused = steer(client, session, "pause")
+        assert 5 < seeking.result(60)["position"] <= paused["position"] < 19_999
+        assert paused["state"] == "ready"
         begin(client)
         assert get(client, session)["state"] == "suspended"
-
-
-def test_ended_while_it_waits_to_go_on(start_server: Any) -> None:
-    """A session that is ended while it is about to be resumed gets no worker that nobody would ever end."""
-    with start_server() as (server, client), ThreadPoolExecutor(1) as pool:
-        session = begin(client)["id"]
-        found = server.manager.get(session)
-        server.run(found.suspend("Nobody is here."))
-        gate = Gate(server)
-        resumed = pool.submit(client.post, f"/api/v1/sessions/{session}/resume")
-        wait_for(lambda: gate.waiting == 1)
-        assert client.delete(f"/api/v1/sessions/{session}").status_code == 204
-        gate.open()
-        error_of(resumed.result(), 409)
-        assert found.worker is None
-        assert found.phase is Phase.CLOSED
 
 
 def test_a_worker_opens_what_the_server_takes_in(start_server: Any) -> None:
@@ -128,7 +129,7 @@ def test_a_worker_opens_what_the_server_takes_in(start_server: Any) -> None:
 
 
 def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A session whose worker ends on its first way does not come back when the server does."""
+    """A session whose worker ends during its start is not stored."""
 
     async def lost(self: Session, patience_s: float) -> None:
         del self, patience_s
@@ -142,7 +143,7 @@ def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: p
 
 
 def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody is there, and a command waits for a worker that may hang: only the rounds would end that."""
+    """A command may wait for a hung worker of a session without viewers: only the rounds end that."""
     looked = []
     check = Session.check
 
@@ -161,55 +162,34 @@ def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkey
         wait_for(lambda: found.phase is Phase.SUSPENDED)
 
 
-def test_probes_come_one_after_the_other(client: httpx.Client, server: Server) -> None:
-    """Anybody may ask whether the server is ready; each question takes a process, so never more than one at a time."""
-    tasks = server.app.state.services.tasks
-    busy = most = 0
-    answer = type(tasks).run_beside
-
-    async def counted(self: Any, *arguments: Any) -> Any:
-        nonlocal busy, most
-        busy += 1
-        most = max(most, busy)
-        answered = await answer(self, *arguments)
-        busy -= 1
-        return answered
-
-    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(8) as pool:
-        patch.setattr(type(tasks), "run_beside", counted)
-        asked = [pool.submit(client.get, "/readyz") for _ in range(8)]
-        assert all(each.result().status_code == 200 for each in asked)
-    assert most == 1
-
-
 def suspend(server: Server, *sessions: str) -> None:
     for name in sessions:
         server.run(server.manager.get(name).suspend("Nobody needs it."))
 
 
-def test_the_oldest_plain_session_gives_way(start_server: Any) -> None:
-    """At the limit a plain suspended session ends for a new one, but neither for a copy nor for a name in use."""
-    with start_server(max_stored_sessions=2) as (server, client):
-        named, plain = (begin(client)["id"] for _ in range(2))
-        client.patch(f"/api/v1/sessions/{named}", json={"name": "Keep"})
-        assert "My work" in refused(client)
-        suspend(server, named, plain)
-        error_of(client.post("/api/v1/sessions", json={**BODY, "id": named}), 409)
-        assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {named, plain}
-        with follower(server, lead(client, named)) as one, one.socket():
-            message = error_of(one.ask("POST", "follow/fork", session=named), 503)["message"]
-        assert "Ask the lecturer" in message
-        newest = begin(client)["id"]
-        assert [each["id"] for each in client.get("/api/v1/sessions").json()] == [newest, named]
+def test_what_nobody_needs_gives_way(start_server: Any) -> None:
+    """At the limit the oldest plain suspended session ends for a new one, but not for a copy nor for a name in use.
 
-
-def test_what_somebody_holds_and_what_is_made_stay(start_server: Any) -> None:
-    """At the limit a suspended session ends neither while a page is open on it nor while a class follows it.
-
-    Nor does a crashed one with an open page, nor one that still waits for its first worker.
+    No session ends while a page is open on it, suspended or crashed, while a class follows it, or before it began.
     """
     with start_server(max_stored_sessions=2) as (server, client), ThreadPoolExecutor(1) as pool:
-        watched, followed = (begin(client)["id"] for _ in range(2))
+
+        def stored() -> set[str]:
+            return {each["id"] for each in client.get("/api/v1/sessions").json()}
+
+        watched, plain = (begin(client)["id"] for _ in range(2))
+        client.patch(f"/api/v1/sessions/{watched}", json={"name": "Keep"})
+        assert "My work" in refused(client)
+        suspend(server, watched, plain)
+        error_of(client.post("/api/v1/sessions", json={**BODY, "id": watched}), 409)
+        follow = lead(client, watched)
+        with follower(server, follow) as one, one.socket():
+            message = error_of(one.ask("POST", "follow/fork", session=watched), 503)["message"]
+        assert "Ask the lecturer" in message
+        assert stored() == {watched, plain}
+        followed = begin(client)["id"]
+        assert stored() == {watched, followed}
+        client.delete(f"/api/v1/follows/{follow['id']}").raise_for_status()
         follow = lead(client, followed)
         with connect(f"{server.ws}/api/v1/sessions/{watched}/stream") as page:
             page.recv(timeout=60)
@@ -217,7 +197,7 @@ def test_what_somebody_holds_and_what_is_made_stay(start_server: Any) -> None:
             assert "followed by a class" in refused(client)
             client.delete(f"/api/v1/follows/{follow['id']}").raise_for_status()
             newest = begin(client)["id"]
-            assert {each["id"] for each in client.get("/api/v1/sessions").json()} == {newest, watched}
+            assert stored() == {newest, watched}
             resume(client, watched)
             kill(server, client, watched)
             client.delete(f"/api/v1/sessions/{newest}")

@@ -1,7 +1,6 @@
-"""Runs that take long to compute again: everybody sees how far they are, and only silence is a reason to give up."""
+"""Runs that take long to compute again: pages see their progress, and only a silent worker is given up."""
 
 import dataclasses
-import os
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -14,7 +13,6 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
-from pftrack_server.sessions.worker.protocol import WorkerConfig
 from pftrack_server.sessions.worker.run_tree import RunTree
 from pftrack_server.sessions.worker.worker import KEEP_AFTER_S, Checkpoints
 from tests.server.asking import diagnostics, get, kill, resume
@@ -44,7 +42,7 @@ def stopped(server: Server, client: httpx.Client, data: Path) -> Iterator[str]:
 @pytest.mark.usefixtures("impatient", "server", "held")
 class TestResuming:
     def test_it_takes_as_long_as_it_takes(self, start_server: Any, tmp_path: Path) -> None:
-        """A run that needs longer than a start may comes back, and tells on the way how far it is."""
+        """A run that needs longer than a start is allowed to take resumes, and reports its progress meanwhile."""
         with (
             start_server(start_seconds=2, hang_seconds=5) as (server, client),
             stopped(server, client, tmp_path) as session,
@@ -71,11 +69,10 @@ class TestResuming:
             assert diagnostics(client, session) == before
 
     def test_it_can_be_interrupted(self, start_server: Any, tmp_path: Path) -> None:
-        """A killed worker leaves the goal, a pause stops where it has come to, and on its way it can be deleted."""
+        """A killed worker keeps the goal, a pause stops at the present frame, and a deleted session ends its worker."""
         with start_server() as (server, client), stopped(server, client, tmp_path) as session:
-            for _ in range(2):
-                assert resume(client, session)["goal"] == FAR
-                kill(server, client, session)
+            assert resume(client, session)["goal"] == FAR
+            kill(server, client, session)
             assert resume(client, session)["goal"] == FAR
             paused = steer(client, session, "pause")
             assert paused["goal"] is None
@@ -91,7 +88,7 @@ class TestResuming:
             wait_for(lambda: not psutil.pid_exists(pid))
 
     def test_a_step_on_the_way_gives_up_no_frame(self, start_server: Any, tmp_path: Path) -> None:
-        """It moves where the session will stand, and a speed interrupts nothing: all that was known is known again."""
+        """It changes the frame to show at the end; a speed interrupts nothing. All known frames are computed again."""
         with (
             start_server() as (server, client),
             stopped(server, client, tmp_path) as session,
@@ -111,7 +108,7 @@ class TestResuming:
     def test_with_its_states_it_is_back_at_once(
         self, start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """What took long is kept on the disk while it is computed, and is not computed again."""
+        """A slow run is stored while it is computed, and is not computed again."""
         monkeypatch.setattr("pftrack_server.sessions.worker_handle.main", held_worker_that_keeps_all)
         with start_server() as (server, client):
             session = begin(client)["id"]
@@ -141,35 +138,15 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pftrack_server.sessions.manager.OPENING_S", 0.1)
 
 
-class TestCheckpoints:
-    def kept(self, folder: Path, **more: Any) -> WorkerConfig:
-        return dataclasses.replace(config(), states=str(folder / "states"), **more)
+def test_what_took_long_is_written_once(tmp_path: Path) -> None:
+    """A branch is stored when computing it took some seconds, and continues there the next time.
 
-    def test_what_took_long_is_written_once(self, tmp_path: Path) -> None:
-        """A branch is written down when computing it took some seconds, and begins there the next time."""
-        tree = RunTree(self.kept(tmp_path))
-        tree.run.seek(20)
-        checkpoints = Checkpoints(tree)
-        checkpoints.on_frame(KEEP_AFTER_S / 2)
+    Nothing is written if less space would be left free than the server must leave.
+    """
+    kept = dataclasses.replace(config(), states=str(tmp_path / "states"))
+    for reserve_bytes, seconds in ((0, KEEP_AFTER_S / 2), (1 << 60, KEEP_AFTER_S), (0, KEEP_AFTER_S)):
         assert not (tmp_path / "states").exists()
-        checkpoints.on_frame(KEEP_AFTER_S / 2)
-        assert RunTree(self.kept(tmp_path)).run.computed == 20
-
-    def test_the_disk_keeps_its_reserve(self, tmp_path: Path) -> None:
-        """Nothing is written where less would be left free than the server must leave."""
-        tree = RunTree(self.kept(tmp_path, reserve_bytes=1 << 60))
+        tree = RunTree(dataclasses.replace(kept, reserve_bytes=reserve_bytes))
         tree.run.seek(20)
-        tree.keep_states()
-        assert not (tmp_path / "states").exists()
-
-    def test_the_oldest_go_first(self, start_server: Any, tmp_path: Path) -> None:
-        """Of more checkpoints than there is room for, those that were not used for the longest time are deleted."""
-        with start_server(max_states_bytes=250) as (server, _):
-            files = server.app.state.services.store.files
-            for number in range(3):
-                folder = files.states_of(f"{number:016x}")
-                folder.mkdir()
-                (folder / "b0.states").write_bytes(bytes(100))
-                os.utime(folder / "b0.states", (number, number))
-            files.trim_states(250)
-            assert [path.parent.name[-1] for path in sorted(files.states.glob("*/*"))] == ["1", "2"]
+        Checkpoints(tree).on_frame(seconds)
+    assert RunTree(kept).run.computed == 20

@@ -1,4 +1,4 @@
-"""A session tells in each frame how probable it is that its target is lost, and stops where it is asked to."""
+"""The loss of a target: why a session lost it, how probable it is, and where the run stops."""
 
 import math
 from typing import Any
@@ -8,12 +8,44 @@ import httpx
 import pftrack
 from pftrack.runs.loss_probability import loss_probabilities
 from tests.server.asking import columns, get
-from tests.server.host import begin, steer
+from tests.server.host import begin, command, error_of, steer
 from tests.server.sessions.test_session_truth import given
 from tests.server.sessions.test_session_truth import recorded as recorded  # noqa: PLC0414 - a fixture
-from tests.server.uploads.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
-from tests.server.uploads.test_suitability import upload as upload  # noqa: PLC0414 - a fixture
 from tests.waiting import wait_for
+
+
+def test_a_session_says_why_its_target_was_lost(client: httpx.Client) -> None:
+    """The explanation is that of the same run in Python; for a frame with the target held it finds no cause.
+
+    A frame not computed yet cannot be explained, and before a loss there is no frame to go to.
+    """
+    values = {"occlusion_width_px": 100}
+    session = begin(client, frames=60, seed=0, parameters=values)["id"]
+    place = f"/api/v1/sessions/{session}/explanation"
+    before = client.get(place).json()["diagnosis"]
+    assert (before["frame"], before["signs"]) == (None, [])
+    refused = error_of(client.get(place, params={"frame": 9}), 422)["message"]
+    assert "a frame that has been computed, 0 to 0" in refused
+    error_of(command(client, session, "before_loss"), 409)
+    steer(client, session, "seek", frame=59)
+    told = client.get(place).json()
+    assert told == pftrack.run("ball", frames=60, **values).explain().as_dict()
+    assert steer(client, session, "before_loss")["position"] == told["before"]
+    assert told["diagnosis"]["cause"] == "occlusion-longer-than-memory"
+    nothing = client.get(place, params={"frame": 4}).json()
+    calm = nothing["diagnosis"]
+    assert (calm["frame"], calm["lost"], calm["signs"], nothing["before"]) == (4, False, [], None)
+
+
+def test_only_the_active_branch_is_explained(client: httpx.Client) -> None:
+    """A question about a branch that was left, perhaps by a change just now, has an empty answer."""
+    session = begin(client, frames=20)
+    place, left = f"/api/v1/sessions/{session['id']}/explanation", session["branch"]
+    steer(client, session["id"], "seek", frame=9)
+    made = steer(client, session["id"], "branch", frame=4)["branch"]
+    told = {name: client.get(place, params={"branch": name}).json() for name in (left, made)}
+    assert told == {left: None, made: client.get(place).json()}
+
 
 VALUES = {"occlusion_width_px": 100}
 FRAMES = 60
