@@ -40,4 +40,5 @@ class Circle(Mark):
 
 
 VIDEO = Video(lambda sequence, mark, *more: wire(sequence, mark.box, *more), marks=(Circle,), wanted="a circle")
-EXPERIMENT = replace(TURNING, id="circled", title="A turn in a circle", video=VIDEO)
+DISPLAY = replace(TURNING.display, thumbnail=None)
+EXPERIMENT = replace(TURNING, id="circled", title="A turn in a circle", video=VIDEO, display=DISPLAY)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import pytest
 from websockets.sync.client import connect
@@ -16,13 +16,14 @@ from tests.browser.views import Gallery, SessionPage
 from tests.conftest import CHROMIUM, FRUGAL
 from tests.installing import ROOT, install
 
+Watch: TypeAlias = Callable[..., SessionPage]
 PLACES = 8
 """Sessions that a server has room for: more than any test needs, and few enough to be taken where one is about that."""
 EXAMPLE = ROOT / "examples" / "own_experiment"
 WINDOW = {"width": 1280, "height": 800}
 TOKEN = "salt & pepper, 100 %"
 LIMITS = {"MAX_SESSIONS": "12", "MAX_PARTICLES": "2000", "MAX_SWEEP_RUNS": "100", "SWEEP_JOBS": "1"}
-"""Of a server on which nothing takes long."""
+"""Limits of a server on which nothing takes long."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -70,20 +71,19 @@ def fill(server: Server, watched: Callable[[dict[str, Any]], None]) -> Callable[
 
 @pytest.fixture(scope="session")
 def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server that differs in whatever can: root, token, limits, a proxy that it trusts, and packages beside it.
+    """A server with its own root, token, limits, trusted proxy and packages.
 
-    They are the example's, one with rare series, one with a mark of its own, and one that is broken.
+    The packages are the example, one with a new kind of mark, and a broken one.
     """
     place = tmp_path_factory.mktemp("installed")
     shutil.copytree(EXAMPLE / "pftrack_turning", place / "pftrack_turning")
     install(place, "the-example", "", "turning = pftrack_turning:EXPERIMENT")
-    for name in ("bank", "circled"):
-        install(place, name, (Path(__file__).parent / f"{name}.py").read_text(), f"{name} = {name}:EXPERIMENT")
+    install(place, "circled", Path(__file__).with_name("circled.py").read_text(), "circled = circled:EXPERIMENT")
     install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
     different = {**LIMITS, "BASE_PATH": "/", "TRUSTED_PROXIES": "127.0.0.1"}
     variables = {f"PFTRACK_{name}": value for name, value in different.items()}
     server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN, **variables)
-    # Whoever asks before that for more than 10 s is told to come again, which a page writes to its console.
+    # A request that waits for that over 10 s is refused, which a page writes to its console.
     until(lambda: server.get("compilation")["finished"], "the packages' experiments are ready", START_S)
     yield server
     server.stop()
@@ -122,7 +122,7 @@ CHOSEN = """if (location.origin !== 'null') {{
 
 @pytest.fixture(scope="session")
 def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
-    """The browser of somebody who comes to a server again and again: the pages' files are in its cache."""
+    """The browser of a returning visitor of a server: the pages' files are in its cache."""
 
     @cache
     def context(server: Server) -> Any:

@@ -8,7 +8,6 @@ import pytest
 from tests.browser.conftest import CHOSEN
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
-from tests.conftest import FEW_PIXELS
 
 MOMENTS = 200
 """Looked at under each condition."""
@@ -55,21 +54,6 @@ WATCH = """(count) => new Promise((resolve) => {
     document.querySelector('.play').click();
     look();
 })"""
-# Plays; which frame the scene shows, and the counter, at each change of either, from before it plays to the end.
-WATCH_SCENE = """() => new Promise((resolve) => {
-    const seen = [];
-    const look = () => {
-        const frame = document.querySelector('.scene-frame').contentWindow.pftrackScene.frame();
-        const moment = [frame, Number(document.querySelector('.counter').textContent.split(' ')[1])];
-        if (String(moment) !== String(seen.at(-1)?.slice(0, 2))) seen.push([...moment, performance.now()]);
-        if (document.querySelector('.play').textContent !== 'Play again') setTimeout(look, 1);
-        else resolve(seen);
-    };
-    look();
-    document.querySelector('.play').click();
-})"""
-PATIENCE_MS = 5_000
-"""For so long the page waits for a scene that shows nothing new."""
 LOSE = "() => { for (const each of sockets) each.close(); }"
 
 
@@ -118,21 +102,3 @@ def play(shown: SessionPage, count: int, *, loses: bool) -> list[list[str]]:
     shown.until(lambda: shown.page.evaluate("[...sockets].at(-1).readyState === 1"), "its newest socket is open")
     shown.until(lambda: shown.page.locator(".play").is_enabled(), "it is connected")
     return seen
-
-
-def test_beside_a_scene_numbers_are_of_the_frame_that_it_shows(page: Any, server: Server) -> None:
-    """The scene has a socket of its own; what is told waits until the scene shows its frame."""
-    page.add_init_script(FEW_PIXELS)
-    session = server.start_session(frames=60)
-    server.post(f"sessions/{session['id']}/commands", {"kind": "speed", "speed": 0.2})
-    page.goto(session["page"] + "?view=scene")
-    SessionPage(page, server).ready()
-    page.locator(".scene-still").wait_for(state="detached")
-    seen = page.evaluate(WATCH_SCENE)[:-1]
-    since: dict[int, float] = {}
-    for frame, counter, at_ms in seen:
-        begun_ms = since.setdefault(frame, at_ms)
-        frames = list(since)
-        # Never ahead of the scene; between two looks of a busy page the scene may draw two pictures.
-        assert counter in frames[-3:] or at_ms - begun_ms >= PATIENCE_MS, seen
-    assert len(since) > FRAMES

@@ -1,88 +1,33 @@
-"""Plots and worlds of several experiments: a pose, a face that is lost and found again, chains, trajectories."""
+"""Plots of a pose and of hypotheses, and a closer look at plots."""
 
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
-
+from tests.browser.conftest import Watch
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
-Watch = Callable[..., SessionPage]
 
-
-def series(server: Server, session: str, name: str, branch: str | None = None) -> NDArray[np.float64]:
-    rows = server.column(session, "series", branch)
-    return np.array([row[name] for row in rows], dtype=np.float64)
-
-
-def alpha_on_the_page(shown: SessionPage) -> NDArray[np.float64]:
-    """Return alpha (frames, features) as it is drawn: the row of a feature is 1 high, and counted from the top.
-
-    A page that plays is looked at row by row; the frames are those that all rows hold.
-    """
-    drawn = [row["y"] for place in range(1, 9) if (row := shown.trace(f"alpha x{place}")) is not None]
-    frames = min(map(len, drawn), default=0)
-    rows = np.array([row[:frames] for row in drawn], dtype=np.float64)
-    return ((np.arange(len(rows))[:, None] + 1 - 0.12 - rows) / 0.76).T
-
-
-def test_a_run_of_a_pose_is_drawn(watch: Watch, server: Server) -> None:
-    """All that plots show of a pose, in one visit: to the end, with a second branch, and in a small window."""
-    shown = watch(experiment="prism", frames=40)
-    shown.play_to_the_end()
-    alpha_is_a_row_for_each_corner(shown, server)
-    a_pose_has_a_band_around_it_and_the_truth_in_it(shown, server)
-    a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown)
-    calibration_is_the_share_so_far(shown, server)
-
-
-def alpha_is_a_row_for_each_corner(shown: SessionPage, server: Server) -> None:
-    """It is drawn as it was written down, with what is hidden shaded; all corners are recognised in the end."""
-    shown.until(lambda: len(alpha_on_the_page(shown)) == 40, "the rows hold all frames")
-    assert np.allclose(alpha_on_the_page(shown), series(server, shown.id, "alpha"), atol=1e-6)
+def test_a_pose_and_its_branch_are_drawn(watch: Watch, server: Server) -> None:
+    """Each corner has a row and each angle a band; a branch is a second line in its own colour."""
+    shown = watch(experiment="prism", frames=12)
+    shown.go_to(11)
+    first = shown.session["branch"]
+    shown.until(lambda: shown.lines.get(f"yaw {first}") == 12, "yaw is drawn")
+    rows = server.column(shown.id, "series")
+    assert shown.trace(f"yaw {first}")["y"] == [row["yaw_deg"] for row in rows]
+    assert shown.trace("yaw truth")["y"] == [row["yaw_deg_true"] for row in rows]
+    assert shown.trace("yaw band 0")["high"][-1] == rows[-1]["yaw_deg"] + 2 * rows[-1]["yaw_deg_sd"]
+    assert shown.trace("alpha x1")["values"] == [row["alpha"][0] for row in rows]
     assert "hidden" in shown.plot("alpha").inner_text()
     recognised = lambda: shown.page.inner_text(".readout dl").split("recognised")[1].split()[1:3]  # noqa: E731
-    shown.until(lambda: recognised() == ["of", "8"], "it is told how many corners are recognised")
-
-
-def a_pose_has_a_band_around_it_and_the_truth_in_it(shown: SessionPage, server: Server) -> None:
-    """Yaw is drawn as it was written down, within two standard deviations, beside the truth."""
-    branch = shown.session["branch"]
-    shown.until(lambda: len((shown.trace(f"yaw {branch}") or {"x": []})["x"]) == 40, "yaw is drawn")
-    drawn, band, truth = (shown.trace(f"yaw {name}") for name in (branch, "band 0", "truth"))
-    yaw, sd = (series(server, shown.id, name) for name in ("yaw_deg", "yaw_deg_sd"))
-    assert np.allclose(drawn["y"], yaw)
-    assert np.allclose(band["high"], yaw + 2 * sd)
-    assert np.allclose(band["low"], yaw - 2 * sd)
-    assert np.allclose(truth["y"], series(server, shown.id, "yaw_deg_true"))
-
-
-def calibration_is_the_share_so_far(shown: SessionPage, server: Server) -> None:
-    """How often the truth lay in either band is drawn once it is scrolled to, in percent of all frames so far."""
-    for name in ("within_50", "within_95"):
-        line = f"calibration {shown.session['branch']} {name}"
-        shown.until(lambda line=line: shown.lines.get(line) == 40, "the share is drawn")  # type: ignore[misc]
-        drawn = shown.trace(line)
-        inside = series(server, shown.id, name).mean(axis=1)
-        assert np.allclose(drawn["y"], 100 * np.cumsum(inside) / np.arange(1, 41))
-
-
-def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: SessionPage) -> None:
-    """Both branches have a yaw in a colour of their own; of alpha the active one's is drawn."""
-    first = shown.session["branch"]
-    shown.press("ArrowLeft")
-    shown.stands_at(38)
+    shown.until(lambda: recognised() == ["of", "8"], "the recognised corners are counted")
+    shown.go_to(9)
     shown.branch("alpha-1")
-    shown.play_to_the_end()
+    shown.go_to(11)
+    colours = [branch["colour"] for branch in shown.session["branches"]]
+    shown.until(lambda: (shown.trace("alpha x1") or {}).get("ink") == colours[1], "alpha is the second branch's")
     second = shown.session["branch"]
-    shown.until(lambda: shown.lines.get(f"yaw {second}") and shown.lines.get(f"yaw {first}"), "there are two lines")
-    colours = {branch["id"]: branch["colour"] for branch in shown.session["branches"]}
-    for branch in (first, second):
-        drawn = shown.trace(f"yaw {branch}")
-        assert drawn["ink"] == colours[branch]
-    shown.until(lambda: (shown.trace("alpha x1") or {}).get("ink") == colours[second], "alpha is the second branch's")
+    assert [shown.trace(f"yaw {branch}")["ink"] for branch in (first, second)] == colours
+    calibration = f"calibration {second} within_95"
+    shown.until(lambda: shown.lines.get(calibration) == 12, "a plot out of sight is drawn too")
 
 
 def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
@@ -97,7 +42,7 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     plot = shown.plot("error").locator(".figure-plot")
     drawn = shown.trace(f"error {branch}")
     plot.hover(position=shown.place_in("error", 30, drawn["y"][30]))
-    shown.until(lambda: "frame 30 · error" in page.locator(".tooltip:visible").inner_text(), "the value is told")
+    shown.until(lambda: "frame 30 · error" in page.locator(".tooltip:visible").inner_text(), "the value is shown")
     page.keyboard.down("Control")
     page.mouse.wheel(0, -300)
     page.keyboard.up("Control")
@@ -117,7 +62,7 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     page.mouse.move(area["x"], 5)
     page.mouse.up()
     plot.click(position={"x": area["width"] / 2, "y": 20})
-    shown.until(lambda: page.evaluate("window.clicks") == 1, "only a click that is no drag counts, also after a drag")
+    shown.until(lambda: page.evaluate("window.clicks") == 1, "a drag is not a click")
     plot.dblclick(position={"x": area["width"] / 2, "y": 20})
     shown.until(lambda: page.evaluate(frames)[0] == [0, 59], "all is seen again")
     page.keyboard.press("+")
@@ -126,8 +71,11 @@ def test_a_plot_is_looked_at_more_closely(watch: Watch, server: Server) -> None:
     shown.until(lambda: page.evaluate(frames)[0] == [0, 59], "and shows all")
 
 
-def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, server: Server) -> None:
-    """Opened from the gallery two regions are followed from a split until one is refuted; the scrubber marks both."""
+def test_a_tree_of_hypotheses_is_steered(gallery: Gallery, server: Server) -> None:
+    """A click goes to a hypothesis's frame and shows it, arrow keys choose another one, and no branch is made.
+
+    The scrubber names the split, and both worlds fit a narrow window.
+    """
     page = gallery.page
     gallery.preset("linkage", "mirror3")
     shown = SessionPage(page, server).ready()
@@ -135,41 +83,22 @@ def test_regions_split_and_one_is_refuted_while_one_watches(gallery: Gallery, se
     page.get_by_text("tree of hypotheses").first.wait_for()
     shown.play_to_the_end()
     rows = server.column(shown.id, "series")
-    split, refuted = (next(frame for frame, row in enumerate(rows) if row[name]) for name in ("split", "refuted"))
-    assert split < refuted
-    counts = [row["hypothesis_count"] for row in rows]
-    assert set(counts[split:refuted]) == {2}
-    assert counts[refuted] == 1
-    assert all(row["contained"] == 1 for row in rows)
-    scrubber = page.locator(".scrubber")
-    shown.until(lambda: "events" in (scrubber.get_attribute("data-rows") or ""), "the scrubber has a row of events")
-    box = scrubber.bounding_box()
-    scrubber.focus()
-    page.keyboard.press("Home")
+    split = next(frame for frame, row in enumerate(rows) if row["split"])
+    shown.press("Home")
     shown.stands_at(0)
-    left, width = box["x"] + 104, box["width"] - 114
-    page.mouse.click(left + width * split / (len(rows) - 1), box["y"] + 60)
+    shown.plot("tree").locator(".figure-plot").click(position=shown.place_in("tree", split, 2))
     shown.stands_at(split)
-    shown.until(lambda: "split" in (scrubber.get_attribute("aria-valuetext") or ""), "the scrubber says what happened")
-    page.locator(".world").nth(1).wait_for()
-
-
-def test_tracks_are_followed_while_one_watches(gallery: Gallery, server: Server) -> None:
-    """Opened from the gallery, tracks go straight through outliers, and errors of all of them are plotted."""
-    page = gallery.page
-    gallery.preset("trajectories", "known")
-    shown = SessionPage(page, server).ready()
-    shown.until(lambda: (shown.position or 0) > 0, "it plays by itself")
-    shown.play_to_the_end()
-    assert max(server.column(shown.id, "error")) < 10.0
-    page.get_by_text("smoothed px").first.wait_for()
-    page.get_by_text("measurements px").first.wait_for()
+    scrubber = page.locator(".scrubber")
+    shown.until(lambda: "split" in (scrubber.get_attribute("aria-valuetext") or ""), "the scrubber names the event")
+    choice = lambda: shown.session["parameters"]["shown_hypothesis"]  # noqa: E731 - one line of reading
+    shown.until(lambda: choice() == 2, "the click chooses the second hypothesis")
+    node = page.get_by_role("slider", name="shown hypothesis")
+    shown.until(lambda: node.input_value() == "2", "the keyboard's handle has it")
+    node.press("ArrowUp")
+    shown.until(lambda: choice() == 1, "an arrow key chooses the one above")
+    assert (len(shown.session["branches"]), shown.position) == (1, split)
     shown.resize(800)
-    shown.until(lambda: worlds_are_within(page), "both worlds are within the scene's place")
-
-
-def worlds_are_within(page: Any) -> bool:
-    """Return whether two worlds are shown, both whole at their upper and left edges."""
-    place = page.locator(".flat-main").bounding_box()
-    boxes = [world.bounding_box() for world in page.locator(".world").all()]
-    return len(boxes) == 2 and all(box[side] >= place[side] for box in boxes for side in "xy")
+    place = page.locator(".flat-main")
+    boxes = lambda: [it.bounding_box() for it in (place, *page.locator(".world").all())]  # noqa: E731
+    inside = lambda around, *worlds: [all(box[side] >= around[side] for side in "xy") for box in worlds]  # noqa: E731
+    shown.until(lambda: inside(*boxes()) == [True, True], "both worlds are within the picture's place")

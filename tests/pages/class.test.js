@@ -2,16 +2,11 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { ofSession } from "../../frontend_static/follow/in_force.js";
-import { following } from "../../frontend_static/lecturer/class_control.js";
 import { pollWords, resultWords } from "../../frontend_static/lecturer/poll.js";
 
 const poll = (more = {}) => ({ id: "p", question: "Q?", answers: ["Yes", "No"], votes: null, counts: null, revealed: false, ...more });
 
 describe("what is said of a class", () => {
-  it("counts those who follow", () => {
-    assert.deepEqual([0, 1, 23].map(following), ["0 follow", "1 follows", "23 follow"]);
-  });
-
   it("tells the lecturer how many have answered, and nothing of what", () => {
     for (const [votes, words] of [[1, /^1 of 5 has answered\. /], [3, /^3 of 5 have answered\. /]]) {
       assert.match(pollWords(poll({ votes }), { followers: 5, asks: false }), words);

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { itemOfAddress } from "../../frontend_static/lecturer/items.js";
-import { begin, clock, clockWords, endWalk, go, hostOf, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
+import { begin, clock, clockWords, endWalk, go, hostOf, minutesText, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
 import { moved } from "../../frontend_static/lectures/order.js";
 import { answers } from "../../frontend_static/shared/api.js";
 import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison.js";
@@ -25,11 +25,6 @@ describe("the walk through a lecture", () => {
     assert.deepEqual([0, 1, 2, 3, 4].map((at) => hostOf(found, at)), [1, 1, 1, 1, 4]);
     found = go(found, 3, 0);
     assert.equal(pageOf(found), "learn/one");
-  });
-
-  it("comes back to what was begun", () => {
-    const found = opened(go(walk(item("run", "session/new#abc", { kind: "session" }), item("poll", null), item("two", "learn/two")), 1, 0), "session/1f");
-    assert.deepEqual([found, go(found, 1, 0), opened(found, null)].map(pageOf), ["session/1f", "learn/two", "session/new#abc"]);
   });
 
   it("takes the time of each step, also of one that is come back to", () => {

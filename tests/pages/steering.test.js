@@ -77,9 +77,4 @@ describe("the marks of a timeline", () => {
       [30, "Particle 7 moved to (312, 140)"],
     ]);
   });
-
-  it("say of a file that it was brought in or taken away, not its text", () => {
-    const found = marked([5, { face: "{}" }, { face: "" }], [6, { face: "" }, { face: "{}" }]);
-    assert.deepEqual(found.map(({ lines }) => lines), [["Begin with"], ["Begin with: none"]]);
-  });
 });
