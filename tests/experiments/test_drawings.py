@@ -1,4 +1,4 @@
-"""What is drawn of each experiment stands where it is believed to be."""
+"""The drawings of experiments show estimates in their places."""
 
 from typing import Any
 
@@ -12,7 +12,6 @@ from pftrack.experiments import find
 from pftrack.experiments.hand.shape import joints
 from pftrack.experiments.linkage.draw import chain_of
 from pftrack.experiments.linkage.scene import places
-from pftrack.experiments.shared.pose.drawing import place_points
 from pftrack.experiments.shared.sketch import raised, with_depth
 from pftrack.output.displays import draw_likelihood
 from pftrack.runs.inspection import Inspection
@@ -20,26 +19,19 @@ from pftrack.runs.run import Run
 
 
 def at(name: str, frame: int, tracker: str | None = None, **values: Value) -> tuple[Run, dict[str, Any]]:
-    """Return a run at a frame, and what is drawn of it."""
+    """Return a run at a frame, and its drawing."""
     found = find(name)
     run = Run(found, found.simulate(), tracker=tracker, seed=1, frames=frame + 1, timeline=(Change(0, values),))
     return run, dict(found.draw(run.seek(frame), run.diagnostics).primitives)
 
 
-def test_a_second_run_of_a_ball_is_a_cross_at_its_estimate() -> None:
-    """Its middle is where the other run believes the ball to be."""
-    run, _ = at("ball", 20)
-    other = run.branch(5, {"tracker": "apf"}).seek(20).diagnostics
-    cross = run.experiment.draw(run.current, run.diagnostics, other).primitives["second"]
-    assert np.allclose(cross.segments[..., :2].mean(axis=(0, 1)), other.estimate)
+def test_a_ball_is_drawn_with_particles_and_path() -> None:
+    """Particles stand on stems as high as their weights, coloured by their sampler, and at most 5,000 are drawn.
 
-
-def test_particles_are_drawn_where_they_are() -> None:
-    """Particles stand at their positions on stems as high as their weights, coloured by the sampler that drew them.
-
-    No more than 5,000 are drawn, spread over the whole set.
+    Truth and gate surround the true place, the trail ends at the estimate, and the paths recede evenly in time behind
+    the picture, with outlines of past frames and an axis. A second run is a cross at its estimate.
     """
-    run, drawn = at("ball", 20)
+    run, drawn = at("ball", 20, smoothing_lag_frames=5)
     particles, points = run.current.state.particles, drawn["particles"]
     assert np.allclose(points.positions[:, :2], particles.states[:, :2], atol=1e-3)
     relative = np.exp(particles.log_weights - particles.log_weights.max())
@@ -48,12 +40,7 @@ def test_particles_are_drawn_where_they_are() -> None:
     orange = (points.colours == (230, 159, 0)).all(axis=1).sum()
     assert orange == run.current.diagnostics.vector("samples")[0]
     assert drawn["weights"].colours.shape == points.colours.shape
-    assert len(at("ball", 20, sample_count=30_000)[1]["particles"].positions) == 5000
-
-
-def test_marks_mean_what_they_say() -> None:
-    """Truth and gate surround the truth, the trail ends at the estimate, the path through time recedes evenly."""
-    run, drawn = at("ball", 20, smoothing_lag_frames=5)
+    assert len(at("ball", 2, sample_count=30_000)[1]["particles"].positions) == 5000
     assert np.allclose(drawn["truth"].centre[:2], run.current.frame.target.position)
     assert [drawn[name].half_axes[0, 0] for name in ("truth", "gate")] == [5, 15]
     assert np.allclose(drawn["trail"].positions[-1, :2], run.current.state.estimate)
@@ -61,29 +48,26 @@ def test_marks_mean_what_they_say() -> None:
     assert np.allclose(drawn["space-time"].positions[:, 2], np.arange(-20, 1) * 1.25 * 320 / 60, atol=1e-3)
     assert np.array_equal(drawn["true space-time"].positions[:, 2], drawn["space-time"].positions[:, 2])
     assert len(drawn["smoothed"].positions) == 6
-    assert isinstance(drawn["picture"], shapes.Picture)
-
-
-def test_of_stems_that_stand_side_by_side_the_highest_is_drawn() -> None:
-    """A thousand particles in one place are one stem, as far as can be seen, and cost a display no more."""
-    places = np.array([[10.2, 20, 3], [10.9, 20, 9], [12.3, 20, 5], [np.nan, 20, 4]], np.float32)
-    stems = raised(shapes.Points(places, np.zeros((4, 3), np.uint8), 2.0, stems=True), 320, 240)
-    np.testing.assert_allclose(stems.segments[:, 1], places[1:])
-
-
-def test_past_frames_recede_behind_the_picture() -> None:
-    """Each outline is as large as the picture and as deep as the path was then, which the axis says."""
-    _, drawn = at("ball", 20)
     corners = drawn["past frames"].segments[:, 0].reshape(3, 4, 3)
     assert np.allclose(corners[:, :, 2], -np.array([[20], [40], [60]]) * 1.25 * 320 / 60)
     assert np.allclose(np.ptp(corners[:, :, :2], axis=1), (320, 240))
     assert np.allclose(drawn["axis"].segments[0, :, 2], (-400, shapes.LIFT * 320))
     words = {item.text: item.position[2] for item in drawn.values() if isinstance(item, shapes.Text)}
     assert np.allclose([words["60 frames ago"], words["weight"]], [-400, shapes.LIFT * 320])
+    other = run.branch(5, {"tracker": "apf"}).seek(20).diagnostics
+    cross = run.experiment.draw(run.current, run.diagnostics, other).primitives["second"]
+    assert np.allclose(cross.segments[..., :2].mean(axis=(0, 1)), other.estimate)
+
+
+def test_only_the_highest_of_neighbouring_stems_is_drawn() -> None:
+    """A thousand particles in one place cost a display one stem."""
+    places = np.array([[10.2, 20, 3], [10.9, 20, 9], [12.3, 20, 5], [np.nan, 20, 4]], np.float32)
+    stems = raised(shapes.Points(places, np.zeros((4, 3), np.uint8), 2.0, stems=True), 320, 240)
+    np.testing.assert_allclose(stems.segments[:, 1], places[1:])
 
 
 def test_the_posterior_of_a_signal_is_a_surface() -> None:
-    """It is highest over the estimates, falls to the sides as a Gaussian does, and is low where that is wide."""
+    """It is highest over the estimates, falls to the sides as a Gaussian, and is lower where that is wider."""
     run, drawn = at("sine", 30, "kalman")
     slices = drawn["density"].vertices.reshape(61, 17, 3)
     assert np.allclose(slices[::2, 8, 1], 200 - 125 * np.array([row.estimate[0] for row in run.diagnostics]), atol=0.01)
@@ -94,24 +78,8 @@ def test_the_posterior_of_a_signal_is_a_surface() -> None:
     assert np.allclose(heights[::2, 8], usual, rtol=0.05)
 
 
-def test_particles_of_a_feature_are_as_deep_as_it() -> None:
-    """Seen from aside they surround the point of the solid that they look for."""
-    run, drawn = at("head", 2)
-    depths = place_points(run.current.state, run.current.state.solid.points_mm)[:, 2:]
-    off = drawn["particles"].positions[:, 2].reshape(len(depths), -1) - depths
-    assert -1e-3 <= off.min() <= off.max() <= 10.001
-
-
-def test_likeness_of_a_window_is_a_relief() -> None:
-    """The more alike, the higher."""
-    run, drawn = at("histogram", 2)
-    top = drawn["likeness"].vertices[drawn["likeness"].vertices[:, 2].argmax()]
-    assert 0.8 * shapes.LIFT * 320 < top[2] <= 0.5 + shapes.LIFT * 320
-    assert np.hypot(*(top[:2] - run.current.state.estimate[:2])) < 20
-
-
-def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
-    """The picture shows it in colours, and as high as it is where there is depth."""
+def test_a_likelihood_is_drawn_as_a_relief() -> None:
+    """The picture shows it in colours, and as heights where there is depth."""
     run, _ = at("ball", 20)
     found = Inspection(run).map((320, 240))
     shown = draw_likelihood(run.experiment.draw(run.current, run.diagnostics), found)
@@ -124,7 +92,7 @@ def test_a_likelihood_that_is_asked_for_is_a_relief() -> None:
 
 
 def test_a_body_of_points_stands_before_its_camera() -> None:
-    """On the ray of its pixel each point is as near to the camera, beside the others, as the tracker believes."""
+    """Each point lies on the ray of its pixel, and relative depths are those of the estimate."""
     run, drawn = at("structure", 60)
     state, apex = run.current.state, drawn["camera"].apex
     assert apex[2] == pytest.approx(state.focal_px)
@@ -137,7 +105,7 @@ def test_a_body_of_points_stands_before_its_camera() -> None:
 
 
 def test_a_chain_stands_out_of_the_picture() -> None:
-    """Its joints are as much nearer or further than the root as they are believed to be, and as they truly are."""
+    """Depths of the joints relative to the root are those of the estimate and of the truth."""
     run, drawn = at("linkage", 3)
     state, frame = run.current.state, run.current.frame
     chain, true = chain_of(state.mean, state), places(frame.target)
@@ -147,8 +115,8 @@ def test_a_chain_stands_out_of_the_picture() -> None:
     assert drawn["estimate joints"].stems
 
 
-def test_a_hand_stands_before_the_picture_where_it_is_seen() -> None:
-    """Around each joint of the hand that is shown there is a part of its body."""
+def test_a_hand_stands_before_its_picture() -> None:
+    """Around each joint of the chosen hand lies a part of its body; from the front it is not drawn."""
     run, drawn = at("hand", 2)
     state, hand = run.current.state, run.experiment
     found = joints(state.beam.members[0], state.scale, state.shape).reshape(-1, 3) + np.array([0, 0, 1.2 * state.scale])
@@ -159,8 +127,8 @@ def test_a_hand_stands_before_the_picture_where_it_is_seen() -> None:
 
 
 @pytest.mark.parametrize("name", ["ball", "sine"])
-def test_a_page_without_scene_has_depth_as_a_world(name: str) -> None:
-    """It holds what is before and behind the picture, away from the viewer what is behind; the picture loses it."""
+def test_a_page_without_a_scene_shows_depth_as_a_world(name: str) -> None:
+    """The world holds everything before and behind the picture, and the picture loses it."""
     run, before = at(name, 20, "condensation")
     drawing, layers = run.experiment.draw(run.current, run.diagnostics), run.experiment.display.layers
     shown = with_depth(drawing, layers)

@@ -1,4 +1,4 @@
-"""Presets do what they say, and say what to look at."""
+"""Presets do what their titles say, and name what to watch."""
 
 from functools import cache
 
@@ -14,17 +14,15 @@ BALL = find("ball")
 
 
 @pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=lambda experiment: experiment.id)
-def test_presets_say_what_to_look_at_and_what_they_are_about(experiment: Experiment) -> None:
-    """Each of the project's own has a sentence, and few parameters, so that a narrow panel can show them."""
+def test_presets_have_a_sentence_and_values_within_range(experiment: Experiment) -> None:
+    """Each preset has a plain sentence and at most five subjects, as many as a narrow panel can show.
+
+    Every value of a preset, a failure, its cure and the example sweep lies within the slider's range.
+    """
     for preset in experiment.presets:
         assert preset.watch.startswith("Watch "), preset.name
         assert not set("*`_") & set(preset.watch), f"{preset.name}: it is shown as it stands"
         assert 0 < len(preset.subjects) <= 5, preset.name
-
-
-@pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=lambda experiment: experiment.id)
-def test_a_slider_reaches_what_presets_and_failures_set(experiment: Experiment) -> None:
-    """Every value of a preset, a failure, its cure and the example sweep lies within the useful range."""
     known = {declared.name: declared for declared in declarations(type(experiment.simulate().parameters))}
     settings = [preset.parameters for preset in experiment.presets]
     for failure in experiment.failures:
@@ -37,8 +35,8 @@ def test_a_slider_reaches_what_presets_and_failures_set(experiment: Experiment) 
             assert useful[0] <= float(value) <= useful[1], f"{name} = {value}"
 
 
-def test_a_run_that_begins_as_a_preset_is_told_from_others() -> None:
-    """Tracker, seed and all parameters have to be the preset's; any other run is about what presets set."""
+def test_a_run_is_recognised_as_its_preset() -> None:
+    """Tracker, seed and all parameters must be the preset's; the subjects of other runs are those of all presets."""
     defaults = flat(BALL.simulate().parameters)
     for preset in BALL.presets:
         values = {**defaults, **preset.parameters}
@@ -55,7 +53,7 @@ SLOW = pytest.mark.slow
 QUICK = {
     next(it.name for it in HISTOGRAM.presets if it.title.startswith(word)) for word in ("works", "worse", "breaks")
 }
-"""One of each kind of a window's presets, of which each takes a second."""
+"""One preset of a window of each kind; each takes a second."""
 
 
 @pytest.mark.parametrize(
@@ -70,7 +68,7 @@ QUICK = {
     ],
 )
 def test_presets_of_balls_poses_and_windows_do_what_they_say(experiment: Experiment, preset: Preset) -> None:
-    """What works ends in success, what breaks does not, and what is worse has a larger error than what works."""
+    """One that works ends in success, one that breaks does not, and one that is worse has a larger error."""
     error, success = outcome(experiment.id, preset.name)
     if preset.title.startswith("worse"):
         assert error > 1.05 * outcome(experiment.id, experiment.presets[0].name)[0]
@@ -87,7 +85,7 @@ def outcome(experiment: str, name: str) -> tuple[float, bool]:
 
 
 def test_presets_of_the_signal_do_what_they_say() -> None:
-    """With a thousand particles the error is near the exact one, with ten or in five dimensions it is not."""
+    """With a thousand particles the error is close to the exact one, with ten or in five dimensions it is not."""
     works, few, dimensions, exact = (outcome("sine", name)[0] for name in ("works", "few", "dimensions", "kalman"))
     assert works < 1.25 * exact < min(few, dimensions)
 
@@ -97,7 +95,7 @@ FISH = find("fish")
 
 @pytest.mark.parametrize("preset", FISH.presets, ids=lambda preset: preset.name)
 def test_presets_of_the_fish_do_what_they_say(preset: Preset) -> None:
-    """What works is inside the fish in every frame, what breaks is not, and what is worse turns head to tail."""
+    """The estimate of one that works stays inside the fish, unlike that of one that breaks; worse ones turn round."""
     run = whole_run(FISH, tracker=preset.tracker, seed=preset.seed, frames=48, values=preset.parameters)
     turned = max(row.number("heading_error") for row in run.diagnostics) > 150
     assert turned == preset.title.startswith("worse")

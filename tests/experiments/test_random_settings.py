@@ -1,4 +1,4 @@
-"""Bands of the signal's Kalman filter are declared right only where its noises are about those that are true."""
+"""Bands of the signal's Kalman filter are declared right only if its noises are near the true ones."""
 
 from collections.abc import Mapping
 
@@ -22,8 +22,8 @@ from tests.making import whole_run
         ({"process_noise_sd": 0.0002}, "overconfident"),
     ],
 )
-def test_what_is_off_is_not_declared_right(chosen: Mapping[str, Value], found: Finding) -> None:
-    """Bands that are measured to be off are not calibrated there; those of the default scene are right."""
+def test_wrong_bands_are_not_declared_right(chosen: Mapping[str, Value], found: Finding) -> None:
+    """Bands measured to be wrong are declared uncalibrated; those of the default scene are right."""
     sine = find("sine")
     runs = [whole_run(sine, tracker="kalman", seed=seed, frames=361, values=dict(chosen)) for seed in range(4)]
     assert judge(pool_counts(map(count_held, runs))) == found

@@ -1,4 +1,4 @@
-"""Recordings: what no wiring has to look at itself."""
+"""Recordings: checks before an experiment sets up a run."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import pytest
 from pftrack.core.model.marks import Box, LongBody, Mark
 from pftrack.core.model.setup import Setup
 from pftrack.core.refusal import ParameterError
-from pftrack.experiments import EXPERIMENTS, find
+from pftrack.experiments import find
 from pftrack.experiments.experiment import NO_VIDEO, Video
 from tests.experiments.head.heads import Pictures, pictures
 
@@ -18,7 +18,7 @@ BOX = Box.of(10, 10, 20, 20)
 
 
 def wire(*_: Any) -> Setup:
-    """Wire a clip as if it were the scene."""
+    """Return the setup of the scene for any clip."""
     return Setup(BALL.open_source, BALL.parameters)
 
 
@@ -35,22 +35,14 @@ REFUSED: dict[str, tuple[Video, Mark | None, int, str]] = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_cannot_be_followed_is_refused_before_it_is_wired(name: str) -> None:
-    """A mark that is missing, wrong or outside, and a start outside the recording are refused with both sides."""
+def test_unusable_marks_and_starts_are_refused(name: str) -> None:
+    """A mark that is missing, wrong or outside and a start outside the recording are refused by name."""
     video, mark, start, sentence = REFUSED[name]
     with pytest.raises(ParameterError, match=sentence):
         video.on_video(CLIP, mark, start=start)
 
 
-@pytest.mark.parametrize("name", [it for it in EXPERIMENTS.own if EXPERIMENTS[it].accepts_video])
-def test_each_experiment_says_what_a_mark_has_to_be(name: str) -> None:
-    """Another mark than an experiment takes is refused with a sentence of its own."""
-    video = find(name).video
-    with pytest.raises(ParameterError, match=f"mark must be {video.wanted}"):
-        video.on_video(CLIP, LONG)
-
-
-def test_a_setup_has_the_footage_of_what_it_was_wired_to() -> None:
-    """A wiring need not say which recording, mark and start it was given."""
+def test_a_setup_has_its_footage() -> None:
+    """Mark and start of the recording are added to every setup."""
     footage = MARKED.on_video(CLIP, BOX, start=1).footage
     assert (footage.start, footage.mark) == (1, BOX.model_dump(mode="json"))
