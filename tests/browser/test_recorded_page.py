@@ -1,6 +1,5 @@
 """The page of a run, opened from a file while the network is off."""
 
-import dataclasses
 import gzip
 import json
 from base64 import b64decode
@@ -14,11 +13,9 @@ import pytest
 
 from pftrack.core import entry_points
 from pftrack.core.model.recipe import Change, Recipe
-from pftrack.core.model.source import Frame
 from pftrack.core.refusal import ConflictError
 from pftrack.experiments import find
 from pftrack.experiments.shared.sketch import with_depth
-from pftrack.output.exports.formats import export_at, exporting
 from pftrack.runs.run import Run
 from pftrack_server.work import page as page_module
 from pftrack_server.work.page import shrink, write_page
@@ -28,13 +25,11 @@ from tests.making import whole_run
 from tests.server.drawings import decode
 from tests.waiting import wait_for
 
-pytestmark = pytest.mark.browser
-
 FRAMES = 24
 PICTURE = "document.querySelector('.flat-canvas').toDataURL()"
 AT = "document.querySelector('.scrubber').getAttribute('aria-valuenow')"
 Opened: TypeAlias = tuple[Any, list[str]]
-"""A page in a browser without a network, and all that it has asked for and complained of."""
+"""A page in a browser without a network, with its requests and complaints."""
 HOSTILE = "</script><!--<script><img src=x onerror=document.title='broken'>"
 
 
@@ -42,13 +37,6 @@ HOSTILE = "</script><!--<script><img src=x onerror=document.title='broken'>"
 def run() -> Run:
     changes = (Change(0, {"sample_count": 100}), Change(12, {"sample_count": 60}))
     return whole_run(find("ball"), frames=FRAMES, seed=3, timeline=changes)
-
-
-@pytest.fixture(scope="module")
-def opened(run: Run, chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
-    path = tmp_path_factory.mktemp("page") / "run.html"
-    run.export(path)
-    yield from _open(chromium, path)
 
 
 def _open(chromium: Any, path: Path) -> Iterator[Opened]:
@@ -68,48 +56,60 @@ def _drawn(page: Any, frame: int) -> None:
 
 
 def _wait(page: Any, condition: str) -> None:
-    """Playwright's own waiting evaluates text, which the page's policy forbids."""
+    """Wait without evaluating text in the page, which its policy forbids."""
     wait_for(lambda: page.evaluate(condition), what=condition[:80], pause=lambda s: page.wait_for_timeout(1e3 * s))
 
 
-def test_picture_plots_and_figures_follow_one_scrubber(run: Run, opened: Opened) -> None:
-    """Forwards, backwards and across a change the page shows picture, figures and place of one frame."""
-    page, heard = opened
-    _drawn(page, 0)
+def test_the_page_shows_the_run_without_a_network(run: Run, chromium: Any, tmp_path: Path) -> None:
+    """Picture, readings and counter follow scrubber, keys and play; layers can be hidden; the page describes itself.
+
+    Title, recipe, hash, citation and manifest can be read without a script, axe finds nothing, and it fits a phone.
+    """
+    run.export(tmp_path / "run.html")
+    for page, heard in _open(chromium, tmp_path / "run.html"):
+        _drawn(page, 0)
+        all_follows_the_scrubber(page, run)
+        a_layer_is_hidden(page)
+        for key, frame in (("Home", 0), ("Shift+ArrowRight", 10), ("ArrowLeft", 9)):
+            page.keyboard.press(key)
+            _drawn(page, frame)
+        page.select_option(".transport select", "5")
+        page.keyboard.press("Space")
+        _drawn(page, FRAMES - 1)
+        page.wait_for_selector(".play[title^='Play again']")
+
+        assert run.experiment.title in page.title()
+        assert Recipe.model_validate_json(page.text_content("#recipe")) == run.recipe
+        assert run.estimates_sha256 in page.text_content(".about")
+        assert run.experiment.texts.references[0].reference.title in page.text_content(".citation")
+        assert page.evaluate("JSON.parse(document.getElementById('manifest').textContent).format") == "pftrack-manifest"
+        check(page)
+        page.set_viewport_size({"width": 390, "height": 844})
+        _wait(page, "document.documentElement.scrollWidth <= 390")
+        assert page.locator(".scrubber").bounding_box()["width"] > 300
+        assert heard == []
+
+
+def all_follows_the_scrubber(page: Any, run: Run) -> None:
+    """Forwards, backwards and across a change the page shows one frame's picture, readings and place."""
     scrubber = page.locator(".scrubber")
     box = scrubber.bounding_box()
     pictures = set()
-    for share in (0.9, 0.3, 0.6):
+    for share in (0.9, 0.3):
         before = scrubber.get_attribute("aria-valuenow")
         page.mouse.click(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
         _wait(page, f"{AT} !== {before!r} && {AT} === document.querySelector('.flat-canvas').dataset.frame")
         frame = int(scrubber.get_attribute("aria-valuenow"))
-        _drawn(page, frame)
         assert page.text_content(".counter") == f"frame {frame} / {FRAMES}"
         shown = page.locator(".readout dd").all_text_contents()
         assert f"{', '.join(f'{value:.1f}' for value in run.diagnostics[frame].estimate)} px" in shown
         pictures.add(page.evaluate(PICTURE))
-    assert len(pictures) == 3
+    assert len(pictures) == 2
     assert page.locator(".plots .figure-panel canvas").count() > 0
-    assert heard == []
 
 
-def test_keys_work_and_the_run_stops_at_its_end(opened: Opened) -> None:
-    """Keys step and jump, and play ends at the last frame."""
-    page, heard = opened
-    for key, frame in (("Home", 0), ("Shift+ArrowRight", 10), ("ArrowLeft", 9)):
-        page.keyboard.press(key)
-        _drawn(page, frame)
-    page.select_option(".transport select", "5")
-    page.keyboard.press("Space")
-    _drawn(page, FRAMES - 1)
-    page.wait_for_selector(".play[title^='Play again']")
-    assert heard == []
-
-
-def test_a_layer_can_be_switched_off(opened: Opened) -> None:
+def a_layer_is_hidden(page: Any) -> None:
     """The picture is painted without it, and its colours leave the legend."""
-    page, _ = opened
     before = page.evaluate(PICTURE)
     page.get_by_text("What to draw").click()
     page.get_by_label("Truth", exact=True).uncheck()
@@ -119,40 +119,9 @@ def test_a_layer_can_be_switched_off(opened: Opened) -> None:
     _wait(page, f"{PICTURE} === {before!r}")
 
 
-def test_the_page_says_what_it_is(run: Run, opened: Opened) -> None:
-    """Title, recipe, hash, citation and manifest are in it, to be read without running anything."""
-    page, _ = opened
-    assert run.experiment.title in page.title()
-    assert Recipe.model_validate_json(page.text_content("#recipe")) == run.recipe
-    assert run.estimates_sha256 in page.text_content(".about")
-    assert run.experiment.texts.references[0].reference.title in page.text_content(".citation")
-    assert page.evaluate("JSON.parse(document.getElementById('manifest').textContent).format") == "pftrack-manifest"
-
-
-def test_axe_finds_nothing(opened: Opened) -> None:
-    """Also what stands below the run is in a region that has a name; at 390 px nothing has to be moved sideways."""
-    page, _ = opened
-    check(page)
-    page.set_viewport_size({"width": 390, "height": 844})
-    _wait(page, "document.documentElement.scrollWidth <= 390")
-    assert page.locator(".scrubber").bounding_box()["width"] > 300
-
-
-def test_a_world_is_turned_in_the_page(chromium: Any, tmp_path: Path) -> None:
-    """A world stands beside the picture, and its sides are chosen as in a session."""
-    whole_run(find("head"), frames=3).export(tmp_path / "run.html")
-    for page, heard in _open(chromium, tmp_path / "run.html"):
-        _drawn(page, 0)
-        page.click(".world-sides button[data-viewpoint]:last-child")
-        page.wait_for_selector(".world-sides button:last-child[aria-pressed='true']")
-        assert page.locator(".world-canvas").get_attribute("data-elevation") == "90"
-        assert heard == []
-
-
-def test_no_text_ends_a_script_or_becomes_markup(
-    run: Run, chromium: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Names of clips and texts of filters come from anybody; the page shows them as they are."""
+def test_no_text_becomes_a_script_or_markup(chromium: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page shows names of clips and texts of filters as they are, from any author; its world can be turned."""
+    run = whole_run(find("head"), frames=3)
     described = page_module.describe(run).model_copy(update={"title": HOSTILE, "target": HOSTILE, "subject": HOSTILE})
     monkeypatch.setattr(page_module, "describe", lambda _: described)
     for name in ("title_of", "citation_of"):
@@ -167,6 +136,9 @@ def test_no_text_ends_a_script_or_becomes_markup(
         assert page.text_content(".citation") == HOSTILE
         assert page.locator("img").count() == 0
         assert page.evaluate("JSON.parse(document.getElementById('manifest').textContent).title") == HOSTILE
+        page.click(".world-sides button[data-viewpoint]:last-child")
+        page.wait_for_selector(".world-sides button:last-child[aria-pressed='true']")
+        assert page.locator(".world-canvas").get_attribute("data-elevation") == "90"
         assert heard == []
 
 
@@ -179,8 +151,8 @@ def _drawings(run: Run, most_bytes: int) -> page_module.Drawings:
     return done.value.value
 
 
-def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
-    """Each has the particles of its frame, to a 14th binary digit, and the pictures that it names."""
+def test_the_drawings_are_those_of_the_stream(run: Run) -> None:
+    """Each has the particles of its frame to 14 binary digits and its pictures; less room leaves fewer drawings."""
     drawings = _drawings(run, 1_000_000)
     data = gzip.decompress(drawings.packed)
     for frame, parts in enumerate(drawings.parts):
@@ -191,12 +163,15 @@ def test_the_drawings_are_those_of_the_stream(run: Run, tmp_path: Path) -> None:
         assert [each.world.name for each in drawing.worlds] == ["in depth"]
         read, known = (each.primitives["particles"].positions for each in (drawing, wanted))
         np.testing.assert_allclose(read, known, rtol=2.0**-14)
+    fewer = _drawings(run, 20_000)
+    assert (fewer.every > 1, len(fewer.packed) < 20_000) == (True, True)
+    assert len(fewer.parts) == -(-FRAMES // fewer.every)
 
 
 def test_a_large_cloud_and_a_long_run_are_thinned_and_the_page_says_so(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of many points and frames only some are drawn; the numbers are of all."""
+    """Only some of many points and frames are drawn; the numbers are complete."""
     monkeypatch.setattr(page_module, "MOST_POINTS", 40)
     monkeypatch.setattr(page_module, "MOST_FRAMES", 12)
     for _ in write_page(run, tmp_path / "run.html"):
@@ -210,25 +185,8 @@ def test_a_large_cloud_and_a_long_run_are_thinned_and_the_page_says_so(
     assert gzip.decompress(b64decode(drawings))[:3] == b"pfd"
 
 
-def test_drawings_that_are_too_large_are_of_fewer_frames(run: Run) -> None:
-    """They keep to what they may take: a run with large meshes has fewer drawings, not a larger file."""
-    drawings = _drawings(run, 20_000)
-    assert (drawings.every > 1, len(drawings.packed) < 20_000) == (True, True)
-    assert len(drawings.parts) == -(-FRAMES // drawings.every)
-
-
-def test_a_page_that_is_given_up_leaves_nothing_behind(run: Run, tmp_path: Path) -> None:
-    """Stopped between two frames, there is no file, and the run stands where it stood."""
-    path, before = tmp_path / "run.html", run.position
-    steps = exporting(run, path, export_at(run.experiment, path))
-    assert [next(steps), next(steps)] == [(1, FRAMES), (2, FRAMES)]
-    steps.close()
-    assert list(tmp_path.iterdir()) == []
-    assert run.position == before
-
-
 def test_without_the_server_a_page_is_refused(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The library alone writes no pages, and says what is missing."""
+    """The library alone cannot write pages, and names the missing part."""
     found = entry_points.find
     monkeypatch.setattr(entry_points, "find", lambda group, name: None if name == "page" else found(group, name))
     with pytest.raises(ConflictError, match="no package is installed that provides 'page'"):
@@ -236,10 +194,7 @@ def test_without_the_server_a_page_is_refused(run: Run, tmp_path: Path, monkeypa
 
 
 def test_pictures_that_are_too_large_are_made_coarser_until_they_fit() -> None:
-    """All pictures of a page together keep to what they may take; those that fit stay as they are.
-
-    What is not a JPEG file cannot be made coarser, and says so.
-    """
+    """All pictures of a page together fit their limit; those that fit stay as they are; others must be JPEG files."""
     noise = np.random.default_rng(0).integers(0, 255, (6, 240, 320, 3), dtype=np.uint8)
     files = [cv2.imencode(".jpg", each, (cv2.IMWRITE_JPEG_QUALITY, 88))[1].tobytes() for each in noise]
     whole = sum(map(len, files))
@@ -249,34 +204,3 @@ def test_pictures_that_are_too_large_are_made_coarser_until_they_fit() -> None:
     assert shrink([], 0) == []
     with pytest.raises(ValueError, match="not a JPEG"):
         shrink([b"no picture"], 1)
-
-
-class _Noise:
-    """A recording at its worst for a page: nothing in a picture is like anything in another."""
-
-    def __init__(self, source: Any) -> None:
-        self.frame_count, self.frame_rate_hz, self.start = source.frame_count, source.frame_rate_hz, source.start
-        self.size = (640, 480)
-        self._source = source
-
-    def frame(self, index: int, history: Any) -> Frame:
-        rng = np.random.default_rng(index)
-        coarse = rng.integers(0, 255, (48, 64, 3), dtype=np.uint8).repeat(10, 0).repeat(10, 1)
-        fine = rng.integers(0, 40, coarse.shape, dtype=np.uint8)
-        image_rgb = np.clip(coarse + fine, 0, 255).astype(np.uint8)
-        return dataclasses.replace(self._source.frame(index, history), image_rgb=image_rgb)
-
-
-@pytest.mark.slow
-def test_300_frames_of_a_recording_are_under_10_mb(tmp_path: Path) -> None:
-    """Pictures of 640 x 480 px with noise in them and 800 particles a frame stay under 10 MB."""
-    ball = find("ball")
-    setup = ball.simulate()
-
-    def open_noise(seed: int, parameters: Any) -> Any:
-        return _Noise(setup.open_source(seed, parameters))
-
-    run = Run(ball, dataclasses.replace(setup, open_source=open_noise), frames=300)
-    run.finish()
-    run.export(tmp_path / "run.html")
-    assert 5e6 < (tmp_path / "run.html").stat().st_size < 10e6
