@@ -1,7 +1,5 @@
 """The normalised innovation squared as a series: what Gaussian filters of signals, balls and chains tell of a frame."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,11 +12,6 @@ from pftrack.runs.table import table_of
 from tests.making import whole_run
 
 
-def followed(name: str, tracker: str, frames: int, **values: Any) -> Run:
-    """A run of an experiment's scene with these values, computed."""
-    return whole_run(find(name), values=values, tracker=tracker, seed=1, frames=frames)
-
-
 def numbers(run: Run, role: str) -> NDArray[np.float64]:
     """The values of the series of a role in all frames after the first."""
     (name,) = (series.name for series in run.experiment.all_series(run.tracker) if series.role == role)
@@ -28,7 +21,8 @@ def numbers(run: Run, role: str) -> NDArray[np.float64]:
 @pytest.mark.parametrize(("assumed", "expected", "above"), [(0.1, 1.0, 0.05), (0.2, 0.25, 0.0), (0.05, 4.0, 0.33)])
 def test_it_tells_whether_the_assumed_noise_is_right(assumed: float, expected: float, above: float) -> None:
     """It is 1 of one number measured where the noise is right, and 4 where half of it is assumed."""
-    run = followed("sine", "kalman", 301, assumed_noise_sd=assumed, process_noise_sd=0.003)
+    values = {"assumed_noise_sd": assumed, "process_noise_sd": 0.003}
+    run = whole_run(find("sine"), values=values, tracker="kalman", seed=1, frames=301)
     found, limits = numbers(run, "nis"), numbers(run, "nis_limit")
     assert found.mean() == pytest.approx(expected, rel=0.15)
     assert (found > limits).mean() == pytest.approx(above, abs=0.05)
@@ -38,7 +32,7 @@ def test_it_tells_whether_the_assumed_noise_is_right(assumed: float, expected: f
 @pytest.mark.parametrize("tracker", ["ekf", "ekf-mirrors", "ukf"])
 def test_a_chain_has_a_number_for_each_that_was_seen(tracker: str) -> None:
     """Its degrees of freedom are the coordinates that were seen, and regions have no innovation."""
-    run = followed("linkage", tracker, 12)
+    run = whole_run(find("linkage"), tracker=tracker, seed=1, frames=12)
     assert set(numbers(run, "nis_freedom")) == {3.0}
     assert ((numbers(run, "nis") > 0.0) & (numbers(run, "nis") < numbers(run, "nis_limit"))).all()
     roles = {series.role for series in run.experiment.all_series("ellipsoids")}
@@ -48,7 +42,7 @@ def test_a_chain_has_a_number_for_each_that_was_seen(tracker: str) -> None:
 def test_it_stands_in_tables_sweeps_and_plots() -> None:
     """A column of a table, a mean over the run for the trackers that have it, and a plot with its limit."""
     ball = find("ball")
-    run = followed("ball", "kalman", 12)
+    run = whole_run(ball, tracker="kalman", seed=1, frames=12)
     table = table_of(run)
     assert np.isnan(table["series_nis"].to_numpy()[0])
     assert table["series_nis"].to_pylist()[1:] == numbers(run, "nis").tolist()

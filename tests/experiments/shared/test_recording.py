@@ -1,4 +1,5 @@
-from pathlib import Path
+"""A recording of a ball: what its box sets, how it is followed, and what is drawn over it."""
+
 from typing import Any
 
 import cv2
@@ -6,18 +7,14 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box
-from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Change
-from pftrack.core.model.source import FrameSequence, History
+from pftrack.core.model.source import FrameSequence
 from pftrack.experiments import find
-from pftrack.experiments.ball.experiment import RecordedBallParameters
-from pftrack.experiments.shared.recording import RecordingSource
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
-from pftrack.sources.truth import TruthTable, read_truth
+from pftrack.sources.truth import TruthTable
 
 BALL = find("ball")
-CLIPS = Path(__file__).parents[3] / "shared" / "data"
 
 
 def centre(index: int) -> tuple[int, int]:
@@ -83,42 +80,16 @@ def test_beside_the_box_is_no_success(clip: FrameSequence) -> None:
 
 
 def test_overlay_is_worn_live(clip: FrameSequence) -> None:
-    """The strip and the look-alikes appear where and when they are asked for; the clip itself is not changed."""
+    """The strip and the look-alikes appear where and when they are asked for; the clip itself is not changed.
+
+    Time counts from the first picture used, by the recording's own clock.
+    """
     changes = (Change(3, {"occlusion_width_px": 40, "occlusion_offset_px": -60, "distracter_radius_px": 5}),)
-    run = Run(BALL, BALL.video.on_video(clip, box(0)), seed=1, frames=6, timeline=changes)
-    pictures = [step.frame.image_rgb for step in run]
-    assert [np.array_equal(image, clip.picture(index)) for index, image in enumerate(pictures)] == [True] * 3 + [
-        False
-    ] * 3
+    run = Run(BALL, BALL.video.on_video(clip, box(4), start=4), seed=1, frames=6, timeline=changes)
+    frames = [step.frame for step in run]
+    pictures = [frame.image_rgb for frame in frames]
+    same = [np.array_equal(image, clip.picture(index)) for index, image in enumerate(pictures, 4)]
+    assert same == [True] * 3 + [False] * 3
+    assert [frame.time_s for frame in frames] == pytest.approx(clip.times_s[4:10] - clip.times_s[4])
     assert (pictures[4][:, 80:120] == 60).all()
     assert not (pictures[4][:, 79] == 60).all()
-
-
-@pytest.mark.parametrize("bad", [(310, 5, 20, 10), (-1, 0, 9, 9), (0, 0, 0, 5), (5, 100, 30, 30)])
-def test_boxes_must_lie_within_the_picture(clip: FrameSequence, bad: tuple[float, float, float, float]) -> None:
-    """A box that reaches beyond the picture or has no area is refused with the picture's size."""
-    with pytest.raises(ValueError, match="320 x 120 px"):
-        BALL.video.on_video(clip, Box.of(*bad))
-
-
-def test_time_is_the_recording_s_own(clip: FrameSequence) -> None:
-    """Time counts from the first picture used, by the recording's own clock."""
-    source = RecordingSource(clip, box(4).corner_and_size, 4)
-    parameters = revise(RecordedBallParameters(), {})
-    times = [source.frame(index, History(((0, parameters),))).time_s for index in range(3)]
-    assert times == pytest.approx([0, *(clip.times_s[5:7] - clip.times_s[4])])
-
-
-@pytest.mark.skipif(not CLIPS.is_dir(), reason="the real clips are not here")
-def test_green_ball_comes_back() -> None:
-    """On the real clip each tracker finds the green ball again after 33 frames out of the picture."""
-    folder = CLIPS / "ball_green_hand"
-    truth = read_truth(folder / "gt.csv")
-    setup = BALL.video.on_video(open_sequence(folder / "clip.mp4"), Box.of(*truth.boxes[16]), start=16, truth=truth)
-    runs = [Run(BALL, setup, tracker=tracker, seed=0) for tracker in BALL.trackers]
-    for frame in range(runs[0].frames):  # side by side, so that each picture is decoded once
-        for run in runs:
-            run.seek(frame)
-    assert {run.summary().verdict.labelled_frames for run in runs} == {213}
-    rates = {run.tracker: run.summary().hit_rate for run in runs}
-    assert min(rates.values()) >= 0.9, rates
