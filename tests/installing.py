@@ -66,7 +66,7 @@ def environment(place: Path) -> dict[str, str]:
 def python(place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run Python beside what is installed in a folder."""
     return subprocess.run(
-        [sys.executable, *arguments], env=environment(place), capture_output=True, text=True, check=False, timeout=100
+        [sys.executable, *arguments], env=environment(place), capture_output=True, text=True, check=False
     )
 
 

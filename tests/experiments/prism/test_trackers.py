@@ -91,6 +91,20 @@ def test_a_vertex_is_recognised_by_its_noise() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_a_noisy_vertex_hardly_counts(method: Method) -> None:
+    """A wild measurement with the noise of a hidden vertex changes the pose by less than 3 degrees."""
+    given = parameters(sample_count=300, joint_sample_count=4000)
+    plain = wild = begun(method, given)
+    hidden = np.arange(8) == 1
+    for frame in range(1, 7):
+        points, noise = posed((0, 0.01 * frame, 0), given), np.where(hidden, 500.0, 1.0)
+        plain = stepped(plain, method, given, frame, points, noise)
+        wild = stepped(wild, method, given, frame, points + hidden[:, None] * [200.0, -150.0], noise)
+    assert np.rad2deg(np.abs(plain.estimate - wild.estimate)).max() < 3
+    assert np.abs(plain.feature_means - wild.feature_means).max() < 25
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_measurement_that_is_not_a_number_is_ignored(method: Method) -> None:
     """With one or all measurements not finite, the state stays finite, and the next frame is used."""
     given = parameters()
