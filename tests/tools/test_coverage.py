@@ -22,14 +22,6 @@ def test_all_trackers_are_measured_and_on_the_page() -> None:
     assert {one.runs for some in MEASURED.values() for one in some} == {len(SEEDS)} == {STORED["seeds"]}
 
 
-def test_an_experiment_can_be_measured_again() -> None:
-    """Its new rows replace the stored ones in the same order, and the others stay."""
-    some = [row for row in STORED["coverage"] if row["experiment"] == "prism"]
-    again = coverage.update(STORED, {"revisions": {}, "seeds": 40, "frames": {"prism": 7}, "coverage": some[::-1]})
-    assert again["frames"] == {**STORED["frames"], "prism": 7}
-    assert list(coverages(again)) == list(MEASURED)
-
-
 @pytest.mark.parametrize("setting", MEASURED, ids="-".join)
 def test_declarations_agree_with_measurements(setting: Setting) -> None:
     """No declared band contradicts its measurement; a clear result in the default scene is declared."""

@@ -1,8 +1,6 @@
 """Runs with one flaw added, and the diagnosis of their losses."""
 
-import json
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +9,6 @@ from pftrack.core.model.parameters import declarations
 from pftrack.core.model.source import History
 from pftrack.core.refusal import RefusedError
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.reproduce.pool import Pool
 from tools import diagnosis
 from tools.diagnosis import PICTURES, Case, Judgement, Spoiled, draw, figures_of, judge_case, read_judged
 
@@ -101,14 +98,3 @@ def test_shares_of_named_causes() -> None:
     assert found.causes == {"sample-impoverishment": (2, 1), "unclear": (1, 1)}
     found = figures_of(told, "without the truth")
     assert (found.right, found.alarms) == (0.0, 1.0)
-
-
-def test_cases_that_are_stored_are_not_judged_again(tmp_path: Path) -> None:
-    """A second measurement continues the file."""
-    path = tmp_path / "judged.jsonl"
-    path.write_text(f"{json.dumps([0, FEW])}\n[1, null]\n[2, null]\n", "utf-8")
-    with Pool(1) as pool:
-        for _ in range(2):
-            diagnosis.measure(pool, range(4), path)
-            assert pool.pieces == 1
-    assert read_judged(path) == {0: FEW, 1: None, 2: None, 3: None}

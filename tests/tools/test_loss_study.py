@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from pftrack.core.arrays import Bools, Floats
-from tools.loss_probability import describe_clips
 from tools.loss_study import BINS, Judgement, brier, delays, reliability, roc
 
 
@@ -39,18 +37,3 @@ def test_a_loss_is_detected_in_the_first_frame_above_a_half() -> None:
     found = delays([(told, lost)])
     assert (found.losses, found.told, found.frames, found.median) == (2, 1, (2,), 2.0)
     assert math.isnan(delays([(told, np.zeros(16, bool))]).median)
-
-
-def test_clips_count_alike_however_long_they_are() -> None:
-    """A clip without a loss has no base rate to beat; a right one has no error, a wrong one 0.4."""
-    lost = np.arange(10) >= 5
-
-    def judged(probabilities: Floats, happened: Bools) -> Judgement:
-        scores = brier(probabilities, happened), brier(np.full(len(happened), happened.mean()), happened)
-        return Judgement(reliability(probabilities, happened), *scores, roc(probabilities, happened), delays([]))
-
-    held = judged(np.zeros(1000), np.zeros(1000, bool))
-    right, wrong = judged(lost.astype(float), lost), judged(np.full(10, 0.9), lost)
-    told = describe_clips("apf", [held, right, wrong])
-    assert told.startswith("apf: calibration error of a clip 0.133, mean of 3")
-    assert told.endswith("in 1 of 2 that are lost and held")
