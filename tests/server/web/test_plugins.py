@@ -1,4 +1,4 @@
-"""A package whose experiment does not run, or draws nonsense, harms nobody but those who begin it."""
+"""A package whose experiment does not run, or draws nonsense, harms its own sessions only."""
 
 import json
 
@@ -8,36 +8,32 @@ from websockets.sync.client import connect
 
 from tests.browser.host import Server
 from tests.server.drawings import decode
+from tests.server.host import error_of
 from tests.waiting import wait_for
 
 
 @pytest.fixture
 def server(beside_misbehaving: Server) -> Server:
-    """The server, when it has looked at all experiments: a session waits only so long for its own."""
+    """The server after it has tried all experiments, since a session waits only some seconds for its own."""
     wait_for(lambda: beside_misbehaving.get("compilation")["finished"], seconds=300)
     return beside_misbehaving
 
 
-def test_workers_start_beside_an_experiment_that_does_not_run(server: Server) -> None:
-    """The fork server warms all experiments; one that fails there is passed over, and sessions of others run."""
+def test_an_experiment_that_does_not_run(server: Server) -> None:
+    """A session of a failing experiment is refused without the words of the exception, and others run."""
     assert "failing" in [entry["id"] for entry in server.get("experiments")]
+    assert {"name": "failing", "package": "a-failing-one 1.0", "problem": ""} in server.get("plugins")
     session = server.start_session(experiment="sine", frames=10)
     server.seek(session["id"], 9)
     assert len(server.column(session["id"], "estimate")) == 10
-
-
-def test_its_own_session_is_refused_in_a_sentence(server: Server) -> None:
-    """Its visitor hears that it failed, without the words of the exception; the server goes on."""
     answer = httpx.post(f"{server.url}/api/v1/sessions", json={"recipe": {"experiment": "failing"}}, timeout=60)
-    assert answer.is_error
-    message = answer.json()["error"]["message"]
+    message = error_of(answer, answer.status_code)["message"]
     assert "RuntimeError" in message
     assert "no scene" not in message
-    assert {"name": "failing", "package": "a-failing-one 1.0", "problem": ""} in server.get("plugins")
 
 
-def test_what_cannot_be_shown_does_not_end_the_session(server: Server) -> None:
-    """A primitive with a number that is none is left out of the drawing, whose caption says so; the run goes on."""
+def test_an_experiment_that_draws_nonsense(server: Server) -> None:
+    """A primitive with NaN is left out of the drawing, whose caption reports it; the run continues."""
     session = server.start_session(experiment="scribbling", frames=10)["id"]
     address = f"{server.url.replace('http', 'ws', 1)}/api/v1/sessions/{session}/stream?paints=true&has_picture=true"
     with connect(address, max_size=None) as socket:
