@@ -32,7 +32,6 @@ def test_vot_may_have_corners(tmp_path: Path, colour: str) -> None:
     ("text", "said"),
     [
         ("1,2,3", "4 numbers"),
-        ("a,b,c,d", "expected numbers"),
         ("1,2,0,4", "no box with an area"),
         ("", "is not a sequence"),
     ],

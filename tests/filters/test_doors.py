@@ -168,12 +168,10 @@ def weighed(values: object, states: np.ndarray = FIFTY, model: LinearDynamics = 
         ),
         (lambda: particles.normalise(np.zeros(0)), "at least one log weight, got none"),
         (lambda: particles.normalise([0.0, 0.0]), "normalise takes arrays and numbers, got list; turn lists into"),
-        (lambda: particles.moments(FIFTY, FIFTY), "of other types or dimensions, got 2-D float64, 2-D float64"),
         (lambda: resampling.systematic(rng(), np.zeros(3), 0), "count must be at least 1, got 0"),
         (lambda: matching.small_grey(PICTURE.astype(float)), "the picture must be an array .* got an array of float64"),  # type: ignore[arg-type]
         (lambda: counting.bin_table("cmyk"), "a space of colour is one of hsv, lab, chromaticity, got 'cmyk'"),
         (lambda: counting.assign_bins(PICTURE, counting.bin_table("hsv"), 0, 0, 21, 16), "within the picture, got"),
-        (lambda: counting.shift(np.zeros(4, np.int64), 1, 1), "expected a window of 8 numbers, got"),
         (lambda: histogram.shares(PICTURE, np.ones(2), histogram.Window(-1, 2), "hsv"), "at least 0, got -1"),
         (lambda: auxiliary.soft(np.array([np.nan]), 1.0, 2.0, 5), "got none or NaN"),
     ],

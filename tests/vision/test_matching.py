@@ -82,15 +82,6 @@ def test_the_place_between_pixels_is_found(shift: float) -> None:
     assert off.max() < 0.3
 
 
-def test_what_cannot_be_in_the_picture_is_not_found() -> None:
-    """Beyond the picture, and in one smaller than a template, there is no place: infinite cost, and where it was."""
-    template = cut(texture(), np.array([[20, 20]]), 11)
-    for grey, place in ((texture(), [500, -300]), (texture()[:8, :8].copy(), [4, 4]), (texture(), [-2, 20])):
-        found = match(grey, template, np.array([place]), REACH if place[0] > 0 else 4)
-        assert found.places.tolist() == [place]
-        assert found.costs.tolist() == found.seconds.tolist() == [np.inf]
-
-
 # How far a picture has moved.
 
 

@@ -97,15 +97,6 @@ def test_the_mirror_image_is_told_by_perspective() -> None:
     refuse("a body that turns", from_window, tracks_of(views(body, 30, turn=0.0, approach=0.0)), SETTINGS)
 
 
-def test_points_that_are_not_seen_stay_as_they_were() -> None:
-    """A point never seen keeps its prior's uncertainty, and a frame in which nothing is seen changes nothing."""
-    state = steps(recursive.begin(usual(), covariance(), SETTINGS), views(own(), 60), hidden=3)
-    assert np.sqrt(np.trace(state.shape_covariances[3])) > 1.2 * np.sqrt(np.trace(state.shape_covariances[4]))
-    nothing = recursive.step(state, np.full((8, 2), np.nan), np.full((8, 2), np.inf))
-    assert np.allclose(nothing.shape, state.shape)
-    assert np.allclose(nothing.precision, state.precision)
-
-
 def test_what_is_hidden_is_not_forgotten() -> None:
     """With forgetting, a point that is hidden keeps its precision, while one that is seen has a bounded one."""
     frames = list(views(own(), 80))
