@@ -1,4 +1,4 @@
-"""The doctor finds what is missing, and compiles by processes of their own."""
+"""The doctor finds missing parts, and compiles in other processes."""
 
 import os
 import socket
@@ -39,15 +39,14 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def no_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing can be kept below a file."""
+    """Put the cache below a file, where it cannot be written."""
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
 
 
 def test_an_old_or_missing_library_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The message names what is installed and what is needed; 4.9 is older than 4.12, and 2.0 is 2."""
-    for version, numbers in {"4.14.0.94": (4, 14, 0, 94), "2.0": (2,), "1.2.0rc1": (1, 2), "0": ()}.items():
-        assert doctor._numbers(version) == numbers
+    """The message names the required versions; numbers of versions are compared as numbers."""
+    assert doctor._numbers("4.9") < doctor._numbers("4.12.0rc1") == (4, 12)
     needs = ["numpy>=99", "rich>=1,<2", "pftrack-nowhere>=1", "absent>=1; extra == 'bench'"]
     monkeypatch.setattr(doctor.metadata, "requires", lambda _name: needs)
     status, text = doctor._libraries()
@@ -58,7 +57,7 @@ def test_an_old_or_missing_library_is_broken(monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.usefixtures("quick")
 def test_a_port_in_use_is_a_warning() -> None:
-    """Another port can be chosen, so it is not broken."""
+    """It is not broken, since another port can be chosen."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -70,7 +69,7 @@ def test_a_port_in_use_is_a_warning() -> None:
 def test_the_data_folder_comes_from_the_argument_or_the_environment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A folder that does not exist yet is fine where it can be made; below a file it cannot."""
+    """A new folder is fine if it can be made, which is impossible below a file."""
     monkeypatch.setenv("PFTRACK_DATA_DIR", str(tmp_path / "new" / "data"))
     assert str(tmp_path / "new" / "data") in found(examine(), "data folder").found
     assert list(tmp_path.iterdir()) == []
@@ -81,7 +80,7 @@ def test_the_data_folder_comes_from_the_argument_or_the_environment(
 
 @pytest.mark.usefixtures("quick")
 def test_a_check_that_fails_itself_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever goes wrong in a check is reported as its finding, in one line."""
+    """The error of a check is its finding, in one line."""
 
     def fail() -> tuple[doctor.Status, str]:
         raise ImportError("libsomething.so is missing\nand more")
@@ -92,15 +91,15 @@ def test_a_check_that_fails_itself_is_broken(monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.usefixtures("no_cache")
 def test_without_a_place_for_compiled_code_there_is_a_warning() -> None:
-    """The doctor warns that each start compiles again if nothing can be kept; that is not an error."""
+    """The doctor warns that each start compiles again; that is not an error."""
     check = doctor._compilation(everything=False)
     assert (check.status, "NUMBA_CACHE_DIR" in check.found) == ("warning", True)
     memory.remember("one")
     assert memory.ready(["one"]) == frozenset()
 
 
-def test_what_was_compiled_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`doctor --warm --json` says of each function how long it took, the slowest first; one that fails is broken."""
+def test_compiled_functions_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`doctor --warm --json` has the time of each function, the slowest first; a failure is broken."""
     done = Progress(seconds={"a": 1.0, "b": 2.5}, elapsed_s=2.0, finished=True)
     monkeypatch.setattr(Warming, "__init__", lambda self, names, **_: None)
     monkeypatch.setattr(Warming, "wait", lambda self: done)
@@ -139,15 +138,15 @@ print(*sorted(set(compiled()) - set(before)))
 
 @pytest.mark.slow
 def test_after_warming_nothing_is_compiled_in_a_session(tmp_path: Path) -> None:
-    """Neither a preset nor a choice made live waits for the compiler."""
+    """Neither a preset nor a live choice waits for the compiler."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     script = LIVE.format(folder=str(tmp_path))
     done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr
 
 
-def test_every_browser_that_the_tests_can_use_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The shell without windows as well; where there is none, the doctor says what was looked for."""
+def test_a_browser_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The shell without windows counts; otherwise the doctor lists the names that it looked for."""
     monkeypatch.setenv("PATH", str(tmp_path))
     status, text = doctor._browser()
     assert (status, text.startswith("none of chromium-headless-shell, chromium, ")) == ("warning", True)
@@ -156,7 +155,7 @@ def test_every_browser_that_the_tests_can_use_is_found(monkeypatch: pytest.Monke
     assert doctor._browser() == ("ok", str(shell))
 
 
-# Compiling by processes of their own, tried on functions that only pretend.
+# Compilation in other processes, by functions that only pretend.
 
 
 @compiled
@@ -166,7 +165,7 @@ def silent(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], packed: tu
 
 
 def pretend(name: str, number: int) -> list[str]:
-    """Compile nothing, but tell as if it were so."""
+    """Compile nothing, but report progress."""
     if number == 0:
         report({"begun": name, "cases": 2, "total": 6})
     if name == "dies" and number == 1:
@@ -179,20 +178,20 @@ def pretend(name: str, number: int) -> list[str]:
 
 
 def pause(name: str, number: int) -> list[str]:
-    """Be at it for longer than anybody waits."""
+    """Take longer than any test waits."""
     time.sleep(600)
     return pretend(name, number)
 
 
 def compile_little(name: str, number: int) -> list[str]:
-    """Compile what the sums of elementary functions need, as if a case of the experiment called no more."""
+    """Compile two elementary functions, as if a case of the experiment called no others."""
     compiling.run_case = lambda *_: logarithms(exponentials(np.ones(3)))  # type: ignore[assignment]
     return compiling.compile_case(name, number)
 
 
 @pytest.mark.usefixtures("own_cache")
 def test_progress_comes_with_every_function() -> None:
-    """Functions add up, experiments get ready one by one, and in the end each case was compiled once."""
+    """Functions add up, experiments get ready one by one, and each case is compiled once."""
     told: list[Progress] = []
     done = Warming(["one", "two", "three"], processes=2, told=told.append, compile_case=pretend).wait()
     assert (done.finished, done.sentence) == (True, "compiled")
@@ -208,30 +207,26 @@ def test_progress_comes_with_every_function() -> None:
 @pytest.mark.parametrize(
     ("bad", "reason", "processes"), [("broken", "ValueError: no", 1), ("dies", "ended with status 3", 2)]
 )
-def test_one_that_does_not_run_keeps_no_other(bad: str, reason: str, processes: int) -> None:
-    """An experiment that raises, or ends its process, is told with the reason, and the others get ready."""
+def test_a_failing_experiment_affects_no_other(bad: str, reason: str, processes: int) -> None:
+    """An experiment that raises an error, or ends its process, is reported with the reason; the others get ready."""
     done = Warming([bad, "one"], processes=processes, compile_case=pretend).wait()
     assert (done.finished, reason in done.failed[bad]) == (True, True)
     assert done.ready == memory.ready([bad, "one"]) == {"one"}
 
 
-def test_every_experiment_is_begun_and_then_a_process_stays_with_its_own() -> None:
-    """First what experiments are by default, then the own cases from the front, then others' from the end."""
+def test_a_schedule_spreads_cases_over_processes() -> None:
+    """First come the defaults of all experiments, then a process's own cases, then the fullest one's last cases."""
     schedule = Schedule(["short", "long", "tiny"])
     assert [schedule.take(None), schedule.take(None)] == [("short", 0), ("long", 0)]
-    schedule.on_begin("short", 2)
-    schedule.on_begin("long", 3)
+    schedule.on_begin("short", 3)
+    schedule.on_begin("long", 5)
     assert schedule.take("short") == ("tiny", 0)
     schedule.on_begin("tiny", 1)
-    assert schedule.done("tiny")
-    assert not schedule.done("short")
-    assert schedule.take("short") == ("short", 1)
-    assert schedule.done("short")
-    assert schedule.take("short") == ("long", 2)
-    assert not schedule.done("long")
-    assert schedule.take("long") == ("long", 1)
-    assert not schedule.done("long")
-    assert schedule.done("long")
+    assert (schedule.done("tiny"), schedule.done("short")) == (True, False)
+    assert schedule.take("tiny") == ("long", 4)
+    assert [schedule.take("short"), schedule.take("short")] == [("short", 1), ("short", 2)]
+    assert [schedule.take("long") for _ in range(3)] == [("long", 1), ("long", 2), ("long", 3)]
+    assert [schedule.done("long") for _ in range(5)] == [False] * 4 + [True]
     assert not schedule
     schedule.on_begin("tiny", 4)
     assert schedule
@@ -239,20 +234,20 @@ def test_every_experiment_is_begun_and_then_a_process_stays_with_its_own() -> No
     assert schedule.take("long") is None
 
 
-def test_what_somebody_waits_for_comes_first() -> None:
-    """Before the own cases of a process, and before other experiments, begun or not."""
+def test_a_preferred_experiment_comes_first() -> None:
+    """It precedes a process's own cases and other experiments."""
     schedule = Schedule(["first", "second", "third"])
     assert schedule.take(None) == ("first", 0)
     schedule.on_begin("first", 3)
     schedule.prefer("third")
     assert schedule.take("first") == ("third", 0)
-    assert schedule.take("first") == ("second", 0)  # how many cases the third has is not known yet
+    assert schedule.take("first") == ("second", 0)  # the third's number of cases is unknown
     schedule.on_begin("third", 2)
     assert [schedule.take("first"), schedule.take("first")] == [("third", 1), ("first", 1)]
 
 
 def slow_down(name: str, number: int) -> list[str]:
-    """Tell of functions each of which takes twice as long as the one before."""
+    """Report functions, each of which takes twice as long as the last."""
     report({"begun": name, "cases": 1, "total": 20})
     for k in range(12):
         report({"function": f"f{k}", "seconds": 2.0**k})
@@ -261,17 +256,22 @@ def slow_down(name: str, number: int) -> list[str]:
 
 @pytest.mark.usefixtures("own_cache")
 def test_the_time_left_never_rises() -> None:
-    """It is the processor time of a function so far, for those that are left, and stays where that would rise."""
+    """It is the mean processor time of the functions so far, times the number of others; it stays if that rises.
+
+    Progress is a sentence with the number of functions.
+    """
     told: list[Progress] = []
     Warming(["one"], processes=1, told=told.append, compile_case=slow_down).wait()
     left = [progress.left_s for progress in told if progress.left_s is not None]
     assert left[0] == pytest.approx((2**5 - 1) / 5 * 15)  # of five functions, for fifteen
     assert left == sorted(left, reverse=True)
+    words = "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"
+    assert (Progress().sentence, Progress(14, 41, left_s=40.5).sentence) == ("compiling, only once", words)
 
 
 @pytest.mark.usefixtures("own_cache")
 def test_it_ends_when_asked() -> None:
-    """Stopping ends a process, however long it would take, replaces it by no other, and leaves nobody waiting."""
+    """A stop ends a process at once, starts no other, and lets `wait` return."""
     warming = Warming(["one", "two", "three"], processes=1, compile_case=pause)
     warming.stop()
     done = warming.wait()
@@ -279,25 +279,11 @@ def test_it_ends_when_asked() -> None:
     assert done.failed.keys() <= {"one"}
 
 
-@pytest.mark.parametrize(
-    ("progress", "sentence"),
-    [
-        (Progress(), "compiling, only once"),
-        (Progress(14, 41, elapsed_s=1.0), "compiling, 14 of 41 functions, only once"),
-        (Progress(14, 41, left_s=40.5), "compiling, 14 of 41 functions, about 40 s on an idle machine, only once"),
-        (Progress(finished=True), "compiled"),
-    ],
-)
-def test_progress_in_words(progress: Progress, sentence: str) -> None:
-    """It says how many functions of how many, about how long it takes as soon as that is known, and that it is once."""
-    assert progress.sentence == sentence
-
-
 @pytest.mark.usefixtures("own_cache")
-def test_what_is_ready_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A finished experiment is ready in the next process, until anything that compiled code depends on changes.
+def test_ready_experiments_are_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A finished experiment is ready in the next process, until anything changes that compiled code depends on.
 
-    A process that has compiled more than others finds what these remember.
+    That is so for a process that has compiled more than others, too.
     """
     assert memory.ready(["one", "two"]) == frozenset()
     memory.remember("one")
@@ -310,8 +296,8 @@ def test_what_is_ready_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("own_cache")
-def test_processes_that_finish_at_once_are_all_remembered() -> None:
-    """Two processes that compile forget nothing of each other, whenever they read and write."""
+def test_experiments_that_finish_at_once_are_all_remembered() -> None:
+    """Concurrent processes lose no entry of each other."""
     names = [f"experiment-{number}" for number in range(40)]
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(memory.remember, names))
@@ -320,30 +306,10 @@ def test_processes_that_finish_at_once_are_all_remembered() -> None:
 
 @pytest.mark.usefixtures("own_cache")
 def test_the_real_processes_compile_and_keep() -> None:
-    """In an empty cache what is called is compiled function by function; a second time there is nothing to do."""
+    """With an empty cache each called function is compiled; a second time there is nothing to do."""
     first, second = (Warming(["sine"], processes=1, compile_case=compile_little).wait() for _ in range(2))
     names = {"pftrack.core.numerics.elementary.exponentials", "pftrack.core.numerics.elementary.logarithms"}
     assert first.seconds.keys() == names
     assert first.total == second.total > first.done >= len(names)
     assert first.done == second.done
     assert not second.seconds
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("own_cache")
-def test_a_whole_experiment_is_compiled_and_kept() -> None:
-    """The same with all that an experiment calls."""
-    first, second = (Warming(["sine"], low_priority=False).wait() for _ in range(2))
-    assert len(first.seconds) > 5
-    assert not second.seconds
-    assert first.ready == second.ready == memory.ready(["sine"])
-
-
-def test_an_idle_process_helps_the_fullest_from_its_end() -> None:
-    """It takes the last case of the begun experiment with the most cases left, and its own cases in order."""
-    schedule = Schedule(["short", "long"])
-    for name, count in (("short", 3), ("long", 5)):
-        assert schedule.take(None) == (name, 0)
-        schedule.on_begin(name, count)
-    assert schedule.take(None) == ("long", 4)
-    assert schedule.take("short") == ("short", 1)

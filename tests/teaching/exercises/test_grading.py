@@ -1,4 +1,4 @@
-"""Grading: each submission in a confined process, whatever it does to itself."""
+"""Grading: each submission runs in a confined process."""
 
 import os
 from dataclasses import replace
@@ -60,9 +60,9 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]
 
 
 def test_points_are_those_of_the_checks(graded: dict[str, dict[str, Any]]) -> None:
-    """A right submission has all, a wrong one what holds of it; what could not be checked has none and says why.
+    """A right submission has all points, a wrong one some; one that cannot be checked has none, with the reason.
 
-    What takes too much memory breaks in its own line.
+    One that takes too much memory fails in its own line.
     """
     assert graded.keys() == HANDED_IN.keys()
     assert graded["ada"]["score"] == graded["ada"]["max_score"] == 9
@@ -76,14 +76,14 @@ def test_points_are_those_of_the_checks(graded: dict[str, dict[str, Any]]) -> No
 
 
 def test_there_is_no_network(graded: dict[str, dict[str, Any]]) -> None:
-    """Where the system allows that; where not, the results say so."""
+    """If the system cannot enforce that, the results state it."""
     if graded["ada"]["extra_data"]["network"]:
         pytest.skip("this system lets no process give up the network")
     assert "Network is unreachable" in graded["network"]["tests"][0]["output"]
 
 
 def test_submissions_are_files_and_folders(tmp_path: Path) -> None:
-    """Named after who handed them in; what is not a file has no points, and holds up no other submission."""
+    """They are named after their authors; anything but a file has no points, and delays no other submission."""
     for path in ("ada.py", "bob/mine.py", "eve/one.py", "eve/two.py", "notes.txt"):
         (tmp_path / path).parent.mkdir(exist_ok=True)
         (tmp_path / path).touch()

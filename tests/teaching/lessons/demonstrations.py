@@ -1,4 +1,4 @@
-"""What tests of demonstration lessons share: which there are, and their parameters' extremes."""
+"""Demonstration lessons, with the extremes of their parameters."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -24,12 +24,12 @@ def shown(lesson: Lesson, **changes: Value) -> Shown:
 
 
 def asked_at(lesson: Lesson) -> Parameters:
-    """The parameters at which the question is asked."""
+    """Return the parameters of the question."""
     return revise(demonstration(lesson).parameters, lesson.question.at)
 
 
 def extremes(declaration: Declaration) -> tuple[Value, ...]:
-    """The values between which a parameter lies, or all of them where these are few."""
+    """Return the bounds of a parameter, or all its values if these are few."""
     match declaration.kind:
         case "boolean":
             return False, True
@@ -48,7 +48,7 @@ def extremes(declaration: Declaration) -> tuple[Value, ...]:
 
 
 def corners(lesson: Lesson) -> Iterator[dict[str, Value]]:
-    """The defaults with one parameter at an extreme; then all at their first, and all at their last."""
+    """Yield the defaults with one parameter at an extreme; then all at their first, and all at their last."""
     declared = declarations(type(demonstration(lesson).parameters))
     for each in declared:
         yield from ({each.name: value} for value in extremes(each))
@@ -57,10 +57,9 @@ def corners(lesson: Lesson) -> Iterator[dict[str, Value]]:
 
 
 def assert_sound(figure: Figure) -> None:
-    """A figure that can be drawn: nothing infinite, gaps only where a line may have them, lengths that agree."""
+    """Assert that a figure can be drawn: values are finite, gaps only in lines, and lengths agree."""
     Figure.model_validate(figure.model_dump(mode="json"))
-    ids = [panel.id for panel in figure.panels]
-    assert len(set(ids)) == len(ids) > 0
+    assert len({panel.id for panel in figure.panels}) == len(figure.panels) > 0
     for panel in figure.panels:
         assert panel.title, panel.id
         assert panel.words.endswith("."), f"{panel.id}: {panel.words}"

