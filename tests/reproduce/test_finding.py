@@ -34,7 +34,6 @@ KNOWN, EASIER, HERE = {"known": "another scene"}, {"reason": "an easier scene"},
         (near(), 1.06, "differs", True),
         (near(), math.nan, "differs", True),
         (near(**KNOWN), 1.06, "differs", False),
-        (near(**KNOWN), 1.04, "reproduced", False),
         (at_least(), 0.9, "differs", True),
         (at_least(), math.nan, "differs", True),
         (at_least(**KNOWN), 0.9, "differs", False),
@@ -45,7 +44,6 @@ KNOWN, EASIER, HERE = {"known": "another scene"}, {"reason": "an easier scene"},
         (near(better="lower", **EASIER), 0.8, "better", False),
         # An own figure guards against mistakes: as it was it is counted apart, and otherwise it fails.
         (near(**HERE), 1.0, "our own figure", False),
-        (at_least(**HERE), 1.0, "our own figure", False),
         (near(**HERE), 2.0, "differs", True),
     ],
 )
@@ -54,12 +52,6 @@ def test_findings_are_judged_honestly(statement: Statement, ours: float, verdict
     found = statement.judge(ours)
     assert (found.verdict, found.fails) == (verdict, fails)
     assert math.isfinite(ours) or found.as_dict()["ours"] is None
-
-
-def test_a_difference_and_a_better_figure_have_a_reason() -> None:
-    """It is the one that is stated, and a side that is better needs one."""
-    assert near(**KNOWN).judge(1.06).reason == "another scene"
-    assert near(better="higher", **EASIER).judge(1.2).reason == "an easier scene"
     with pytest.raises(ValueError, match="a reason must be stated"):
         near(better="higher")
 
@@ -90,29 +82,24 @@ def test_a_cell_of_a_table_has_its_figures_and_its_exemption() -> None:
         table.judge(1.0, "ordinary", 100)
 
 
-def test_a_share_is_compared_by_the_runs_of_both_sides() -> None:
-    """Three standard errors of the difference, and 0.03."""
+def test_tolerances_of_shares_and_ranges() -> None:
+    """A share is compared by the runs of both sides: three standard errors of the difference, and 0.03.
+
+    A range is its middle and half its width, and a figure may lie as far beside it as is allowed.
+    """
     found = Statement(result="x", reference=0.5, runs=100).judge(0.5, runs=50)
     assert found.tolerance == pytest.approx(3 * math.sqrt(0.25 * (1 / 50 + 1 / 100)) + 0.03)
     assert found.ground == finding.GROUNDS["share"]
 
-
-def test_a_range_is_its_middle_and_half_its_width() -> None:
-    """A figure between two others, or as far beside them as is allowed."""
     stated = Statement(result="x", between=[62.0, 64.0], tolerance=1.5, ground="chosen")
     assert (stated.judge(65.5).tolerance, stated.judge(65.5).verdict) == (2.5, "reproduced")
     assert stated.judge(65.6).fails
 
 
-def test_every_ground_has_its_words() -> None:
-    """A tolerance says why it is what it is."""
+def test_what_is_stated_can_be_read() -> None:
+    """Every statement of every study is whole, and every ground of a tolerance has its words."""
+    assert all(References(str(path)).statements for path in STUDIES)
     assert finding.GROUNDS.keys() == set(get_args(finding.Ground))
-
-
-@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
-def test_what_is_stated_can_be_read(path: Path) -> None:
-    """Every statement of every study is whole."""
-    assert References(str(path)).statements
 
 
 @pytest.mark.parametrize(
@@ -120,8 +107,6 @@ def test_what_is_stated_can_be_read(path: Path) -> None:
     [
         ("result: x\n  reference: 1\n  tolerance: 0.1", "lacks the ground of its tolerance"),
         ("result: x\n  reference: {a: many}\n  ground: stated", "the reference of a must be a number, got 'many'"),
-        ("result: x\n  ground: guessed", "ground"),
-        ("result: x\n  source_of: y", "source_of"),
         ("source: y", "result"),
         ("1", "must map fields to values"),
     ],

@@ -5,7 +5,7 @@ import pytest
 
 from pftrack.experiments.fish.parameters import GUIDANCE
 from pftrack.reproduce import fish
-from pftrack.reproduce.fish import COUNTS, REFERENCES, VARIED, Clip, Condition, Successes
+from pftrack.reproduce.fish import COUNTS, Clip, Condition, Successes
 
 TRACKERS = "ordinary", "guided"
 
@@ -35,17 +35,6 @@ def test_the_true_motion_is_narrower_than_what_is_learned() -> None:
     truth, learned = fish.learn_from_truth(100).diffusion("document"), GUIDANCE.parse("").diffusion("document")
     assert (truth.sd[:2] < 0.5 * learned.sd[:2]).all()
     assert truth.correlation[2, 3] < learned.correlation[2, 3] < -0.7
-
-
-def test_references_are_whole() -> None:
-    """There is a figure of both sets of clips for each number of particles."""
-    for name, rows, counts in (
-        ("successes", TRACKERS, COUNTS),
-        ("variant", tuple(REFERENCES.settings["variants"]), VARIED),
-    ):
-        stated = REFERENCES.table(name)
-        assert (tuple(stated), {tuple(row) for row in stated.values()}) == (rows, {counts})
-        assert {len(columns) for row in stated.values() for columns in row.values()} == {2}
 
 
 def test_the_figure_has_both_methods() -> None:

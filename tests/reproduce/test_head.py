@@ -5,44 +5,36 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.reproduce.head import (
-    Model,
-    Trial,
-    TrialResult,
-    VideoTrials,
-    curves,
-    distance_mm,
-    draw,
-    run_trials,
-    success_rates,
-)
+from pftrack.reproduce import head
 
 FAST = 225
 """Frames of the shortest video that the scene can show."""
 
-MIXTURE, UPPER = Trial("pf-asd", "mean", 0), Trial("alpha-1", "individual", 3)
+MIXTURE, UPPER = head.Trial("pf-asd", "mean", 0), head.Trial("alpha-1", "individual", 3)
 
 
-def made_up(pitch_deg: float, seed: int = 0, model: Model = "mean") -> TrialResult:
+def made_up(pitch_deg: float, seed: int = 0, model: head.Model = "mean") -> head.TrialResult:
     ratios = np.tile(np.linspace(0.1, 0.9, 30)[:, None], (1, 11))
-    return TrialResult(Trial("pf-asd", model, seed), np.array([pitch_deg, 2.0, 0.4]), 2.8, ratios, np.arange(30) > 20)
+    return head.TrialResult(
+        head.Trial("pf-asd", model, seed), np.array([pitch_deg, 2.0, 0.4]), 2.8, ratios, np.arange(30) > 20
+    )
 
 
 @pytest.fixture(scope="module")
-def together() -> list[TrialResult]:
+def together() -> list[head.TrialResult]:
     """Two trials on one video."""
-    return run_trials(VideoTrials(99, (MIXTURE, UPPER), FAST))
+    return head.run_trials(head.VideoTrials(99, (MIXTURE, UPPER), FAST))
 
 
-def test_trials_do_not_hang_on_what_else_sees_the_video(together: list[TrialResult]) -> None:
+def test_trials_do_not_hang_on_what_else_sees_the_video(together: list[head.TrialResult]) -> None:
     """A trial that shares its pictures with others measures what it measures alone, to the bit."""
-    (alone,) = run_trials(VideoTrials(99, (UPPER,), FAST))
+    (alone,) = head.run_trials(head.VideoTrials(99, (UPPER,), FAST))
     assert np.array_equal(alone.errors_deg, together[1].errors_deg)
     assert alone.feature_px == together[1].feature_px
     assert (alone.ratios == 1.0).all()
 
 
-def test_the_script_is_seen_whole(together: list[TrialResult]) -> None:
+def test_the_script_is_seen_whole(together: list[head.TrialResult]) -> None:
     """The head is turned in 330 of 900 frames, and in a quarter of them four times as fast."""
     assert together[0].turned.sum() == pytest.approx(330 / 4, abs=3)
     assert together[0].ratios.shape == (FAST - 1, 11)
@@ -50,36 +42,36 @@ def test_the_script_is_seen_whole(together: list[TrialResult]) -> None:
 
 def test_drivers_are_as_far_from_the_mean_face_as_the_reference_has_them() -> None:
     """To a fifth of a mm, which is as near as an unknown order of draws lets one come."""
-    assert [distance_mm(driver) for driver in (99, 101, 102)] == pytest.approx([2.2, 3.9, 3.6], abs=0.2)
+    assert [head.distance_mm(driver) for driver in (99, 101, 102)] == pytest.approx([2.2, 3.9, 3.6], abs=0.2)
 
 
 def test_success_is_counted_below_the_threshold() -> None:
     """A rate is the share of trials whose error on the axis is smaller."""
     courses = [made_up(pitch) for pitch in (1.0, 1.5, 2.0, 2.5)]
-    rates = success_rates(courses, 0, np.array([0.5, 1.5, 2.2, 3.0]))
+    rates = head.success_rates(courses, 0, np.array([0.5, 1.5, 2.2, 3.0]))
     assert rates.tolist() == [0.0, 0.25, 0.75, 1.0]
 
 
 def test_a_curve_is_compared_by_its_place() -> None:
-    """Errors that are half a degree smaller give a curve that lies half a degree elsewhere."""
-    pitches: dict[Model, list[float]] = {"mean": [1.75] * 20, "individual": [1.45] * 17 + [1.9] * 3}
+    """Errors that are half a degree smaller give a curve that lies half a degree elsewhere.
+
+    One with errors of five degrees fails.
+    """
+    pitches: dict[head.Model, list[float]] = {"mean": [1.75] * 20, "individual": [1.45] * 17 + [1.9] * 3}
     for moved, wanted in ((0.0, 0.0), (0.5, 0.25)):
         trials = {model: [made_up(pitch - moved) for pitch in all_] for model, all_ in pitches.items()}
-        findings = {finding.result: finding for finding in curves(trials)}
+        findings = {finding.result: finding for finding in head.curves(trials)}
         pitch = findings["head: success curve of pitch, mean model, by how much it lies elsewhere, degrees"]
         assert pitch.ours == pytest.approx(wanted, abs=0.02)
         assert pitch.verdict == "reproduced"
 
-
-def test_a_curve_that_is_far_off_fails() -> None:
-    """Errors of five degrees are no success within three."""
-    findings = curves({"mean": [made_up(5.0)] * 20, "individual": [made_up(1.45)] * 20})
-    assert any(finding.fails for finding in findings if "pitch, mean" in finding.result)
+    findings = head.curves({"mean": [made_up(5.0)] * 20, "individual": [made_up(1.45)] * 20})
+    assert any(one.fails for one in findings if "pitch, mean" in one.result)
 
 
 def test_figures_can_be_drawn(tmp_path: Path) -> None:
     """Alpha of every feature, and a curve for either face model on each axis."""
-    figures = draw({"mean": [made_up(1.7)], "individual": [made_up(1.4, model="individual")]})
+    figures = head.draw({"mean": [made_up(1.7)], "individual": [made_up(1.4, model="individual")]})
     for name, figure in figures.items():
         figure.savefig(tmp_path / f"{name}.png")
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000

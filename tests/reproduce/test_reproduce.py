@@ -22,7 +22,7 @@ def test_a_cheap_result_holds_and_jobs_do_not_change_it() -> None:
 
 
 def test_another_holds_on_few_trials() -> None:
-    """Of the Kalman filter on a sine a fifth of the trials is enough for its mean errors and its spread."""
+    """A fifth of the trials is enough for the mean errors and the spread of the Kalman filter on a sine."""
     findings = reproduce(["kalman-sine"])
     assert [finding.verdict for finding in findings if finding.verdict != "not run"] == ["reproduced"] * 4
     assert [finding.result for finding in findings[4:]] == [name for name in RESULTS if name != "kalman-sine"]

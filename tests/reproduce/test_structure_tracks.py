@@ -18,7 +18,7 @@ def test_the_prism_hides_as_specified() -> None:
 
 
 def test_hidden_points_are_noisy_and_known_to_be() -> None:
-    """The noise has the variances that are told, 1 px for what is seen and 50 px for what is not."""
+    """The noise has the reported variances, of 1 px for what is seen and 50 px for what is not."""
     prism = prism_tracks(3)
     apart = prism.tracks.positions - prism.true_px
     assert apart[prism.visible].std() == pytest.approx(1.0, rel=0.05)
