@@ -105,14 +105,6 @@ def followed(tracker: str, given: BallTrackerParameters, seed: int = 1, frames: 
     return states
 
 
-def test_the_grid_is_fine_enough() -> None:
-    """Without a picture to go by it has the random walk's own deviation: sqrt(2^2 + t 3^2), to a thousandth."""
-    flat = by_grid(parameters(background_level=1.0, target_red_share=0.0, red_spread=0.001))
-    for frames, known in enumerate(flat, 1):
-        assert known.mean == pytest.approx(START, abs=0.02 if frames > 3 else 1e-6)
-        assert known.sigma[0] == pytest.approx(np.sqrt(SPREAD**2 + frames * 9), rel=1e-3 if frames < 4 else 0.02)
-
-
 @pytest.mark.parametrize("name", VALID)
 def test_every_valid_sampler_comes_to_the_posterior(name: str) -> None:
     """With many particles mean, deviation and evidence are the grid's."""

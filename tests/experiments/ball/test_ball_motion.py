@@ -123,18 +123,13 @@ def test_the_start_is_known() -> None:
 
 
 def test_particles_after_a_gaussian_are_its_samples() -> None:
-    """Their mean and covariance are the Gaussian's; they depend on the frame's seed, not on other random numbers."""
+    """Their mean and covariance are the Gaussian's."""
     root = np.random.default_rng(0).normal(size=(4, 4))
     state = PointState(Gaussian(np.array([60.0, 50.0, 58.0, 49.0]), root @ root.T), 2)
-    given, rng = parameters(sample_count=60_000), Stream(3, 7, Purpose.TRACK)
-    particles = COLOURED.particles(state, given, rng)
+    particles = COLOURED.particles(state, parameters(sample_count=60_000), Stream(3, 7, Purpose.TRACK))
     assert particles.mean == pytest.approx(state.posterior.mean, abs=0.05)
     assert particles.covariance == pytest.approx(state.posterior.covariance, abs=0.15)
     assert np.ptp(particles.log_weights) == 0
-    rng.random(5)
-    assert np.array_equal(COLOURED.particles(state, given, rng).states, particles.states)
-    elsewhere = COLOURED.particles(state, given, Stream(4, 7, Purpose.TRACK))
-    assert not np.array_equal(elsewhere.states, particles.states)
 
 
 @pytest.mark.parametrize("before", PARTICLES)
@@ -268,14 +263,6 @@ def test_the_colour_is_that_of_the_parameters() -> None:
     assert colour_model(both) == chromaticity.ColourModel((0.6, 0.2), (0.04, 0.1))
     assert COLOURED.pack(None, both) == ((0.6, 0.2), pytest.approx((312.5, 50.0)), 0.3)
     assert COLOURED.pack(None, red)[1][1] == 0.0
-
-
-def test_trackers_of_colour_need_pictures() -> None:
-    """They refuse a signal in a sentence."""
-    given, rng = parameters(), Stream(1, 1, Purpose.TRACK)
-    for member in TRACKERS.values():
-        with pytest.raises(ValueError, match="a picture is needed, got a frame without one"):
-            member.step(begun(given), Frame(1, 0.0, signal=np.zeros(1)), given, rng)
 
 
 def test_a_switch_after_a_gaussian_depends_on_its_deviation() -> None:

@@ -51,9 +51,12 @@ def test_pupils_are_at_the_true_eyes(driver: int) -> None:
 def test_truth_is_the_projection_of_the_model() -> None:
     """The points are those of the driver's face, turned about the neck and seen by the reference camera.
 
-    A positive yaw moves the nose to image left, a positive pitch moves it down.
+    A positive yaw moves the nose to image left, a positive pitch moves it down, a positive roll is clockwise.
     """
-    target, start, nodded = (shown(index).target for index in (TURNED_LEFT, 0, 345))
+    target, start, nodded, rolled = (shown(index).target for index in (TURNED_LEFT, 0, 345, 615))
+    line = rolled.landmarks.points_px[LEFT] - rolled.landmarks.points_px[RIGHT]
+    assert min(nodded.position[0], rolled.position[2]) > np.deg2rad(20)
+    assert np.arctan2(line[1], line[0]) == pytest.approx(rolled.position[2], abs=0.05)
     nose = FEATURES.index("nose")
     assert (target.landmarks.points_px - start.landmarks.points_px)[nose, 0] < -50
     assert (nodded.landmarks.points_px - start.landmarks.points_px)[nose, 1] > 50

@@ -105,13 +105,6 @@ def test_dimensions_are_copies(seen: list[Frame]) -> None:
         assert state.log_evidence == pytest.approx(sum(one.log_evidence for one in ones))
 
 
-def test_a_tracker_of_signals_needs_one() -> None:
-    """A picture is refused in a sentence."""
-    state = KALMAN.start(Target(np.zeros(1)), Frame(0, 0.0), PARAMETERS, Stream(0, 0, Purpose.START))
-    with pytest.raises(ValueError, match="needs a signal, got a picture"):
-        KALMAN.step(state, Frame(1, 0.0), PARAMETERS, Stream(0, 1, Purpose.TRACK))
-
-
 def test_the_kalman_filter_continues_exactly_after_particles(seen: list[Frame]) -> None:
     """It uses the exact posterior that the particle filter keeps beside its particles."""
     exact = followed("kalman", seen, PARAMETERS)
