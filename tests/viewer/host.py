@@ -1,10 +1,7 @@
-"""A session that is watched: a real viewer behind a real web server, and what a browser says to them."""
+"""A watched session: a real viewer behind a real web server, and a browser that speaks its protocol."""
 
-import ast
 import asyncio
 import contextlib
-import socket
-import textwrap
 import threading
 from collections.abc import Callable
 from typing import Any, Self, TypeAlias
@@ -20,7 +17,19 @@ from numpy.typing import NDArray
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from pftrack.core.model.drawing import COLOURS, Drawing, Ellipse, Key, Layer, Picture, Points, Polyline, Text, World
+from pftrack.core.model.drawing import (
+    COLOURS,
+    Drawing,
+    Ellipse,
+    Key,
+    Layer,
+    Picture,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+    World,
+)
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack_server.core.panel import PanelDescription, PanelValues, TrackerPublic
 from pftrack_server.core.pictures import PictureEncoder
@@ -30,7 +39,7 @@ from tests.waiting import wait_for
 
 Condition: TypeAlias = Callable[[], object]
 AT_ONCE: Condition = object
-"""Holds without being waited for."""
+"""Always holds."""
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 LAYERS = (
@@ -54,52 +63,74 @@ def declare(name: str, title: str, kind: str, default: Value, **more: Any) -> De
     )
 
 
-def number(
-    name: str, title: str, default: float, bounds: tuple[float, float], useful: tuple[float, float] | None, **more: Any
-) -> Declaration:
+def number(name: str, title: str, default: float, bounds: tuple[Any, Any, Any], **more: Any) -> Declaration:
+    """Return the declaration of a number; bounds are minimum, maximum and the useful range."""
     kind = "integer" if isinstance(default, int) else "number"
-    limits = {"minimum": bounds[0], "maximum": bounds[1], "useful": useful, "step": 1}
-    return declare(name, title, kind, default, **limits | more)
+    limits = dict(zip(("minimum", "maximum", "useful"), bounds, strict=True))
+    return declare(name, title, kind, default, step=1, **limits, **more)
 
 
 DECLARATIONS = (
-    number("occlusion_width_px", "Occluder width", 40.0, (0, 200), (0, 200), unit="px", group="Scene"),
+    number("occlusion_width_px", "Occluder width", 40.0, (0, 200, (0, 200)), unit="px", group="Scene"),
     declare("layout", "Layout", "choice", "pillar", choices=("pillar", "wall"), group="Scene"),
     declare("colour", "Ball colour", "colour", "#d02020", group="Scene"),
-    number("sample_count", "Particles", 800, (1, 100_000), (1, 5000), group="Tracker"),
+    number("sample_count", "Particles", 800, (1, 100_000, (1, 5000)), group="Tracker"),
     declare("learn", "Learn", "boolean", default=False, group="Tracker", live=False),
-    number("gamma_px", "Threshold", 12.0, (0, 100), (0, 100), step=0.5, group="Switching", trackers=("h-spf",)),
-    number("budget", "Budget", 10, (0, 10**9), None, group="Tracker"),
+    number("gamma_px", "Threshold", 12.0, (0, 100, (0, 100)), group="Switching", trackers=("h-spf",)),
+    number("budget", "Budget", 10, (0, 10**9, None), group="Tracker"),
 )
+SAID: dict[str, dict[str, Any]] = {
+    "GuiUpdateMessage": {"uuid": "a", "updates": {"value": 1}},
+    "LocalStorageGetItemResponseMessage": {"request_uuid": "a", "value": None, "error": None},
+    "SceneNodeDragMessage": {
+        "phase": "end",
+        "name": "/grips",
+        "instance_index": 7,
+        "start_position": [0.0, 0.0, 0.0],
+        "start_screen_pos": [0.0, 0.0],
+        "end_position": [0.0, 0.0, 0.0],
+        "end_screen_pos": [0.0, 0.0],
+        "button": "left",
+        "modifier": "shift",
+        "owner": "",
+    },
+    "ViewerCameraMessage": {
+        "wxyz": [1.0, 0.0, 0.0, 0.0],
+        "position": [0.0, 0.0, 0.0],
+        "fov": 1.0,
+        "near": 0.1,
+        "far": 9.0,
+        "image_height": 1,
+        "image_width": 1,
+        "look_at": [0.0, 0.0, 1.0],
+        "up_direction": [0.0, 1.0, 0.0],
+    },
+}
+"""Well-formed messages of browsers."""
+
 VALUES: dict[str, Value] = {item.name: item.default for item in DECLARATIONS}
 
 
-def drawing(frame: int = 0, count: int = 800, size: tuple[int, int] = (320, 240)) -> Drawing:
-    width, height = size
-    generator = np.random.default_rng(frame)
-    picture = np.full((height, width, 3), (200, 210, 195), dtype=np.uint8)
-    picture[: height // 4, : width // 4] = (208, 32, 32)
-    positions = generator.normal((width / 2, height / 2, 0.0), (12.0, 12.0, 0.0), (count, 3)).astype(np.float32)
+def drawing(frame: int = 0, count: int = 800) -> Drawing:
+    """Return a drawing of 320 x 240 px with a red corner and a cloud that rises to 30 px."""
+    picture = np.full((240, 320, 3), (200, 210, 195), dtype=np.uint8)
+    picture[:60, :80] = (208, 32, 32)
+    positions = np.random.default_rng(frame).normal((160.0, 120.0, 0.0), 12.0, (count, 3)).astype(np.float32)
     positions[:, 2] = np.linspace(0.0, 30.0, count)
-    trail = f32(*([width / 2 - 2 * k, height / 2, 1.5 * k] for k in range(40)))
-    return Drawing(
-        width,
-        height,
-        {
-            "picture": Picture(picture),
-            "trail": Polyline(trail, COLOURS["estimate"], 1.5, "trail"),
-            "particles": Points(positions, np.tile(np.uint8(COLOURS["prediction"]), (count, 1)), 2.0),
-            "estimate": Ellipse(
-                f32(width / 2, height / 2, 0.0), f32((9, 0), (0, 6)), COLOURS["estimate"], 2.0, "estimate"
-            ),
-            "label": Text(f32(2.0, 12.0, 0.0), "APF", COLOURS["estimate"], "labels"),
-        },
-        f"Frame {frame}",
-    )
+    trail = f32(*([160.0 - 2 * k, 120.0, 1.5 * k] for k in range(40)))
+    blue = COLOURS["estimate"]
+    primitives: dict[str, Primitive] = {
+        "picture": Picture(picture),
+        "trail": Polyline(trail, blue, 1.5, "trail"),
+        "particles": Points(positions, np.tile(np.uint8(COLOURS["prediction"]), (count, 1)), 2.0),
+        "estimate": Ellipse(f32(160.0, 120.0, 0.0), f32((9, 0), (0, 6)), blue, 2.0, "estimate"),
+        "label": Text(f32(2.0, 12.0, 0.0), "APF", blue, "labels"),
+    }
+    return Drawing(320, 240, primitives, f"Frame {frame}")
 
 
 class Loop:
-    """An event loop in a thread of its own, until it is closed."""
+    """An event loop in a thread of its own."""
 
     def __init__(self) -> None:
         self.loop = asyncio.new_event_loop()
@@ -107,7 +138,7 @@ class Loop:
         self._thread.start()
 
     def call(self, function: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
-        """Call a function, or await a coroutine function, in the loop; return what it returns."""
+        """Call a function, or await a coroutine function, in the loop; return its result."""
 
         async def act() -> Any:
             result = function(*arguments, **more)
@@ -122,38 +153,30 @@ class Loop:
 
 
 class Session:
-    """What stands in for the session: it keeps the values, accepts or refuses, and counts what it was asked."""
+    """Stands in for a session: it keeps the values, accepts or refuses changes, and records the commands."""
 
-    def __init__(
-        self, *, accept: Callable[[dict[str, Value]], str | None] = lambda _: None, worlds: tuple[World, ...] = ()
-    ) -> None:
+    def __init__(self, *, worlds: tuple[World, ...] = ()) -> None:
         self.changes: list[dict[str, Value]] = []
-        self.trackers: list[str] = []
         self.transport: list[dict[str, Any]] = []
-        self.values = dict(VALUES)
-        self.tracker = "h-spf"
-        self.accept = accept
+        self.values, self.tracker = dict(VALUES), "h-spf"
+        self.accept: Callable[[dict[str, Value]], str | None] = lambda _: None
         self.pictures = PictureEncoder()
         self.loop = Loop()
-        self.viewer: Viewer = self.loop.call(
-            Viewer,
-            PanelDescription(
-                title="Ball behind an occluder",
-                declarations=list(DECLARATIONS),
-                trackers=[TrackerPublic(id=name, title=title) for name, title in TRACKERS.items()],
-                layers=list(LAYERS),
-                worlds=list(worlds),
-            ),
-            self.in_force,
-            on_command=lambda body: self._change(body["values"]) if "values" in body else self.transport.append(body),
+        panel = PanelDescription(
+            title="Ball behind an occluder",
+            declarations=list(DECLARATIONS),
+            trackers=[TrackerPublic(id=name, title=title) for name, title in TRACKERS.items()],
+            layers=list(LAYERS),
+            worlds=list(worlds),
         )
+        self.viewer: Viewer = self.loop.call(Viewer, panel, self.in_force, on_command=self._obey)
 
     def disconnect(self) -> None:
-        """Cut off all browsers, which may come again."""
+        """Disconnect all browsers, which may connect again."""
         self.loop.call(lambda: [task.cancel() for task in self.viewer.endpoint._connections])
 
     def close(self) -> None:
-        """End the viewer, and the loop in which it works."""
+        """End the viewer and its loop."""
         self.loop.call(self.viewer.close)
         self.loop.close()
 
@@ -162,25 +185,27 @@ class Session:
         return PanelValues(dict(self.values), self.tracker, seed=7)
 
     def show(self, drawing: Drawing, frame: int, until: Condition = AT_ONCE) -> None:
-        """Show a drawing as a worker sends it, and wait until something holds."""
+        """Show a drawing as a worker sends it, and wait for a condition."""
         self.loop.call(self.viewer.show, self.pictures.for_scene(drawing), frame)
         wait_for(until)
 
     def tell(self, in_force: PanelValues, until: Condition = AT_ONCE) -> None:
-        """Show in the panel what is in force, and wait until something holds."""
+        """Show the current values in the panel, and wait for a condition."""
         self.loop.call(self.viewer.tell, in_force)
         wait_for(until)
 
     def reset(self) -> None:
         self.values, self.tracker, self.accept = dict(VALUES), "h-spf", lambda _: None
         self.changes.clear()
-        self.trackers.clear()
         self.tell(self.in_force)
 
-    def _change(self, values: dict[str, Value]) -> None:
+    def _obey(self, command: dict[str, Any]) -> None:
+        values = command.get("values")
+        if values is None:
+            self.transport.append(command)
+            return
         if "tracker" in values:
             self.tracker = str(values["tracker"])
-            self.trackers.append(self.tracker)
         else:
             self.changes.append(values)
             refusal = self.accept(values)
@@ -191,73 +216,82 @@ class Session:
         self.viewer.tell(self.in_force)
 
 
+PAGE = """<!doctype html><style>body{margin:0}iframe{border:0;width:930px;height:560px}</style>
+<iframe src="viz/one/?websocket=ws://192.0.2.1/"></iframe><input>
+<script>window.heard = []; addEventListener("message", (event) => heard.push(event.data));</script>"""
+
+
 class Site:
-    """A web server in the loop of one session, which serves its scene, and a page around it that listens."""
+    """A web server in the loop of one session that serves its scene, and a page around it that listens."""
 
     def __init__(self, session: Session) -> None:
-        self.session = session
         self.bridges = 0
         self.looks_only = False
-        app = FastAPI()
-        base = unquote(BASE)
-        app.get(f"{base}/")(self._page)
-        app.get(f"{base}/viz/one/")(self._client)
-        app.get(f"{base}/viz/client/{{name}}")(self._asset)
-        app.websocket(f"{base}/viz/one")(self._bridge)
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
-        self._server = uvicorn.Server(
-            uvicorn.Config(
-                app,
-                host="127.0.0.1",
-                port=self.port,
-                log_level="error",
-                ws_per_message_deflate=False,
-                lifespan="off",
-                timeout_graceful_shutdown=2,
-            )
-        )
+        app, base = FastAPI(), unquote(BASE)
+
+        @app.get(f"{base}/")
+        async def _() -> Response:
+            return Response(PAGE, media_type="text/html")
+
+        @app.get(f"{base}/viz/one/")
+        async def _() -> Response:
+            policy = {"Content-Security-Policy": CONTENT_SECURITY_POLICY}
+            return Response(client_page(), media_type="text/html", headers=policy)
+
+        @app.get(f"{base}/viz/client/{{name}}")
+        async def _(name: str) -> Response:
+            file: Any = client_asset(name)
+            return Response(file.content, media_type=file.media_type)
+
+        @app.websocket(f"{base}/viz/one")
+        async def _(websocket: WebSocket) -> None:
+            self.bridges += 1
+            try:
+                await bridge(websocket, session.viewer.endpoint, looks_only=self.looks_only)
+            finally:
+                self.bridges -= 1
+
+        options: Any = {"log_level": "error", "lifespan": "off", "timeout_graceful_shutdown": 2}
+        self._server = uvicorn.Server(uvicorn.Config(app, port=0, ws_per_message_deflate=False, **options))
         self._serving = asyncio.run_coroutine_threadsafe(self._server.serve(), session.loop.loop)
         wait_for(lambda: self._server.started)
-
-    @property
-    def url(self) -> str:
-        return f"http://127.0.0.1:{self.port}{BASE}"
-
-    @property
-    def scene(self) -> str:
-        return f"{self.url.replace('http', 'ws', 1)}/viz/one"
+        port = self._server.servers[0].sockets[0].getsockname()[1]
+        self.url = f"http://127.0.0.1:{port}{BASE}"
+        self.scene = f"ws://127.0.0.1:{port}{BASE}/viz/one"
 
     def close(self) -> None:
         self._server.should_exit = True
         self._serving.result(10)
 
-    async def _page(self) -> Response:
-        page = """<!doctype html><style>body{margin:0}iframe{border:0;width:930px;height:560px}</style>
-        <iframe src="viz/one/"></iframe><input>
-        <script>window.heard = []; addEventListener("message", (event) => heard.push(event.data));</script>"""
-        return Response(page, media_type="text/html")
 
-    async def _client(self) -> Response:
-        return Response(
-            client_page(), media_type="text/html", headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY}
-        )
+class Websocket:
+    """A browser's websocket, as Starlette has it, that takes messages with a delay, or not until `free` is set."""
 
-    async def _asset(self, name: str) -> Response:
-        file = client_asset(name)
-        return Response(file.content, media_type=file.media_type)
+    def __init__(self, *, takes: bool = True) -> None:
+        self.taken: list[bytes] = []
+        self.said: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self.delay_s = 0.0
+        self.begun, self.free = asyncio.Event(), asyncio.Event()
+        if takes:
+            self.free.set()
 
-    async def _bridge(self, websocket: WebSocket) -> None:
-        self.bridges += 1
-        try:
-            await bridge(websocket, self.session.viewer.endpoint, looks_only=self.looks_only)
-        finally:
-            self.bridges -= 1
+    async def send_bytes(self, message: bytes) -> None:
+        await asyncio.sleep(self.delay_s)
+        self.taken.append(message)
+        self.begun.set()
+        await self.free.wait()
+
+    async def receive(self) -> dict[str, Any]:
+        return await self.said.get()
+
+    def say(self, kind: str, **fields: Any) -> None:
+        """Send a message as a browser does."""
+        data = msgspec.msgpack.encode({"type": kind, **fields})
+        self.said.put_nowait({"type": "websocket.receive", "bytes": data})
 
 
 class Peer:
-    """A browser without eyes: speaks viser's protocol and remembers the newest of what it was told."""
+    """A browser without a display: it speaks viser's protocol and keeps the newest state that it received."""
 
     def __init__(self, address: str, cookie: str = "") -> None:
         headers = {"cookie": cookie} if cookie else None
@@ -273,7 +307,6 @@ class Peer:
         self.asked = 0
         self._question = ""
         self.batches = 0
-        self.sent: list[float] = []
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
         self.look(wide=800, high=600)
@@ -291,22 +324,12 @@ class Peer:
     def send(self, kind: str, **fields: Any) -> None:
         self.socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
 
-    def look(self, wide: int, high: int, position: tuple[float, float, float] = (3.0, 3.0, 3.0)) -> None:
-        self.send(
-            "ViewerCameraMessage",
-            wxyz=[1.0, 0.0, 0.0, 0.0],
-            position=list(position),
-            fov=1.0,
-            near=0.01,
-            far=1000.0,
-            image_height=high,
-            image_width=wide,
-            look_at=[0.0, 0.0, 0.0],
-            up_direction=[0.0, 1.0, 0.0],
-        )
+    def look(self, wide: int, high: int, position: tuple[float, ...] = (3.0, 3.0, 3.0)) -> None:
+        window = {"image_height": high, "image_width": wide, "position": list(position)}
+        self.send("ViewerCameraMessage", **SAID["ViewerCameraMessage"] | window)
 
     def move(self, label: str, value: object, until: Condition = AT_ONCE) -> None:
-        """Move a control, and wait until something holds."""
+        """Move a control, and wait for a condition."""
         self.send("GuiUpdateMessage", uuid=self.uuid(label), updates={"value": value})
         wait_for(until)
 
@@ -314,7 +337,7 @@ class Peer:
         self.move(group, title, until)
 
     def answer(self) -> None:
-        """Give the echo that was asked for last."""
+        """Answer the latest question."""
         self.send("LocalStorageGetItemResponseMessage", request_uuid=self._question, value=None, error=None)
 
     def _hear(self, question: str) -> None:
@@ -333,11 +356,8 @@ class Peer:
     def _listen(self) -> None:
         with contextlib.suppress(Exception):
             while True:
-                data = self.socket.recv()
-                assert isinstance(data, bytes)
+                messages = decode(self.socket.recv(decode=False))
                 self.batches += 1
-                sent_s, messages = decode(data)
-                self.sent.append(sent_s)
                 for message in messages:
                     self._take(message)
 
@@ -364,8 +384,8 @@ class Peer:
             self.nodes[message["name"]] = {"kind": kind, **props}
 
 
-def decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
-    """Return when a batch was sent, and what is in it: sizes, packed messages, the arrays they point to."""
+def decode(data: bytes) -> list[dict[str, Any]]:
+    """Return the messages of a batch, which has sizes, packed messages, and the arrays to which they refer."""
     plain, packed = (int.from_bytes(data[at : at + 8], "little") for at in (0, 8))
     inner = msgspec.msgpack.decode(
         zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], max_output_size=plain)
@@ -383,13 +403,4 @@ def decode(data: bytes) -> tuple[float, list[dict[str, Any]]]:
             return {key: fill(item) for key, item in value.items()}
         return value
 
-    return inner["timestampSec"], [fill(message) for message in inner["messages"]]
-
-
-def names_of(source: str, *objects: str) -> list[str]:
-    """Return which attributes of objects are used in a source."""
-    return [
-        node.attr
-        for node in ast.walk(ast.parse(textwrap.dedent(source)))
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in objects
-    ]
+    return [fill(message) for message in inner["messages"]]

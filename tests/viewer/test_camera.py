@@ -1,4 +1,4 @@
-"""Presets that fit the window, and cameras that are left alone once somebody has moved them."""
+"""Presets fit the window, and cameras stay where a person has moved them."""
 
 import itertools
 from dataclasses import replace
@@ -12,7 +12,7 @@ from tests.viewer.host import Peer, Session, drawing, f32
 from tests.waiting import wait_for
 
 SHOWN = Box(320.0, 240.0, 30.0)
-"""Of what `drawing` draws."""
+"""Extent of `drawing`."""
 
 
 def seen(view: View, box: Box, aspect: float, depths: tuple[float, float], *more: tuple[float, float, float]) -> float:
@@ -35,7 +35,7 @@ def seen(view: View, box: Box, aspect: float, depths: tuple[float, float], *more
 
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("aspect", [0.6, 1.0, 1.33, 2.4])
-def test_a_preset_holds_the_whole_box_and_little_more(name: str, aspect: float) -> None:
+def test_a_preset_contains_the_whole_box_and_little_more(name: str, aspect: float) -> None:
     """Every corner lies within the window, and one of them near its edge."""
     box = Box(320.0, 240.0, 50.0, behind=400.0, beside=156.0)
     view = fit(PRESETS[name], box, aspect)
@@ -45,20 +45,13 @@ def test_a_preset_holds_the_whole_box_and_little_more(name: str, aspect: float) 
 @pytest.mark.parametrize("name", ["side", "oblique"])
 @pytest.mark.parametrize("focal", [120.0, 900.0])
 @pytest.mark.parametrize("aspect", [0.3, 0.6, 1.3, 2.4, 4.0])
-def test_from_aside_the_camera_that_took_the_picture_is_seen_whole(name: str, focal: float, aspect: float) -> None:
-    """However long its lens and whatever the window's shape, camera and picture are seen; the front comes nearer."""
+def test_from_aside_the_camera_that_took_the_picture_is_visible(name: str, focal: float, aspect: float) -> None:
+    """For any focal length and shape of window, camera and picture are visible; the front preset ignores the camera."""
     apex = (159.5, -119.5, focal)
     box = Box(320.0, 240.0, 80.0, apex)
     assert 0.9 < seen(fit(PRESETS[name], box, aspect), box, aspect, (0.0, 80.0), apex) <= 1.0
     without = Box(320.0, 240.0, 80.0)
-    assert fit(PRESETS["front"], box, aspect).distance == fit(PRESETS["front"], without, aspect).distance
-
-
-def test_the_front_looks_at_the_middle_of_the_picture_from_far_away() -> None:
-    """A small field of view shows the picture as if there were no perspective."""
-    view = fit(PRESETS["front"], Box(320.0, 240.0), 1.3)
-    np.testing.assert_allclose(view.target, (159.5, -119.5, 0.0))
-    assert view.distance > 5 * 320
+    assert fit(PRESETS["front"], box, aspect).distance == fit(PRESETS["front"], without, aspect).distance > 5 * 320
 
 
 def with_camera(focal: float) -> Drawing:
@@ -68,12 +61,12 @@ def with_camera(focal: float) -> Drawing:
 
 
 def place(peer: Peer) -> tuple[float, ...]:
-    """Return where a browser's camera was put last."""
+    """Return the latest position to which a browser's camera was sent."""
     return tuple(peer.camera["Position"]["position"])
 
 
 def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:
-    """Who looks at the camera from aside sees all of it after the focal length has changed."""
+    """A person who looks from aside still sees the whole camera after the focal length has changed."""
     session.show(with_camera(300.0), 0, lambda: "Position" in peer.camera)
     peer.move_view("Side", until=lambda: peer.camera["Fov"]["fov"] == pytest.approx(PRESETS["side"].fov_rad))
     near = place(peer)
@@ -82,10 +75,7 @@ def test_a_longer_lens_is_fitted_again(session: Session, peer: Peer) -> None:
 
 
 def test_a_browser_sees_the_whole_picture_in_a_window_of_any_shape(session: Session, peer: Peer) -> None:
-    """The camera is put obliquely before the picture without being asked.
-
-    Nobody has moved it, so it backs away when the window becomes narrow.
-    """
+    """The camera starts at an oblique view, and moves back when the window becomes narrow, unless a person moved it."""
     session.show(drawing(), 0, lambda: {"Position", "LookAt", "Fov"} <= peer.camera.keys())
     there, at = np.array(place(peer)), np.array(peer.camera["LookAt"]["look_at"])
     assert 0.9 < seen(View(there, at, peer.camera["Fov"]["fov"]), SHOWN, 800 / 600, (0.0, 30.0)) <= 1.0
@@ -94,8 +84,8 @@ def test_a_browser_sees_the_whole_picture_in_a_window_of_any_shape(session: Sess
     wait_for(lambda: place(peer)[2] > 1.5 * there[2])
 
 
-def test_the_start_pose_that_comes_late_is_put_right(session: Session, peer: Peer) -> None:
-    """What viser replays to a new browser may overtake the fitted camera; where a person turned it, it stays."""
+def test_a_late_start_pose_is_corrected(session: Session, peer: Peer) -> None:
+    """Viser's replay to a new browser may overtake the fitted camera; a camera that a person moved stays."""
     session.show(drawing(), 0, lambda: "Position" in peer.camera)
     start = tuple(fit(PRESETS[FIRST], SHOWN, aspect=1.2).position.tolist())
     before = place(peer)
@@ -114,22 +104,10 @@ def test_the_start_pose_that_comes_late_is_put_right(session: Session, peer: Pee
     assert watcher.arrived, "it was not sent back"
 
 
-def test_heights_appear_when_the_camera_is_tilted(session: Session, peer: Peer) -> None:
-    """From the front the scene is flat, so that the estimate lies on the particles; from aside they rise."""
+def test_a_camera_on_its_way_to_a_preset_does_not_change_heights(session: Session, peer: Peer) -> None:
+    """Heights neither flash up while it is still aside, nor become NaN for all browsers because one sends NaN.
 
-    def highest() -> float:
-        return float(np.frombuffer(peer.nodes["/particles"]["points"], dtype=np.float32)[2::3].max())
-
-    session.show(drawing(), 0, lambda: "/particles" in peer.nodes and "Position" in peer.camera)
-    assert highest() > 29.0
-    peer.move_view("Front", until=lambda: highest() < 5.0)
-    peer.move_view("Oblique", until=lambda: highest() > 29.0)
-
-
-def test_what_a_browser_says_before_it_has_reached_the_preset_raises_nothing(session: Session, peer: Peer) -> None:
-    """Its camera still stands aside; heights would flash up, or be NaN for all others, where one browser sends that.
-
-    While viser sets it up, its camera can jump back to its very first place; it is sent to the preset again.
+    A camera that jumps back to its first position while viser sets it up is sent to the preset again.
     """
     session.show(drawing(), 0, lambda: "/particles" in peer.nodes and "Position" in peer.camera)
     before, cameras = place(peer), session.viewer._cameras
@@ -151,6 +129,6 @@ def test_what_a_browser_says_before_it_has_reached_the_preset_raises_nothing(ses
 
 
 def heard(session: Session, peer: Peer) -> None:
-    """Wait until what a browser has said is taken up."""
+    """Wait until the messages of a browser are processed."""
     value = session.values["occlusion_width_px"] + 1.0  # type: ignore[operator]  # a number
     peer.move("Occluder width (px)", value, lambda: session.values["occlusion_width_px"] == value)

@@ -13,21 +13,17 @@ from pftrack_server.viewer.client_page import ASSETS, CLIENT, take_apart
 PAGE_KEYS = Path(__file__).parents[2] / "frontend_static" / "session" / "keys.js"
 
 
-def test_the_page_of_a_session_is_light_and_ours_first() -> None:
-    """Theme and address have to be settled before the client reads them.
-
-    What is the same for all sessions is not in it, so that a browser loads and compiles it once.
-    """
+def test_the_page_of_a_session_is_small() -> None:
+    """Its own scripts run before the client; the parts for all sessions are in other files, which a browser caches."""
     page = client_page().decode()
     assert page.index("pftrack-viser") < page.index("await import(")
     assert "<title>pftrack scene</title>" in page
     assert len(page) < 50_000
-    # A page that cannot be taken apart is not.
     assert take_apart("<html><head></head><body>another viser</body></html>") is None
 
 
 def test_letters_of_the_page_leave_the_scene() -> None:
-    """Each letter that the page's help lists is handed on from the scene's frame, with shift or without."""
+    """The frame of the scene passes on each letter in the page's help, with or without shift."""
     listed = set(re.findall(r'keys: "([A-Z])"', PAGE_KEYS.read_text(encoding="utf-8")))
     handed = re.search(r'\.\.\."([^"]+)"', (CLIENT / "keys.js").read_text(encoding="utf-8"))
     assert len(listed) > 8
@@ -35,7 +31,7 @@ def test_letters_of_the_page_leave_the_scene() -> None:
 
 
 def test_the_client_is_the_one_of_the_server() -> None:
-    """Both come from the same installation, so their versions agree; only the files of the client have names."""
+    """Both come from the same installation, so their versions agree; only the client's files are served."""
     assert viser.__version__.startswith("1.1.")
     assert client_asset("index.html") is None
     names = re.findall(ASSETS + r"([0-9a-f]{32}\.\w+)", client_page().decode())
@@ -47,7 +43,7 @@ def test_the_client_is_the_one_of_the_server() -> None:
 
 
 def test_the_policy_allows_no_evaluation_and_no_other_host() -> None:
-    """A page that is led astray by `?websocket=` cannot connect."""
+    """A page with another address in `?websocket=` cannot connect."""
     assert "'unsafe-eval'" not in CONTENT_SECURITY_POLICY.replace("'wasm-unsafe-eval'", "")
     assert "connect-src 'self' data: blob:;" in CONTENT_SECURITY_POLICY
     assert "http" not in CONTENT_SECURITY_POLICY

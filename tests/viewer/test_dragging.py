@@ -1,4 +1,4 @@
-"""Grips: what is dragged in the scene becomes a command, and only where a person may steer."""
+"""Grips: a drag in the scene becomes a command."""
 
 from dataclasses import replace
 from typing import Any
@@ -8,8 +8,7 @@ import pytest
 
 from pftrack.core.model.drawing import Drawing
 from pftrack_server.viewer.dragging import intersect
-from tests.viewer.host import Peer, Session, Site, drawing, f32
-from tests.viewer.test_viser_contracts import SAID
+from tests.viewer.host import SAID, Peer, Session, drawing, f32
 from tests.waiting import wait_for
 
 
@@ -35,7 +34,7 @@ def test_a_dragged_grip_asks_for_a_move_in_its_frame(session: Session, peer: Pee
     wait_for(lambda: len(session.transport) == 2)
     first, second = session.transport
     assert (first["kind"], first["frame"], first["particle"], second["particle"]) == ("move", 3, 7, None)
-    above_px = 30.0 * 7 / 799 + 2.0  # by its weight, and by half of its size to be seen whole
+    above_px = 30.0 * 7 / 799 + 2.0  # its weight, and half of its size so that all of it is visible
     assert first["place"] == pytest.approx(intersect(client.camera.position, np.array((100.0, -50.0, 7.0)), above_px))
     session.show(drawing(4), 4, lambda: "/grips" not in peer.nodes)
     drag(peer)
@@ -43,21 +42,8 @@ def test_a_dragged_grip_asks_for_a_move_in_its_frame(session: Session, peer: Pee
     assert len(session.transport) == 2
 
 
-def test_who_only_looks_on_moves_nothing(session: Session, site: Site) -> None:
-    """A follower's drag is never heard."""
-    site.looks_only = True
-    session.show(movable(3), 3)
-    with Peer(site.scene) as follower:
-        wait_for(lambda: "/grips" in follower.nodes)
-        drag(follower)
-        follower.send("SceneNodeDragMessage", **SAID["SceneNodeDragMessage"])
-        asked = follower.asked
-        session.show(movable(4), 4, lambda: follower.asked > asked)
-    assert session.transport == []
-
-
-def test_a_line_of_sight_ends_at_the_height_of_what_is_dragged() -> None:
-    """It meets the height in one place; one that runs beside it, or away from it, in none."""
+def test_a_line_of_sight_ends_at_the_height_of_the_dragged_object() -> None:
+    """It meets that height in one place; a line parallel to it, or away from it, in none."""
     eye = np.array((0.0, 0.0, 100.0))
     assert intersect(eye, np.array((10.0, -20.0, 50.0)), 0.0) == (20.0, 40.0)
     for nowhere in ((10.0, 0.0, 100.0), (10.0, 0.0, 120.0), (np.nan, 0.0, 50.0)):

@@ -1,4 +1,4 @@
-"""A run that is shown on this machine, by a real server to a real browser, and not to those who should not see it."""
+"""A run on this machine, shown by a real server to a real browser, and to nobody else."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -25,7 +25,7 @@ def made(frames: int = 40, *, upto: int = 12) -> Run:
 
 
 def sought(player: Player, frame: int) -> None:
-    """Have a player go to a frame."""
+    """Send a player to a frame."""
     player.request({"kind": "seek", "frame": frame})
     wait_for(lambda: player.run.position == frame)
 
@@ -39,8 +39,8 @@ def player() -> Iterator[Player]:
     loop.close()
 
 
-def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(player: Player) -> None:
-    """It begins where the run stands; turning a parameter in the past is a branch, one that is not live a new start."""
+def test_a_player_seeks_branches_and_restarts(player: Player) -> None:
+    """It begins at the frame of its run, which stays unchanged; a change in the past makes a branch."""
     first = player.run
     assert first.position == 12
     assert first.estimates_sha256 == made().estimates_sha256
@@ -56,8 +56,8 @@ def test_a_player_goes_branches_and_restarts_while_the_run_that_was_given_stays(
     assert player.run.parameters_at(0).sample_count == 50, "what the panel showed is in force"
 
 
-def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the end it rests; a value that is out of bounds is refused with a sentence, and nothing else happens."""
+def test_a_player_plays_to_the_end_and_refuses_wrong_values(player: Player, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It stops at the end; a value out of bounds is refused with a sentence and changes nothing."""
     refused: list[str] = []
     monkeypatch.setattr(player.viewer, "refuse", refused.append)
     player.request({"kind": "speed", "speed": 0.0})
@@ -73,7 +73,7 @@ def test_a_player_plays_to_the_end_and_says_what_it_refuses(player: Player, monk
 
 @pytest.mark.browser
 def test_a_scene_is_shown_to_its_own_page_alone(chromium: Any) -> None:
-    """A browser at the address sees the frame that is asked for; other pages, addresses and hosts see nothing."""
+    """A browser at the address sees the wanted frame; other pages, addresses and hosts see nothing."""
     run = made(upto=20)
     with formats.show(run, browser=False) as scene:
         context = chromium.new_context(viewport={"width": 900, "height": 600})
@@ -96,8 +96,8 @@ def test_a_scene_is_shown_to_its_own_page_alone(chromium: Any) -> None:
     scene.close()
 
 
-def test_a_player_follows_a_run_that_grows_unless_the_past_is_looked_at(player: Player) -> None:
-    """Whoever is at the newest frame sees the next one when it is there; whoever has gone back stays where they are."""
+def test_a_player_follows_a_growing_run(player: Player) -> None:
+    """At the newest frame it shows each new one; at an earlier frame it stays."""
     longer, longest = (made(frames, upto=frames - 1) for frames in (25, 30))
     sought(player, 39)
     player.request({"kind": "follow", "run": longer})

@@ -1,4 +1,4 @@
-"""The panel proposes values and shows what the session says."""
+"""The panel proposes values and shows those of the session."""
 
 import asyncio
 import threading
@@ -11,17 +11,17 @@ import pytest
 from pftrack.core.model.parameters import Value
 from pftrack_server.core.panel import PanelValues
 from pftrack_server.viewer.panel import REST_S, slider_range
-from tests.viewer.host import DECLARATIONS, Peer, Session, Site, declare, drawing, number
+from tests.viewer.host import Peer, Session, Site, drawing, number
 from tests.waiting import wait_for
 
 
 def says(peer: Peer, text: str) -> bool:
-    """Tell whether a text is in the panel."""
+    """Return whether a text is in the panel."""
     return any(text in str(item.get("content")) for item in list(peer.controls.values()))
 
 
 def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer) -> None:
-    """Title with unit, bounds, value and help come from the declaration; without a useful range there is only a box."""
+    """Title with unit, bounds, value and hint are those of the declaration; no useful range means no slider."""
     ranges = {
         "Occluder width (px)": ("GuiSliderMessage", 0, 200, 40),
         "Particles": ("GuiSliderMessage", 1, 5000, 800),
@@ -35,11 +35,10 @@ def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer)
     assert peer.control("Layout")["options"] == ["pillar", "wall"]
     assert peer.control("Ball colour")["value"] == [208, 32, 32]
     assert peer.control("Learn")["hint"].endswith("A change restarts the run.")
-    assert len(DECLARATIONS) == 7
 
 
 def test_a_moved_control_proposes_its_value(session: Session, site: Site, peer: Peer) -> None:
-    """Numbers, choices, colours and booleans arrive as what they are; all browsers on a session show one panel."""
+    """Numbers, choices, colours and booleans keep their types; all browsers of a session show the same values."""
     moves: dict[str, tuple[str, object, Value]] = {
         "occlusion_width_px": ("Occluder width (px)", 70, 70.0),
         "sample_count": ("Particles", 200.0, 200),
@@ -56,18 +55,18 @@ def test_a_moved_control_proposes_its_value(session: Session, site: Site, peer: 
         peer.move("Particles", 123, lambda: other.control("Particles")["value"] == 123)
 
 
-def test_a_wide_range_has_a_box_and_a_slider_that_show_the_same(session: Session, peer: Peer) -> None:
-    """The slider covers what one works with; the box reaches further, and the slider then rests at its end."""
+def test_a_wide_range_has_a_box_and_a_slider_with_the_same_value(session: Session, peer: Peer) -> None:
+    """The slider covers the useful range; the box reaches further, and the slider then rests at its end."""
     peer.move("Particles", 1200, lambda: session.values["sample_count"] == peer.control("")["value"] == 1200)
     peer.move("", 90_000, lambda: session.values["sample_count"] == 90_000)
     wait_for(lambda: peer.control("Particles")["value"] == 5000)
     assert session.changes == [{"sample_count": 1200}, {"sample_count": 90_000}]
 
 
-def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session, peer: Peer) -> None:
-    """What REST or another branch has changed appears in the panel without coming back.
+def test_the_session_s_values_are_shown_and_not_proposed(session: Session, peer: Peer) -> None:
+    """A change by REST or another branch appears in the panel and triggers no command.
 
-    Where a change leaves the branch is shown before another frame is; a speed that is not offered leaves the choice.
+    The branch point appears before another frame does; a speed that the panel does not offer leaves its choice alone.
     """
     assert peer.control("Speed")["value"] == "1x"
     values = {"sample_count": 50, "occlusion_width_px": 12.0}
@@ -75,12 +74,12 @@ def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session,
     shown = {"Particles": 50, "Occluder width (px)": 12.0, "Seed": 2**53 - 1, "Speed": "1x"}
     wait_for(lambda: shown == {label: peer.control(label)["value"] for label in shown})
     wait_for(lambda: says(peer, "branch from frame 12."))
-    peer.move("Learn", True, lambda: session.changes)  # what had been proposed before would have come before
+    peer.move("Learn", True, lambda: session.changes)  # an earlier proposal would have come first
     assert (session.changes, session.transport) == ([{"learn": True}], [])
 
 
 def test_a_refused_value_springs_back_with_a_reason(session: Session, peer: Peer) -> None:
-    """The control shows what is in force, and a note says why."""
+    """The control shows the current value, and a note the reason."""
     session.accept = lambda _: "gamma_min_px must be at most gamma_max_px, got 70"
     peer.move("Occluder width (px)", 70, lambda: session.changes)
     wait_for(lambda: peer.notes == ["gamma_min_px must be at most gamma_max_px, got 70"])
@@ -89,7 +88,7 @@ def test_a_refused_value_springs_back_with_a_reason(session: Session, peer: Peer
 
 
 def test_a_value_that_was_changed_by_the_session_wins_once_the_hand_rests(session: Session, peer: Peer) -> None:
-    """During a drag the slider stays in the hand; afterwards it shows the truth."""
+    """During a drag the slider follows the hand; afterwards it shows the session's value."""
 
     def halve(values: dict[str, Value]) -> None:
         values["occlusion_width_px"] = float(values["occlusion_width_px"]) / 2
@@ -107,13 +106,13 @@ def test_a_value_that_was_changed_by_the_session_wins_once_the_hand_rests(sessio
 
 
 def test_a_lost_proposal_springs_back(session: Session, peer: Peer) -> None:
-    """A browser whose change never arrived is told the truth with the next answer."""
+    """A browser whose change never arrived gets the session's value with the next answer."""
     peer.control("Learn")["value"] = True  # the browser shows it, but its throttle has swallowed the message
     peer.move("Occluder width (px)", 41, lambda: peer.control("Learn")["value"] is False)
 
 
 def test_a_value_is_proposed_although_the_panel_is_restored_at_that_moment(session: Session, peer: Peer) -> None:
-    """What a browser sends is taken up at once, and not when a thread of viser's gets round to it."""
+    """A browser's message is processed at once, not when a thread of viser's is free."""
     peer.uuid("Particles")
     free = threading.Event()
     pool = session.viewer._server.gui._thread_executor
@@ -131,27 +130,27 @@ def test_a_value_is_proposed_although_the_panel_is_restored_at_that_moment(sessi
 
 
 def test_only_what_the_tracker_reads_is_shown(session: Session, peer: Peer) -> None:
-    """Choosing another tracker hides what it has no use for, with the folder that is empty then."""
+    """Another tracker hides the parameters that it does not read, and a folder without any."""
     assert peer.control("Threshold")["visible"]
-    peer.move("Tracker", "Condensation", lambda: session.trackers == ["condensation"])
+    peer.move("Tracker", "Condensation", lambda: session.tracker == "condensation")
     wait_for(lambda: not peer.control("Threshold")["visible"] and not peer.control("Switching")["visible"])
     assert peer.control("Particles")["visible"]
 
 
-def test_a_typed_seed_begins_the_run_anew(session: Session, peer: Peer) -> None:
-    """It is a restart, sent as a whole number."""
+def test_a_typed_seed_restarts_the_run(session: Session, peer: Peer) -> None:
+    """The seed is sent as an integer."""
     assert (peer.control("Seed")["kind"], peer.control("Seed")["max"]) == ("GuiNumberMessage", 2**53 - 1)
     peer.move("Seed", 12.0, lambda: session.transport == [{"kind": "restart", "seed": 12}])
     assert type(session.transport[0]["seed"]) is int
 
 
 def test_the_caption_of_the_frame_is_shown(session: Session, peer: Peer) -> None:
-    """What the frame is about stands above the controls, without being markup."""
+    """The caption stands above the controls, with markup escaped."""
     session.show(replace(drawing(7), caption="ESS < 3 & lost"), 7, lambda: says(peer, "ESS &lt; 3 &amp; lost"))
 
 
-def test_what_is_moved_while_the_viewer_closes_leaves_no_timer(session: Session, peer: Peer) -> None:
-    """It would set the controls of a scene that has ended, seconds later."""
+def test_a_control_moved_while_the_viewer_closes_leaves_no_timer(session: Session, peer: Peer) -> None:
+    """The timer would set the controls of a scene that has ended."""
     panel = session.viewer._panel
     peer.move("Occluder width (px)", 70, lambda: session.changes)
 
@@ -176,13 +175,5 @@ def test_what_is_moved_while_the_viewer_closes_leaves_no_timer(session: Session,
     ],
 )
 def test_a_slider_covers_the_useful_range_and_the_value(bounds: Any, useful: Any, slider: Any) -> None:
-    """A value beyond the useful range widens it; what has no range has no slider."""
-    assert slider_range(number("a", "Width", 0, bounds, useful), 100) == slider
-
-
-def test_the_words_name_unit_bounds_and_restart() -> None:
-    """A label carries the unit; the hint says what it does, how far it goes, and what a change costs."""
-    declaration = number("a", "Width", 0.0, (0, 200), None, unit="px", live=False)
-    assert declaration.label == "Width (px)"
-    assert declaration.hint == "Width. From 0 to 200 px. A change restarts the run."
-    assert declare("a", "Width", "boolean", default=False).hint == "Width."
+    """A value beyond the useful range widens it; without a range there is no slider."""
+    assert slider_range(number("a", "Width", 0, (*bounds, useful)), 100) == slider

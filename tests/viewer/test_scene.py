@@ -1,4 +1,4 @@
-"""A drawing's primitives become nodes that are updated in place."""
+"""The primitives of a drawing become nodes that are updated in place."""
 
 from dataclasses import replace
 from typing import Any, cast
@@ -30,7 +30,7 @@ LINE = Polyline(f32((0, 0, 0), (5, 5, 5)), COLOURS["truth"], 1.0, "estimate")
 
 
 def rows(peer: Peer, name: str, key: str = "points") -> np.ndarray:
-    """Return the places of a node, one a row."""
+    """Return the positions of a node as rows."""
     return np.frombuffer(peer.nodes[name][key], dtype=np.float32).reshape(-1, 3)
 
 
@@ -56,9 +56,9 @@ def links(start: tuple[float, ...], end: tuple[float, ...], layer: str = "estima
 
 
 def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -> None:
-    """Positions are exact to the float32, y is turned, and the picture is a JPEG of its own size.
+    """Positions are exact float32 with y upwards, and the picture is a JPEG of its own size.
 
-    Another number of particles replaces the arrays of the same node.
+    Another number of particles replaces the arrays of the same node. A hidden node has the number of the frame.
     """
     shown = drawing(3)
     session.show(shown, 3, lambda: {"/picture", "/particles", "/estimate"} <= peer.nodes.keys())
@@ -73,10 +73,11 @@ def test_picture_and_particles_reach_the_browser(session: Session, peer: Peer) -
     session.show(drawing(1, 200), 1, lambda: count(peer) == 200)
     assert peer.nodes["/particles"] is node
     assert len(node["colors"]) == 600
+    wait_for(lambda: peer.nodes["/frame"]["position"] == [1.0, 0.0, 0.0])
 
 
 def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
-    """Drawings that were overtaken are not sent, and the last one always is."""
+    """Older drawings are not sent, and the last one always is."""
     sent = [session.pictures.for_scene(drawing(0, 10 + frame)) for frame in range(200)]
     session.loop.call(lambda: [session.viewer.show(each, frame) for frame, each in enumerate(sent)])
     wait_for(lambda: count(peer) == 209)
@@ -84,7 +85,7 @@ def test_the_newest_drawing_wins(session: Session, peer: Peer) -> None:
 
 
 def test_a_scene_that_nobody_watches_is_not_drawn(session: Session, site: Site, drawn: list[str | None]) -> None:
-    """Whoever comes next is shown the newest drawing at once."""
+    """The next browser gets the newest drawing at once."""
     for frame in range(20):
         session.show(drawing(frame, 50 + frame), frame)
     assert drawn == []
@@ -93,8 +94,8 @@ def test_a_scene_that_nobody_watches_is_not_drawn(session: Session, site: Site, 
     assert set(drawn) == {"Frame 19"}
 
 
-def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -> None:
-    """An estimate that is lost for a while leaves nothing behind; a mesh that is nowhere is hidden, as in a film."""
+def test_an_absent_primitive_is_hidden_and_comes_back(session: Session, peer: Peer) -> None:
+    """A mesh at NaN is hidden, too; another kind of primitive under the same name replaces the node."""
     shown = drawing()
     session.show(with_items(shown, mesh=triangle(3.0)), 0, lambda: peer.visible.get("/estimate"))
     wait_for(lambda: peer.visible.get("/mesh"))
@@ -102,12 +103,13 @@ def test_what_is_absent_is_hidden_and_comes_back(session: Session, peer: Peer) -
     session.show(replace(shown, primitives={"picture": shown.primitives["picture"]}), 2)
     wait_for(lambda: peer.visible.get("/estimate") is False and peer.visible.get("/particles") is False)
     session.show(drawing(3), 3, lambda: peer.visible.get("/estimate"))
+    axes = Axes(f32(10, 20, 5), np.eye(3, dtype=np.float32), 10.0, COLOURS["estimate"], 2.0, "pose")
+    session.show(with_items(shown, mesh=LINE, axes=axes), 4, lambda: "/axes" in peer.nodes)
+    wait_for(lambda: peer.nodes["/mesh"]["kind"] == "LineSegmentsMessage")
 
 
-def test_names_that_do_not_come_back_are_forgotten(
-    session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A scene whose primitives have a new name in each frame does not grow."""
+def test_old_names_are_forgotten(session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene does not grow if its primitives have new names in each frame."""
     monkeypatch.setattr("pftrack_server.viewer.scene.STALE_NODES", 2)
     for frame in range(6):
         shown = with_items(drawing(frame, 50), **{f"line {frame}": LINE})
@@ -116,7 +118,7 @@ def test_names_that_do_not_come_back_are_forgotten(
 
 
 def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
-    """A layer that is off is not sent at all; switched on, it appears without waiting for a new frame."""
+    """A hidden layer is not sent; switched on, it appears without another frame."""
     session.show(drawing(), 0, lambda: peer.visible.get("/particles"))
     assert "/label" not in peer.nodes
     peer.move("Labels", True, lambda: "/label" in peer.nodes)
@@ -127,8 +129,8 @@ def test_layers_are_switched_in_the_panel(session: Session, peer: Peer) -> None:
     peer.move("Particles (layer)", False, lambda: peer.visible.get("/particles") is False)
 
 
-def test_layers_through_time_take_the_place_of_flat_ones_seen_from_aside(session: Session, peer: Peer) -> None:
-    """The viewer knows their roles, not their names; a layer that is switched off is seen from nowhere."""
+def test_layers_through_time_replace_flat_ones_from_aside(session: Session, peer: Peer) -> None:
+    """The viewer decides by their roles; a layer that is switched off stays hidden from all sides."""
     shown = with_items(drawing(), past=links((0, 0, 0), (5, 5, -90), "history"))
     session.show(shown, 0, lambda: peer.visible.get("/past") and not peer.visible.get("/trail"))
     np.testing.assert_allclose(rows(peer, "/past")[1], (5, -5, -90), atol=0.5)
@@ -137,10 +139,10 @@ def test_layers_through_time_take_the_place_of_flat_ones_seen_from_aside(session
     peer.move("History", False, lambda: not peer.visible["/past"])
 
 
-def test_what_has_depth_is_raised_where_there_is_depth(session: Session, peer: Peer) -> None:
-    """A particle stands on a stem, from its place in the picture up to where it is; from the front there are none.
+def test_depth_is_shown_from_aside(session: Session, peer: Peer) -> None:
+    """A particle stands on a stem from its place in the picture; from the front there are no stems.
 
-    What is mapped over a picture is a relief: each cell has a vertex in its middle, as high as its number says.
+    A map over a picture is a relief, with a vertex at the height of its number in the middle of each cell.
     """
     levels = np.zeros((3, 4), dtype=np.float32)
     levels[1, 2] = 1.0
@@ -157,18 +159,8 @@ def test_what_has_depth_is_raised_where_there_is_depth(session: Session, peer: P
     peer.move_view("Front", until=lambda: not peer.visible["/particles raised"])
 
 
-def test_every_primitive_has_a_node(session: Session, peer: Peer) -> None:
-    """Frames, meshes and links are shown as well, and may change their kind under the same name."""
-    axes = Axes(f32(10, 20, 5), np.eye(3, dtype=np.float32), 10.0, COLOURS["estimate"], 2.0, "pose")
-    for side in (1.0, 2.0):  # once to add, once to update
-        shown = with_items(drawing(), axes=axes, mesh=triangle(side), links=links((0, 0, 0), (5, 5, 5), "pose"))
-        session.show(shown, 0, lambda: {"/axes", "/mesh", "/links"} <= peer.nodes.keys())
-    wait_for(lambda: rows(peer, "/mesh", "vertices")[1, 0] > 1.9)
-    session.show(with_items(shown, mesh=LINE), 1, lambda: peer.nodes["/mesh"]["kind"] == "LineSegmentsMessage")
-
-
-def test_a_primitive_that_cannot_be_shown_ends_nothing(session: Session, peer: Peer) -> None:
-    """What comes after it is shown to the end, which is the caption, whether it is still there or not."""
+def test_a_faulty_primitive_does_not_affect_others(session: Session, peer: Peer) -> None:
+    """Later primitives and the caption are shown."""
     wrong = Text(np.zeros(3, dtype=np.float32), "APF", COLOURS["estimate"], "estimate", anchor=cast("Any", "nowhere"))
     bad = Points(np.zeros((3, 3), dtype=np.float32), np.zeros((2, 3), dtype=np.uint8), 1.0)
     session.show(with_items(drawing(0, 50), wrong=wrong, bad=bad), 0, lambda: count(peer) == 50)
@@ -177,10 +169,10 @@ def test_a_primitive_that_cannot_be_shown_ends_nothing(session: Session, peer: P
     assert count(peer) == 60
 
 
-def test_a_failure_beside_the_drawing_ends_nothing(
+def test_an_error_of_the_panel_does_not_end_the_scene(
     session: Session, peer: Peer, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The panel that fails is written down once, and the scene goes on."""
+    """It is logged once, and the scene goes on."""
     monkeypatch.setattr("pftrack_server.viewer.viewer.warnings", RateLimitedLogger("viewer"))
     failed: list[int] = []
 
@@ -196,17 +188,10 @@ def test_a_failure_beside_the_drawing_ends_nothing(
     assert capsys.readouterr().out.count("RuntimeError: on purpose") == 1
 
 
-def test_the_scene_tells_which_frame_it_shows(session: Session, peer: Peer) -> None:
-    """A node that nobody sees stands there, where the page around looks for it."""
-    for frame in (7, 3):
-        place = [float(frame), 0.0, 0.0]
-        session.show(drawing(frame), frame, lambda place=place: peer.nodes.get("/frame", {}).get("position") == place)
+def test_unchanged_nodes_are_not_sent_again(session: Session, peer: Peer) -> None:
+    """A change while paused sends only what it moves, also if the same picture comes from another worker.
 
-
-def test_what_is_unchanged_is_not_sent_again(session: Session, peer: Peer) -> None:
-    """While paused only what a parameter moves is sent, also when the same file comes from another worker.
-
-    The web process forwards the file of a picture; of the pixels it has seen nothing.
+    The web process forwards the file of a picture unchanged.
     """
     shown = with_items(drawing(), axis=LINE)
     sent = session.pictures.for_scene(shown)
@@ -224,8 +209,8 @@ def test_what_is_unchanged_is_not_sent_again(session: Session, peer: Peer) -> No
     wait_for(lambda: peer.nodes["/picture"]["_data"] == session.pictures.for_scene(other).pictures["picture"].file)
 
 
-def test_a_picture_that_was_hidden_comes_back_as_it_is_by_now(session: Session, peer: Peer) -> None:
-    """While its layer is off nothing of it is sent; then the newest is, of its own size."""
+def test_a_hidden_picture_comes_back_in_its_present_state(session: Session, peer: Peer) -> None:
+    """It is not sent while its layer is off; then the newest one is, with its own size."""
     session.show(drawing(), 0, lambda: peer.visible.get("/picture"))
     data = peer.nodes["/picture"]["_data"]
     peer.move("Picture", False, lambda: peer.visible.get("/picture") is False)
@@ -236,8 +221,8 @@ def test_a_picture_that_was_hidden_comes_back_as_it_is_by_now(session: Session, 
     assert peer.nodes["/picture"]["_data"] != data
 
 
-def test_of_a_mesh_only_what_changes_is_sent(session: Session, peer: Peer) -> None:
-    """Its vertices, or its colour; its triangles, which are most of it, stay what they were until there are others."""
+def test_only_changed_parts_of_a_mesh_are_sent(session: Session, peer: Peer) -> None:
+    """A change of vertices or colour leaves the triangles, which are the largest part."""
     session.show(with_items(drawing(), mesh=triangle(3.0)), 0, lambda: "/mesh" in peer.nodes)
     node = peer.nodes["/mesh"]
     faces = node["faces"]
@@ -251,7 +236,7 @@ def test_of_a_mesh_only_what_changes_is_sent(session: Session, peer: Peer) -> No
 
 
 def test_a_mesh_with_colours_of_its_own_is_updated_in_place(session: Session, peer: Peer) -> None:
-    """Of vertices, triangles and colours only what changes is sent; as one of one colour it is another node."""
+    """Only changed vertices, triangles or colours are sent; with a single colour the mesh becomes another node."""
 
     def show(frame: int, mesh: Mesh, until: Any) -> None:
         session.show(with_items(drawing(frame), mesh=mesh), frame, until)
@@ -281,7 +266,7 @@ def test_a_mesh_with_colours_of_its_own_is_updated_in_place(session: Session, pe
 
 
 def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
-    """From the front what is painted later lies before it, and its own parts keep their order; from aside it rises."""
+    """From the front it lies behind later layers, with its parts in order; from aside it rises."""
 
     def heights() -> np.ndarray:
         return rows(peer, "/mesh", "vertices")[:, 2]
@@ -293,8 +278,8 @@ def test_a_mesh_is_pressed_into_its_layer(session: Session, peer: Peer) -> None:
     peer.move_view("Side", until=lambda: heights().max() > 8.9)
 
 
-def test_the_camera_is_seen_from_aside_only(session: Session, peer: Peer) -> None:
-    """Its rays would cross the picture from the front; from aside what is high stands on them."""
+def test_the_camera_is_visible_only_from_aside(session: Session, peer: Peer) -> None:
+    """From the front its rays would cross the picture; from aside high points lie on them."""
     corners = f32((0, 0, 0), (320, 0, 0), (320, 240, 0), (0, 240, 0))
     camera = Frustum(f32(160, 120, 300), corners, COLOURS["camera"], 1.0, "camera")
     shown = with_items(drawing(), camera=camera, high=links((40, 60, 100), (40, 60, 200)))

@@ -1,4 +1,4 @@
-"""Geometry between drawings, which count y downwards, and the scene, which counts it upwards."""
+"""Geometry between drawings, with y downwards, and the scene, with y upwards."""
 
 from dataclasses import replace
 
@@ -24,11 +24,11 @@ NEAR = (50.0, 60.0, 100.0)
         ((10, 40, 25), Stance(0.0, 0.5, NEAR), (10, -40, 0.5)),
     ],
 )
-def test_where_a_point_of_a_drawing_is_in_the_scene(point: object, stance: Stance, place: object) -> None:
+def test_the_place_of_a_point_in_the_scene(point: object, stance: Stance, place: object) -> None:
     """The picture is upright, and heights are flattened before the lift, which keeps the painting order.
 
-    What is high leans towards the camera: from aside it stands on the way from its pixel to the camera, whatever lifts
-    it; from the front it is upright. The arrays of a drawing, which belong to the run, stay as they are.
+    From aside, a high point lies on the ray from its pixel to the camera; from the front it is upright. The arrays of a
+    drawing, which belong to the run, stay unchanged.
     """
     positions = f32(point)
     np.testing.assert_allclose(shapes.to_scene(positions, stance), f32(place))
@@ -36,7 +36,7 @@ def test_where_a_point_of_a_drawing_is_in_the_scene(point: object, stance: Stanc
 
 
 def test_a_frustum_goes_from_its_apex_to_the_corners() -> None:
-    """Four rays end in the picture's corners, and around these and around its own body goes a border."""
+    """Four rays end in the picture's corners; the corners and the camera's body have a border."""
     corners = f32((0, 0, 0), (8, 0, 0), (8, 6, 0), (0, 6, 0))
     segments = shapes.frustum_segments(Frustum(f32(4, 3, 10), corners, (0, 0, 0), 1.0, "camera"))
     assert segments.shape == (12, 2, 3)
@@ -55,7 +55,7 @@ def test_a_line_has_a_gap_where_a_position_is_unknown() -> None:
 
 
 def test_an_ellipse_runs_through_the_ends_of_its_half_axes() -> None:
-    """A quarter of the way round lies the end of the second half axis; of a dashed one half the outline is missing."""
+    """The end of the second half axis is at a quarter; a dashed outline has half of the segments."""
     ellipse = Ellipse(f32(10, 20, 5), f32((4, 0), (0, 2)), (0, 0, 0), 1.0, "x")
     segments = shapes.ellipse_segments(ellipse)
     assert (len(segments), len(shapes.ellipse_segments(replace(ellipse, dashed=True)))) == (64, 32)
@@ -71,15 +71,12 @@ def test_axes_end_where_the_columns_of_the_rotation_point() -> None:
 
 
 def test_faces_are_turned_over() -> None:
-    """Mirroring y would otherwise show a mesh inside out."""
+    """Otherwise the mirrored y would show a mesh inside out."""
     np.testing.assert_array_equal(shapes.turn_over(np.array([[0, 1, 2]], dtype=np.int32)), [[2, 1, 0]])
 
 
 def test_depth_is_the_highest_of_all() -> None:
-    """The box that a camera fits holds clouds, trails, links, meshes and labels; the camera itself is counted apart.
-
-    The past has negative heights, which are counted apart, too.
-    """
+    """The box of a camera contains clouds, trails, links and meshes, but neither the camera nor negative heights."""
     cloud = Points(f32((0, 0, 3)), np.zeros((1, 3), dtype=np.uint8), 1.0)
     past = Polyline(f32((0, 0, 0), (0, 0, -60), (0, 0, np.nan)), COLOURS["truth"], 1.0, "x")
     items = (

@@ -1,4 +1,4 @@
-"""Worlds stand beside the picture, one below the other, and have presets of their own."""
+"""Worlds are to the right of the picture, one below the other, and have presets of their own."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -24,7 +24,7 @@ SIDES = (
 HEAD = World("head", "Head", "mm", 50.0, middle=(1.0, 2.0, 3.0), up=(0, -1, 0), front=(0, 0, -1), viewpoints=SIDES)
 SPREAD = np.diag([9.0, 4.0, 1.0]).astype(np.float32)[None]
 ACROSS = 320 - 0.5 + 0.2 * 240 + 120
-"""Where the middle of a single world is: its square is as high as the picture."""
+"""The middle of a single world, whose square is as high as the picture."""
 SCALE = 0.86 * 120 / 50
 """px per mm."""
 
@@ -34,7 +34,7 @@ def with_worlds(*shown: WorldDrawing) -> Drawing:
 
 
 def inside() -> WorldDrawing:
-    """A point in the middle of the world and one 10 mm to the right, below and in front of it, and more."""
+    """Return a world with a point in its middle, one 10 mm to the right, below and in front, and more."""
     places = f32([1, 2, 3], [11, 12, -7])
     return WorldDrawing(
         HEAD,
@@ -58,9 +58,9 @@ def placed(*shown: WorldDrawing) -> dict[str, Any]:
 
 
 def test_a_world_stands_to_the_right_of_the_picture() -> None:
-    """Its square is as high as the picture and clear of it; up is up and its front looks at the viewer.
+    """Its square is as high as the picture and separate; it is upright with its front towards the viewer.
 
-    Its title and its ruler say the unit, and the ruler is as long as it says, in each direction.
+    Its title has the unit, and its ruler the stated length in each direction.
     """
     shown = placed(inside())
     points, title, line, length = (
@@ -86,7 +86,7 @@ def test_worlds_stand_one_below_the_other() -> None:
 @pytest.mark.parametrize("aspect", [0.6, 1.3, 2.4])
 @pytest.mark.parametrize("side", SIDES)
 def test_a_viewpoint_holds_the_whole_ball(side: Viewpoint, aspect: float) -> None:
-    """The world fills the window's shorter side, and no more of it, whatever the window's form."""
+    """The world fills the window's shorter side, with any shape of window."""
     view = worlds.view(0, 1, HEAD, side, Box(320, 240), aspect)
     half = np.arcsin(50 * SCALE / view.distance)
     narrow = np.arctan(np.tan(view.fov_rad / 2) * min(1.0, aspect))
@@ -94,15 +94,15 @@ def test_a_viewpoint_holds_the_whole_ball(side: Viewpoint, aspect: float) -> Non
     np.testing.assert_allclose(view.target, [ACROSS, -119.5, 0])
 
 
-def test_viewpoints_are_where_they_say() -> None:
-    """Ahead is before the picture, port is to the left, and from the sky one looks down, almost."""
+def test_viewpoints_have_their_directions() -> None:
+    """Ahead is in front of the picture, port to the left, and the sky almost above."""
     views = [worlds.view(0, 1, HEAD, side, Box(9, 9), 1) for side in SIDES]
     ways = [(view.position - view.target) / view.distance for view in views]
     np.testing.assert_allclose(ways, [[0, 0, 1], [-1, 0, 0], [0, 1, 0]], atol=0.02)
 
 
 def test_worlds_reach_the_browser(session: Session, peer: Peer) -> None:
-    """Points, bodies and arrows are nodes of the scene, updated in place, hidden with their layer."""
+    """Points, bodies and arrows are nodes that are updated in place; absent ones are hidden."""
     names = [f"/world head: {name}" for name in ("points", "bodies", "arrow", "title", "ruler", "ruler length")]
     shown, bodies = inside(), Ellipsoids(f32([21, 2, 3], [1, 2, 3]), np.tile(SPREAD, (2, 1, 1)), BLUES, 0.5, "estimate")
     session.show(with_worlds(shown), 0, lambda: peer.nodes.keys() >= set(names))
@@ -120,7 +120,7 @@ def test_worlds_reach_the_browser(session: Session, peer: Peer) -> None:
 
 
 def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer) -> None:
-    """The camera goes there, and back to the picture, which is where it was."""
+    """The camera moves there, and back to the whole scene."""
 
     def looks_at(across: float) -> Callable[[], bool]:
         return lambda: peer.camera["LookAt"]["look_at"][0] == pytest.approx(across)
@@ -133,8 +133,8 @@ def test_a_world_has_buttons_that_lead_to_its_sides(session: Session, peer: Peer
 
 
 @pytest.mark.parametrize("stance", [FREE, Stance(1.0, 3.0)])
-def test_a_body_is_a_ball_that_is_stretched_and_turned(stance: Stance) -> None:
-    """Its turn and half axes give its covariance, mirrored as the scene is; what is flat keeps some thickness."""
+def test_a_body_is_a_stretched_and_rotated_ball(stance: Stance) -> None:
+    """Its rotation and half axes give its covariance, mirrored like the scene; a flat body keeps some thickness."""
     rng = np.random.default_rng(4)
     roots = rng.normal(size=(3, 3, 3))
     spread = (roots @ np.swapaxes(roots, 1, 2)).astype(np.float32)
@@ -156,8 +156,8 @@ def test_a_body_is_a_ball_that_is_stretched_and_turned(stance: Stance) -> None:
     np.testing.assert_allclose(sorted(disc.half_axes[0]), [0.06, 4.0, 6.0], rtol=1e-5)
 
 
-def test_the_ball_is_seen_from_outside() -> None:
-    """Its triangles run counterclockwise there."""
+def test_the_ball_is_visible_from_outside() -> None:
+    """Its triangles are counterclockwise there."""
     vertices, faces = shapes.BALL
     corners = vertices[faces]
     outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -165,7 +165,7 @@ def test_the_ball_is_seen_from_outside() -> None:
 
 
 def test_an_arrow_is_a_line_with_four_barbs() -> None:
-    """They end at its tip, in two planes; an arrow that goes nowhere is nothing."""
+    """The barbs end at its tip, in two planes; an arrow without length is omitted."""
     segments = shapes.arrow_segments(Arrows(f32([[0, 0, 0], [100, 0, 0]], [[5, 5, 5], [5, 5, 5]]), BLUE, 2.0, "l"))
     assert segments.shape == (5, 2, 3)
     np.testing.assert_allclose(segments[0], f32([0, 0, 0], [100, 0, 0]))

@@ -14,8 +14,8 @@ Only these use internals of viser:
 - `client/`: the scripts and the style sheet inserted into that page; only they depend on the structure of viser's
   client
 
-`tests/viewer` has a test for each internal that they rely on, which fails with a sentence on what has changed, in the
-installed Python package or in its client in a real browser.
+`tests/viewer` has a test for each internal that they rely on, in the installed Python package or in its client in a
+real browser.
 """
 
 from pftrack_server.viewer.client_page import CONTENT_SECURITY_POLICY, client_asset, client_page

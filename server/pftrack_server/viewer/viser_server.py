@@ -23,7 +23,7 @@ yet; its likely differences are estimated from the changes between 1.0.21 and 1.
 2. `test_viser_contracts`: the only clock in `viser.infra._infra` times messages (the same in 1.0.21), so it may run
    fast; it could go with an option that turns smoothing off. New kinds of messages from browsers have to be judged. A
    client that is packed in another way is served in one piece until `client_page` learns the new way.
-3. `test_client_in_browser`: `__viserMutable`, `drainMessageQueue` and `messageQueue` are not in 1.0.21 at all, so these
+3. `test_browser`: `__viserMutable`, `drainMessageQueue` and `messageQueue` are not in 1.0.21 at all, so these
    are what a new version is most likely to change; `client/frames.js` and `client/state.js` are then to be adapted.
    `client/colours.js` rests on `onBeforeRender` of the scene and on the bytes that points keep as their colours; with a
    viser whose meshes take colours of vertices in place, it and `ColouredMesh` can go. What `style.css`, `numbers.js`
