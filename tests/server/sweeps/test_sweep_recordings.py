@@ -5,7 +5,7 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.server.host import Server, error_of
+from tests.server.host import Server, error_of, post
 from tests.server.sweeping import allow, rows, until_state
 from tests.server.uploads.test_uploads import columns_of, send, video
 from tests.waiting import wait_for
@@ -27,9 +27,7 @@ def upload(client: httpx.Client) -> dict[str, Any]:
 
 
 def begun(client: httpx.Client, upload: dict[str, Any], **changes: Any) -> dict[str, Any]:
-    answer = client.post("/api/v1/sweeps", json={**PLAN, "upload": upload["id"], **changes})
-    assert answer.status_code == 201, answer.text
-    return answer.json()
+    return dict(post(client, "sweeps", **{**PLAN, "upload": upload["id"], **changes}))
 
 
 def allow_all(server: Server) -> None:
@@ -37,7 +35,7 @@ def allow_all(server: Server) -> None:
 
 
 def test_it_is_computed_and_opened(server: Server, client: httpx.Client, upload: dict[str, Any]) -> None:
-    """Its runs are measured by the trackers' own account, and each opens as a session on the upload."""
+    """Its runs are measured without truth, and each opens as a session on the upload."""
     allow_all(server)
     sweep = begun(client, upload)
     assert (sweep["recording"], sweep["judged"], sweep["frames"]) == ("ball.mp4", False, 8)
@@ -59,9 +57,9 @@ def test_it_is_computed_and_opened(server: Server, client: httpx.Client, upload:
 
 
 def test_other_seeds_alone(server: Server, client: httpx.Client, upload: dict[str, Any]) -> None:
-    """Without an axis the trials are other seeds of one setting; the size and the time are told before.
+    """Without an axis the trials are other seeds of one setting, whose size and time are known before.
 
-    A parameter of the simulated scene, a target that is not marked, a start beyond the end and another upload are told.
+    A parameter of the simulated scene, an unmarked target, a start beyond the end and another upload are refused.
     """
     wrong: list[tuple[dict[str, Any], str]] = [
         ({"axes": [{"name": "sway_px", "values": [1]}]}, "no parameter 'sway_px' on a recording"),
@@ -76,8 +74,7 @@ def test_other_seeds_alone(server: Server, client: httpx.Client, upload: dict[st
     allow_all(server)
     body = {**PLAN, "axes": [], "upload": upload["id"], "parameters": {"sample_count": 30}}
     size = client.post("/api/v1/sweeps/estimate", json=body).json()
-    assert (size["runs"], size["frames"], size["problem"]) == (4, 8, None)
-    assert size["seconds"] > 0
+    assert (size["runs"], size["frames"], size["problem"], size["seconds"] > 0) == (4, 8, None, True)
     sweep = until_state(client, begun(client, upload, axes=[], parameters={"sample_count": 30})["id"], "done")
     assert sweep["done"] == 4
     found = client.get(f"/api/v1/sweeps/{sweep['id']}/cells").json()
@@ -85,7 +82,7 @@ def test_other_seeds_alone(server: Server, client: httpx.Client, upload: dict[st
 
 
 def test_it_needs_its_upload(start_server: Any) -> None:
-    """While it is computed, its upload stays; without it, it does not go on, and with its content it does."""
+    """An upload cannot be deleted under a running sweep, which resumes only with the upload's content."""
     clip = video(12)
     with start_server() as (_, client):
         upload = send(client, ("ball.mp4", clip)).json()

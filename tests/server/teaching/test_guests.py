@@ -102,19 +102,31 @@ def test_limits_of_a_class(guarded: Server, lecturer: httpx.Client, follow: Foll
             assert hear(let_in)["type"] == "hello"
 
 
-def test_the_next_session(lecturer: httpx.Client, session: str, other: str, follow: Follow, one: Follower) -> None:
-    """When the lecturer follows another session, the followers' streams of the first are closed."""
-    with one.socket() as stream, one.socket(f"api/v1/sessions/{session}/stream") as before:
+def test_the_next_session(guarded: Server, lecturer: httpx.Client, session: str, other: str) -> None:
+    """When a session ends or the lecturer follows another one, the followers' streams of the first are closed."""
+    gone = str(begin(lecturer)["id"])
+    follow = lead(lecturer, session, gone)
+    with (
+        follower(guarded, follow) as one,
+        one.socket() as stream,
+        one.socket(f"api/v1/sessions/{session}/stream") as first,
+        one.socket(f"api/v1/sessions/{gone}/stream") as second,
+    ):
         hear(stream)
-        change(lecturer, follow, sessions=[other], arrangement={"scenes": "over"})
-        told = hear(stream)["follow"]
+        lecturer.delete(f"/api/v1/sessions/{gone}")
+        assert farewell(second) == (4404, "The session was ended.")
+        error_of(one.ask("POST", "follow/fork", session=gone), 404)
+        changed = change(lecturer, follow, sessions=[other], arrangement={"scenes": "over"}, title="Go on")
+        assert changed.json()["title"] == "Go on"
+        told = until(stream, lambda message: message.get("follow", {}).get("title") == "Go on")[-1]["follow"]
         assert ([each["id"] for each in told["sessions"]], told["arrangement"]) == ([other], {"scenes": "over"})
-        assert farewell(before) == (4404, "The class no longer follows this.")
+        assert farewell(first) == (4404, "The class no longer follows this.")
         error_of(one.ask("GET", f"sessions/{session}"), 403)
         assert one.ask("GET", f"sessions/{other}").status_code == 200
     for wrong in ({"sessions": ["nowhere"]}, {"lesson": "nowhere"}):
         error_of(change(lecturer, follow, **wrong), 404)
     error_of(change(lecturer, follow, sessions=[]), 422)
+    lecturer.delete(f"/api/v1/follows/{follow['id']}")
 
 
 def test_a_fork(
@@ -184,20 +196,6 @@ def test_a_copy_that_comes_late(
         error_of(one.ask("POST", "follow/fork", session=session), 409)
         error_of(one.ask("POST", "follow/fork", session=session), 410)
     wait_for(lambda: [lecturer.get(f"/api/v1/sessions/{name}").status_code for name in made] == [404, 404])
-
-
-def test_a_session_that_is_ended(guarded: Server, lecturer: httpx.Client, other: str) -> None:
-    """Its followers get the reason by its stream; the class lasts and follows another session."""
-    gone = str(begin(lecturer)["id"])
-    follow = lead(lecturer, gone, title=None)
-    with follower(guarded, follow) as one, one.socket(), one.socket(f"api/v1/sessions/{gone}/stream") as stream:
-        hear(stream)
-        lecturer.delete(f"/api/v1/sessions/{gone}")
-        assert farewell(stream) == (4404, "The session was ended.")
-        error_of(one.ask("POST", "follow/fork", session=gone), 404)
-        assert change(lecturer, follow, most_followers=0).json()["most_followers"] == 0
-        assert change(lecturer, follow, sessions=[other], title="Go on").json()["title"] == "Go on"
-    lecturer.delete(f"/api/v1/follows/{follow['id']}")
 
 
 def test_a_second_device(
