@@ -154,16 +154,6 @@ def test_turning_the_picture_turns_the_guided_particles() -> None:
     assert there == pytest.approx(moved(here), abs=1e-9)
 
 
-def test_a_picture_without_fish_leaves_particles_as_they_are_drawn() -> None:
-    """Where nothing has the colour all weigh the same, and the tracker goes on."""
-    parameters = revise(DEFAULTS, {"lowest_hue": 90, "highest_hue": 91, "sample_count": 200})
-    blank = find_edges(FishSource(0, DEFAULTS).frame(0, History(((0, DEFAULTS),))), parameters)
-    assert not blank.edges.any()
-    state = step_frame("guided", begin_at(target(0), 200), blank, parameters, 0, 1)
-    assert state.particles.effective_sample_size == pytest.approx(200, abs=3)
-    assert state.distance == 63.0
-
-
 @pytest.mark.parametrize(
     ("bad", "said"),
     [
