@@ -1,128 +1,132 @@
-"""Regions of a chain hold the truth within their bounds, whatever is seen of it."""
+"""Regions of a chain contain the truth within their bounds, whatever is known, seen or changed."""
 
+from collections.abc import Mapping
 from dataclasses import replace
-from itertools import cycle, islice
 
 import numpy as np
 import pytest
 
-from pftrack.core.model.source import Measurements
-from pftrack.experiments.linkage.model import directions
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame, Measurements
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments import find
 from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE
 from pftrack.experiments.linkage.sets.regions import contains as in_region
-from pftrack.experiments.linkage.state import LinkageTrackerParameters
-from pftrack.experiments.linkage.trackers import ROOT, begin, box_of, known_bounds, union
-from tests.experiments.linkage.chains import RUNS, blind, follow, frame_of, frames, lengths_of, outliers, tracked
+from pftrack.experiments.linkage.state import LinkageState, LinkageTrackerParameters
+from pftrack.experiments.linkage.trackers import ROOT, begin, box_of, contains, known_bounds, union
+from pftrack.runs.run import Run
+from tests.making import whole_run
 
-PLANE = [name for name in RUNS if name != "3d"]
-SETS = ["ellipsoids", "ellipsoids-literal", "box-guides"]
-WRONG = {"predicted_ellipsoid": "printed", "first_ellipsoid": "inscribed"}
-
-
-@pytest.mark.parametrize("tracker", SETS)
-@pytest.mark.parametrize("name", PLANE)
-def test_the_truth_is_held_in_every_frame(name: str, tracker: str) -> None:
-    """Errors and motion within their bounds never exclude the truth, and the regions come down to one again."""
-    states, held = tracked(name, 0, tracker)
-    assert all(held)
-    assert not any(outliers(states))
-    assert tracker == "ellipsoids-literal" or len(states[-1].belief) == 1
+LINKAGE = find("linkage")
+SETS = pytest.mark.parametrize("tracker", ["ellipsoids", "ellipsoids-literal", "box-guides"])
+PRESETS = {preset.name: preset.parameters for preset in LINKAGE.presets}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("tracker", SETS)
-@pytest.mark.parametrize("name", RUNS)
-def test_the_truth_is_held_with_five_seeds(name: str, tracker: str) -> None:
-    """The same for other seeds, and for 200 frames in space."""
-    assert all(all(tracked(name, seed, tracker)[1]) for seed in range(5))
+def run_of(tracker: str, values: Mapping[str, Value], *timeline: Change, frames: int | None = 16) -> Run:
+    return whole_run(LINKAGE, values=values, tracker=tracker, seed=3, frames=frames, timeline=timeline)
 
 
-def test_lengths_are_found_by_the_full_method_alone() -> None:
-    """Guides shrunk by intervals bound the lengths of both objects, with ellipsoids or not; ellipsoids alone do not."""
-    wanted = {"two-1": [[63.8, 71.7], [51.4, 59.3], [41.4, 56.1]], "two-2": [[73.7, 80.0], [61.3, 69.3], [51.4, 60.0]]}
-    for name, intervals in wanted.items():
-        full = [lengths_of(tracked(name, seed)[0][-1]) for seed in range(2)]
-        alone, literal = (lengths_of(tracked(name, 0, way)[0][-1]) for way in ("box-guides", "ellipsoids-literal"))
-        assert np.allclose(np.mean(full, axis=0), intervals, atol=2.0)
-        assert np.allclose(alone, full[0], atol=0.1)
-        assert literal[1:] == pytest.approx(np.array([[50, 70], [40, 60]]), abs=1.5)
+SCALES = ({"angle_scale_px": 55}, {"angle_scale_px": 1, "split_regions": False}, {"angle_scale_px": 200})
+EXACT = {"chain_path": "static", "motion_bound_rad": 0, "start_angle_bound_rad": 0, "start_length_bound_px": 0}
+SPACE = PRESETS["3d"]
+HIDDEN, SEEN = Change(4, {"occlusion_width_px": 640}), Change(14, {"occlusion_width_px": 0})
+CASES: dict[str, tuple[Mapping[str, Value], tuple[Change, ...], int | None]] = {
+    "crossing": (PRESETS["cross"], (), None),
+    "an object": (PRESETS["two-1"], (), 110),
+    "change of scale": (
+        {"angle_scale_px": 1},
+        tuple(Change(frame, values) for frame, values in zip((6, 9, 12), SCALES, strict=True)),
+        16,
+    ),
+    "lengths": (
+        {f"length_{i}_{end}_px": length for i, length in ((1, 70), (2, 60), (3, 50)) for end in ("low", "high")},
+        (),
+        16,
+    ),
+    "difference": ({"true_length_2_px": 70, "length_difference_12_px": 0, "length_difference_23_px": 20}, (), 16),
+    "beginning": ({"start_angle_bound_rad": 0, "start_length_bound_px": 0}, (), 16),
+    "nothing moves": ({**EXACT, "start_length_bound_px": 5, "angle_scale_px": 1}, (), 16),
+    "nothing errs": ({**EXACT, "measurement_noise_px": 0, "error_bound_px": 0}, (), 60),
+    "observed exactly": ({"measurement_noise_px": 0, "error_bound_px": 0}, (), 16),
+    "root that nobody sees": (SPACE, (HIDDEN, SEEN), 18),
+    "lines": ({**SPACE, "links_seen_as": "lines", "occlusion_width_px": 60}, (), 16),
+    "lines and ends": ({**SPACE, "links_seen_as": "lines-and-ends"}, (), 30),
+}
 
 
-@pytest.mark.parametrize("name", ["mirror3", "mirror2", "two-1"])
-def test_the_printed_prediction_loses_the_truth(name: str) -> None:
-    """P + du I holds it in the first frames alone, and then takes observations for wrong."""
-    states, held = tracked(name, 0, "ellipsoids-literal", **WRONG)
-    assert 0.05 < np.mean(held) < 0.17
-    assert sum(outliers(states)) > 5
+@SETS
+@pytest.mark.parametrize("case", CASES)
+def test_the_truth_is_contained(case: str, tracker: str) -> None:
+    """Known lengths and beginnings, exact points, changes of scale, hidden roots and lines never exclude it."""
+    values, timeline, frames = CASES[case]
+    rows = run_of(tracker, values, *timeline, frames=frames).diagnostics
+    assert {row.number("contained") for row in rows} == {1.0}
+    assert not any(row.number("outlier") for row in rows)
 
 
-@pytest.mark.parametrize("tracker", SETS)
-@pytest.mark.parametrize(("angle_rad", "length_px"), [(0, 0), (0.1, 5)])
-def test_nothing_moves_and_nothing_errs(tracker: str, angle_rad: float, length_px: float) -> None:
-    """With du = 0, dy = 0, exact observations and a start at the truth, a region shrinks to a point and stays there."""
-    start = {"start_angle_bound_rad": angle_rad, "start_length_bound_px": length_px}
-    parameters = LinkageTrackerParameters(motion_bound_rad=0, error_bound_px=0, **start)
-    states, held = follow(tracker, frames("static", 0, 150, spread=0.0), parameters)
-    assert all(held)
-    assert not any(outliers(states))
+@SETS
+def test_a_beginning_outside_the_bounds_is_cut_to_them(tracker: str) -> None:
+    """The bounds stay as wide as they were, and the picture reports that the truth is excluded."""
+    setup = LINKAGE.simulate()
+    values = {"true_length_1_px": 110, "start_length_bound_px": 8}
+    setup = Setup(setup.open_source, revise(setup.parameters, values), success=setup.success)
+    run = Run(LINKAGE, setup, tracker=tracker, seed=3, frames=2)
+    first = run.diagnostics[0]
+    assert first.vector("length_1") == pytest.approx((64.0, 80.0))
+    assert first.number("contained") == 0.0
+    assert "truth excluded" in LINKAGE.draw(run.current, run.diagnostics).caption
 
 
-@pytest.mark.parametrize("tracker", SETS)
-def test_points_that_were_not_seen_are_left_out(tracker: str) -> None:
-    """Without a point, some or all, the truth is held; without any the lengths stay as they were."""
-    gone = [slice(3) if 30 <= index < 40 else slice(index % 5, index % 5 + 1) for index in range(60)]
-    shown = [(target, blind(frame, gone[frame.index])) for target, frame in frames("mirror3", 2, 60)]
-    states, held = follow(tracker, shown)
-    assert all(held)
-    assert np.allclose(lengths_of(states[29]), lengths_of(states[39]), atol=1e-6)
-    assert np.ptp(states[39].low[:3] - states[29].low[:3]) >= 0
+def next_frame(run: Run, index: int, off_px: np.ndarray) -> Frame:
+    """Return a later frame of a run's scene with other points, NaN for one that is not seen."""
+    frame = run.source.frame(index, run.timeline.history)
+    measured = frame.measurements
+    return replace(frame, measurements=Measurements(measured.points_px + off_px, measured.sd_px))
+
+
+def stepped(run: Run, state: LinkageState, frame: Frame) -> LinkageState:
+    parameters, rng = run.parameters_at(0), Stream(0, frame.index, Purpose.TRACK)
+    after: LinkageState = LINKAGE.trackers[run.tracker].step(state, frame, parameters, rng)
+    return after
+
+
+def holds(state: LinkageState, frame: Frame) -> bool:
+    target = frame.target
+    parts = [part for part in (target.omega, target.t, target.theta, target.r) if part is not None]
+    return contains(state, np.concatenate(parts))
+
+
+@SETS
+def test_points_that_are_not_seen_or_far_off_leave_the_prediction(tracker: str) -> None:
+    """One point 60 px off is an outlier, hidden points are not; either way regions grow and contain the truth."""
+    run = run_of(tracker, PRESETS["static"], frames=8)
+    before: LinkageState = run.current.state
+    far, gone = (np.array([[0.0, 0.0], [off, 0.0], [0.0, 0.0]]) for off in (60.0, np.nan))
+    for off_px, outlier in ((far, True), (gone, False), (np.full((3, 2), np.nan), False)):
+        frame = next_frame(run, 8, off_px)
+        after = stepped(run, before, frame)
+        assert after.events.outlier == outlier
+        assert holds(after, frame)
+    assert np.all(after.high - after.low >= before.high - before.low - 1e-9)
+    assert np.allclose(after.high[3:] - after.low[3:], before.high[3:] - before.low[3:], atol=1e-6)
 
 
 def test_the_root_in_space_is_bounded_by_what_is_seen() -> None:
     """A hidden root is as far from the first joint that is seen as links reach; with nothing to see it may move on."""
-    parameters = LinkageTrackerParameters(**RUNS["3d"][2])
-    shown = [(target, blind(frame, slice((0, 0, 1, 2, 4)[frame.index]))) for target, frame in frames("3d", 0, 5)]
-    states, held = follow("ellipsoids", shown, parameters)
-    assert all(held[:4])
-    widths = [float(np.ptp([state.low[ROOT], state.high[ROOT]], axis=0).max()) for state in states]
-    assert widths[1] == pytest.approx(1.0)
-    assert 100 < widths[2] < 165 < widths[3] < 305
-    assert widths[4] == pytest.approx(widths[3] + 2.0 * parameters.root_motion_bound_px)
-
-
-@pytest.mark.parametrize("tracker", SETS)
-def test_an_observation_outside_every_bound_is_left_out(tracker: str) -> None:
-    """One point 60 px off is counted as an outlier, the prediction stands, and the truth is held before and after."""
-    shown = list(frames("static", 0, 14))
-    shown[8] = shown[8][0], frame_of(shown[8][0], 8, np.array([[0.0, 0.0], [60.0, 0.0], [0.0, 0.0]]))
-    states, held = follow(tracker, shown)
-    assert all(held)
-    assert outliers(states) == [index == 8 for index in range(14)]
-    assert np.all(states[8].high - states[8].low >= states[7].high - states[7].low - 1e-9)
-
-
-def test_lengths_in_the_wrong_order_are_said_and_survived() -> None:
-    """A chain with links of 50, 60 and 70 px contradicts the bounds: observations are outliers, and nothing breaks."""
-    shown = []
-    for target, frame in frames("static", 0, 40):
-        other, points = replace(target, r=target.r[::-1].copy()), frame.measurements.points_px.copy()
-        points[:, 0] = np.cumsum(other.r * np.cos(directions(other.theta))) + target.origin_px[0]
-        shown.append((other, replace(frame, measurements=Measurements(points, frame.measurements.sd_px))))
-    states, _ = follow("ellipsoids", shown)
-    assert sum(outliers(states)) > 5
-    assert all(np.isfinite(state.mean).all() and (state.low <= state.high).all() for state in states)
-
-
-@pytest.mark.parametrize("tracker", ["ellipsoids", "ellipsoids-literal"])
-@pytest.mark.parametrize("count", [500, pytest.param(5000, marks=pytest.mark.slow)])
-def test_thousands_of_frames_leave_ellipsoids_positive(tracker: str, count: int) -> None:
-    """With a motion bound of 0 and of more, however long a pose is held, every shape has a root."""
-    shown = list(islice(cycle(list(frames("static", 0, 60))), count))
-    for motion in (0.0, 0.05):
-        states, held = follow(tracker, shown, LinkageTrackerParameters(motion_bound_rad=motion))
-        assert all(held[99::100])
-        for member in (member for state in states[99::100] for member in state.belief.members):
-            np.linalg.cholesky(member.array[SHAPE:])
+    run = run_of("ellipsoids", {**SPACE, "error_bound_px": 0.5, "measurement_noise_px": 0}, frames=1)
+    state, widths = run.current.state, []
+    for index, hidden in enumerate((0, 1, 2, 4), 1):
+        off_px = np.zeros((4, 2))
+        off_px[:hidden] = np.nan
+        frame = next_frame(run, index, off_px)
+        state = stepped(run, state, frame)
+        assert holds(state, frame)
+        widths.append(float(np.ptp([state.low[ROOT], state.high[ROOT]], axis=0).max()))
+    assert widths[0] == pytest.approx(1.0)
+    assert 100 < widths[1] < 165 < widths[2] < 305
+    assert widths[3] == pytest.approx(widths[2] + 2.0 * run.parameters_at(0).root_motion_bound_px)
 
 
 def test_the_box_of_the_start_is_its_region() -> None:
@@ -154,16 +158,15 @@ def test_bounds_are_the_same_in_the_coordinates_of_regions() -> None:
         theta, r = rng.normal(size=3), rng.uniform(40, 80, 3)
         theta[0] *= not in_space
         place = np.concatenate([rng.normal(size=3), np.cumsum(theta)[1:]] if in_space else [np.cumsum(theta)])
-        told_by = known_bounds(bounds, 55.0, 0.1, in_space=in_space)
+        known = known_bounds(bounds, 55.0, 0.1, in_space=in_space)
         constraints = bounds.constraints(in_space=in_space)
-        assert np.allclose(told_by.rows @ np.append(place * 55.0, r), constraints.rows @ np.append(theta, r))
-        assert (told_by.moved, told_by.radius) == (len(place), pytest.approx(5.5))
+        assert np.allclose(known.rows @ np.append(place * 55.0, r), constraints.rows @ np.append(theta, r))
+        assert (known.moved, known.radius) == (len(place), pytest.approx(5.5))
 
 
-def test_a_region_is_told_in_radians_and_pixels() -> None:
+def test_a_region_is_reported_in_radians_and_pixels() -> None:
     """Pose, guides and shape are those of its coordinates over the scale, also after a change of scale."""
-    states, _ = tracked("mirror3", 0, count=10)
-    region = states[-1].belief.members[0]
+    region = run_of("ellipsoids", {"chain_path": "mirror3"}, frames=10).current.state.belief.members[0]
     other = region.rescale(150.0)
     for name in ("pose", "low", "high", "shape"):
         assert np.allclose(getattr(region, name), getattr(other, name))
@@ -174,6 +177,6 @@ def test_a_region_is_told_in_radians_and_pixels() -> None:
     low, high = box_of([region], LinkageTrackerParameters().bounds, None)
     assert np.all(low[3:] == least[3:])
     assert high[1] == pytest.approx(min(most[1] - least[0], np.pi / 2))
-    boxes = tracked("mirror3", 0, "box-guides", 5)[0][-1].belief.members[0]
+    boxes = run_of("box-guides", {"chain_path": "mirror3"}, frames=5).current.state.belief.members[0]
     assert not boxes.shape.any()
     assert np.allclose(boxes.pose, 0.5 * (boxes.low + boxes.high))
