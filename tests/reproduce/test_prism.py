@@ -22,15 +22,15 @@ def test_methods_see_the_same_prism() -> None:
 
 
 def test_the_mixture_is_best() -> None:
-    """Over five trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
+    """Over three trials the mixture is at least 0.1 degrees below the upper prediction, which is below the lower."""
     methods: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0")
-    mixture, upper, lower = (np.mean([course(it, seed).error_deg for seed in range(5)]) for it in methods)
+    mixture, upper, lower = (np.mean([course(it, seed).error_deg for seed in range(3)]) for it in methods)
     assert mixture + 0.1 <= upper < lower
 
 
 def test_the_ratio_rises_over_tens_of_frames_while_a_vertex_is_hidden() -> None:
     """Hidden vertices are drawn from above more often, by a ramp of 20 to 40 frames rather than a step."""
-    courses = [course("pf-asd", seed) for seed in range(5)]
+    courses = [course("pf-asd", seed) for seed in range(3)]
     assert np.mean([one.ratio_hidden - one.ratio_visible for one in courses]) > 0.15
     ramp = np.mean([one.ramp for one in courses], axis=0)
     assert ramp[4] < 0.3
