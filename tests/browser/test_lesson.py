@@ -9,7 +9,6 @@ import pytest
 from tests.browser.accessible import check
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server
-from tests.browser.test_layout import change_in_the_past
 from tests.browser.views import BALL, Gallery, SessionPage
 
 Watch = Callable[..., SessionPage]
@@ -94,7 +93,9 @@ def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage) -> None:
         share = f"parent.innerWidth === {width} && {drawn} >= {0.5 * width}"
         shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
     radius = shown.number("Ball radius (px)")
-    change_in_the_past(shown, 9)
+    for frame in (8, 4):
+        shown.go_to(frame)
+    shown.change(ball_radius_px=9)
     shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
     assert radius.is_visible()
 
