@@ -44,47 +44,37 @@ def test_its_own_tests_pass(place: Path) -> None:
 
 
 def test_every_command_takes_it(place: Path, tmp_path: Path) -> None:
-    """It is listed, shown, run, replayed and swept over, and the doctor knows whose it is."""
-    saved, swept = str(tmp_path / "a.pft"), str(tmp_path / "sweep.parquet")
+    """It is listed, shown, run, replayed and swept over; so is what `pftrack new experiment` writes.
+
+    The preset of the new experiment that works holds the dot.
+    """
+    new = [sys.executable, "-m", "pftrack", "new", "experiment", "dots", "--folder", str(tmp_path)]
+    done = subprocess.run(new, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    written = (tmp_path / "dots" / "pftrack_dots" / "__init__.py").read_text()
+    assert sum(bool(line.strip()) for line in written.splitlines()) <= 70
+    install_project(place, tmp_path / "dots")
+    saved, swept = str(tmp_path / "a.pft"), [str(tmp_path / f"{name}.parquet") for name in "ab"]
     axis = ["--axis", "occlusion_width_px=0,60", "--trackers", "straight", "--trials", "1", "--frames", "20"]
+    of_dots = ["--axis", "hidden_frames=0,40", "--trials", "1", "--frames", "80"]
     told = commands(
         place,
         ["list", "--json"],
         ["show", NAME, "--json"],
         ["run", NAME, "--frames", "60", "--out", saved, "--json"],
         ["replay", saved, "--json"],
-        ["sweep", NAME, *axis, "--jobs", "1", "--out", swept, "--json"],
+        ["sweep", NAME, *axis, "--jobs", "1", "--out", swept[0], "--json"],
+        ["show", "dots", "--json"],
+        ["run", "dots", "--preset", "works", "--json"],
+        ["sweep", "dots", *of_dots, "--jobs", "1", "--out", swept[1], "--json"],
     )
     assert [one.err for one in told if one.status] == []
-    listed, shown, run, replayed, sweep = (json.loads(one.out) for one in told)
+    listed, shown, run, replayed, _, dots, works, _ = (json.loads(one.out) for one in told)
     assert NAME in [entry["id"] for entry in listed]
     assert "sharpest_deg" in [entry["name"] for entry in shown["declarations"]]
     assert run["mean_error"] < 3
     assert replayed["estimates_sha256"] == run["estimates_sha256"]
-    assert sweep
-
-
-def test_a_new_experiment_runs_shows_and_sweeps(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """What `pftrack new experiment` writes is found once it is installed, and its preset that works holds the dot."""
-    made, place = tmp_path_factory.mktemp("made"), tmp_path_factory.mktemp("installed")
-    command = [sys.executable, "-m", "pftrack", "new", "experiment", "dots", "--folder", str(made)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    written = (made / "dots" / "pftrack_dots" / "__init__.py").read_text()
-    assert sum(bool(line.strip()) for line in written.splitlines()) <= 70
-    install_project(place, made / "dots")
-    swept = str(made / "sweep.parquet")
-    axis = ["--axis", "hidden_frames=0,40", "--trials", "1", "--frames", "80"]
-    told = commands(
-        place,
-        ["show", "dots", "--json"],
-        ["run", "dots", "--preset", "works", "--json"],
-        ["sweep", "dots", *axis, "--jobs", "1", "--out", swept, "--json"],
-    )
-    assert [one.err for one in told if one.status] == []
-    shown, run, _ = (json.loads(one.out) for one in told)
-    assert [entry["name"] for entry in shown["declarations"]] == ["sample_count", "step_px", "hidden_frames"]
-    assert run["success"]
-    again = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert again.returncode == 1
-    assert "is there already" in again.stderr
+    assert [entry["name"] for entry in dots["declarations"]] == ["sample_count", "step_px", "hidden_frames"]
+    assert works["success"]
+    again = subprocess.run(new, capture_output=True, text=True, check=False)
+    assert (again.returncode, "is there already" in again.stderr) == (1, True)

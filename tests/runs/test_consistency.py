@@ -1,6 +1,5 @@
 """Coverage of bands, consistency of errors with the deviations told, and the probability of a loss."""
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -131,8 +130,6 @@ def test_a_file_of_probabilities_comes_back(tmp_path: Path) -> None:
     path.write_text(write_models(described), "utf-8")
     again = read_declaration(path, BALL.trackers, scenes)
     assert (again.models, again.refused) == (models, {"kalman": 0.5})
-    raw = json.loads(path.read_text("utf-8"))
-    for wrong in ({}, raw | {"version": 2}, raw | {"trackers": {"nobody": raw["trackers"]["h-spf"]}}):
-        path.write_text(json.dumps(wrong), "utf-8")
-        with pytest.raises(ValueError, match="is not a file of loss probabilities"):
-            read_declaration(path, BALL.trackers, scenes)
+    path.write_text("{}", "utf-8")
+    with pytest.raises(ValueError, match="is not a file of loss probabilities"):
+        read_declaration(path, BALL.trackers, scenes)
