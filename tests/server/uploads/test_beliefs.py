@@ -1,4 +1,4 @@
-"""Uploaded recordings of beliefs and tables of tracks: through the door of videos, to a session like any."""
+"""Uploaded recordings of beliefs and tables of tracks become sessions, as videos do."""
 
 import json
 from pathlib import Path
@@ -13,22 +13,20 @@ from tests.server.follow_jobs import ended, taken
 from tests.server.host import error_of, steer
 from tests.server.uploads.test_uploads import accepted, columns_of, send, video
 from tests.server.work.test_explorations import explore
-from tests.session_requests import session_request
 from tests.tracks import table
 
 FRAMES = 12
 
 
 def begun(client: httpx.Client, wish: dict[str, Any]) -> dict[str, Any]:
-    """A session."""
-    answer = client.post("/api/v1/sessions", json=session_request(wish))
+    answer = client.post("/api/v1/sessions", json=wish)
     assert answer.status_code == 201, answer.text
     session: dict[str, Any] = answer.json()
     return session
 
 
 def refusal(client: httpx.Client, wish: dict[str, Any]) -> str:
-    return str(error_of(client.post("/api/v1/sessions", json=session_request(wish)), 422)["message"])
+    return str(error_of(client.post("/api/v1/sessions", json=wish), 422)["message"])
 
 
 @pytest.fixture
@@ -45,7 +43,7 @@ def recording(tmp_path: Path) -> bytes:
 
 
 def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -> None:
-    """Its clip can be seen before, and its numbers are those of the loop; what was cut short is refused."""
+    """Its clip can be seen before, and its numbers are those of the loop; a truncated file is refused."""
     assert "recording" in error_of(send(client, ("mine.pft", recording[:200])), 422)["message"]
     upload = accepted(client, ("mine.pft", recording))
     assert (upload["kind"], upload["frames"], upload["warnings"]) == ("beliefs", FRAMES, [])
@@ -61,29 +59,26 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
     assert session["trackers"][0]["replays"] is True
     told = ended(client, explore(client, session["id"], kind="what-if"))
     assert (told["state"], "shown as it was recorded" in told["error"]) == ("failed", True)
-    client.delete(f"/api/v1/sessions/{session['id']}")
 
 
 def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
-    """A table with names of its own is refused, shown, and taken when it is said which column is which."""
+    """A table with unknown column names is refused, shown, and accepted once its columns are named."""
     table = b"bild;nummer;links;oben;breit;hoch\n" + b"".join(b"%d;4;%d;20;30;40\n" % (t, 10 + t) for t in range(5))
     error_of(send(client, ("walk.csv", table)), 422)
     seen = client.post("/api/v1/uploads/table", json={"text": table.decode()}).json()
     assert [";".join(row) for row in (seen["header"], *seen["rows"])][:2] == table.decode().split("\n")[:2]
     assert [each["name"] for each in seen["meanings"]][:3] == ["frame", "target", "x"]
-    said = {"frame": 0, "target": 1, "x": 2, "y": 3, "w": 4, "h": 5}
-    files = {"file": ("walk.csv", table)}
-    several = [("file", ("walk.mp4", video(5))), ("file", ("walk.csv", table))]
-    for sent, name in ((files, "walk.csv"), (several, "walk.csv on walk.mp4")):
-        upload = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=sent).json()
+    columns = {"columns": json.dumps({"frame": 0, "target": 1, "x": 2, "y": 3, "w": 4, "h": 5})}
+    files = [("file", ("walk.mp4", video(5))), ("file", ("walk.csv", table))]
+    for sent, name in ((files[1:], "walk.csv"), (files, "walk.csv on walk.mp4")):
+        upload = client.post("/api/v1/uploads", params=columns, files=sent).json()
         assert (upload["name"], upload["kind"], upload["frames"]) == (name, "beliefs", 5)
-    wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files)
+    wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files[1:])
     assert "Expected the frame" in error_of(wrong, 422)["message"]
-    error_of(client.post("/api/v1/uploads/table", json={"text": "a,b\n1,2\n"}), 422)
 
 
 def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
-    """They are one upload, whose pictures are the clip's and whose errors are against the truth; a frame is missed."""
+    """They are one upload, with the pictures of the clip and errors against the truth; one frame has no result."""
     rows = [f"{t + 1},4,{11 + t},21,30,40,1,-1,-1,-1" for t in range(FRAMES)]
     missed = rows.pop(3)
     files = [("walk.mp4", video(FRAMES)), ("det.txt", "\n".join(rows).encode())]
@@ -95,25 +90,32 @@ def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
     wish = {"recipe": {"experiment": "recorded", "footage": {}}, "upload": upload["id"]}
     session = begun(client, wish)
     assert columns_of(client, session, FRAMES - 1)["error"][-1] == pytest.approx(1.0)
-    client.delete(f"/api/v1/sessions/{session['id']}")
     assert "call the truth gt.txt" in error_of(send(client, *files, ("other.txt", truth[1])), 422)["message"]
 
 
-@pytest.fixture
-def tracks(client: httpx.Client) -> dict[str, Any]:
-    """An upload."""
-    return accepted(client, ("prism.csv", table().encode()))
+def test_a_table_becomes_a_session(client: httpx.Client) -> None:
+    """A session follows the points of a table without a mark; its frames can be seen.
 
-
-def wish(upload: dict[str, Any], experiment: str = "structure", **footage: Any) -> dict[str, Any]:
-    return {"recipe": {"experiment": experiment, "footage": footage}, "upload": upload["id"]}
-
-
-def test_a_table_becomes_a_session(client: httpx.Client, tracks: dict[str, Any]) -> None:
-    """It is told what was found in it, its frames can be seen, and a session follows its points without a mark."""
-    assert (tracks["name"], tracks["kind"], tracks["frames"], tracks["warnings"]) == ("prism.csv", "tracks", 26, [])
+    A point keeps its name, even one that is called as a file on the server's disk. Tracks, pictures and marks are
+    refused where they do not fit.
+    """
+    rows = [line.split(",") for line in table().splitlines()]
+    never = [",".join([frame, "000000", *[""] * (len(rows[0]) - 2)]) for frame in {row[0] for row in rows[1:]}]
+    tracks = accepted(client, ("prism.csv", "\n".join([table().rstrip("\n"), *never]).encode()))
+    assert (tracks["name"], tracks["kind"], tracks["frames"]) == ("prism.csv", "tracks", 26)
+    assert "Never seen and left out: 000000." in tracks["warnings"]
     picture = client.get(f"/api/v1/uploads/{tracks['id']}/frames/3.jpg")
     assert picture.content.startswith(b"\xff\xd8")
+
+    def wish(upload: dict[str, Any], experiment: str = "structure", **footage: Any) -> dict[str, Any]:
+        return {"recipe": {"experiment": experiment, "footage": footage}, "upload": upload["id"]}
+
+    for experiment, words in (("ball", "must be pictures"), ("head", "must be pictures"), ("sine", "no recording")):
+        assert words in refusal(client, wish(tracks, experiment))
+    assert "must be tracks" in refusal(client, wish(accepted(client, ("walk.mp4", video(4)))))
+    assert refusal(client, wish(tracks, mark={"kind": "box", "x": 1, "y": 1, "width": 9, "height": 9}))
+    question = {"experiment": "head", "frame": 0}
+    error_of(client.get(f"/api/v1/uploads/{tracks['id']}/mark", params=question), 422)
     session = begun(client, wish(tracks, start=2))
     assert (session["frames"], session["recipe"]["footage"]["start"]) == (24, 2)
     columns = columns_of(client, session, 23)
@@ -121,56 +123,16 @@ def test_a_table_becomes_a_session(client: httpx.Client, tracks: dict[str, Any])
     strengths = [row.get("depth_strength") for row in columns["series"]]
     assert strengths[10] is None
     assert strengths[23] > 5
-    client.delete(f"/api/v1/sessions/{session['id']}")
 
 
-def test_a_point_keeps_its_name(client: httpx.Client) -> None:
-    """A point may be called as a file is on the disk of the server; it is spoken of by that name."""
-    rows = [line.split(",") for line in table().splitlines()]
-    never = [",".join([frame, "000000", *[""] * (len(rows[0]) - 2)]) for frame in {row[0] for row in rows[1:]}]
-    upload = accepted(client, ("prism.csv", "\n".join([table().rstrip("\n"), *never]).encode()))
-    assert "Never seen and left out: 000000." in upload["warnings"]
-
-
-def test_what_does_not_go_together_is_refused(client: httpx.Client, tracks: dict[str, Any]) -> None:
-    """Tracks where pictures are wanted, pictures where tracks are, a mark where there is nothing to mark."""
-    for experiment, words in (("ball", "must be pictures"), ("head", "must be pictures"), ("sine", "no recording")):
-        assert words in refusal(client, wish(tracks, experiment))
-    assert "must be tracks" in refusal(client, wish(send(client, ("walk.mp4", video(4))).json()))
-    assert refusal(client, wish(tracks, mark={"kind": "box", "x": 1, "y": 1, "width": 9, "height": 9}))
-    question = {"experiment": "head", "frame": 0}
-    error_of(client.get(f"/api/v1/uploads/{tracks['id']}/mark", params=question), 422)
-    assert client.get(f"/api/v1/uploads/{tracks['id']}/truth", params={"experiment": "structure"}).json() is None
-
-
-def test_a_table_that_is_none_is_refused_in_a_sentence(client: httpx.Client) -> None:
-    """The sentence says what the file has and what is expected."""
-    columns = "the table has the columns frame, point, left, top; expected frame, point"
-    for text, words in (
-        ("frame,point,left,top\n0,1,2,3\n", columns),
-        ("frame,point,x,y\n0,1,2,3\n", "at least 2 frames in which points are seen"),
-        ("frame,point,x,y\n0,1,left,3\n", "line 2: x must be a number, got 'left'"),
-        ("a,b,c\n1,2,3\n", "the file is a text"),
-    ):
-        message = error_of(send(client, ("tracks.csv", text.encode())), 422)["message"]
-        assert words in message[0].lower() + message[1:]
-
-
-def test_a_path_is_smoothed_but_is_no_shape(client: httpx.Client) -> None:
-    """A table of one point becomes a session that follows it, gaps included; for a shape it has too few."""
+def test_a_path_is_smoothed_but_is_not_a_shape(client: httpx.Client) -> None:
+    """A table of one point becomes a session that follows it, gaps included; a shape needs more points."""
     rows = "".join(f"{3 * n},{'' if n == 5 else n * n / 9}\n" for n in range(20))
-    path = send(client, ("mouse.csv", ("x,y\n" + rows).encode())).json()
-    assert "must be the tracks of 4 to 100 points" in refusal(client, wish(path))
-    session = begun(client, wish(path, "trajectories"))["id"]
+    upload = accepted(client, ("mouse.csv", ("x,y\n" + rows).encode()))["id"]
+    wish = {"recipe": {"experiment": "structure", "footage": {}}, "upload": upload}
+    assert "must be the tracks of 4 to 100 points" in refusal(client, wish)
+    session = begun(client, {"recipe": {"experiment": "trajectories", "footage": {}}, "upload": upload})["id"]
     steer(client, session, "seek", frame=19)
     rows = taken(client, session, "paths").text.splitlines()
     assert (len(rows), rows[0].split(",")[:4]) == (21, ["frame", "track", "x", "y"])
     assert rows[6].startswith("5,1,,,")
-    client.delete(f"/api/v1/sessions/{session}")
-
-
-def test_experiments_say_what_they_take(client: httpx.Client) -> None:
-    """Kinds of recording and columns of truth are told with each experiment."""
-    told = {each["id"]: (each["footage"], each["truth_columns"]) for each in client.get("/api/v1/experiments").json()}
-    assert told["structure"] == (["tracks"], [])
-    assert (told["ball"][0], told["sine"][0]) == (["video", "gif", "images"], [])
