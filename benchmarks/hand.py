@@ -63,7 +63,7 @@ def main() -> None:
         "The hand trackers and OpenCV.",
         repeats=Size(20, 1, "calls of each"),
         motions=Size(len(MOTIONS), 1, "number of motions"),
-        frames=Size(30, 5, "frames of each motion"),
+        frames=Size(30, 3, "frames of each motion"),
     )
     cv2.setNumThreads(1)
     hand = find("hand")

@@ -10,6 +10,7 @@ from _table import Size, arguments, progress, report, single_threaded
 single_threaded()
 
 from collections.abc import Callable  # noqa: E402
+from itertools import islice  # noqa: E402
 from time import process_time  # noqa: E402
 
 import numpy as np  # noqa: E402
@@ -77,12 +78,12 @@ def with_filterpy(start: LinkageTarget, seen: Array) -> Array:
     return np.array(found)
 
 
-def scene(seed: int) -> tuple[Run, list[Frame]]:
-    """Return a run of the preset, for its parameters, and its frames."""
+def scene(seed: int, frames: int) -> tuple[Run, list[Frame]]:
+    """Return a run of the preset, for its parameters, and its first frames."""
     preset = LINKAGE.preset_named("cross")
     setup = LINKAGE.simulate()
     run = Run(LINKAGE, Setup(setup.open_source, revise(setup.parameters, preset.parameters)), tracker="ekf", seed=seed)
-    return run, [step.frame for step in run]
+    return run, [step.frame for step in islice(run, frames)]
 
 
 def error(theta: Array, frames: list[Frame]) -> float:
@@ -105,8 +106,8 @@ def ours(name: str, run: Run, frames: list[Frame], seed: int) -> Array:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], seeds=Size(10, 1, "how many"))
-    scenes = [scene(seed) for seed in range(given.seeds)]
+    given = arguments(__doc__.splitlines()[0], seeds=Size(10, 1, "how many"), frames=Size(51, 7, "frames of a run"))
+    scenes = [scene(seed, given.frames) for seed in range(given.seeds)]
     others: dict[str, Callable[[LinkageTarget, Array], Array]] = {
         "NumPy, one EKF": with_numpy,
         "FilterPy, one EKF": with_filterpy,
@@ -135,7 +136,7 @@ def main() -> None:
         rows.append(
             {"who": name, "ms a frame": 1e3 * spent / count, "error, °": float(np.median(errors)), "lost": lost}
         )
-    report(f"{given.seeds} runs of 51 frames", rows, as_json=given.json)
+    report(f"{given.seeds} runs of {given.frames} frames", rows, as_json=given.json)
 
 
 if __name__ == "__main__":

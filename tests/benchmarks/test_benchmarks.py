@@ -1,4 +1,4 @@
-"""Every benchmark runs: its smallest form gives a table of figures, whose values are measured on an idle machine."""
+"""Every benchmark runs: its smallest form gives a table of figures; only an idle machine gives their values."""
 
 import json
 import math
@@ -18,16 +18,14 @@ SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
 OF_SERVERS = ["follow", "lessons", "memory", "session", "sight", "slider", "start"]
 """They start a server, and most of them a browser."""
 
-LONG = ["memory", "slider"]
-"""Sweeps start for one, and for the other a scene is drawn in software for half a minute of processor time."""
-
-ALIKE = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"
+QUICK = ["follow", "lessons"]
+"""The others start further servers or sweeps, or draw scenes in software for many seconds of processor time."""
 
 
 @pytest.fixture
 def _as_alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """What a script changes for all of its process is as before in the end."""
-    for name in ALIKE:
+    """Restore at the end what a script changes for its whole process."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         monkeypatch.setenv(name, os.environ.get(name, "1"))
     monkeypatch.syspath_prepend(FOLDER)
     threads = cv2.getNumThreads()
@@ -35,11 +33,9 @@ def _as_alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     cv2.setNumThreads(threads)
 
 
-def check(result: dict[str, object]) -> None:
+def check(result: dict[str, list[dict[str, object]]]) -> None:
     """A benchmark's figures are numbers; a competitor that is not installed has none."""
     rows = result["rows"]
-    assert isinstance(rows, list)
-    assert rows
     assert all(row.keys() == rows[0].keys() for row in rows)
     figures = [figure for row in rows for figure in row.values() if isinstance(figure, float)]
     assert figures
@@ -51,7 +47,7 @@ def check(result: dict[str, object]) -> None:
 def test_benchmark_of_the_library(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Run in this process, which has loaded everything, its smallest form prints one table."""
+    """In this process, which has loaded everything, the smallest form of each prints one table."""
     if name == "suitability" and not (ROOT / ".." / "shared" / "data").exists():
         pytest.skip("the sample clips are not beside this checkout")
     monkeypatch.setattr(sys, "argv", [name, "--smallest", "--json"])
@@ -63,12 +59,12 @@ def test_benchmark_of_the_library(
 @pytest.mark.parametrize(
     "names",
     [
-        pytest.param([name for name in OF_SERVERS if name not in LONG], id="short"),
-        pytest.param(LONG, id="long", marks=pytest.mark.slow),
+        pytest.param(QUICK, id="quick"),
+        pytest.param([name for name in OF_SERVERS if name not in QUICK], id="long", marks=pytest.mark.slow),
     ],
 )
 def test_benchmarks_of_a_server(names: list[str], compiled: None) -> None:
-    """Their smallest forms find on the pages what they look for."""
+    """Their smallest forms find the parts of the pages that they measure."""
     command = [sys.executable, "-m", "tests.benchmarks.together", *names]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
