@@ -109,7 +109,7 @@ DROP = """() => {
 WORDS = re.compile(r"Computing frame \d+ of (\d+)")
 
 
-# An import below shows and stops the same bar; tests/server/sessions/test_reopening.py has the way back.
+# An import below shows and stops the same bar; tests/server/sessions/test_crashes.py has the way back.
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A saved run that takes some seconds to compute."""
