@@ -1,4 +1,4 @@
-"""Figures of lessons in a browser: every kind of trace where its numbers say, and all that a person can do there."""
+"""Lesson figures in a browser: every kind of trace where its numbers say, and everything a person can do there."""
 
 from collections.abc import Iterator
 from typing import Any, get_args
@@ -9,10 +9,21 @@ import pytest
 from pftrack.core.model.drawing import COLOURS, VIRIDIS
 from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons import figure as model
-from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel
+from pftrack.teaching.lessons.figure import Figure, Panel
 from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.views import View
+
+
+def figure_of(lesson: str) -> Figure:
+    """Return the first figure of a lesson."""
+    body = LESSONS[lesson].body
+    return body.show(body.parameters, body.seed).figure
+
+
+CURVES, PLANE, DENSITY = (figure_of(lesson) for lesson in ("bayes", "joint", "probability"))
+PRIOR, _, POSTERIOR = CURVES.panels
+(HEAT,) = (panel for panel in PLANE.panels if panel.id == "map")
 
 BARE = """<head><title>Figures</title><link rel="stylesheet" href="static/shared/palette.css">
 <link rel="stylesheet" href="static/shared/style.css">
@@ -25,11 +36,11 @@ START = """async (text) => {
     const loaded = [...document.querySelectorAll('link')].map((link) => new Promise((done) => (link.onload = done)));
     const { FigureView } = await import('./static/shared/figure/figure.js');
     await Promise.all(loaded);
-    const z = { title: 'Measured', unit: 'm', minimum: -3, maximum: 3, step: 0.5 };
+    const mean = { title: 'Measured', unit: 'm', minimum: -3, maximum: 3, step: 0.5 };
     const on = {
         turn: (name, value) => heard.push([name, value]),
         place: (...told) => heard.push(told),
-        declared: (name) => (name === 'z' ? z : undefined),
+        declared: (name) => (name === 'prior_mean' ? mean : undefined),
     };
     window.heard = [];
     window.figure = new FigureView(document.querySelector('main'), on, new AbortController().signal);
@@ -63,7 +74,7 @@ PLACE = """([panel, across, down]) => {
 
 
 class FigurePage(View):
-    """A page with nothing but a figure."""
+    """A page with only a figure."""
 
     def show(self, figure: Figure, *, locked: bool = False) -> None:
         """Show it; it is painted afterwards."""
@@ -82,7 +93,7 @@ class FigurePage(View):
 
     @property
     def heard(self) -> list[list[Any]]:
-        """What the figure told since it was last asked."""
+        """The calls of the figure since the last look."""
         return self.page.evaluate("heard.splice(0)")
 
     def handle(self, parameter: str) -> Any:
@@ -117,12 +128,10 @@ def figures(opened: Any) -> Iterator[FigurePage]:
     assert complaints == []
 
 
-def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
-    """The figures of the course show all kinds; each panel says them, its words and its axes to who cannot see it."""
+def test_every_kind_of_trace_is_painted_and_described(figures: FigurePage) -> None:
+    """The lessons' figures have all kinds; each panel's description has its title, words and traces."""
     seen = set()
-    for name in ("probability", "joint", "recursion", "importance", "resampling"):
-        body = LESSONS[name].body
-        figure = body.show(body.parameters, body.seed).figure
+    for figure in (DENSITY, PLANE, *(figure_of(name) for name in ("recursion", "importance", "resampling"))):
         figures.show(figure)
         for panel in figure.panels:
             label = figures.page.locator(f"[data-panel={panel.id}] [role=img]").get_attribute("aria-label")
@@ -135,132 +144,32 @@ def test_every_kind_of_trace_is_painted_and_named(figures: FigurePage) -> None:
     assert seen == {trace.model_fields["kind"].default for trace in get_args(get_args(model.Trace)[0])}
 
 
-def test_marks_stand_where_their_numbers_are(figures: FigurePage) -> None:
-    """A curve's peak and the darkest cell of a map are found at their values."""
-    figures.show(CURVES)
-    assert figures.has(DENSITIES, 0.8, 0.798, COLOURS["estimate"])
-    assert figures.has(DENSITIES, -1, 0.399, COLOURS["prediction"])
-    assert not figures.has(DENSITIES, -3.3, 0.6, COLOURS["estimate"])
-    figures.show(IN_PLANE)
-    assert figures.has(HEAT, -2.8, 2.8, VIRIDIS[0])
-    assert not figures.has(HEAT, 0.6, 0.1, VIRIDIS[0], 60)
+def half_way_up(panel: Panel, place: int = 0) -> tuple[float, float]:
+    """Return a point of a panel's curve."""
+    curve = panel.traces[place]
+    at = np.flatnonzero(np.array(curve.y) >= max(curve.y) / 2)[0]
+    return curve.x[at], curve.y[at]
 
 
-def test_a_handle_is_dragged_and_follows_the_pointer_beyond_the_panel(figures: FigurePage) -> None:
-    """Its values are those of its parameter; while it is held it stays there, then it stands where the figure says."""
-    figures.show(CURVES)
-    x, y = figures.place(DENSITIES, 1.5, 0.7)
-    mouse = figures.page.mouse
-    mouse.move(x + 5, y)
-    mouse.down()
-    assert figures.heard == []
-    goal, _ = figures.place(DENSITIES, -0.5, 0.7)
-    mouse.move(goal + 5, y)
-    figures.until(lambda: figures.handle("z").input_value() == "-0.5", "it is at the pointer")
-    figures.show(CURVES)
-    assert figures.handle("z").input_value() == "-0.5"
-    mouse.move(-300, 2 * y)
-    figures.until(lambda: figures.handle("z").input_value() == "-3", "it is at its lowest value")
-    assert figures.handle("z").get_attribute("aria-valuetext") == "−3.0 m"
-    mouse.up()
-    figures.show(CURVES)
-    assert figures.handle("z").input_value() == "1.5"
-    heard = figures.heard
-    assert (heard[-1], ["z", -0.5] in heard) == (["z", -3], True)
-    assert all(value == round(2 * value) / 2 for _, value in heard)
+def test_colours_stand_where_the_numbers_are_and_follow_the_page(figures: FigurePage) -> None:
+    """Curves and the darkest cell of a map are at their values; in the dark the truth is white.
 
-
-def test_a_handle_is_moved_by_keys(figures: FigurePage) -> None:
-    """Arrows move by a step, with shift by ten, home and end to its bounds; a locked one stays."""
-    figures.show(CURVES)
-    handle = figures.handle("z")
-    assert handle.get_attribute("aria-label") == "Measured"
-    for key in ("ArrowRight", "ArrowDown", "Home", "Shift+ArrowUp", "End"):
-        handle.press(key)
-    assert figures.heard == [["z", 2], ["z", 1.5], ["z", -3], ["z", 2], ["z", 3]]
-    figures.handle("height").press("ArrowUp")
-    ((name, value),) = figures.heard
-    assert (name, 0.25 < value < 0.26) == ("height", True)
-    figures.show(CURVES, locked=True)
-    handle.press("ArrowLeft")
-    assert figures.heard == []
-    assert handle.is_disabled()
-
-
-def test_a_prediction_is_placed_by_pointer_finger_and_keys(figures: FigurePage) -> None:
-    """Each place is told; it begins as not placed, and handles are locked meanwhile."""
-    figures.show(CURVES)
-    figures.page.evaluate("figure.ask({ panel: 'densities', along: 'x' })")
-    asked = figures.page.get_by_role("slider", name="your prediction")
-    assert asked.get_attribute("aria-valuetext") == "not placed yet"
-    asked.press("Enter")
-    ((middle,),) = figures.heard
-    assert middle == 0
-    assert figures.handle("z").is_disabled()
-    figures.page.mouse.click(*figures.place(DENSITIES, -2, 0.6))
-    ((x,),) = figures.heard
-    assert x == pytest.approx(-2, abs=0.03)
-    asked.press("ArrowRight")
-    ((further,),) = figures.heard
-    assert x < further <= x + 0.06
-    figures.page.touchscreen.tap(*figures.place(DENSITIES, 3, 0.2))
-    figures.until(lambda: asked.get_attribute("aria-valuetext") == "3.00 m", "it is where the finger was")
-    figures.page.evaluate("figure.ask(null)")
-    assert asked.count() == 0
-
-
-def test_what_was_placed_and_what_is_exact_stand_side_by_side(figures: FigurePage) -> None:
-    """As lines with words at their values, and in the words of the panel; axe finds nothing in either colour."""
-    figures.show(CURVES)
-    figures.page.evaluate("figure.mark({ panel: 'densities', along: 'x', at: -1.2, exact: 0.84 })")
-    for name, at, words in (("placed", -1.2, "your prediction −1.20 m"), ("exact", 0.84, "exactly 0.84 m")):
-        line = figures.page.locator(f".figure-mark.{name}")
-        assert line.inner_text() == words
-        assert line.bounding_box()["x"] == pytest.approx(figures.place(DENSITIES, at, 0)[0], abs=1)
-    label = figures.page.locator("[data-panel=densities] [role=img]").get_attribute("aria-label")
-    assert "your prediction −1.20 m, exactly 0.84 m" in label
-    boxes = [flag.bounding_box() for flag in figures.page.locator(".figure-mark .figure-flag").all()]
-    assert boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
-    figures.page.evaluate("figure.ask({ panel: 'stems', along: 'x' })")
-    figures.page.evaluate("figure.mark({ panel: 'densities', along: 'y', at: 0.3, exact: 0.84 })")
-    check(figures.page)
-    figures.page.evaluate("figure.mark(null)")
-    assert figures.page.locator(".figure-mark").count() == 0
-
-
-def test_pointing_says_what_is_there(figures: FigurePage) -> None:
-    """A curve says its value; away from everything nothing is said."""
-    figures.show(CURVES)
-    tip = figures.page.locator(".tooltip:visible")
-    figures.page.mouse.move(*figures.place(DENSITIES, -1, 0.4))
-    figures.until(lambda: "".join(tip.all_inner_texts()).startswith("prior · position −1.0"), "it says the value")
-    assert "density 0.399 1/m" in tip.inner_text()
-    figures.page.mouse.move(*figures.place(DENSITIES, -3, 0.9))
-    figures.until(lambda: tip.count() == 0, "nothing is said")
-
-
-def test_nothing_jumps_when_data_change(figures: FigurePage) -> None:
-    """The boxes stay, the elements too, and the key never lies over data."""
-    boxes = "[...document.querySelectorAll('.figure-plot')].map((plot) => ({ ...plot.dataset }))"
-    figures.show(CURVES)
-    figures.page.evaluate("window.first = document.querySelector('.figure-plot canvas')")
-    before = figures.page.evaluate(boxes)
-    moved = DENSITIES.model_copy(update={"traces": DENSITIES.traces[2:4]})
-    figures.show(Figure(panels=(moved, *CURVES.panels[1:])))
-    assert figures.page.evaluate(boxes) == before
-    assert figures.page.evaluate("first === document.querySelector('.figure-plot canvas')")
-    for panel in figures.page.locator(".figure-panel").all():
-        key, plot = (panel.locator(part).bounding_box() for part in (".figure-key", ".figure-plot"))
-        assert key["y"] + key["height"] <= plot["y"] + 0.5
-
-
-def test_dark_large_and_narrow(figures: FigurePage) -> None:
-    """Colours follow the page, letters its root, and in a narrow window panels stand below each other."""
-    figures.show(IN_PLANE)
+    Letters grow with the page's, and in a narrow window panels stand below each other.
+    """
     page = figures.page
-    assert figures.has(HEAT, -2, -1.6, COLOURS["truth"])
+    figures.show(CURVES)
+    assert figures.has(PRIOR, *half_way_up(PRIOR), COLOURS["prediction"])
+    assert figures.has(POSTERIOR, *half_way_up(POSTERIOR, 1), COLOURS["estimate"])
+    assert not figures.has(POSTERIOR, -4, 0.45, COLOURS["estimate"])
+    figures.show(DENSITY)
+    (density,) = DENSITY.panels
+    assert figures.has(density, *half_way_up(density), COLOURS["truth"])
     page.emulate_media(color_scheme="dark")
-    figures.until(lambda: figures.has(HEAT, -2, -1.6, COLOURS["paper"]), "what is exact is white")
+    figures.until(lambda: figures.has(density, *half_way_up(density), COLOURS["paper"]), "the truth is white")
+    page.emulate_media(color_scheme="light")
+    figures.show(PLANE)
+    assert figures.has(HEAT, -3, 3, VIRIDIS[0])
+    assert not figures.has(HEAT, 0, 0, VIRIDIS[0], 60)
     high = page.evaluate("document.querySelector('.figure-across').getBoundingClientRect().height")
     page.evaluate("document.documentElement.style.fontSize = '24px'")
     larger = "(high) => document.querySelector('.figure-across')?.getBoundingClientRect().height >= 1.4 * high"
@@ -268,77 +177,101 @@ def test_dark_large_and_narrow(figures: FigurePage) -> None:
     page.evaluate("document.documentElement.style.fontSize = ''")
     page.set_viewport_size({"width": 390, "height": 600})
     tops = "[...document.querySelectorAll('.figure-panel')].map((panel) => panel.getBoundingClientRect().top)"
-    figures.until(lambda: len(set(page.evaluate(tops))) == 3, "panels stand below each other")
+    figures.until(lambda: len(set(page.evaluate(tops))) == len(PLANE.panels), "panels stand below each other")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
-def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
-    """With its signal the figure goes, and its tooltip."""
-    gone = figures.page.evaluate(
-        """async (shown) => {
-            const { FigureView } = await import('./static/shared/figure/figure.js');
-            const [end, place] = [new AbortController(), document.createElement('div')];
-            const before = document.querySelectorAll('.tooltip').length;
-            document.querySelector('main').append(place);
-            const other = new FigureView(place, { turn: () => {} }, end.signal);
-            await other.show(shown, { locked: false });
-            end.abort();
-            await other.show(shown, { locked: false });
-            return [place.childElementCount, document.querySelectorAll('.tooltip').length - before];
-        }""",
-        CURVES.model_dump(mode="json"),
-    )
-    assert gone == [0, 0]
+def test_a_handle_is_moved_by_pointer_and_keys(figures: FigurePage) -> None:
+    """Its values are those of its parameter; a dragged handle stays at the pointer, also beyond the panel.
+
+    Arrows move it by a step, with shift by ten, home and end to its bounds; a locked handle stays.
+    """
+    figures.show(CURVES)
+    handle = figures.handle("prior_mean")
+    x, y = figures.place(PRIOR, 2, 0.35)
+    mouse = figures.page.mouse
+    mouse.move(x + 5, y)
+    mouse.down()
+    assert figures.heard == []
+    goal, _ = figures.place(PRIOR, -0.5, 0.35)
+    mouse.move(goal + 5, y)
+    figures.until(lambda: handle.input_value() == "-0.5", "it is at the pointer")
+    figures.show(CURVES)
+    assert handle.input_value() == "-0.5"
+    mouse.move(-300, 2 * y)
+    figures.until(lambda: handle.input_value() == "-3", "it is at its lowest value")
+    assert handle.get_attribute("aria-valuetext") == "−3.0 m"
+    mouse.up()
+    figures.show(CURVES)
+    assert handle.input_value() == "2"
+    heard = figures.heard
+    assert (heard[-1], ["prior_mean", -0.5] in heard) == (["prior_mean", -3], True)
+    assert all(value == round(2 * value) / 2 for _, value in heard)
+    for key in ("ArrowRight", "ArrowDown", "Home", "Shift+ArrowUp", "End"):
+        handle.press(key)
+    assert [value for _, value in figures.heard] == [2.5, 2, -3, 2, 3]
+    assert handle.get_attribute("aria-label") == "Measured"
+    figures.show(CURVES, locked=True)
+    handle.press("ArrowLeft")
+    assert figures.heard == []
+    assert handle.is_disabled()
 
 
-RNG = np.random.default_rng(5)
-X, DRAWN = np.linspace(-4.0, 4.0, 161), np.linspace(-2, 2, 16)
+def test_a_prediction_is_placed_and_compared_with_the_answer(figures: FigurePage) -> None:
+    """Pointer, finger and keys place it while handles are locked; then both values have lines and words."""
+    page = figures.page
+    figures.show(CURVES)
+    page.evaluate("figure.ask({ panel: 'prior', along: 'x' })")
+    asked = page.get_by_role("slider", name="your prediction")
+    assert asked.get_attribute("aria-valuetext") == "not placed yet"
+    asked.press("Enter")
+    assert figures.heard == [[5]]
+    assert figures.handle("prior_mean").is_disabled()
+    page.mouse.click(*figures.place(PRIOR, -2, 0.3))
+    ((x,),) = figures.heard
+    assert x == pytest.approx(-2, abs=0.03)
+    asked.press("ArrowRight")
+    ((further,),) = figures.heard
+    assert x < further <= x + 0.15
+    page.touchscreen.tap(*figures.place(PRIOR, 3, 0.1))
+    figures.until(lambda: asked.get_attribute("aria-valuetext") == "3.0 m", "it is at the finger")
+    page.evaluate("figure.ask(null)")
+    assert asked.count() == 0
+
+    page.evaluate("figure.mark({ panel: 'prior', along: 'x', at: -1.2, exact: 0.8 })")
+    for name, at, words in (("placed", -1.2, "your prediction −1.20 m"), ("exact", 0.8, "exactly 0.80 m")):
+        line = page.locator(f".figure-mark.{name}")
+        assert line.inner_text() == words
+        assert line.bounding_box()["x"] == pytest.approx(figures.place(PRIOR, at, 0)[0], abs=1)
+    label = page.locator("[data-panel=prior] [role=img]").get_attribute("aria-label")
+    assert "your prediction −1.20 m, exactly 0.80 m" in label
+    boxes = [flag.bounding_box() for flag in page.locator(".figure-mark .figure-flag").all()]
+    assert boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
+    page.evaluate("figure.ask({ panel: 'posterior', along: 'x' })")
+    page.evaluate("figure.mark({ panel: 'prior', along: 'y', at: 0.1, exact: 0.4 })")
+    check(page)
+    page.evaluate("figure.mark(null)")
+    assert page.locator(".figure-mark").count() == 0
 
 
-def _normal(x: np.ndarray, mean: float, sigma: float) -> np.ndarray:
-    return np.asarray(np.exp(-(((x - mean) / sigma) ** 2) / 2) / (sigma * np.sqrt(2 * np.pi)))
-
-
-BELOW = Axis(title="position", low=-4.0, high=4.0, unit="m")
-DENSITIES = Panel(
-    id="densities",
-    title="Belief before and after",
-    x=BELOW,
-    y=Axis(title="density", low=0.0, high=1.0, unit="1/m"),
-    traces=(
-        model.Histogram(title="draws", ink="hidden", edges=np.linspace(-2, 2, 17), heights=_normal(DRAWN, 0, 0.8)),
-        Curve(title="prior", ink="prediction", x=X, y=_normal(X, -1, 1), area=(-1.0, 1.0)),
-        Curve(title="likelihood", ink="observation", x=X, y=_normal(X, 1.5, 0.6)),
-        Curve(title="posterior", ink="estimate", x=X, y=_normal(X, 0.8, 0.5)),
-        Curve(title="exact", ink="truth", x=X, y=_normal(X, 0.84, 0.5), dashed=True),
-        model.Rule(title="mean", ink="estimate", at=0.8),
-    ),
-    handles=(Handle(parameter="z", at=1.5), Handle(parameter="height", at=0.25, along="y")),
-    words="The posterior lies between prior and likelihood, with its mean at 0.8 m.",
-)
-STEMS = Panel(
-    id="stems",
-    title="Weights",
-    x=BELOW,
-    y=Axis(title="weight", low=0.0, high=1.0, hidden=True),
-    traces=(model.Stems(title="draws", ink="second", x=RNG.normal(0, 1.2, 40), y=RNG.uniform(0.1, 0.9, 40)),),
-    words="Forty draws of unequal weight.",
-    row=1,
-    share=(0.6, 1.0),
-)
-OVER = np.linspace(-3, 3, 61)
-JOINT = _normal(OVER[:, None] - 0.8 * OVER, 0, 0.6) * _normal(OVER, 0, 1)
-HEAT = Panel(
-    id="heat",
-    title="Over the plane",
-    x=Axis(title="z", low=-3.0, high=3.0),
-    y=Axis(title="x", low=-3.0, high=3.0),
-    traces=(
-        model.HeatMap(title="joint density", x=OVER, y=OVER, values=JOINT),
-        Curve(title="mean", ink="truth", x=[-3, 3], y=[-2.4, 2.4]),
-        model.Scatter(title="draws", ink="lost", x=RNG.normal(0, 1, 30), y=RNG.normal(0, 1, 30)),
-    ),
-    handles=(Handle(parameter="cut", at=1.2),),
-    words="A ridge from the lower left to the upper right.",
-)
-CURVES, IN_PLANE = Figure(panels=(DENSITIES, STEMS)), Figure(panels=(HEAT, DENSITIES, STEMS))
+def test_pointing_names_a_value_and_new_data_move_nothing(figures: FigurePage) -> None:
+    """A curve's value is shown, and nothing far from it; boxes and elements stay, and the key never covers data."""
+    page = figures.page
+    boxes = "[...document.querySelectorAll('.figure-plot')].map((plot) => ({ ...plot.dataset }))"
+    figures.show(CURVES)
+    tip = page.locator(".tooltip:visible")
+    x, y = half_way_up(PRIOR)
+    page.mouse.move(*figures.place(PRIOR, x, y))
+    figures.until(lambda: "".join(tip.all_inner_texts()).startswith("prior p(x) · position "), "the value is shown")
+    assert f"density {y:.3f} per m" in tip.inner_text()
+    page.mouse.move(*figures.place(PRIOR, 14, 0.45))
+    figures.until(lambda: tip.count() == 0, "nothing is shown")
+    page.evaluate("window.first = document.querySelector('.figure-plot canvas')")
+    before = page.evaluate(boxes)
+    moved = POSTERIOR.model_copy(update={"traces": POSTERIOR.traces[:1]})
+    figures.show(Figure(panels=(*CURVES.panels[:2], moved)))
+    assert page.evaluate(boxes) == before
+    assert page.evaluate("first === document.querySelector('.figure-plot canvas')")
+    for panel in page.locator(".figure-panel").all():
+        key, plot = (panel.locator(part).bounding_box() for part in (".figure-key", ".figure-plot"))
+        assert key["y"] + key["height"] <= plot["y"] + 0.5
