@@ -232,9 +232,10 @@ def look_beside(frame: Frame, state: PointState, parameters: Any, size_px: tuple
     box = float(x), float(y), width, height
     rows, columns = surroundings(picture.shape, box)
     every = _every(round(min(size_px)), FINE_PX)
-    seen = chromaticity.likelihood_map(
-        picture[rows, columns][::every, ::every], colour_model(parameters), parameters.background_level
-    )
+    patch = picture[rows, columns][::every, ::every]
+    if patch.size == 0:
+        return float("nan")  # the estimate has left the picture
+    seen = chromaticity.likelihood_map(patch, colour_model(parameters), parameters.background_level)
     return beside(separation(seen, (), _scale((box[0] - columns.start, box[1] - rows.start, width, height), every)))
 
 

@@ -1,5 +1,6 @@
 """A recording of a ball: what its box sets, how it is followed, and what is drawn over it."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -45,6 +46,15 @@ def test_colour_and_lengths_come_from_the_box(clip: FrameSequence) -> None:
     assert parameters.target_green_share == pytest.approx(190 / 320, abs=0.01)
     assert parameters.gamma_px == 9.5
     assert parameters.distracter_colour == "#46be3c"
+
+
+def test_surroundings_have_no_likelihood_beyond_the_picture(clip: FrameSequence) -> None:
+    """On the disc they are far less likely than the disc; an estimate that has left the picture has none."""
+    setup = BALL.video.on_video(clip, box(3), start=3)
+    run = Run(BALL, setup, seed=1)
+    on_disc, beyond = (SimpleNamespace(estimate=np.array(place)) for place in (centre(3), (-60.0, 60.0)))
+    assert setup.beside(run.current.frame, on_disc, setup.parameters) < 0.1
+    assert np.isnan(setup.beside(run.current.frame, beyond, setup.parameters))
 
 
 def summary_of(clip: FrameSequence, beside_px: float | None, tracker: str | None = None) -> dict[str, Any]:
