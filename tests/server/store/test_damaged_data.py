@@ -6,6 +6,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import httpx
 import pytest
@@ -38,7 +39,7 @@ DAMAGES = {
 
 @pytest.mark.parametrize("kind", DAMAGES)
 def test_a_damaged_row(start_server: Any, tmp_path: Path, kind: str) -> None:
-    """A run or an upload whose row cannot be read is left out of the list, says so by itself, and can be deleted."""
+    """A run or an upload with an unreadable row is left out of the list, reported as damaged, and can be deleted."""
     with start_server() as (_, client):
         session, pictures = begin(client)["id"], [(f"{number}.png", png(number)) for number in range(2)]
 
@@ -54,101 +55,70 @@ def test_a_damaged_row(start_server: Any, tmp_path: Path, kind: str) -> None:
             assert "damaged" in error_of(client.get(f"/api/v1/{kind}/{damaged}"), 410)["message"]
             if kind == "runs":
                 error_of(client.post(f"/api/v1/runs/{damaged}/open"), 410)
-            assert client.delete(f"/api/v1/{kind}/{damaged}").status_code == 204
-            error_of(client.delete(f"/api/v1/{kind}/{damaged}"), 404)
+            delete(client, kind, damaged)
         error_of(client.delete(f"/api/v1/{kind}/nothing"), 404)
 
 
-def test_damaged_sessions(start_server: Any, tmp_path: Path) -> None:
-    """Sessions that cannot be read leave the others alone, and can be deleted."""
+def delete(client: httpx.Client, kind: str, name: str) -> None:
+    """Delete something, which then is gone."""
+    assert [client.delete(f"/api/v1/{kind}/{name}").status_code for _ in range(2)] == [204, 404]
+
+
+def test_damaged_sessions_and_sweeps(start_server: Any, tmp_path: Path) -> None:
+    """Unreadable sessions and sweeps do not affect others, and can be deleted."""
     with start_server() as (_, client):
-        whole, first, *others = (begin(client)["id"] for _ in range(5))
+        whole, first, *others = (begin(client)["id"] for _ in range(4))
     path = tmp_path / "data" / "pftrack.sqlite"
     ((text,),) = execute(path, "SELECT spec FROM sessions WHERE id = ?", first)
     partial = json.dumps({**json.loads(text), "description": {"title": "Ball"}})
-    specs = {first: partial, **dict(zip(others, ("no JSON", "[]", '{"id": 5}'), strict=True))}
-    for damaged, spec in specs.items():
+    for damaged, spec in {first: partial, **dict(zip(others, ("no JSON", "[]"), strict=True))}.items():
         execute(path, "UPDATE sessions SET spec = ? WHERE id = ?", spec, damaged)
-    with start_server() as (_, client):
-        assert [session["id"] for session in client.get("/api/v1/sessions").json()] == [whole]
-        for damaged in specs:
-            assert client.delete(f"/api/v1/sessions/{damaged}").status_code == 204
-            error_of(client.delete(f"/api/v1/sessions/{damaged}"), 404)
-
-
-def test_a_damaged_sweep(start_server: Any, tmp_path: Path) -> None:
-    """A sweep whose plan cannot be read leaves the others alone, and can be deleted."""
-    with start_server():
-        pass
-    path, names = tmp_path / "data" / "pftrack.sqlite", ["a" * 16, "b" * 16]
-    columns = "id, title, experiment, plan, state, runs, done, problems, seconds, created"
-    for name, plan in zip(names, ("[]", "no JSON"), strict=True):
+    sweeps = {"a" * 16: "[]", "b" * 16: "no JSON"}
+    for name, plan in sweeps.items():
         row = (name, "T", "ball", plan, "stopped", 1, 0, 0, 0.0, "2026")
+        columns = "id, title, experiment, plan, state, runs, done, problems, seconds, created"
         execute(path, f"INSERT INTO sweeps ({columns}) VALUES ({', '.join('?' * len(row))})", *row)  # noqa: S608 - ours
     with start_server() as (_, client):
+        assert [session["id"] for session in client.get("/api/v1/sessions").json()] == [whole]
         assert client.get("/api/v1/sweeps").json() == []
-        for name in names:
-            assert client.delete(f"/api/v1/sweeps/{name}").status_code == 204
-            error_of(client.delete(f"/api/v1/sweeps/{name}"), 404)
+        for kind, names in (("sessions", (first, *others)), ("sweeps", sweeps)):
+            for name in names:
+                delete(client, kind, name)
     assert execute(path, "SELECT id FROM sweeps") == []
 
 
-def test_a_damaged_index(start_server: Any, tmp_path: Path) -> None:
-    """An upload whose index is damaged or missing is decoded again, and its index is whole from then on."""
-    with start_server() as (_, client):
-        for frames, damage in enumerate(("", "{", '{"kind": "video"}', "\xff", None), start=8):
-            upload = send(client, ("ball.mp4", video(frames))).json()  # one whose index nobody has in memory
-            index = tmp_path / "data" / "uploads" / upload["id"] / "index.json"
-            before = index.read_bytes()
-            index.unlink() if damage is None else index.write_bytes(damage.encode("latin-1"))
-            assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").status_code == 200
-            assert index.read_bytes() == before
-            index.unlink()
-            session = begin_on(client, upload)
-            assert steer(client, session["id"], "step")["position"] == 1
-            assert index.read_bytes() == before
-            client.delete(f"/api/v1/sessions/{session['id']}")
-
-
-def test_a_damaged_truth(start_server: Any, tmp_path: Path) -> None:
-    """An upload whose truth is damaged is one without truth, until it is given again."""
+def test_a_damaged_index_or_truth(start_server: Any, tmp_path: Path) -> None:
+    """A damaged or missing index is made again by decoding the upload; a damaged truth counts as none."""
     table = {"file": ("truth.csv", b"frame,x,y,w,h\n0,10,20,10,10\n")}
     with start_server() as (_, client):
-        upload = send(client, ("ball.mp4", video(8))).json()
-        path = f"/api/v1/uploads/{upload['id']}/truth?experiment=ball"
-        for damage in (b"", b"{", b'{"rows": 3}', b"\xff"):
-            given = client.put(path, files=table)
-            assert (given.status_code, given.json()["frames"]) == (200, 1)
-            (kept,) = (tmp_path / "data" / "uploads" / upload["id"]).glob("truth-*.json")
-            kept.write_bytes(damage)
+        for frames, damage in enumerate((b"", b"{", b'{"kind": "video"}', b"\xff", None), start=8):
+            upload = send(client, ("ball.mp4", video(frames))).json()  # one whose index is not in memory
+            index = tmp_path / "data" / "uploads" / upload["id"] / "index.json"
+            before = index.read_bytes()
+            index.unlink() if damage is None else index.write_bytes(damage)
+            assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").status_code == 200
+            assert index.read_bytes() == before
+            path = f"/api/v1/uploads/{upload['id']}/truth?experiment=ball"
+            assert client.put(path, files=table).json()["frames"] == 1
+            (kept,) = index.parent.glob("truth-*.json")
+            kept.write_bytes(damage or b'{"rows": 3}')
             assert client.get(path).json() is None
-            session = begin_on(client, upload)
-            assert session["recipe"]["footage"].get("truth") is None
-            client.delete(f"/api/v1/sessions/{session['id']}")
-
-
-def begin_on(client: httpx.Client, upload: dict[str, Any]) -> dict[str, Any]:
-    mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
-    recipe = {"experiment": "ball", "footage": {"sha256": upload["sha256"], "mark": mark}}
-    answer = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload["id"]})
-    assert answer.status_code == 201, answer.text
-    return answer.json()
+        index.unlink()
+        session = begin(client, upload=upload["id"], box=[10, 20, 10, 10])
+        assert session["recipe"]["footage"].get("truth") is None
+        assert steer(client, session["id"], "step")["position"] == 1
+        assert index.read_bytes() == before
 
 
 def test_a_busy_database_is_not_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What could not be read for a moment is not called damaged, which would have somebody delete it."""
+    """A row that could not be read for a moment is not called damaged: a person might delete it."""
     busy = sqlite3.OperationalError("database is locked")
     busy.sqlite_errorcode = sqlite3.SQLITE_BUSY
-    store = Store(Settings(data_dir=tmp_path))
-
-    def refuse() -> None:
-        raise OperationalError("SELECT", {}, busy)
-
-    monkeypatch.setattr(store, "_begin", refuse)
-    for read in (lambda: store.get(RunRow, "0123456789abcdef"), lambda: store.all(RunRow)):
-        with pytest.raises(OperationalError):
-            read()
-    store.close()
+    with closing(Store(Settings(data_dir=tmp_path))) as store:
+        monkeypatch.setattr(store, "_begin", Mock(side_effect=OperationalError("SELECT", {}, busy)))
+        for read in (lambda: store.get(RunRow, "0123456789abcdef"), lambda: store.all(RunRow)):
+            with pytest.raises(OperationalError):
+                read()
 
 
 def test_a_locked_database_is_busy(start_server: Any, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A disk that fills up: nothing large is begun, what happened is kept, and making room always works."""
+"""A full disk: nothing large is begun, sessions keep what happened, and deleting always works."""
 
 import shutil
 import subprocess
@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from tests.server.follow_jobs import send_run
-from tests.server.host import begin, command, error_of, steer
+from tests.server.host import begin, error_of, steer
 from tests.server.uploads.test_uploads import send, video
 from tests.session_requests import session_request
 
@@ -56,39 +56,22 @@ def clip() -> bytes:
     return video()
 
 
-# Reserve.
-
-
-def test_nothing_is_begun_that_would_use_it(start_server: Any, small_disk: Path, clip: bytes) -> None:
-    """Below the reserve nothing new is taken in, with a sentence that says what to do; sessions go on.
-
-    An upload that does not say how large it is is stopped when the reserve is reached, and leaves nothing.
-    """
-
-    def endless() -> Iterator[bytes]:
-        yield b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'
-        for _ in range(40):
-            yield bytes(MEBIBYTE)
-
+def test_the_reserve_is_kept(start_server: Any, small_disk: Path, clip: bytes) -> None:
+    """Below the reserve nothing new is accepted, with a sentence that names the remedy; sessions continue."""
     with start_server(data_dir=small_disk / "data", reserve_bytes=4 * MEBIBYTE) as (_, client):
-        headers = {"content-type": "multipart/form-data; boundary=x"}
-        error_of(client.post("/api/v1/uploads", content=endless(), headers=headers), 507)
-        assert not list((small_disk / "data" / "incoming").iterdir())
-        assert free_bytes(small_disk) > 4 * MEBIBYTE
         session = begin(client)["id"]
         saved = save(client, session).json()["id"]
         content = client.get(f"/api/v1/runs/{saved}/download").content
         fill(small_disk, 3 * MEBIBYTE)
         axes = [{"name": "occlusion_width_px", "values": [30]}]
         plan = {"experiment": "ball", "axes": axes, "trials": 2, "trackers": ["apf"]}
-        refused = [
+        for answer in (
             send(client, ("ball.mp4", clip)),
             save(client, session),
             send_run(client, content),
             client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})),
             client.post("/api/v1/sweeps", json=plan),
-        ]
-        for answer in refused:
+        ):
             message = error_of(answer, 507)["message"]
             assert "keeps 4 MiB free" in message
             assert "Delete uploads, saved runs, sweeps or sessions" in message
@@ -97,11 +80,11 @@ def test_nothing_is_begun_that_would_use_it(start_server: Any, small_disk: Path,
         assert save(client, session).status_code == 201
 
 
-# Full disk.
-
-
 def test_room_can_be_made(start_server: Any, small_disk: Path, clip: bytes) -> None:
-    """With no byte left what happened is kept, and uploads, runs and sessions can be deleted."""
+    """Without free space sessions keep what happened, and uploads, runs and sessions can be deleted.
+
+    The server also starts on a full disk, with nothing lost.
+    """
     with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
         upload = send(client, ("ball.mp4", clip)).json()["id"]
         first, second = begin(client)["id"], begin(client)["id"]
@@ -112,29 +95,24 @@ def test_room_can_be_made(start_server: Any, small_disk: Path, clip: bytes) -> N
         noted = client.post(f"/api/v1/sessions/{first}/bookmarks", json={"note": "kept"})
         assert noted.status_code == 201, noted.text
         fill(small_disk)
-        left = command(client, first, "branch", frame=5, values={"tracker": "apf"})
-        assert left.status_code == 200, left.text
-        fill(small_disk)
+        steer(client, first, "branch", frame=5, values={"tracker": "apf"})
         for what in (f"sessions/{second}", f"runs/{run}", f"uploads/{upload}"):
-            answer = client.delete(f"/api/v1/{what}")
-            assert answer.status_code == 204, answer.text
-            error_of(client.get(f"/api/v1/{what}"), 404)
             fill(small_disk)
+            assert [client.delete(f"/api/v1/{what}").status_code for _ in range(2)] == [204, 404]
+        fill(small_disk)
         assert not list((small_disk / "data" / "uploads").iterdir())
         assert save(client, first).status_code == 507
-    # It starts on a full disk, too, and has lost nothing.
     fill(small_disk)
     with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
         (found,) = client.get("/api/v1/sessions").json()
-        assert [mark["note"] for mark in found["bookmarks"]] == ["kept"]
-        assert len(found["branches"]) == 2
+        assert ([mark["note"] for mark in found["bookmarks"]], len(found["branches"])) == (["kept"], 2)
         assert client.get("/api/v1/runs").json() == client.get("/api/v1/uploads").json() == []
         assert client.delete(f"/api/v1/sessions/{first}").status_code == 204
 
 
 @pytest.mark.parametrize("harm", ["deleted", "read-only"])
 def test_a_data_directory_that_takes_nothing(start_server: Any, small_disk: Path, clip: bytes, harm: str) -> None:
-    """Nothing is said to be kept that is not, a server is not ready, and what runs goes on."""
+    """Every change is refused, the server is not ready, and runs continue."""
     with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
         session = begin(client)["id"]
         if harm == "deleted":
@@ -155,27 +133,18 @@ def test_a_data_directory_that_takes_nothing(start_server: Any, small_disk: Path
         assert steer(client, session, "seek", frame=20)["position"] == 20
 
 
-# Limits.
-
-
-def test_saved_runs(start_server: Any) -> None:
-    """There is a most of saved and imported runs, and of what they have together."""
-    with start_server(max_runs=1) as (_, client):
+def test_saved_runs_and_uploads_have_limits(start_server: Any, clip: bytes) -> None:
+    """Saved and imported runs have a limit of their number; runs and uploads one of their bytes."""
+    with start_server(max_runs=1, max_uploads_bytes=len(clip) + 1000) as (_, client):
         session = begin(client)["id"]
         run = save(client, session).json()["id"]
         assert "at most 1 saved runs" in error_of(save(client, session), 409)["message"]
         assert "delete one first" in error_of(send_run(client, b"PK"), 409)["message"]
         client.delete(f"/api/v1/runs/{run}")
         assert save(client, session).status_code == 201
-    with start_server(max_runs_bytes=1) as (_, client):
-        assert "delete one first" in error_of(save(client, begin(client)["id"]), 507)["message"]
-
-
-def test_all_uploads(start_server: Any, clip: bytes) -> None:
-    """There is a most of bytes of all uploads together, and it is looked at before anything is sent."""
-    with start_server(max_uploads_bytes=len(clip) + 1000) as (_, client):
         first = send(client, ("ball.mp4", clip)).json()["id"]
-        message = error_of(send(client, ("ball.mp4", clip)), 507)["message"]
-        assert message.startswith("Uploads take ")
+        assert error_of(send(client, ("ball.mp4", clip)), 507)["message"].startswith("Uploads take ")
         client.delete(f"/api/v1/uploads/{first}")
         assert send(client, ("ball.mp4", clip)).status_code == 201
+    with start_server(max_runs_bytes=1) as (_, client):
+        assert "delete one first" in error_of(save(client, begin(client)["id"]), 507)["message"]
