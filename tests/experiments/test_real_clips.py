@@ -55,7 +55,7 @@ def test_the_lattice_does_not_move() -> None:
     setup = corners.video.on_video(open_sequence(CLIPS / "corners_lattice_static" / "clip.mp4"), None)
     found = []
     for values in ({}, {"largest_cost": 255, "new_corners": False}):
-        run = Run(corners, setup, frames=60, timeline=(Change(0, {"corner_count": 60, **values}),))
+        run = Run(corners, setup, tracker="lg", frames=60, timeline=(Change(0, {"corner_count": 60, **values}),))
         run.finish()
         found.append(corners.measured.report(run.diagnostics))
     assert found[0]["tracks"] >= 50

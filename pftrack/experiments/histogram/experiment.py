@@ -317,7 +317,7 @@ def look_beside(frame: Frame, state: HistogramState, parameters: Any) -> float: 
     top, left = max(rows.start - window.reach_down_px, 0), max(columns.start - window.reach_across_px, 0)
     seen = picture[top : rows.stop + window.reach_down_px, left : columns.stop + window.reach_across_px]
     step = max(min(window.size_px) // COARSE_STEPS, 1)
-    if min(seen.shape[:2]) <= step // 2:
+    if picture[rows, columns].size == 0 or min(seen.shape[:2]) <= step // 2:
         return float("nan")  # the estimate has left the picture
     rho = rho_map(np.ascontiguousarray(seen), window, state.space, state.model, step, state.background)
     likelihood = exponential(SHARPNESS * (rho - 1.0))

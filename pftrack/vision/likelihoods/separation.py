@@ -82,12 +82,12 @@ def separation(first: Floats, later: Iterable[Floats], box: Box) -> Separation:
 
 
 def surroundings(shape: tuple[int, ...], box: Box) -> tuple[slice, slice]:
-    """Return the rows and columns of a picture that `separation` looks at around a target."""
+    """Return the rows and columns that `separation` looks at around a target; none if it is far outside the picture."""
     height, width = shape[:2]
     x, y, w, h = box
     spans = ((y + h / 2, OUTER * h / 2, height), (x + w / 2, OUTER * w / 2, width))
     rows, columns = (
-        slice(max(int(middle - half) - 1, 0), min(int(middle + half) + 2, side)) for middle, half, side in spans
+        slice(max(int(middle - half) - 1, 0), max(min(int(middle + half) + 2, side), 0)) for middle, half, side in spans
     )
     return rows, columns
 

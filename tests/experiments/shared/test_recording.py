@@ -52,9 +52,12 @@ def test_surroundings_have_no_likelihood_beyond_the_picture(clip: FrameSequence)
     """On the disc they are far less likely than the disc; an estimate that has left the picture has none."""
     setup = BALL.video.on_video(clip, box(3), start=3)
     run = Run(BALL, setup, seed=1)
-    on_disc, beyond = (SimpleNamespace(estimate=np.array(place)) for place in (centre(3), (-60.0, 60.0)))
-    assert setup.beside(run.current.frame, on_disc, setup.parameters) < 0.1
-    assert np.isnan(setup.beside(run.current.frame, beyond, setup.parameters))
+    places = (centre(3), (-200.0, 60.0), (600.0, 60.0), (160.0, -200.0))
+    on_disc, *beyond = (
+        setup.beside(run.current.frame, SimpleNamespace(estimate=np.array(place)), setup.parameters) for place in places
+    )
+    assert on_disc < 0.1
+    assert np.isnan(beyond).all()
 
 
 def summary_of(clip: FrameSequence, beside_px: float | None, tracker: str | None = None) -> dict[str, Any]:
