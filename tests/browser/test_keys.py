@@ -1,28 +1,14 @@
-"""The keyboard; from inside the scene's frame it is tried in `test_lesson`."""
+"""The keyboard; test_lesson.py tries it from inside the scene's frame."""
 
-from collections.abc import Callable
-
+from tests.browser.conftest import Watch
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
-Watch = Callable[..., SessionPage]
-
 
 def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
-    """What keys do on the page of one session; the preset comes last, since it opens another one."""
+    """All keys on the page of one session; the preset comes last, since it opens another one."""
     shown = watch()
     help_lists_the_keys_and_takes_the_others(shown)
-    keys_move_through_the_run(shown)
-    the_scrubber_goes_back_and_stays(shown)
-    enter_in_the_branch_dialog_branches(shown)
-    a_run_that_has_ended_says_what_a_change_does(shown, server)
-    no_digit_leaves_the_session(shown)
-    a_parameter_is_found_by_words(shown)
-    a_preset_is_asked_for_by_a_menu(shown)
-
-
-def keys_move_through_the_run(shown: SessionPage) -> None:
-    """Arrows go one frame or ten, home and end to either side, space plays and pauses, brackets change the speed."""
     shown.go_to(30)
     steps = {"ArrowLeft": 29, "ArrowRight": 30, "Shift+ArrowLeft": 20, "Shift+ArrowRight": 30, "Home": 0, "End": 30}
     for key, frame in steps.items():
@@ -36,6 +22,20 @@ def keys_move_through_the_run(shown: SessionPage) -> None:
     shown.until(lambda: "Pause" in shown.page.inner_text(".play"), "the button pauses now")
     shown.press(" ")
     shown.until(lambda: not shown.session["playing"], "it pauses")
+    the_scrubber_goes_back_and_stays(shown)
+    shown.press("n")
+    shown.page.locator("#branch-tracker:focus").wait_for()
+    shown.press("Enter")
+    shown.until(lambda: len(shown.session["branches"]) == 2, "enter in the dialog makes a branch")
+    shown.page.locator("dialog").wait_for(state="detached")
+    assert shown.session["branches"][1]["frame"] == 33
+    a_run_that_has_ended_says_what_a_change_does(shown, server)
+    for key in "123456789":  # a class answers polls by them
+        shown.press(key)
+    shown.press("ArrowLeft")
+    shown.stands_at(0)
+    a_parameter_is_found_by_words(shown)
+    a_preset_is_asked_for_by_a_menu(shown)
 
 
 def help_lists_the_keys_and_takes_the_others(shown: SessionPage) -> None:
@@ -54,36 +54,20 @@ def help_lists_the_keys_and_takes_the_others(shown: SessionPage) -> None:
     assert len([url for url in sent if url.endswith("/commands")]) == 1
 
 
-def enter_in_the_branch_dialog_branches(shown: SessionPage) -> None:
-    """N and Enter branch where the run stands: the list of trackers has the focus, and lets the key through."""
-    shown.press("n")
-    shown.page.locator("#branch-tracker:focus").wait_for()
-    shown.press("Enter")
-    shown.until(lambda: len(shown.session["branches"]) == 2, "there is a second branch")
-    shown.page.locator("dialog").wait_for(state="detached")
-    assert shown.session["branches"][1]["frame"] == 33
-
-
 def the_scrubber_goes_back_and_stays(shown: SessionPage) -> None:
-    """Dragging shows the past; letting go pauses there."""
+    """Dragging shows the past; a release pauses there."""
     shown.go_to(89)
     area = shown.page.locator(".scrubber").bounding_box()
-    y = area["y"] + 30
-    left, right = area["x"] + 104, area["x"] + area["width"] - 10
-    at = lambda frame: left + (right - left) * frame / 89  # noqa: E731 - one line of geometry
-    shown.page.mouse.move(at(89), y)
-    shown.page.mouse.down()
-    shown.page.mouse.move(at(60), y, steps=3)
-    shown.page.mouse.move(at(33), y, steps=3)
-    shown.stands_at(33)
-    shown.page.mouse.up()
+    y, left, right = area["y"] + 30, area["x"] + 104, area["x"] + area["width"] - 10
+    at = lambda frame: (left + (right - left) * frame / 89, y)  # noqa: E731 - one line of geometry
+    shown.drag(at(89), at(60), at(33))
     shown.stands_at(33)
     assert not shown.session["playing"]
     shown.page.locator(".scrubber[aria-valuenow='33']").wait_for()
 
 
 def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Server) -> None:
-    """At its end, and in its past, the panel says where a change makes a branch; another tracker then makes it."""
+    """At its end and in its past, the panel says where a change makes a branch; another tracker then makes it."""
     said, tracker = shown.page.locator(".control-effect"), shown.page.locator(".controls select").first
     shown.go_to(60)
     said.wait_for(state="hidden")
@@ -94,23 +78,12 @@ def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Ser
     said.get_by_text("The run has ended. A change runs it again from frame 0, as a branch").wait_for()
     branches = len(shown.session["branches"])
     tracker.select_option("condensation")
-    shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is one branch more")
+    shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is one more branch")
     shown.stands_at(0)
     said.wait_for(state="hidden")
     shown.press("ArrowRight")
     shown.stands_at(1)
     shown.until(lambda: "Condensation" in shown.page.inner_text(".flat-caption"), "the picture is the branch's")
-
-
-def no_digit_leaves_the_session(shown: SessionPage) -> None:
-    """A class answers a poll by number keys; on the lecturer's page they change nothing."""
-    before, frame = shown.id, shown.position
-    for key in "123456789":
-        shown.press(key)
-    shown.press("ArrowLeft")
-    shown.until(lambda: shown.position == frame - 1, "keys that came after have been heard")
-    assert shown.id == before
-    shown.press("ArrowRight")
 
 
 def a_parameter_is_found_by_words(shown: SessionPage) -> None:
@@ -125,7 +98,7 @@ def a_parameter_is_found_by_words(shown: SessionPage) -> None:
 
 
 def a_preset_is_asked_for_by_a_menu(shown: SessionPage) -> None:
-    """P lists the presets with what is to be seen there; one that is chosen starts a session of its own and plays."""
+    """P lists the presets with what to look at; a chosen one starts its own session and plays."""
     before = shown.id
     shown.press("p")
     chosen = shown.page.locator("[data-preset]:focus")
@@ -137,8 +110,8 @@ def a_preset_is_asked_for_by_a_menu(shown: SessionPage) -> None:
     shown.until(lambda: (shown.position or 0) > 0, "it plays")
 
 
-def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch, server: Server) -> None:
-    """At the last frame nothing is left to compute, so it begins a frame before; its values count from there."""
+def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch) -> None:
+    """At the last frame, which leaves nothing to compute, it begins a frame before; its values count from there."""
     shown = watch(frames=12)
     shown.go_to(11)
     shown.press("n")
@@ -154,7 +127,7 @@ def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch, 
     assert labels.evaluate_all(f"(all) => all.every((it) => {is_above})")
     frame.fill("")
     dialog.get_by_role("button", name="Branch here").click()
-    assert frame.evaluate("(it) => it.validity.valueMissing"), "without a frame nothing is asked for"
+    assert frame.evaluate("(it) => it.validity.valueMissing"), "it is not sent without a frame"
     frame.fill("5")
     particles = dialog.get_by_role("spinbutton", name="Particles", exact=True)
     particles.fill("123")
