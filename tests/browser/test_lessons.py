@@ -85,11 +85,6 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     lesson.answer("2")
     lesson.becomes("right")
     assert "1 of 12 done" in lesson.page.inner_text("[data-part=progress]")
-    lesson.page.keyboard.press("f")
-    high = "[...document.querySelectorAll('.figure-picture')].every((it) => it.getBoundingClientRect().height >= 60)"
-    lesson.until(lambda: lesson.page.evaluate(high), "presented, all panels are at least 60 px high")
-    lesson.page.keyboard.press("Escape")
-
     lesson.page.reload()
     lesson.until(lambda: lesson.stage == "right", "the answer is still known")
     assert "1 of 12 done" in lesson.page.inner_text("[data-part=progress]")
@@ -100,18 +95,22 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     assert card.inner_text().count("Ball behind an occluder") == 1, "two uses in one experiment are one link here"
 
 
-def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
-    """The figure asks for a place; what is placed by the arrow keys is judged."""
+def test_a_prediction_is_placed_in_the_figure_and_checks_pass(lesson: LessonPage) -> None:
+    """The figure asks for a place, which arrow keys set and the page judges; the server's checks stand in the text."""
     lesson.open("estimate")
     lesson.drawn()
     lesson.page.click(SHOW)
-    lesson.until(lambda: "Place your prediction in the figure first" in lesson.words, "that nothing is placed is told")
+    lesson.until(lambda: "Place your prediction in the figure first" in lesson.words, "a missing place is reported")
     asking = lesson.page.get_by_role("slider", name="your prediction")
     asking.focus()
     asking.press("ArrowRight")
-    lesson.until(lambda: "nowhere yet" not in lesson.words, "the place is told")
+    lesson.until(lambda: "nowhere yet" not in lesson.words, "the place is shown")
     lesson.page.click(SHOW)
     lesson.until(lambda: lesson.stage in {"right", "wrong"}, "it is judged")
+    lesson.page.click("text=Checks (")
+    lesson.until(lambda: "checks pass" in lesson.page.inner_text("[data-part=text]"), "the checks are computed")
+    for check in lesson.page.locator(".checks li").all():
+        assert re.search(r"checked: \S+, exact \S+, within \S+ ✓", check.inner_text()), check.inner_text()
 
 
 def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, server: Server, complaints: Complaints) -> None:
@@ -130,15 +129,6 @@ def test_what_cannot_be_read_or_found_is_told(lesson: LessonPage, server: Server
         broken.unlink()
     assert all(words in problems for words in ("mistaken.md, line 4", "sead"))
     assert lesson.page.locator("ol.course .lesson-card").count() == 12
-
-
-def test_checks_are_told_on_the_page(lesson: LessonPage) -> None:
-    """Each is computed on the server, and stands beside what is exact."""
-    lesson.open("bayes")
-    lesson.page.click("text=Checks (")
-    lesson.until(lambda: "checks pass" in lesson.page.inner_text("[data-part=text]"), "the checks are computed")
-    for check in lesson.page.locator(".checks li").all():
-        assert re.search(r"checked: \S+, exact \S+, within \S+ ✓", check.inner_text()), check.inner_text()
 
 
 def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPage, server: Server) -> None:
