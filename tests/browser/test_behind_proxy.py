@@ -27,7 +27,7 @@ class Behind(NamedTuple):
     """Where browsers find servers through nginx.
 
     Attributes:
-        at_root: One that trusts nginx, at the root, of which nginx takes nothing off.
+        at_root: One that trusts nginx, at the root; nginx removes nothing from its addresses.
         taken_off: The same one below a prefix that nginx takes off, and tells it.
         distrusted: The same in front of a server that was not told to trust nginx.
     """

@@ -73,7 +73,7 @@ def the_keys_of_the_page_work_within_it(shown: SessionPage) -> None:
 
 
 def the_page_around_it_can_be_used_by_everybody(shown: SessionPage) -> None:
-    """The frame has a name, and is no trap: the tab key leads through it and out of it again."""
+    """The frame has a name, and does not trap the focus: the tab key leads through it and out of it again."""
     check(shown.page)
     shown.page.locator("iframe").focus()
     inside = "document.activeElement.localName === 'iframe'"

@@ -104,7 +104,7 @@ def test_a_mark_that_was_found_is_shown_to_be_corrected(bare: Any) -> None:
 
 
 def test_handles_have_names_until_they_are_moved(bare: Any) -> None:
-    """Of handles that are offered it is seen which is which, without pointing at any; what was moved was understood.
+    """The offered handles can be told apart without pointing at any; the page understood what was moved.
 
     Names of handles that lie close would cover each other: then the one that is pointed at goes before the focus.
     """

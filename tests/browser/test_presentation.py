@@ -165,7 +165,7 @@ def test_comparisons_and_sweeps_fit_a_low_screen(low: Any, server: Server) -> No
 
 
 LEAST_PX = 16
-"""Of letters at 720 lines."""
+"""Smallest size of letters, where the screen has 720 lines."""
 
 FAULTS = """(least) => {
     const found = new Set();
@@ -286,7 +286,7 @@ def printed(shown: SessionPage, page: Any) -> None:
 
 
 PAGE = re.compile(rb"/Type\s*/Page\b")
-"""Of each page in a file that Chromium writes."""
+"""Beginning of each page in a file that Chromium writes."""
 SHEET_PX = {"width": 680, "height": 1017}
 """What the margins leave of A4."""
 SHRUNK = """() => {

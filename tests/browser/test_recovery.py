@@ -50,7 +50,7 @@ def test_links_that_lead_nowhere_say_so(page: Any, complaints: Complaints) -> No
 def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: Any, complaints: Complaints) -> None:
     """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
 
-    So it is in either view, of which the canvas keeps its picture in the meantime, and so do maps of a sweep.
+    This holds in either view; canvas and maps of a sweep keep their pictures in the meantime.
     """
     complaints.expected = ("Failed to load resource", "WebSocket connection")
     sweep = server.post("sweeps", {**SMALL, "trials": 1, "frames": 10})

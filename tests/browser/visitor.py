@@ -9,7 +9,7 @@ from typing import Any
 __all__ = ["Visitor"]
 
 REMEMBERED = 25
-"""Actions that are told when something goes wrong."""
+"""Number of actions that a failure reports."""
 
 MOVE_SHARE, KEY_SHARE = 0.1, 0.15
 KEYS = (

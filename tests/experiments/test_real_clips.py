@@ -1,4 +1,4 @@
-"""Real clips by default: a ball that comes back, a window that is told from its twins, a lattice at rest."""
+"""Real clips by default: a ball that comes back, a window beside its twins, a lattice at rest."""
 
 from collections.abc import Sequence
 from pathlib import Path
