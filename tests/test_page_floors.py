@@ -58,7 +58,7 @@ SEPARATOR = re.compile(r"""\.(?:split|join|replaceAll|replace|includes|endsWith|
 
 
 def absolute_addresses(text: str) -> Iterator[str]:
-    """Return what stands in a page, a script or a style and begins with a slash."""
+    """Return the texts in a page, a script or a style that begin with a slash."""
     bare = SEPARATOR.sub("", COMMENT.sub("", text))
     return (found.group() for found in QUOTED.finditer(bare))
 

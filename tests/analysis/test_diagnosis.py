@@ -283,7 +283,7 @@ def test_a_filter_that_is_right_of_a_standing_target_is_not_called_too_sure() ->
 
 
 def test_too_few_particles_explain_a_loss_in_the_first_frame() -> None:
-    """Before it there is no frame in which the target was seen, and the sentence does without.
+    """No earlier frame shows the target, so the sentence names none.
 
     A single particle, whose deviation is zero in every frame, is too few as well.
     """

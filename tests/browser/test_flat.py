@@ -139,7 +139,7 @@ def a_killed_worker_is_reported_and_the_canvas_stays(view: SessionPage, server: 
 
 
 def test_the_view_depends_on_the_browsers_graphics(unchosen: Any, server: Server) -> None:
-    """With fast WebGL it is the scene; without WebGL the flat view, which says why there is no scene."""
+    """The scene with fast WebGL; without WebGL the flat view, which gives the reason."""
     address = server.start_session()["page"]
     scene = unchosen.get_by_role("group", name="View").get_by_text("3-D")
     unchosen.add_init_script(f"{{{FAST_WEBGL}}}")

@@ -247,7 +247,7 @@ def test_a_preferred_experiment_comes_first() -> None:
 
 
 def slow_down(name: str, number: int) -> list[str]:
-    """Report functions, each of which takes twice as long as the last."""
+    """Report functions; each takes twice as long as the one before."""
     report({"begun": name, "cases": 1, "total": 20})
     for k in range(12):
         report({"function": f"f{k}", "seconds": 2.0**k})

@@ -71,7 +71,7 @@ def test_noises_are_those_of_the_joint_distribution(spread: float) -> None:
 
 
 def test_factors_scale_the_noises() -> None:
-    """A chain whose matrices are multiplied beforehand gives the same; without any spread there is no density."""
+    """A chain with matrices multiplied beforehand gives the same; a spread of zero has no density."""
     it = chain()
     scaled = it._replace(noises=2.0 * it.noises, covariances=0.25 * it.covariances)
     assert same(smooth_disturbances(it, 4.0, 0.25), smooth_disturbances(scaled))

@@ -247,7 +247,7 @@ def test_a_secret_stays_with_the_owner(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_child_finds_our_packages_and_not_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A child imports pftrack wherever it is started, and nothing that merely lies there.
 
-    It has the environment of its parent, in which numerical libraries are told that there is one processor.
+    It has the environment of its parent, which limits numerical libraries to one processor.
     """
     monkeypatch.setenv("OMP_NUM_THREADS", "8")
     monkeypatch.setenv("LANGUAGE_OF_ONES_OWN", "en")

@@ -175,7 +175,7 @@ def test_a_result_comes_back(value: object) -> None:
 def test_an_answer_comes_back() -> None:
     """Refusals, faults and steps are answers as well, and numbers of NumPy are numbers.
 
-    What a file says is told from what was bytes, even if it copies the form of an answer that was seen before.
+    Text of a file is never taken for bytes, even if it copies the form of an earlier answer.
     """
     tag = pack(Reply(b""))[:16].decode()
     copies = (Reply(value) for value in ({"base64": "eHg="}, {tag: "eHg="}, {tag: "no base64"}))
@@ -207,7 +207,7 @@ def test_what_cannot_be_said_is_refused(answer: Answer) -> None:
     ],
 )
 def test_nonsense_is_refused(data: bytes) -> None:
-    """Nothing but an answer is read as one, with its tag or without, and no other exception comes of it."""
+    """Only an answer is read as one, with its tag or without; anything else raises ValueError."""
     for text in (data, b"0123456789abcdef" + data):
         with pytest.raises(ValueError):  # noqa: PT011 - each parser has words of its own
             unpack(bytearray(text))

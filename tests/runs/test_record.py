@@ -303,7 +303,7 @@ def test_numbers_are_compared_by_their_hash(sine_run: Run, saved: Saved) -> None
     assert difference(sine_run, saved) is None
     assert saved.record.computed_on == machine.describe_platform()
     assert saved.estimates.shape == (12, 1)
-    # Without estimates of the same components, as of another version, there is no first frame to name.
+    # Another version may estimate other components; then no first frame can be named.
     for estimates in (None, np.zeros((12, 3))):
         apart = difference(sine_run, other(saved, estimates))
         assert (apart.frame, apart.largest) == (None, None)
@@ -311,7 +311,7 @@ def test_numbers_are_compared_by_their_hash(sine_run: Run, saved: Saved) -> None
 
 
 def test_the_first_frame_that_differs_is_named(sine_run: Run, saved: Saved) -> None:
-    """Other numbers are told with the first frame, by how much at most, and what was different about the machine."""
+    """Other numbers are reported: first frame, largest difference, and what differs about the machine."""
     estimates = saved.estimates.copy()
     estimates[5:] += 0.25
     estimates[7] = np.nan

@@ -340,7 +340,7 @@ def test_a_measure_that_fails_is_absent(frames: Callable[..., Any], caplog: pyte
 
 
 def test_what_a_source_says_by_numpy_can_be_written() -> None:
-    """Whether a target is hidden is often a comparison of NumPy's numbers; a row of it is JSON all the same."""
+    """Whether a target is hidden is often a NumPy boolean; its row is JSON all the same."""
     step = measured(find("ball"), frames=1).current
     assert step.frame.target is not None
     target = replace(step.frame.target, hidden=np.bool_(1))

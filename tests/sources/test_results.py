@@ -355,7 +355,7 @@ def test_what_does_not_go_together_is_refused(heads: dict[str, bytes], words: st
 
 
 def test_a_folder_holds_them(tmp_path: Path) -> None:
-    """It is one recording of beliefs, with the pictures of the clip; an index of it is taken again."""
+    """The folder opens as one recording of beliefs with the pictures of the clip; its index is reused."""
     with FilmWriter(tmp_path / "walk.mp4", 25.0) as film:
         for t in range(2):
             film.write(np.full((96, 128, 3), 90 * t, dtype=np.uint8))

@@ -1,4 +1,4 @@
-"""Driving a sweep: the same rows however it is computed, whichever process is lost on the way."""
+"""Driving a sweep: the rows do not depend on how it is computed or which process is lost."""
 
 import json
 import os

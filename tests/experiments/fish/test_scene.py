@@ -170,7 +170,7 @@ def test_what_is_far_outside_has_the_cap() -> None:
 
 @pytest.mark.parametrize(("told", "colour"), [("dark", (60, 75, 90)), ("light", (190, 210, 230))])
 def test_a_body_is_told_by_its_brightness(told: str, colour: tuple[int, int, int]) -> None:
-    """A body without a colour of its own is told by being darker or lighter than what is around it."""
+    """A body without a colour of its own is found by its brightness against the surroundings."""
     shape, foreground = FishShape(8.0, 3.0, 8.0), Foreground(told, 0, 0, 0, 0, 20, 15)  # type: ignore[arg-type] # a value
     seen = edges_of(picture(POSE, shape, colour), foreground)
     assert (seen.mask[60, 70], seen.mask[10, 10]) == (255, 0)

@@ -213,7 +213,7 @@ def wired(sequence: FrameSequence) -> Setup:
 def test_a_recording_is_followed_by_colour_or_by_darkness(
     films: dict[str, FrameSequence], name: str, told: str
 ) -> None:
-    """The mark gives shape and scale; a colourful fish is told by its hues, another by being darker than the water."""
+    """The mark gives shape and scale; a colourful fish is found by its hues, another by being darker than the water."""
     setup = wired(films[name])
     parameters = setup.parameters
     assert parameters.foreground == told

@@ -355,7 +355,7 @@ def test_derivatives_are_those_of_differences() -> None:
 
 
 def test_the_true_chain_is_on_its_lines() -> None:
-    """What it shows is what was seen, if nothing errs, and whichever way normals point the distances are the same."""
+    """Without errors it shows what was seen; distances do not depend on the direction of normals."""
     frame = frame_of(3, measurement_noise_px=0)
     target = frame.target
     seen = read_observation(frame, target.origin_px, in_space=True)

@@ -338,7 +338,7 @@ def test_false_motion_is_that_of_what_rests(tmp_path: Path) -> None:
 
 
 def test_nothing_is_claimed_of_motion_where_nothing_rests(tmp_path: Path) -> None:
-    """With a moving camera there is no corner at rest, and no false motion to be told."""
+    """A moving camera leaves no corner at rest, so no false motion is reported."""
     wide = rectangles(size=(300, 180))
     found = report(film([wide[:, 3 * step : 3 * step + 200] for step in range(24)], tmp_path))
     assert found["false_motion_px"] is None

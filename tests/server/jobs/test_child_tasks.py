@@ -106,7 +106,7 @@ def probe(
     columns: dict[str, int] | None = None,
     **budget: Any,
 ) -> FrameIndex:
-    """Probe a file within the usual budget, but for what is told."""
+    """Probe a file within the usual budget, except for the given limits."""
     wanted = Budget(**{name: getattr(BUDGET, name) for name in Budget.__slots__} | budget)
     return run(module.probe(ChildTasks(Queues()), path, limits, budget=wanted, columns=columns, stopped=stopped))
 
@@ -136,7 +136,7 @@ def test_a_probe_tells_what_a_survey_finds(clip: Path, monkeypatch: pytest.Monke
 
 
 def test_folders_animations_and_tables_are_probed_too(tmp_path: Path) -> None:
-    """Folders of pictures, animated GIFs and tables of tracks are told from videos."""
+    """Folders of pictures, animated GIFs and tables of tracks are distinguished from videos."""
     folder = tmp_path / "pictures"
     folder.mkdir()
     for number in range(3):
@@ -230,7 +230,7 @@ DAMAGING = (hostile.crash, hostile.leave, *hostile.ANSWERS, hostile.hang_up)
 def test_a_process_that_goes_wrong_becomes_a_sentence(
     clip: Path, monkeypatch: pytest.MonkeyPatch, harm: Callable[..., Any]
 ) -> None:
-    """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
+    """A crash, silence, nonsense, a flood or a hang of the process is reported in one sentence."""
     monkeypatch.setattr(module, "index_frames", harm)
     monkeypatch.setattr("pftrack.process.pool.LAST_WORDS_S", 0.3)
     with pytest.raises(RefusedError, match=SENTENCES.get(harm, "Its input may be damaged")):

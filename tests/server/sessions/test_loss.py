@@ -17,7 +17,7 @@ from tests.waiting import wait_for
 def test_a_session_says_why_its_target_was_lost(client: httpx.Client) -> None:
     """The explanation is that of the same run in Python; for a frame with the target held it finds no cause.
 
-    A frame not computed yet cannot be explained, and before a loss there is no frame to go to.
+    A frame not computed yet cannot be explained, and no frame is offered before the first loss.
     """
     values = {"occlusion_width_px": 100}
     session = begin(client, frames=60, seed=0, parameters=values)["id"]

@@ -136,7 +136,7 @@ COMMANDS: list[tuple[Any, str | None]] = [
 
 @pytest.fixture(scope="module")
 def stays(server: Server) -> Iterator[tuple[httpx.Client, dict[str, Any]]]:
-    """One session to which all of it is said, and its client."""
+    """The one session that receives all commands, and its client."""
     with httpx.Client(base_url=server.url, timeout=60, verify=False) as client:  # noqa: S501 - a local server
         session = begin(client)
         yield client, session

@@ -111,7 +111,7 @@ def a_run(**recipe: Any) -> bytes:
     ],
 )
 def test_other_files_are_refused(server: Server, client: httpx.Client, content: bytes, words: str) -> None:
-    """A file that is not a run, or has a value that no page could show, is refused, and nothing of it is stored.
+    """A file that is not a run, or has a value that no page can show, is refused, and nothing is stored.
 
     Browsers would round the seed; no value of a record is taken for the bytes of an answer.
     """
