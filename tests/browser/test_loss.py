@@ -85,7 +85,9 @@ def test_a_loss_calls_and_says_why_and_what_would_have_saved_it(
     page.locator(".what-if").get_by_role("button", name="Try it: Tracker Condensation").click()
     view.stands_at(45)
     assert server.session(view.id)["tracker"] == "condensation"
-    page.get_by_role("button", name="Main").click()
+    # The branch has its own loss, and its explanation may still be on the way.
+    with page.expect_response(re.compile(r"/explanation\?.*branch=b0"), timeout=60_000):
+        page.get_by_role("button", name="Main").click()
     page.get_by_role("button", name="Back to the plots").press("Enter")
     expect(page.locator(".play")).to_be_focused()
     expect(page.locator(".plots")).to_be_visible()
