@@ -1,14 +1,12 @@
-"""What the browser tests share: one server, one chromium, and a page that must not complain."""
+"""Shared by the browser tests: one server, one chromium, and a page that must not complain."""
 
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
-from websockets.sync.client import connect
 
 from tests.browser.class_room import Follower, listen, newcomers
 from tests.browser.host import START_S, Server, until
@@ -17,8 +15,6 @@ from tests.conftest import CHROMIUM, FRUGAL
 from tests.installing import ROOT, install
 
 Watch: TypeAlias = Callable[..., SessionPage]
-PLACES = 8
-"""Sessions that a server has room for: more than any test needs, and few enough to be taken where one is about that."""
 EXAMPLE = ROOT / "examples" / "own_experiment"
 WINDOW = {"width": 1280, "height": 800}
 TOKEN = "salt & pepper, 100 %"
@@ -43,30 +39,9 @@ def _compiled(compiled: None) -> None:
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    server = Server(tmp_path_factory.mktemp("served"), PFTRACK_MAX_SESSIONS=str(PLACES), PFTRACK_SWEEP_JOBS="1")
+    server = Server(tmp_path_factory.mktemp("served"), PFTRACK_MAX_SESSIONS="8", PFTRACK_SWEEP_JOBS="1")
     yield server
     server.stop()
-
-
-@pytest.fixture
-def watched(server: Server) -> Iterator[Callable[[dict[str, Any]], None]]:
-    """Have somebody watch a session, so that it keeps its place."""
-    with ExitStack() as sockets:
-        stream = server.url.replace("http", "ws", 1) + "/api/v1/sessions/{}/stream"
-        yield lambda session: sockets.enter_context(connect(stream.format(session["id"]))).recv()
-
-
-@pytest.fixture
-def fill(server: Server, watched: Callable[[dict[str, Any]], None]) -> Callable[..., list[dict[str, Any]]]:
-    """Take all places for sessions but a few; the sessions that take them are watched, and returned."""
-
-    def filled(*, free: int = 0) -> list[dict[str, Any]]:
-        sessions = [server.start_session(frames=2) for _ in range(PLACES - free)]
-        for each in sessions:
-            watched(each)
-        return sessions
-
-    return filled
 
 
 @pytest.fixture(scope="session")
@@ -90,7 +65,7 @@ def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 class Complaints(list[str]):
-    """What the browser found wrong; a test that breaks things says which complaints it expects."""
+    """Complaints of the browser; a test that breaks things names those it expects."""
 
     expected: tuple[str, ...] = ()
     is_leaving = False
@@ -140,7 +115,7 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 def unchosen(
     contexts: Callable[[Server], Any], server: Server, complaints: Complaints, request: pytest.FixtureRequest
 ) -> Iterator[Any]:
-    """A page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean."""
+    """A page of 1280 x 800 of a visitor without any choices yet; at the end its console must be clean."""
     context = contexts(server)
     if server.token:
         context.request.get("./", params={"token": server.token})  # trades it for a cookie
@@ -162,7 +137,7 @@ def unchosen(
 
 @pytest.fixture
 def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
-    """A fresh page of somebody who has chosen the flat view, or the 3-D scene where the test is marked with `scene`."""
+    """A fresh page with the flat view chosen, or the 3-D scene where the test is marked with `scene`."""
     view = "scene" if request.node.get_closest_marker("scene") else "flat"
     unchosen.add_init_script(CHOSEN.format(view))
     return unchosen
@@ -176,7 +151,7 @@ BARE = f"<head><title>Bare</title>{LINKS}</head><body><main></main></body>"
 
 @pytest.fixture
 def bare(page: Any) -> Any:
-    """A page of the server with its styles and no script: whatever happens there is the work of what a test loads."""
+    """A page of the server with its styles and no script but those that a test loads."""
     page.route("**/favicon.ico", lambda route: route.fulfill(status=204))
     page.goto("healthz")
     page.evaluate("(text) => (document.documentElement.innerHTML = text)", BARE)
@@ -203,7 +178,7 @@ def watch(page: Any, server: Server) -> Callable[..., SessionPage]:
 
 @pytest.fixture
 def stranger(chromium: Any) -> Iterator[Any]:
-    """A page of somebody who was never here, by a browser that shows sessions flat."""
+    """A page of a new visitor, in a browser that shows sessions flat."""
     context = chromium.new_context(viewport=WINDOW)
     context.set_default_timeout(60_000)
     for script in (FRUGAL, CHOSEN.format("flat")):
@@ -214,6 +189,6 @@ def stranger(chromium: Any) -> Iterator[Any]:
 
 @pytest.fixture
 def newcomer(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Callable[..., Follower]]:
-    """Let somebody come who was never here, by default with a phone."""
+    """Open pages of new visitors, by default on a phone."""
     with newcomers(chromium, server, complaints.hear) as come:
         yield come

@@ -1,4 +1,4 @@
-"""A real server in a process of its own, as `pftrack serve` starts it, and what a test may do to it."""
+"""A real server process, as `pftrack serve` starts it, and requests to it and harm of it."""
 
 import os
 import subprocess
@@ -24,7 +24,7 @@ class Server:
     """`pftrack serve` on a free port; a second start serves the same data at the same place."""
 
     def __init__(self, data: Path, installed: Path | None = None, token: str | None = None, **variables: str) -> None:
-        """Start it on a folder of data, beside what is installed in another folder, with variables of its own."""
+        """Start it on a folder of data, beside packages in another folder, with its own variables."""
         self.token = token
         if token is not None:
             variables["PFTRACK_TOKEN"] = token
@@ -69,7 +69,7 @@ class Server:
         until(lambda: self._http.get(f"{self.url}/healthz").is_success, "the server answers", START_S)
 
     def command(self) -> list[str]:
-        """Return what is started."""
+        """Return the command line."""
         return [sys.executable, "-m", "pftrack", "serve", "--port", str(self._port), "--data-dir", str(self.data)]
 
     @property
@@ -77,13 +77,10 @@ class Server:
         return self._process.pid if self._process else None
 
     def kill(self) -> None:
-        """Kill the server's own process, as the kernel does when memory runs out; what it started is left to itself."""
+        """Kill the server's own process, as the kernel does when memory runs out; its children live on."""
         if self._process is not None:
             self._process.kill()
-            self._process.wait(10)
-            if self._process.stdout is not None:
-                self._process.stdout.close()
-            self._process = None
+            self._forget()
 
     def stop(self) -> None:
         """Stop it as a service manager does."""
@@ -94,8 +91,11 @@ class Server:
             self._process.wait(20)
         except subprocess.TimeoutExpired:
             self._process.kill()
+        self._forget()
+
+    def _forget(self) -> None:
+        if self._process is not None and self._process.stdout is not None:
             self._process.wait(10)
-        if self._process.stdout is not None:
             self._process.stdout.close()
         self._process = None
 
@@ -119,7 +119,7 @@ class Server:
             return taken(http, session, name)
 
     def start_session(self, **wish: Any) -> dict[str, Any]:
-        """Start a session; the ball's unless told otherwise."""
+        """Start a session, by default the ball's."""
         before = set(descendants(self._process.pid))
         wanted = session_request({"experiment": "ball", "seed": 5, "frames": 90, **wish})
         session: dict[str, Any] = self.post("sessions", wanted)
@@ -127,7 +127,7 @@ class Server:
         return session
 
     def upload(self, name: str, content: bytes) -> str:
-        """Bring in a clip, and return its number."""
+        """Upload a clip, and return its number."""
         answer = self._http.post(f"{self.url}/api/v1/uploads", files={"file": (name, content)})
         return str(answer.raise_for_status().json()["id"])
 
@@ -138,7 +138,7 @@ class Server:
         self.post(f"sessions/{session}/commands", {"kind": "seek", "frame": frame})
 
     def column(self, session: str, name: str, branch: str | None = None) -> list[Any]:
-        """Return one column of the diagnostics of a branch, the active one unless told otherwise."""
+        """Return one column of the diagnostics of a branch, by default the active one."""
         branch = branch or self.session(session)["branch"]
         return self.get(f"sessions/{session}/diagnostics?branch={branch}")["columns"][name]
 
@@ -162,7 +162,7 @@ class Server:
 
     @contextmanager
     def freeze_newest(self) -> Iterator[None]:
-        """Have the newest process compute nothing meanwhile; it must take less time than a worker may be silent."""
+        """Suspend the newest process meanwhile, for less time than a worker may be silent."""
         process = newest(descendants(self._process.pid))
         process.suspend()
         try:

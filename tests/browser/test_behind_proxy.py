@@ -27,21 +27,14 @@ class Behind(NamedTuple):
     """Where browsers find servers through nginx.
 
     Attributes:
-        at_root: One that trusts nginx, at the root; nginx removes nothing from its addresses.
-        taken_off: The same one below a prefix that nginx takes off, and tells it.
-        distrusted: The same in front of a server that was not told to trust nginx.
+        at_root: A server that trusts nginx, at the root.
+        taken_off: The same server below a prefix that nginx takes off and reports.
+        distrusted: The same in front of a server that does not trust nginx.
     """
 
     at_root: str
     taken_off: str
     distrusted: str
-
-
-class Outside(NamedTuple):
-    """A server, and where a browser finds it."""
-
-    server: Server
-    address: str
 
 
 @pytest.fixture(scope="module")
@@ -58,32 +51,10 @@ def behind(tmp_path_factory: pytest.TempPathFactory, server: Server, beside_othe
         yield Behind(*(f"https://localhost:{port}{place}" for port, place in zip(ports, places, strict=True)))
 
 
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Outside]:
-    """A server below its own base path, which nginx leaves in the path."""
-    own = Server(tmp_path_factory.mktemp("served"), token=TOKEN, PFTRACK_TRUSTED_PROXIES="127.0.0.1")
-    port = free_port()
-    with nginx(Path(tmp_path_factory.mktemp("nginx")), {port: site(port, urlsplit(own.url).port or 0, BASE)}):
-        yield Outside(own, f"https://localhost:{port}{BASE}")
-    own.stop()
-
-
-# Addresses below a base path are those of a prefix that was taken off; see tests/server/core/test_base_path.py.
-@pytest.fixture(params=["taken_off", pytest.param("kept", marks=pytest.mark.slow)])
-def outside(request: pytest.FixtureRequest) -> Iterator[Outside]:
-    """A server and where a browser finds it, by each way in which a proxy may be set up."""
-    if request.param == "kept":
-        found: Outside = request.getfixturevalue("kept")
-    else:
-        found = Outside(request.getfixturevalue("beside_others"), request.getfixturevalue("behind").taken_off)
-    yield found
-    found.server.end_sessions()
-
-
 @pytest.fixture
-def secure(chromium: Any, outside: Outside) -> Iterator[Any]:
+def secure(chromium: Any, behind: Behind, beside_others: Server) -> Iterator[Any]:
     """A page of a browser outside, which has opened the link with the token."""
-    context = chromium.new_context(base_url=f"{outside.address}/", color_scheme="light")
+    context = chromium.new_context(base_url=f"{behind.taken_off}/", color_scheme="light")
     context.set_default_timeout(60_000)
     for script in (FRUGAL, CHOSEN.format("flat")):
         context.add_init_script(script)
@@ -95,13 +66,14 @@ def secure(chromium: Any, outside: Outside) -> Iterator[Any]:
     page.goto(f"./?{urlencode({'token': TOKEN})}")
     yield page
     context.close()
+    beside_others.end_sessions()
     assert errors == []
 
 
-def test_a_session_plays_and_a_class_follows(outside: Outside, secure: Any) -> None:
+def test_a_session_plays_and_a_class_follows(behind: Behind, beside_others: Server, secure: Any) -> None:
     """Page, streams, scene, cookies, links and QR code are at the address that the proxy gives to the outside."""
     page, sockets = secure, []
-    server, address = outside
+    server, address = beside_others, behind.taken_off
     assert page.url == f"{address}/"
     (cookie,) = page.context.cookies()
     assert (cookie["secure"], cookie["httpOnly"]) == (True, True)
@@ -135,42 +107,35 @@ def test_a_session_plays_and_a_class_follows(outside: Outside, secure: Any) -> N
     follower.context.close()
 
 
-@pytest.mark.parametrize("missing", ["Upgrade", "Host"])
-def test_the_page_says_what_a_proxy_must_pass_on(
-    chromium: Any, beside_others: Server, tmp_path: Path, missing: str
-) -> None:
+def test_the_page_says_what_a_proxy_must_pass_on(chromium: Any, beside_others: Server, tmp_path: Path) -> None:
     """Where no websocket comes through, a session says so within five seconds, with the remedy."""
     port, upstream = free_port(), urlsplit(beside_others.url).port or 0
-    passing = re.sub(rf" *proxy_set_header {missing} .*\n", "", site(port, upstream, ""))
+    passing = re.sub(r" *proxy_set_header Upgrade .*\n", "", site(port, upstream, ""))
     session = beside_others.start_session(frames=5)
     with nginx(tmp_path, {port: passing}):
         page = chromium.new_page()
         page.goto(f"https://localhost:{port}/{session['page']}?{urlencode({'token': TOKEN})}", wait_until="commit")
-        told = page.get_by_role("alert").filter(
-            has_text="a proxy must pass on websockets, with the headers Host, Upgrade"
-        )
-        told.wait_for(timeout=5_000)
+        remedy = "a proxy must pass on websockets, with the headers Host, Upgrade"
+        page.get_by_role("alert").filter(has_text=remedy).wait_for(timeout=5_000)
         page.close()
     beside_others.end_sessions()
 
 
-def test_who_is_no_named_proxy_is_not_believed(behind: Behind) -> None:
-    """A server that was not told to trust it serves below its own base path, and tells who opens a page what to set."""
+def test_only_named_proxies_are_believed(behind: Behind) -> None:
+    """A server that does not trust its proxy serves below its own base path, and names the missing setting.
+
+    A browser cannot name a prefix: nginx empties the headers that it does not set.
+    """
     with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
         trusted = client.get(behind.taken_off, headers={"authorization": "Bearer nothing"}, follow_redirects=False)
         assert urlsplit(urljoin(behind.taken_off, trusted.headers["location"])).path == f"{TAKEN_OFF}/"
-        page = client.get(f"{behind.distrusted}/").text
-        assert f'<base href="{BASE}/">' in page
+        assert f'<base href="{BASE}/">' in client.get(f"{behind.distrusted}/").text
         told = client.get(f"{behind.distrusted}/", headers={"accept": "text/html"})
         assert told.status_code == 400
         assert f"removes {TAKEN_OFF} from the addresses" in told.json()["error"]["message"]
         assert "PFTRACK_TRUSTED_PROXIES=127.0.0.1" in told.json()["error"]["message"]
 
-
-def test_a_browser_cannot_name_a_prefix(behind: Behind) -> None:
-    """Nginx empties the headers that it does not set, so that only what it says itself comes through."""
-    headers = {"x-forwarded-prefix": "/made/up", "x-forwarded-host": "evil.example", "x-forwarded-proto": "http"}
-    with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
+        headers = {"x-forwarded-prefix": "/made/up", "x-forwarded-host": "evil.example", "x-forwarded-proto": "http"}
         page = client.get(f"{behind.at_root}/", params={"token": TOKEN}, headers=headers)
-    assert page.headers["location"] == "/"
-    assert "secure" in page.headers["set-cookie"].lower()
+        assert page.headers["location"] == "/"
+        assert "secure" in page.headers["set-cookie"].lower()

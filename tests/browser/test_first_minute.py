@@ -1,6 +1,8 @@
-"""A first visitor's tour, My work and its search, and the keyboard alone."""
+"""A first visitor's tour, scripts that are fetched ahead, My work and its search, and the keyboard alone."""
 
+import re
 from typing import Any
+from urllib.parse import urlsplit
 
 from tests.browser.accessible import check
 from tests.browser.conftest import Complaints, Watch
@@ -175,3 +177,24 @@ def test_the_keyboard_alone_starts_a_session_which_is_described_in_words(
     shown.until(lambda: "of 60" in listed.inner_text(), "frames to failure name the frames seen")
     known = server.get(f"sessions/{shown.id}")["measured"]
     assert f"inside the true box\n{100 * known['inside_share']:.0f} %" in listed.inner_text()
+
+
+VERSIONED = re.compile(r"^.*/static/version/\w+/")
+
+
+def test_the_gallery_fetches_ahead(gallery: Gallery) -> None:
+    """Script of the session's page is there before somebody clicks, and is not asked for again afterwards."""
+    page = gallery.page
+    ahead = "[...document.querySelectorAll('link[rel=prefetch]')].map((it) => it.href)"
+    here = "performance.getEntriesByType('resource').filter((it) => it.responseEnd > 0).map((it) => it.name)"
+
+    def fetched() -> set[str]:
+        return {VERSIONED.sub("", urlsplit(address).path) for address in page.evaluate(ahead)}
+
+    gallery.until(lambda: "session/session_start.js" in fetched(), "the page's first module is fetched")
+    gallery.until(lambda: set(page.evaluate(ahead)) <= set(page.evaluate(here)), "all of them have come")
+    gallery.card("ball").locator("h4 a").click(no_wait_after=True)
+    page.wait_for_url("**/session/*")
+    sent = "performance.getEntriesByType('resource').filter((it) => it.transferSize > 0).map((it) => it.name)"
+    again = {VERSIONED.sub("", urlsplit(address).path) for address in page.evaluate(sent)}
+    assert not {path for path in again if path.endswith(".js")}

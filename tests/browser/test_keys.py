@@ -1,4 +1,4 @@
-"""The keyboard; test_lesson.py tries it from inside the scene's frame."""
+"""The keyboard; test_scene.py tries it from inside the scene's frame."""
 
 from tests.browser.conftest import Watch
 from tests.browser.host import Server

@@ -1,12 +1,12 @@
-"""Marks of kinds that the project does not know, edited from their description alone; and truth that a person marks."""
+"""Marks of unknown kinds, edited by their description alone; and truth that a person marks."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.browser.accessible import check
+from tests.browser.conftest import Watch
 from tests.browser.host import Server
 from tests.browser.test_upload import clip as clip  # noqa: PLC0414 - a fixture
 from tests.browser.views import SessionPage, View
@@ -56,8 +56,12 @@ class Editing(View):
         self.drag(self.at(*start), self.at(*end))
 
 
-def test_a_circle_is_made_from_its_description(bare: Any) -> None:
-    """There is no mark until somebody makes one; then centre, edge, slider and keys each change what they should."""
+def test_a_circle_is_made_from_its_description(bare: Any, complaints: Any) -> None:
+    """There is no mark until somebody makes one; then centre, edge, slider and keys each change their part.
+
+    A missing picture is reported in its place until there is one again.
+    """
+    complaints.expected = ("the server responded with a status of 404",)
     editing = Editing(bare, CIRCLE)
     page = editing.page
     assert (editing.mark, page.locator(".point").get_attribute("aria-label")) == (None, "Centre, 160 across, 120 down")
@@ -79,51 +83,47 @@ def test_a_circle_is_made_from_its_description(bare: Any) -> None:
     page.keyboard.press("Shift+ArrowDown")
     assert editing.mark["centre"] == pytest.approx(np.add(mark["centre"], (-1, 10)), abs=0.1)
     assert page.evaluate("changes") > 3
+    missing = page.locator(".picture-missing")
+    page.evaluate("editor.picture.show('api/v1/uploads/none/frames/0.jpg', 320, 240)")
+    missing.wait_for()
+    assert "loading" not in editing.surface.get_attribute("class")
+    page.evaluate("editor.picture.show('static/shared/icon.svg', 320, 240)")
+    missing.wait_for(state="hidden")
 
 
-def test_an_outline_is_closed_and_stays_in_the_picture(bare: Any) -> None:
-    """Corners lie in a list, a line closes the outline, and no corner leaves the picture."""
+def test_an_outline_is_named_corrected_and_kept_in_the_picture(bare: Any) -> None:
+    """Offered handles have names; where they are close, one name shows. A line closes it; no corner leaves the picture.
+
+    A mark that a model placed is a mark at once; its points are hollow until they are moved.
+    """
     editing = Editing(bare, OUTLINE)
-    assert editing.page.locator("line.mark-line").count() == 3
+    names = bare.locator(".point-name:visible")
+    assert names.all_inner_texts() == ["Corner 0", "Corner 1", "Corner 2"]
+    assert bare.locator("line.mark-line").count() == 3
     editing.pull((64 - 0.2, 72), (-80, -50))
     others = [pytest.approx(place, abs=0.1) for place in ([159.5, 71.7], [255.2, 71.7])]
     assert editing.mark == {"kind": "outline", "corners": [[0, 0], *others]}
-
-
-def test_a_mark_that_was_found_is_shown_to_be_corrected(bare: Any) -> None:
-    """A mark that is set is a mark at once; what a model has placed is hollow until it is moved."""
-    editing = Editing(bare, OUTLINE)
-    found = {"kind": "outline", "corners": [[10, 10], [100, 20], [50, 90]]}
-    editing.page.evaluate("(mark) => editor.set(mark, ['corners.2'])", found)
-    assert editing.mark == found
-    assert editing.page.locator(".point.placed").count() == 1
-    editing.pull((50, 90), (60, 90))
-    assert editing.page.locator(".point.placed").count() == 0
-    editing.page.evaluate("editor.set(null)")
-    assert (editing.mark, editing.page.locator(".point:visible").count()) == (None, 0)
-
-
-def test_handles_have_names_until_they_are_moved(bare: Any) -> None:
-    """The offered handles can be told apart without pointing at any; the page understood what was moved.
-
-    Names of handles that lie close would cover each other: then the one that is pointed at goes before the focus.
-    """
-    editing = Editing(bare, OUTLINE)
-    names = editing.page.locator(".point-name:visible")
-    assert names.all_inner_texts() == ["Corner 0", "Corner 1", "Corner 2"]
-    editing.pull((159.5, 71.7), (150, 200))
-    editing.page.mouse.move(*editing.at(300, 220))
-    editing.page.locator(".point").nth(1).blur()
-    assert names.all_inner_texts() == ["Corner 0", "Corner 2"]
-    editing.page.evaluate("editor.set({ kind: 'outline', corners: [[64, 72], [159.5, 71.7], [255, 72]] })")
-    editing.page.locator(".point").first.focus()
+    bare.mouse.move(*editing.at(300, 220))
+    bare.locator(".point").first.blur()
+    assert names.all_inner_texts() == ["Corner 1", "Corner 2"]
+    bare.evaluate("editor.set({ kind: 'outline', corners: [[64, 72], [159.5, 71.7], [255, 72]] })")
+    bare.locator(".point").first.focus()
     for place, shown in (((300, 220), 0), ((159.5, 71.7), 1), ((300, 200), 0)):
-        editing.page.mouse.move(*editing.at(*place))
+        bare.mouse.move(*editing.at(*place))
         assert names.all_inner_texts() == [f"Corner {shown}"]
+
+    found = {"kind": "outline", "corners": [[10, 10], [100, 20], [50, 90]]}
+    bare.evaluate("(mark) => editor.set(mark, ['corners.2'])", found)
+    assert editing.mark == found
+    assert bare.locator(".point.placed").count() == 1
+    editing.pull((50, 90), (60, 90))
+    assert bare.locator(".point.placed").count() == 0
+    bare.evaluate("editor.set(null)")
+    assert (editing.mark, bare.locator(".point:visible").count()) == (None, 0)
 
 
 def test_keys_resize_a_box_by_their_place(bare: Any) -> None:
-    """On a French keyboard the keys at the places of W, A, S and D resize a box, and are called by its letters."""
+    """On a French keyboard the keys in place of W, A, S and D resize a box, and the page names their letters."""
     bare.evaluate(FRENCH)
     editing = Editing(bare, BOX)
     bare.get_by_role("application", name="the keys Z, Q, S, D resize it").focus()
@@ -135,18 +135,6 @@ def test_keys_resize_a_box_by_their_place(bare: Any) -> None:
     assert editing.mark == {**made, "width": made["width"] - 2, "height": made["height"] - 1}
 
 
-def test_a_picture_that_cannot_be_shown_is_told_of(bare: Any, complaints: Any) -> None:
-    """It says so in the picture's place, until there is a picture again."""
-    complaints.expected = ("the server responded with a status of 404",)
-    editing = Editing(bare, CIRCLE)
-    missing = editing.page.locator(".picture-missing")
-    editing.page.evaluate("editor.picture.show('api/v1/uploads/none/frames/0.jpg', 320, 240)")
-    missing.wait_for()
-    assert "loading" not in editing.surface.get_attribute("class")
-    editing.page.evaluate("editor.picture.show('static/shared/icon.svg', 320, 240)")
-    missing.wait_for(state="hidden")
-
-
 WIDTH = 160
 
 
@@ -156,7 +144,7 @@ def upload(server: Server, clip: bytes) -> str:
 
 
 @pytest.fixture
-def shown(watch: Callable[..., SessionPage], upload: str) -> SessionPage:
+def shown(watch: Watch, upload: str) -> SessionPage:
     """The session on the disc that walks to the right, by 2 px in each frame, from (40, 60) on."""
     return watch(upload=upload, box=[31, 51, 19, 19], seed=0, frames=None)
 
@@ -180,7 +168,7 @@ def table(shown: SessionPage, upload: str) -> list[str]:
 
 
 def test_truth_is_clicked_frame_by_frame_and_measures_the_run(shown: SessionPage, server: Server, upload: str) -> None:
-    """A click marks and goes on, keys do the same, one is taken back; frames between stay without truth."""
+    """A click or a key marks and goes on; moves count without Enter; marks are taken back; gaps have no truth."""
     page = shown.page
     shown.menu("files")
     page.click("[data-role=mark-truth]")
@@ -198,14 +186,18 @@ def test_truth_is_clicked_frame_by_frame_and_measures_the_run(shown: SessionPage
         page.keyboard.press(key)
         waits_at(shown, frame)
     page.get_by_text("Picture 12 is not marked. 3 frames marked").wait_for()
-    page.keyboard.press("Delete")  # hidden there
-    waits_at(shown, 16)
+    for key in ("Delete", "Shift+ArrowDown", "Shift+ArrowDown"):  # hidden there, and moved before the next picture
+        page.keyboard.press(key)
+    page.get_by_text("Picture 16 is marked. 4 frames marked").wait_for()
+    page.click(".truth-row >> text=Undo")
+    page.get_by_text("Picture 16 is not marked. 3 frames marked").wait_for()
     page.click(".truth-row >> text=Done")
     page.locator(".truth-marking").wait_for(state="detached")
     assert table(shown, upload) == ["frame,x,y,w,h", "0,31,51,19,19", "4,39,51,19,19", "8,47,51,19,19"]
     errors = lambda: server.column(shown.id, "error")  # noqa: E731 - one line of reading
     shown.until(lambda: (errors()[8] or 99) < 5, "the run is measured by it")
     assert [frame for frame, error in enumerate(errors()) if error is not None] == [0, 4, 8]
+
     shown.menu("files")
     page.locator("[data-role=known-truth]").wait_for()
 
@@ -234,27 +226,7 @@ def test_marks_that_are_known_can_be_corrected_or_left_alone(shown: SessionPage,
     assert table(shown, upload)[2] == "1,90,90,19,19"
 
 
-def test_what_is_moved_by_keys_stays_where_it_was_moved(shown: SessionPage, upload: str) -> None:
-    """A move counts without Enter, also by keys that come before the next picture, and is taken back as one."""
-    page = shown.page
-    page.keyboard.press("t")
-    page.locator(".truth-marking").wait_for()
-    page.fill("#truth-every", "2")
-    page.locator(".truth-marking .mark-surface").focus()
-    waits_at(shown, 0)
-    for key in ("Enter", *["ArrowRight"] * 4, "Enter", *["Shift+ArrowDown"] * 2):
-        page.keyboard.press(key)
-    page.click(".truth-row >> text=Back")
-    waits_at(shown, 2)
-    page.get_by_text("Picture 2 is marked. 3 frames marked").wait_for()
-    page.click(".truth-row >> text=Undo")
-    page.get_by_text("Picture 4 is not marked. 2 frames marked").wait_for()
-    page.click(".truth-row >> text=Done")
-    page.locator(".truth-marking").wait_for(state="detached")
-    assert table(shown, upload) == ["frame,x,y,w,h", "0,31,51,19,19", "2,35,51,19,19"]
-
-
-def test_a_simulated_scene_knows_its_own_truth(watch: Any) -> None:
+def test_a_simulated_scene_knows_its_own_truth(watch: Watch) -> None:
     """There is nothing to mark, by no key."""
     shown = watch()
     page = shown.page

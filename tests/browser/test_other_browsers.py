@@ -15,7 +15,7 @@ import pytest
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-from tests.browser.host import Server
+from tests.browser.host import Server, until
 from tests.browser.test_flat import OCCLUDER
 from tests.browser.views import BALL, PARTICLES
 from tests.waiting import wait_for
@@ -29,22 +29,11 @@ FRAME = "Number(document.querySelector('.flat-canvas').dataset.frame)"
 SCENE = "document.querySelector('.view-switch button:last-of-type')"
 
 
-class Driven:
-    """A page that WebDriver drives."""
-
-    def evaluate(self, expression: str) -> Any:
-        """Return a string, a number or a truth value."""
-        raise NotImplementedError
-
-    def until(self, expression: str, what: str) -> None:
-        wait_for(lambda: self.evaluate(expression), 60.0, what)
-
-
 KEYS = {"type": "key", "id": "keys", "actions": [{"type": kind, "value": RIGHT} for kind in ("keyDown", "keyUp")]}
 
 
-class Firefox(Driven):
-    """A page, and what its console said."""
+class Firefox:
+    """A page that BiDi drives, and the errors of its console."""
 
     def __init__(self, socket: Connection) -> None:
         self._socket, self._numbers = socket, count()
@@ -54,7 +43,7 @@ class Firefox(Driven):
         self._ask("session.subscribe", events=["log.entryAdded"])
 
     def _ask(self, method: str, **params: object) -> Any:
-        """Send a command and return its result; what the console says meanwhile is kept."""
+        """Send a command and return its result; errors of the console until then are kept."""
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
         while (answer := json.loads(self._socket.recv(60))).get("id") != number:
@@ -91,8 +80,8 @@ def firefox(tmp_path: Path) -> Iterator[Firefox]:
             process.terminate()
 
 
-class WebKit(Driven):
-    """A page, and the errors of its scripts."""
+class WebKit:
+    """A page that WebDriver drives, and the errors of its scripts."""
 
     def __init__(self, driver: httpx.Client) -> None:
         self._driver = driver
@@ -137,7 +126,7 @@ def webkit() -> Iterator[WebKit]:
         with subprocess.Popen([WEBKIT, f"--port={port}"], env=shown) as process:
             try:
                 with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60) as driver:
-                    wait_for(lambda: answers(driver), what="the driver answers")
+                    until(lambda: driver.get("/status").is_success, "the driver answers")
                     page = WebKit(driver)
                     yield page
                     page.quit()
@@ -146,30 +135,26 @@ def webkit() -> Iterator[WebKit]:
                 display.terminate()
 
 
-def answers(driver: httpx.Client) -> bool:
-    """Whether a driver that has just started listens."""
-    try:
-        return driver.get("/status").is_success
-    except httpx.TransportError:
-        return False
-
-
 @pytest.mark.parametrize("engine", ["firefox", "webkit"])
 def test_a_visit(engine: str, server: Server, request: pytest.FixtureRequest) -> None:
     """The ball is shown flat, a slider changes it, the 3-D view shows it or says why not; no script fails."""
     page = request.getfixturevalue(engine)
+
+    def holds(expression: str, what: str) -> None:
+        wait_for(lambda: page.evaluate(expression), 60.0, what)
+
     page.visit(f"{server.url}/{server.start_session()['page']}?view=flat")
-    page.until(f"{OCCLUDER} >= 38", "the picture is painted, with its occluder")
+    holds(f"{OCCLUDER} >= 38", "the picture is painted, with its occluder")
     page.evaluate(f"{SLIDER}.focus()")
     for _ in range(10):
         page.press_right()
-    page.until(f"{BOX}.value === '50'", "the box has followed the slider")
+    holds(f"{BOX}.value === '50'", "the box has followed the slider")
     page.evaluate("document.querySelector('.play').click()")
-    page.until(f"{FRAME} > 5 && {OCCLUDER} >= 48", "the run plays with the wider occluder")
+    holds(f"{FRAME} > 5 && {OCCLUDER} >= 48", "the run plays with the wider occluder")
     has_graphics = page.evaluate("document.createElement('canvas').getContext('webgl2') !== null")
     page.evaluate(f"{SCENE}.click()")
     shown = f"{BALL} && {PARTICLES} > 0".replace("window.", "document.querySelector('.scene iframe')?.contentWindow.")
     said = f"{SCENE}.disabled && {SCENE}.title.includes('no 3-D graphics')"
-    page.until(shown if has_graphics else said, "the scene has the ball and the cloud, or says that it cannot be drawn")
+    holds(shown if has_graphics else said, "the scene has the ball and the cloud, or says that it cannot be drawn")
     server.end_sessions()
     assert page.complaints == []

@@ -1,12 +1,9 @@
 """Things that break or take long: connection, server, worker, imports. The page says so and goes on where it can."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from string import ascii_lowercase, digits
 from typing import Any
-
-import pytest
 
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
@@ -16,8 +13,6 @@ from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.test_sweep import SMALL, SweepPage
 from tests.browser.views import Gallery, SessionPage, View
-
-Watch = Callable[..., SessionPage]
 
 
 def test_links_that_lead_nowhere_say_so(page: Any, complaints: Complaints) -> None:
@@ -32,45 +27,32 @@ def test_links_that_lead_nowhere_say_so(page: Any, complaints: Complaints) -> No
     enabled = page.locator(".transport .group button:enabled")
     View(page).until(lambda: enabled.count() == 0, "the transport is switched off")
     assert (page.locator("[data-tool=save]:enabled").count(), page.locator(".play").inner_text()) == (0, "Play")
-    page.wait_for_timeout(1_500)
-    assert page.locator(".plots > *").count() == 0
+    for key in (*ascii_lowercase, *digits, *" []?", "Home", "End", "ArrowLeft", "Shift+ArrowRight", "Escape"):
+        page.keyboard.press(key)
+    assert (complaints.unexpected, page.locator(".plots > *").count()) == ([], 0)
     page.click("text=Back to the experiments")
     Gallery(page).card("ball").wait_for()
-    page.goto("session/0123456789abcdef")
-    page.get_by_text("Session not found").wait_for()
-    for key in (*ascii_lowercase, *digits, *" []?", "Escape", "Home", "End", "ArrowLeft", "Shift+ArrowRight"):
-        page.keyboard.press(key)
-    assert complaints.unexpected == []
     page.goto("session/new#eyJicm9rZW4")
     assert "must hold an experiment" in page.locator(".notice").inner_text()
 
 
-# The scene comes back after a lost connection in tests/viewer/test_browser.py as well.
-@pytest.mark.parametrize("view", ["flat", pytest.param("scene", marks=pytest.mark.slow)])
-def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: Any, complaints: Complaints) -> None:
-    """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
-
-    This holds in either view; canvas and maps of a sweep keep their pictures in the meantime.
-    """
+# tests/viewer/test_browser.py has the scene after a lost connection.
+def test_a_restarted_server_is_found_again(server: Server, page: Any, complaints: Complaints) -> None:
+    """While the server is away a thin bar says so; afterwards session and sweep are as before, without a reload."""
     complaints.expected = ("Failed to load resource", "WebSocket connection")
     sweep = server.post("sweeps", {**SMALL, "trials": 1, "frames": 10})
     until(lambda: server.get(f"sweeps/{sweep['id']}")["state"] == "done", "the sweep is complete")
     session = server.start_session()
     server.seek(session["id"], 20)
-    other = unchosen.context.new_page()
+    other = page.context.new_page()
     other.goto(sweep["page"])
     maps = SweepPage(other)
     maps.until(lambda: other.locator(".map").count() == 2, "the maps are there")
     maps.complete()
-    page = unchosen
-    page.goto(f"{session['page']}?view={view}")
+    page.goto(session["page"])
     shown = SessionPage(page, server).ready()
     shown.stands_at(20)
-
-    def is_seen(frame: int) -> bool:
-        return shown.painted == frame or (view == "scene" and shown.particles > 0)
-
-    shown.until(lambda: is_seen(20), "the frame is seen")
+    shown.paints(20)
     errors = server.column(shown.id, "error")
     for each in (page, other):
         each.evaluate("window.notReloaded = true")
@@ -78,7 +60,7 @@ def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: 
     server.stop()
     page.locator(".bar-lost").wait_for()
     shown.until(page.locator(".play").is_disabled, "the play button cannot be pressed")
-    assert is_seen(20)
+    assert shown.painted == 20
     maps.until(other.locator("[data-part=disconnected]").is_visible, "the page says that it reconnects")
     assert other.locator(".map").count() == 2
     server.start()
@@ -94,38 +76,20 @@ def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: 
     shown.stands_at(20)
     shown.press("ArrowRight")
     shown.stands_at(21)
-    shown.until(lambda: is_seen(21), "the next frame is seen")
+    shown.paints(21)
     assert server.column(shown.id, "error")[:21] == errors
     assert all(each.evaluate("window.notReloaded") for each in (page, other))
 
 
-HEAVY = {"sample_count": 100_000}
-FAR = 24
-DROP = """() => {
-    const dataTransfer = new DataTransfer();
-    dataTransfer.items.add(new File(["words"], "other.mp4"));
-    document.dispatchEvent(new DragEvent("drop", { dataTransfer }));
-}"""
 WORDS = re.compile(r"Computing frame \d+ of (\d+)")
 
 
-# An import below shows and stops the same bar; tests/server/sessions/test_crashes.py has the way back.
-@pytest.fixture(scope="module")
-def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A saved run that takes some seconds to compute."""
-    ball = find("ball")
-    run = Run(ball, ball.simulate(), tracker="upf", frames=60, timeline=(Change(0, dict(HEAVY)),))
-    run.seek(FAR)
-    path = tmp_path_factory.mktemp("saved") / "heavy.pft"
-    record.save(run, path)
-    return path
-
-
-def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
-    """A run that is brought in shows how far it is, after a reload too; cancelled, it makes room for another file.
-
-    Until then another file would push it out of sight, and be pushed away by its end.
-    """
+def test_an_import(gallery: Gallery, server: Server, tmp_path: Path) -> None:
+    """An imported run shows how far it is, after a reload too; cancelled, it makes room for another file."""
+    ball, saved = find("ball"), tmp_path / "heavy.pft"
+    run = Run(ball, ball.simulate(), tracker="upf", frames=60, timeline=(Change(0, {"sample_count": 100_000}),))
+    run.seek(24)  # takes some seconds to compute
+    record.save(run, saved)
     page: Any = gallery.page
     drop = page.locator(".drop")
     before = server.get("runs")
@@ -134,9 +98,6 @@ def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
     until(lambda: any(job["state"] == "working" and job["done"] for job in server.get("jobs")), "it computes")
     with server.freeze_newest():
         page.get_by_text(WORDS).wait_for()
-        page.evaluate(DROP)
-        page.get_by_text("Other files are still uploading").wait_for()
-        assert "heavy.pft" in drop.inner_text()
         page.reload(wait_until="commit")
         page.get_by_text(WORDS).wait_for()
         assert "heavy.pft" in drop.inner_text()
@@ -146,7 +107,7 @@ def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
 
 
 def test_an_import_outlasts_a_silence_of_the_server(gallery: Gallery, complaints: Complaints) -> None:
-    """While nobody answers the page says so and asks again; what became of the run is told once somebody does."""
+    """While the server does not answer the page says so and asks again; then it shows what became of the run."""
     complaints.expected = ("net::ERR_FAILED",)
     page, silent = gallery.page, [True]
     job = {"id": "0123456789abcdef", "name": "heavy.pft", "done": 3, "total": 9, "result": None, "error": None}

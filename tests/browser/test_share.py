@@ -1,16 +1,14 @@
 """What a session leaves behind: links, saved runs, bookmarks; each brings back the same numbers."""
 
-from collections.abc import Callable
 from typing import Any
 
 import pandas as pd
 import pytest
 
 from tests.browser.accessible import usable
+from tests.browser.conftest import Watch
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
-
-Watch = Callable[..., SessionPage]
 
 
 def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, stranger: Any) -> None:
@@ -62,34 +60,36 @@ def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     entry.wait_for(state="detached")
 
 
-def test_a_saved_run_is_listed_taken_away_dropped_and_deleted(watch: Watch, server: Server, page: Any) -> None:
-    """Save; My work lists it, and gives it as a table and as a file, which opens at the same numbers when dropped.
+def test_a_run_is_named_saved_exported_dropped_and_deleted(watch: Watch, server: Server, page: Any) -> None:
+    """My work lists it by its name, renames it, and gives a table and a file, which has the same numbers when dropped.
 
-    Deleting asks first.
+    The page asks before it deletes a run.
     """
     shown = watch(tracker="s-spf", parameters={"sample_count": 60})
     shown.go_to(25)
-    first, errors = shown.id, server.column(shown.id, "error")
+    session, errors = shown.id, server.column(shown.id, "error")
+    shown.menu("rename")
+    page.get_by_label("Name", exact=True).fill("Tuesday")
+    page.keyboard.press("Enter")
+    page.locator("h1", has_text="Ball behind an occluder · Tuesday").wait_for()
     shown.menu("save")
-    shown.page.locator(".toast", has_text="Saved").wait_for()
-    with page.expect_download() as download:
-        shown.page.click(".toast >> text=Download")
-    assert download.value.suggested_filename.endswith(".pft")
+    page.locator(".toast", has_text="Saved").wait_for()
 
-    page.goto("work")
+    page.goto("work?q=tuesday")
     row = page.locator("[data-run]").first
-    assert row.locator("button:has-text('Open')").is_enabled()
-    row.get_by_role("button", name="Download").click()
+    page.locator(f"[data-session='{session}'] .row-title", has_text="Tuesday").wait_for()
+    row.get_by_role("button", name="Rename Tuesday").click()
+    page.get_by_role("textbox", name="Name").fill("Tuesday 2")
+    page.get_by_role("button", name="Rename", exact=True).click()
+    row.get_by_role("button", name="Download Tuesday 2").click()
     with page.expect_download() as table:
         row.locator("[data-export=csv]").click()
-    assert table.value.suggested_filename == "ball-soft-switching-s-spf-25.csv"
     assert list(pd.read_csv(table.value.path())["error"]) == pytest.approx(errors[:26])
     with page.expect_download() as download:
         row.locator(".menu a[download]").click()
     page.goto("./")
     page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
     again = SessionPage(page, server).ready()
-    assert again.id != first
     server.seek(again.id, 25)
     assert server.column(again.id, "error")[:26] == errors
 
@@ -104,18 +104,3 @@ def test_a_saved_run_is_listed_taken_away_dropped_and_deleted(watch: Watch, serv
     row.locator("button[aria-label^=Delete]").click()
     page.click("text=Delete it")
     Gallery(page).until(lambda: page.locator("[data-run]").count() == count - 1, "the run is gone from the list")
-
-
-def test_a_session_is_renamed_on_its_page_and_found_by_that(watch: Watch, server: Server, page: Any) -> None:
-    """The title of the page follows at once; My work has the name and a picture, and renames as well."""
-    shown = watch(frames=20)
-    session = shown.id
-    shown.menu("rename")
-    page.get_by_label("Name", exact=True).fill("Tuesday")
-    page.keyboard.press("Enter")
-    page.locator("h1", has_text="Ball behind an occluder · Tuesday").wait_for()
-    page.goto("work?q=tuesday")
-    row = page.locator(f"[data-session='{session}']")
-    row.locator(".row-title", has_text="Tuesday").wait_for()
-    shown.until(lambda: row.locator("img").evaluate("(it) => it.naturalWidth > 0"), "it has a picture")
-    usable(page)

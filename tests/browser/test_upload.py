@@ -54,8 +54,16 @@ def clip() -> bytes:
 
 
 def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, clip: bytes) -> None:
-    """Choose file and start, draw the box by mouse, correct it by keyboard, go; the disc is followed."""
+    """Choose file and start, draw the box by mouse, correct it by keyboard, go; the disc is followed.
+
+    A file that is not a video is refused with a reason and a way on.
+    """
     page = gallery.page
+    gallery.choose("notes.mp4", b"these are words, not pictures\n" * 40, "video/mp4")
+    page.locator(".wrong").wait_for()
+    assert "notes.mp4 was not accepted" in page.inner_text(".drop")
+    assert len(page.inner_text(".wrong")) > 20
+    page.click("text=Choose another file")
     gallery.choose("walk.mp4", clip, "video/mp4")
     surface = page.locator(".mark-surface")
     surface.wait_for()
@@ -70,7 +78,7 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     gallery.until(lambda: "/frames/5." in (page.get_attribute(".mark-surface img", "src") or ""), "frame 5 is shown")
     gallery.has_picture()
     words = lambda: " ".join(page.inner_text(".target-choices").split())  # noqa: E731 - one line of reading
-    gallery.until(lambda: "picture 5 of 30, frame 0 of the session" in words(), "both numbers are told")
+    gallery.until(lambda: "picture 5 of 30, frame 0 of the session" in words(), "both numbers are shown")
     draw(gallery, 40, 50, 18, 20)
     gallery.until(lambda: page.inner_text(".picture-words").startswith("18 × 20 px"), "the box is as drawn")
     for key in ("ArrowRight", "d", "D", "A", *(f"Shift+Arrow{way}" for way in ("Right", "Left", "Up", "Down"))):
@@ -90,17 +98,6 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     last = shown.session["frames"] - 1
     u, v = server.column(shown.id, "estimate")[last]
     assert max(abs(u - (40 + 2 * (5 + last))), abs(v - 60)) < 9
-
-
-def test_what_is_no_video_is_refused_with_a_reason(gallery: Gallery) -> None:
-    """The page says what was wrong, and offers one way on."""
-    page = gallery.page
-    gallery.choose("notes.mp4", b"these are words, not pictures\n" * 40, "video/mp4")
-    page.locator(".wrong").wait_for()
-    assert "notes.mp4 was not accepted" in page.inner_text(".drop")
-    assert len(page.inner_text(".wrong")) > 20
-    page.click("text=Choose another file")
-    page.locator("text=Drop a video here").wait_for()
 
 
 class Form(Gallery):
@@ -151,10 +148,11 @@ def near(found: dict[str, list[float]], known: dict[str, Any], within: float) ->
 
 
 def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server) -> None:
-    """The points lie on the face, one is dragged and one moved by keys, and the head turns as it truly does."""
+    """The points lie on the face, some are moved by mouse, finger and keys, and the head turns as it truly does."""
     gallery.choose("face.mp4", film(pictures(END, width=WIDTH)[BEGIN:]), "video/mp4")
     form = Form(gallery.page)
-    form.page.select_option("#target-experiment", "head")
+    page = form.page
+    page.select_option("#target-experiment", "head")
     found = form.settled()
     assert len(found) == 11
     assert near(found, marked(BEGIN, width=WIDTH), 6)
@@ -163,28 +161,32 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     assert near(form.points, {"lmou": np.add(found["lmou"], (5, -3))}, 0.3)
     form.drag("rlc", -900, -900)
     assert near(form.points, {"rlc": (0, 0)}, 0.2)
-    form.page.click("text=Find again")
+    page.click("text=Find again")
     form.until(lambda: form.points == found, "all points are where they were found")
-    it_can_be_touched(form, found)
+    form.resize(400, 500)
+    page.locator("[data-mark=points] .mark-surface").scroll_into_view_if_needed()
+    shown_scale = page.locator("[data-mark=points] img").bounding_box()["width"] / WIDTH
+    top = page.evaluate("scrollY")
+    form.drag_by_touch("lmou", 12, 16)
+    dragged = {"lmou": np.add(found["lmou"], (12 / shown_scale, 16 / shown_scale))}
+    form.until(lambda: near(form.points, dragged, 0.5), "it was dragged by touch")
+    assert page.evaluate("scrollY") == top
     form.resize(1280)
-    form.page.click("text=Find again")
+    page.click("text=Find again")
     form.until(lambda: form.points == found, "all points are there again")
 
-    form.page.locator(".point[data-handle='points.nose']").focus()
+    page.locator(".point[data-handle='points.nose']").focus()
     for key in ("ArrowRight", "ArrowDown", "Shift+ArrowDown", "Shift+ArrowUp"):
-        form.page.keyboard.press(key)
+        page.keyboard.press(key)
     assert near(form.points, {"nose": np.add(found["nose"], 1)}, 0.15)
-    form.until(lambda: form.page.inner_text(".picture-words").startswith("tip of the nose at "), "its place is told")
-    form.page.keyboard.press("Tab")
-    assert form.page.evaluate("document.activeElement.dataset.handle") == "points.leye"
-    form.drag("lmc", 0.5, 0.5)
-
+    form.until(lambda: page.inner_text(".picture-words").startswith("tip of the nose at "), "its place is shown")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.dataset.handle") == "points.leye"
     marks = form.points
-
-    form.page.click("text=Track it")
-    shown = SessionPage(form.page, server).ready()
-    form.page.locator(".counter", has_text="picture 0 of the clip").wait_for()
-    shown.until(lambda: "yaw" in shown.page.inner_text(".flat-caption"), "the pose is said below the picture")
+    page.click("text=Track it")
+    shown = SessionPage(page, server).ready()
+    page.locator(".counter", has_text="picture 0 of the clip").wait_for()
+    shown.until(lambda: "yaw" in page.inner_text(".flat-caption"), "the caption has the pose")
     assert near(shown.session["recipe"]["footage"]["mark"]["points"], marks, 0.01)
     shown.go_to(COUNT - 1)
     yaw = np.array([row["yaw_deg"] for row in server.column(shown.id, "series")])
@@ -194,29 +196,25 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
 
 
 def test_a_face_is_proposed_unless_a_person_has_chosen(gallery: Gallery) -> None:
-    """The form stands at once with what needs a mark. A face that is found meanwhile is what it then proposes.
-
-    Who has begun to say what shall be followed is not talked into anything else.
-    """
-    held: list[Any] = []
-    free: list[bool] = []
-    gallery.page.route("**/mark?*", lambda route: route.continue_() if free else held.append(route))
+    """A face that is found changes the proposal only while nobody has begun to choose."""
+    page, held, free = gallery.page, list[Any](), list[bool]()
+    page.route("**/mark?*", lambda route: route.continue_() if free else held.append(route))
     gallery.choose("face.mp4", film(pictures(4, width=WIDTH)), "video/mp4")
-    form = Form(gallery.page)
-    choice = form.page.locator("#target-experiment")
-    form.until(lambda: held, "it is looked for a face")
+    form = Form(page)
+    choice = page.locator("#target-experiment")
+    form.until(lambda: held, "the page searches for a face")
     assert choice.input_value() == "ball"
-    form.page.locator("#target-start").fill("2")
-    with form.page.expect_response("**/mark?*"):
+    page.locator("#target-start").fill("2")
+    with page.expect_response("**/mark?*"):
         held.pop().continue_()
-    form.page.wait_for_timeout(200)
+    page.wait_for_timeout(200)
     assert choice.input_value() == "ball"
-    form.page.reload()
-    form.until(lambda: held, "it is looked for a face again")
+    page.reload()
+    form.until(lambda: held, "the page searches again")
     free.append(True)
     held.pop().continue_()
     form.until(lambda: choice.input_value() == "head", "the head is proposed")
-    form.page.locator(".target-choices", has_text="There is a face in the picture.").wait_for()
+    page.locator(".target-choices", has_text="There is a face in the picture.").wait_for()
     form.settled()
 
 
@@ -239,18 +237,6 @@ def test_a_search_that_lasts_can_be_stopped(gallery: Gallery) -> None:
     form.page.wait_for_timeout(300)
     assert form.points == {}
     assert form.page.locator("text=Draw a box around the face…").is_visible()
-
-
-def it_can_be_touched(form: Form, found: dict[str, list[float]]) -> None:
-    """On a touch screen a point follows the finger as it does a mouse, and the page does not scroll away under it."""
-    form.resize(400, 500)
-    form.page.locator("[data-mark=points] .mark-surface").scroll_into_view_if_needed()
-    shown = form.page.locator("[data-mark=points] img").bounding_box()["width"] / WIDTH
-    top = form.page.evaluate("scrollY")
-    form.drag_by_touch("lmou", 12, 16)
-    dragged = {"lmou": np.add(found["lmou"], (12 / shown, 16 / shown))}
-    form.until(lambda: near(form.points, dragged, 0.5), "it was dragged")
-    assert form.page.evaluate("scrollY") == top
 
 
 @pytest.fixture
@@ -304,13 +290,10 @@ def test_a_recorded_clip_becomes_an_upload(allowed: Gallery, server: Server) -> 
 
 
 def test_leaving_turns_the_camera_off(allowed: Gallery) -> None:
-    """Whether it shows, counts or records. Leave to use it is given for the page with the button alone."""
+    """Escape does so in the preview, in the countdown and while recording; no other page may use a camera at all."""
     page = allowed.page
-    policies = {
-        path: page.request.get(path).headers["permissions-policy"] for path in ("./", "work", "learn", "compare")
-    }
-    assert policies.pop("./") == "camera=(self), microphone=(), geolocation=()"
-    assert set(policies.values()) == {"camera=(), microphone=(), geolocation=()"}
+    policies = [page.request.get(path).headers["permissions-policy"] for path in ("./", "learn")]
+    assert policies == ["camera=(self), microphone=(), geolocation=()", "camera=(), microphone=(), geolocation=()"]
     for stage in (".camera-stage", ".camera-count", ".camera-elapsed"):
         page.click("[data-role=camera]")
         press(page, "Turn on the camera")
@@ -369,7 +352,6 @@ def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes) -
     assert page.inner_text(".suits-remark").startswith("Separates well: ")
     wide = "document.querySelector('.suits-picture').naturalWidth"
     gallery.until(lambda: page.evaluate(wide) == 160, "its map is there")
-    the_map_keeps_its_proportions(gallery, 1280)
 
     draw(gallery, 29, 49, 44, 44)
     better = page.locator("[data-role=better]")
@@ -377,18 +359,13 @@ def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes) -
     better.click()
     gallery.until(lambda: page.inner_text(".picture-words").startswith("22 × 22 px"), "the smaller box is drawn")
     gallery.until(lambda: grade(page) in {"well", "no verdict"}, "it separates better")
-    the_map_keeps_its_proportions(gallery, 390)
+    gallery.resize(390)
+    gallery.until(lambda: page.evaluate("document.documentElement.scrollWidth") <= 390, "nothing sticks out")
+    shown = page.locator(".suits-picture").bounding_box()
+    assert shown["width"] / shown["height"] == pytest.approx(160 / 120, rel=0.02)
 
     draw(gallery, 100, 20, 30, 30)
     gallery.until(lambda: grade(page) == "not at all", "the ground does not")
     assert "separates not at all" in page.inner_text(".suits-remark").lower()
     assert "No smaller box separates better" in page.inner_text(".suits-words")
     assert page.locator("button:has-text('Track it')").is_enabled()
-
-
-def the_map_keeps_its_proportions(gallery: Gallery, width: int) -> None:
-    """Nothing sticks out of a window of this width, and the picture keeps its shape."""
-    gallery.resize(width)
-    gallery.until(lambda: gallery.page.evaluate("document.documentElement.scrollWidth") <= width, "nothing sticks out")
-    shown = gallery.page.locator(".suits-picture").bounding_box()
-    assert shown["width"] / shown["height"] == pytest.approx(160 / 120, rel=0.02)

@@ -1,4 +1,4 @@
-"""The pages as a person sees them: what can be read there and what can be done."""
+"""The pages as a person sees and uses them."""
 
 from collections.abc import Callable
 from typing import Any, Self, TypeAlias
@@ -14,7 +14,7 @@ PARTICLES = """(() => {
     return count;
 })()"""
 
-# Asks something of the picture in the scene by its pixels, four numbers each, row after row.
+# A question about the pixels of the scene's picture, four numbers each, row after row.
 IN_PICTURE = """(() => {
     let answer = 0;
     window.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {
@@ -28,19 +28,15 @@ IN_PICTURE = """(() => {
     });
     return answer;
 })()"""
-# How many columns are the occluder's grey, along a row that the ball leaves free; the colours are those of the scene's
-# defaults, and JPEG leaves a few units of doubt.
-OCCLUDER = IN_PICTURE.replace("QUESTION", "row.filter((value, at) => at % 4 === 0 && Math.abs(value - 60) < 12).length")
-# The ball's red is somewhere.
+# Whether the ball's red is somewhere.
 BALL = IN_PICTURE.replace(
     "QUESTION", "data.some((red, i) => i % 4 === 0 && red > 150 && data[i + 1] < 90 && data[i + 2] < 90)"
 )
 
 # The frames on all flat canvases of a page that have one.
 PAINTED_FRAMES = "[...document.querySelectorAll('.flat-canvas[data-frame]')].map((it) => Number(it.dataset.frame))"
-PAINTED = "document.querySelector('.flat-canvas')?.dataset.frame !== undefined"
 
-# The traces of the plots; those by name, with how many points each holds; and one of them by its name.
+# The traces of the plots; their numbers of points by name; and one of them by its name.
 TRACES = """[...document.querySelectorAll('.plots .figure-view')].flatMap(({ figure }) => figure?.panels ?? [])
     .flatMap(({ traces }) => traces)"""
 LINES = f"Object.fromEntries({TRACES}.map(({{ name, x, links }}) => [name, (x ?? links ?? []).length]))"
@@ -84,7 +80,7 @@ class View:
         self.page.mouse.up()
 
     def until(self, holds: Callable[[], object], what: str, seconds: float = 120.0) -> None:
-        """Ask again and again, the page going on meanwhile, until something holds."""
+        """Ask again and again, while the page continues, until something holds."""
         wait_for(holds, seconds, what, lambda rest: self.page.wait_for_timeout(1000 * rest))
 
 
@@ -103,7 +99,7 @@ class Gallery(View):
         link.click()
 
     def has_picture(self, mark: str = "") -> None:
-        """Wait until the picture in which a target is marked has come."""
+        """Wait for the picture in which a target is marked."""
         image = f"document.querySelector('{mark} .mark-surface img')"
         self.until(lambda: self.page.evaluate(f"{image}?.complete"), "the picture is there")
 
@@ -132,7 +128,7 @@ class SessionPage(View):
         self.page.wait_for_url("**/session/*", wait_until="commit")
         self.until(lambda: self.position is not None, "the frame counter shows a number")
         self.until(lambda: self.page.locator(".play").is_enabled(), "the play button can be pressed")
-        self.until(lambda: self.page.evaluate(PAINTED) or self.in_scene(PARTICLES, 0) > 0, "there is a frame to see")
+        self.until(lambda: self.painted is not None or self.in_scene(PARTICLES, 0) > 0, "there is a frame to see")
         return self
 
     # ------------------------------------------------------------ what is shown
@@ -152,7 +148,7 @@ class SessionPage(View):
         return next((frame for frame in self.page.frames if "/viz/" in frame.url), None)
 
     def in_scene(self, expression: str, otherwise: Any) -> Any:
-        """Evaluate in the scene's frame, which may be loading."""
+        """Evaluate in the scene's frame, which may still be loading."""
         from playwright.sync_api import Error
 
         frame = self.scene
@@ -164,10 +160,6 @@ class SessionPage(View):
     @property
     def particles(self) -> int:
         return int(self.in_scene(PARTICLES, 0))
-
-    @property
-    def occluder(self) -> int:
-        return int(self.in_scene(OCCLUDER, 0))
 
     @property
     def lines(self) -> dict[str, int]:
@@ -196,8 +188,8 @@ class SessionPage(View):
     @property
     def painted(self) -> int | None:
         """The frame on the canvas of the flat view."""
-        frame = self.page.evaluate("document.querySelector('.flat-canvas')?.dataset.frame ?? null")
-        return None if frame is None else int(frame)
+        frames: list[int] = self.page.evaluate(PAINTED_FRAMES)
+        return frames[0] if frames else None
 
     def paints(self, frame: int) -> None:
         self.until(lambda: self.painted == frame, f"frame {frame} is painted")
@@ -221,42 +213,6 @@ class SessionPage(View):
         self._server.seek(self.id, frame)
         self.stands_at(frame)
 
-    def row(self, label: str) -> Any:
-        """Return the row of the scene's panel with this label, unfolding all if it is in a fold."""
-        opener = self.page.get_by_role("button", name="Scene panel")
-        if opener.get_attribute("aria-pressed") == "false":
-            opener.click()
-        row = self.scene.locator(".mantine-Flex-root").filter(has=self.scene.locator(f"label:text-is('{label}')")).first
-        self.scene.get_by_text("Speed", exact=True).wait_for()  # the last one of the panel
-        folded = self.scene.locator(".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon-chevron-down)")
-        while not row.is_visible() and folded.count():
-            folded.first.click()
-        return row
-
-    def slide(self, label: str, presses: int) -> float:
-        """Move a slider of the panel by its arrow key, not faster than the scene listens; return where it then is."""
-        row = self.row(label)
-        thumb = row.locator("[role=slider]")
-        thumb.focus()
-        for _ in range(presses):
-            thumb.press("ArrowRight")
-            self.page.wait_for_timeout(100)
-        return float(thumb.get_attribute("aria-valuenow"))
-
-    def number(self, label: str) -> Any:
-        """Return the box of a number in the panel."""
-        row = self.row(label)
-        row.wait_for(state="attached")
-        # One that reaches further than its slider stands in the place of that one's own.
-        wide = row.locator("xpath=../following-sibling::*[1][.//label[not(node())]]//input[@inputmode]")
-        return wide if wide.count() else row.locator("input.mantine-NumberInput-input")
-
-    def type_number(self, label: str, value: int) -> None:
-        """Type a number into the panel."""
-        box = self.number(label)
-        box.fill(str(value))
-        box.press("Enter")
-
     def menu(self, tool: str) -> None:
         """Choose something from the menu."""
         self.page.get_by_role("button", name="Menu", exact=True).click()
@@ -268,7 +224,7 @@ class SessionPage(View):
         self.page.keyboard.press(key)
 
     def play_to_the_end(self) -> None:
-        """Play as fast as it goes; what plays by itself goes on."""
+        """Play to the end as fast as possible."""
         last = self.session["frames"] - 1
         self.page.locator("select[aria-label=Speed]").select_option("0")
         self.until(lambda: self.session["speed"] == 0, "the speed is the highest")
@@ -285,7 +241,7 @@ class SessionPage(View):
         self.ready()
 
     def branch(self, tracker: str) -> None:
-        """Go on from here with another tracker."""
+        """Continue from here with another tracker."""
         branches = len(self.session["branches"])
         self.press("n")
         self.page.select_option("#branch-tracker", tracker)
