@@ -101,18 +101,17 @@ def test_reproduce_sets_ours_beside_the_reference(
     assert max(map(len, shown.splitlines())) <= 80
 
 
-def test_doctor_reports_every_check(ask: Ask) -> None:
-    """Nothing required is broken on this machine."""
+def test_doctor_fails_when_something_needed_is_broken(
+    call: Call, ask: Ask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing required is broken on this machine.
+
+    An impossible data folder gives status 1 and a line that names the check; without `--json` there is a table.
+    """
+    monkeypatch.setattr("pftrack.doctor.checks._compilation", lambda *, everything: ("ok", f"{everything}"))
     report = ask("doctor")
     assert report["healthy"], report
     assert {check["status"] for check in report["checks"]} <= {"ok", "warning"}
-
-
-def test_doctor_fails_when_something_needed_is_broken(
-    call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An impossible data folder gives status 1 and a line that names the check; without `--json` there is a table."""
-    monkeypatch.setattr("pftrack.doctor.checks._compilation", lambda *, everything: ("ok", f"{everything}"))
     (tmp_path / "file").touch()
     code, out, err = call("doctor", "--data-dir", tmp_path / "file" / "below", "--json")
     assert (code, json.loads(out)["healthy"]) == (1, False)
@@ -120,17 +119,13 @@ def test_doctor_fails_when_something_needed_is_broken(
     assert "compiled code" in call("doctor")[1]
 
 
-def test_bench_gives_one_value_by_name(ask: Ask) -> None:
-    """`bench NAME --json` gives an object with each benchmark's rows; the ratio of pftrack to itself is 1."""
-    results = ask("bench", "filter_step", "--smallest")
-    assert list(results) == ["filter_step"]
-    ours = [row for row in results["filter_step"]["rows"] if row["library"] == "pftrack"]
-    assert [(row["N"], row["ratio"], bool(row["right"])) for row in ours] == [
-        (count, 1.0, True) for count in (100, 1_000, 10_000)
-    ]
-
-
-def test_bench_without_a_checkout_says_where_benchmarks_are(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The installed package has no benchmarks, and says so."""
-    monkeypatch.setattr("pftrack.cli.checks.__file__", "/somewhere/else/pftrack/cli_checks.py")
+def test_bench_runs_the_scripts_of_a_checkout(
+    call: Call, ask: Ask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`bench NAME --json` gives an object with the value of each; the installed package has none, and says so."""
+    monkeypatch.setattr("pftrack.cli.checks.__file__", str(tmp_path / "pftrack" / "cli" / "checks.py"))
     refused(call("bench"), 1, "the benchmarks come with the source")
+    (tmp_path / "benchmarks").mkdir()
+    for name in ("one", "other"):
+        (tmp_path / "benchmarks" / f"{name}.py").write_text("import json, sys\nprint(json.dumps(sys.argv[1:]))\n")
+    assert ask("bench", "one", "--smallest") == {"one": ["--smallest", "--json"]}

@@ -1,7 +1,14 @@
 """Exercises on the command line: list, start, check and grade."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import pytest
+
+from pftrack.teaching.exercises import grading
+from pftrack.teaching.exercises.grading import check, results
+from pftrack.teaching.exercises.submission import Exercise
 from tests.cli.commands import Ask, Call, refused
 
 SOLUTION = Path(__file__).parents[1] / "teaching" / "exercises" / "solutions" / "importance_weights.py"
@@ -28,14 +35,23 @@ def test_an_exercise_is_begun_and_checked(call: Call, ask: Ask, tmp_path: Path) 
     assert "1. Subtract" in call("exercise", "start", "importance-weights", "--hints")[1]
 
 
-def test_a_folder_is_graded(ask: Ask, tmp_path: Path) -> None:
-    """The table has a row for each submission."""
+def test_a_folder_is_graded(ask: Ask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The table has a row for each submission in the order of names, whichever is graded first within the limits."""
     folder = tmp_path / "submissions"
     folder.mkdir()
     (folder / "ada.py").write_text(SOLUTION.read_text())
     (folder / "bob.py").write_text("x = 1\n")
-    table = tmp_path / "points.csv"
-    graded = ask("exercise", "grade", folder, "--out", table)
+    table, limits = tmp_path / "points.csv", []
+
+    def grade(files: dict[str, Path], exercises: dict[str, Exercise], **given: Any) -> Iterator[tuple[str, Any]]:
+        limits.append((given["seed"], given["jobs"], given["budget"].cpu_seconds, given["budget"].memory_bytes >> 20))
+        yield "bob", {"score": 0.0, "max_score": 0.0, "output": "no line EXERCISE", "extra_data": {}, "tests": []}
+        yield "ada", results(check(exercises["importance-weights"], files["ada"], seed=given["seed"]))
+
+    monkeypatch.setattr(grading, "grade", grade)
+    options = "--seconds", 5, "--memory", 64, "--jobs", 3, "--seed", 4
+    graded = ask("exercise", "grade", folder, "--out", table, *options)
+    assert limits == [(4, 3, 5.0, 64)]
     assert (graded["ada"]["score"], graded["bob"]["score"]) == (9, 0)
     head, ada, bob = table.read_text().splitlines()
     assert head == "name,exercise,distribution,evidence,linear,unchanged,replays,score,of,problem"

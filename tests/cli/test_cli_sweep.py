@@ -17,11 +17,8 @@ import pytest
 from pftrack.cli.app import main
 from pftrack.sweep import read_result
 from tests.cli.commands import Ask, Call, refused
-from tests.pooling import fork_server, shared_fork_server
 from tests.server.uploads.test_uploads import video
 from tests.waiting import wait_for
-
-__all__ = ["fork_server", "shared_fork_server"]
 
 SMALL = ("--set", "sample_count=50", "--frames", "20")
 AXES = ("--axis", "occlusion_width_px=0:60:20", "--axis", "distracter_radius_px=1,10")
