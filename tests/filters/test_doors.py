@@ -1,9 +1,10 @@
 """Every public function of filters, particles, resampling and dynamics refuses what does not fit, in one sentence."""
 
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from inspect import isclass
-from operator import attrgetter
+from operator import attrgetter, eq
 from pkgutil import iter_modules
 from typing import Any
 
@@ -77,6 +78,11 @@ def belief(function: Call, *more: object) -> Call:
     return lambda mean, covariance, *arrays: function(Gaussian(mean, covariance), *arrays, *more)
 
 
+def followed(function: Call, *more: object) -> Call:
+    """Return a function of arrays alone, which are followed by the same arguments each time."""
+    return lambda *arrays: function(*arrays, *more)
+
+
 def within(function: Call) -> Call:
     """Return a function of bounds that takes their three arrays one by one."""
     return lambda mean, covariance, *bounds: function(mean, covariance, bounds)
@@ -97,6 +103,12 @@ def features(coordinates: np.ndarray, log_likelihoods: np.ndarray) -> adaptive.F
 
 FEATURES = features(np.zeros((5, 4, 6)), np.zeros((5, 6)))
 LAYER = affine.AffineLayer(np.ones((5, 3)), np.ones((2, 4)), np.ones(4))
+BEGUN = rao_blackwell.begin(LAYER, 6)
+WHOLE = whole.Settings()
+
+
+def three(states: np.ndarray) -> np.ndarray:
+    return states[..., :3]
 
 
 def _draw(means: np.ndarray, covariances: np.ndarray, ratios: np.ndarray) -> object:
@@ -109,7 +121,7 @@ def _auxiliary(states: np.ndarray, values: np.ndarray) -> object:
 
 
 def _unscented_particle(states: np.ndarray, values: np.ndarray, z: np.ndarray, r: np.ndarray) -> object:
-    given: Any = {"measurement": z, "observe": lambda x: x[..., :3], "noise_covariance": r}
+    given: Any = {"measurement": z, "observe": three, "noise_covariance": r}
     return unscented_particle.step(cloud(states), WALK, lambda _: values, rng(), **given)
 
 
@@ -120,9 +132,10 @@ def _follow_cloud(seen: np.ndarray, v: np.ndarray, w: np.ndarray, means: np.ndar
 
 
 Door = tuple[Call, dict[str, list[str]]]
+Entry = str | tuple[str, Call]
 
 
-def doors(table: dict[str, str | tuple[str, Call]]) -> dict[str, Door]:
+def doors(table: dict[str, Entry]) -> dict[str, Door]:
     """Return functions with the sides of their arrays; one that is not given is that of the name."""
     found = {}
     for name, entry in table.items():
@@ -134,177 +147,122 @@ def doors(table: dict[str, str | tuple[str, Call]]) -> dict[str, Door]:
 
 
 COLOURS = chromaticity.ColourModel((0.5, 0.2), (0.1, 0.1))
-DOORS = doors(
-    {
-        "particles.ParticleSet": "states: N d, log_weights: N, ancestors: N",
-        "particles.ParticleSet.uniform": "states: N d",
-        **{
-            f"resampling.{name}": ("w: N", lambda w, it=it: it(rng(), w, 5))
-            for name, it in resampling.RESAMPLERS.items()
-        },
-        "dynamics.LinearDynamics": "transition: d d, offset: d, noise: d k",
-        "dynamics.LinearDynamics.predict": ("states: N d", WALK.predict),
-        "dynamics.LinearDynamics.diffuse": ("means: N d", lambda means: WALK.diffuse(rng(), means, PARENTS)),
-        "dynamics.autoregression": "newer: d d, older: d d, offset: d, noise: d k",
-        "bootstrap.step": ("s: N d, v: N", lambda s, v: bootstrap.step(cloud(s), WALK, lambda _: v, rng())),
-        "auxiliary.step": ("states: N d, values: N", _auxiliary),
-        "unscented_particle.step": ("states: N d, values: N, z: m, r: m m", _unscented_particle),
-        "unscented_particle.UnscentedParticles": (
-            "means: N d, c: N d d",
-            lambda means, c: unscented_particle.UnscentedParticles(means, np.linspace(-1.0, 0.0, 6), PARENTS, c),
-        ),
-        "kalman.predict": (PRIOR, belief(kalman.predict, WALK)),
-        "kalman.update": (f"{PRIOR}, z: m, slope: m d, r: m m", belief(kalman.update)),
-        "kalman.innovate": (f"{PRIOR}, z: m, slope: m d, r: m m", belief(kalman.innovate)),
-        "kalman.condition": (f"{PRIOR}, z: m, p: m, slope: m d, r: m m", belief(kalman.condition)),
-        "extended.predict": (
-            f"{PRIOR}, moved: d, slope: d d, q: d d",
-            belief(lambda it, moved, slope, q: extended.predict(it, lambda _: moved, lambda _: slope, q)),
-        ),
-        "extended.update": (
-            f"{PRIOR}, z: m, h: m, slope: m d, r: m m",
-            belief(lambda it, z, h, slope, r: extended.update(it, z, lambda _: h, lambda _: slope, r)),
-        ),
-        "unscented.transform": ("m: n d, c: n d d", lambda m, c: unscented.transform(m, c, lambda x: x)),
-        "unscented.predict": (f"{PRIOR}, q: d d", belief(lambda it, q: unscented.predict(it, lambda x: x, q))),
-        "unscented.update": (
-            f"{PRIOR}, z: m, r: m m",
-            belief(lambda it, z, r: unscented.update(it, z, lambda x: x[..., :3], r)),
-        ),
-        "unscented.update_batch": (
-            "m: n d, c: n d d, z: m, r: m m",
-            lambda m, c, z, r: unscented.update_batch(m, c, z, lambda x: x[..., :3], r),
-        ),
-        "dynamics.augment": (PRIOR, belief(dynamics.augment, 2)),
-        "dynamics.smooth": (
-            "paths: T N d",
-            lambda paths: dynamics.smooth(dynamics.Lineage(paths), cloud(np.zeros((6, 4))), 0),
-        ),
-        "disturbances.smooth_disturbances": (
-            f"{PRIOR}, transitions: T d d, offsets: T d, noises: T d k, {OBSERVED}",
-            lambda *arrays: disturbances.smooth_disturbances(LinearChain(*arrays)),
-        ),
-        "adaptive.begin": ("positions: F 2", lambda positions: adaptive.begin(positions, 1.0, 6, rng())),
-        "adaptive.draw": ("means: F 2 2, covariances: F 2 2 2, ratios: F", _draw),
-        "adaptive.weigh": ("coordinates: F 4 N, log_likelihoods: F N", features),
-        "affine.AffineLayer": "points: F 3, reference: 2 4, noise: 4",
-        "affine.AffineLayer.update": ("p: F 2, v: F 2", lambda p, v: LAYER.update(LAYER.begin(), p, v, rng())),
-        "affine.entries": CAMERA,
-        "affine.extended_step": (f"mean: 3, covariance: 3 3, {MEASURED}", belief(affine.extended_step, 0.1)),
-        "affine.particle": (f"p: N 3, {MEASURED}", lambda *arrays: affine.particle(*arrays, 0.1, rng(), 6)),
-        "perspective.PerspectiveLayer": (
-            "points: F 3, start: 6, noise: 6",
-            lambda points, start, noise: perspective.PerspectiveLayer(points, 500.0, start, noise_sd=noise),
-        ),
-        "rao_blackwell.step": (
-            "values: F N",
-            lambda values: rao_blackwell.step(rao_blackwell.begin(LAYER, 6), LAYER, lambda _: values, rng()),
-        ),
-        "chromaticity.log_likelihood": (
-            "places: N d",
-            lambda places: chromaticity.log_likelihood(PICTURE, places, COLOURS, 0.1),
-        ),
-        "beam.Beam": ("w: 6, parents: 6", lambda w, parents: beam.Beam(tuple("abcdef"), w, parents)),
-        "beam.select_best": (
-            "w: 6, parents: 6",
-            lambda w, parents: beam.select_best("abcdef", w, parents, 2, lambda one, other: one == other),
-        ),
-        "agreement.agreeing": (
-            "places: F N 2, w: F N, at: F 2, doubts: F",
-            lambda *arrays: agreement.agreeing(*arrays, 1.0, 1.0),
-        ),
-        "gaussian.Gaussians": "means: T K 2 2, covariances: T K 3, drives: T K",
-        "gaussian.begin": (
-            "means: K 2 2, covariances: K 3, measurements: K 2",
-            lambda *arrays: gaussian.begin(*arrays, 1.0),
-        ),
-        "gaussian.step": (
-            "measurements: K 2, v: K, w: K",
-            lambda *arrays: gaussian.step(gaussian.nothing(SIZES["K"]), *arrays, lag=2),
-        ),
-        "cloud.step": ("measurements: 9 2, v: 9, w: 9, means: 9 2 2, covariances: 9 3", _follow_cloud),
-        "whole.follow": (
-            "paths: T K 2, v: K, w: K",
-            lambda paths, v, w: whole.follow("lg", paths, whole.Settings(), noise=v, drive=w),
-        ),
-        "whole.likelihood_surface": (
-            "measurements: T 2, grid: m",
-            lambda measurements, grid: whole.likelihood_surface("lg", measurements, whole.Settings(), grid),
-        ),
-        "histogram.shares": ("place: 2", lambda place: histogram.shares(PICTURE, place, WINDOW, "hsv")),
-        "histogram.similarity": (
-            "place: 2, model: 110",
-            lambda place, model: histogram.similarity(PICTURE, place, WINDOW, "hsv", model),
-        ),
-        "histogram.log_likelihood": (
-            "places: N d, model: 110",
-            lambda places, model: histogram.log_likelihood(PICTURE, places, WINDOW, "hsv", model),
-        ),
-        "edges.log_likelihood": (
-            "places: N d, outline: F 2",
-            lambda places, outline: edges.log_likelihood(PICTURE, places, outline),
-        ),
-        "histogram.rho_map": ("model: 110", lambda model: histogram.rho_map(PICTURE, WINDOW, "hsv", model, 2)),
-        "histogram.background_of": (
-            "p: 2, model: 110",
-            lambda p, model: histogram.background_of(PICTURE, p, (1, 1), "hsv", model, weigh=True, contrast=0.1),
-        ),
-        "template.cut": ("places: 5 2", lambda places: template.cut(GREY, places, np.full((5, 2), 6))),
-        "template.renew": ("places: 5 2", lambda places: template.renew(TEMPLATES, GREY, places, 0.5)),
-        "template.correlations": ("places: 5 N 2", lambda places: template.correlations(GREY, places, TEMPLATES)),
-        "template.log_likelihood": ("places: 5 N 2", lambda places: template.log_likelihood(GREY, places, TEMPLATES)),
-    }
-)
+TAKEN: dict[str, Entry] = {
+    "particles.ParticleSet": "states: N d, log_weights: N, ancestors: N",
+    "particles.ParticleSet.uniform": "states: N d",
+    **{f"resampling.{name}": ("w: N", lambda w, it=it: it(rng(), w, 5)) for name, it in resampling.RESAMPLERS.items()},
+    "dynamics.LinearDynamics": "transition: d d, offset: d, noise: d k",
+    "dynamics.LinearDynamics.predict": ("states: N d", WALK.predict),
+    "dynamics.LinearDynamics.diffuse": ("means: N d", lambda means: WALK.diffuse(rng(), means, PARENTS)),
+    "dynamics.autoregression": "newer: d d, older: d d, offset: d, noise: d k",
+    "bootstrap.step": ("s: N d, v: N", lambda s, v: bootstrap.step(cloud(s), WALK, lambda _: v, rng())),
+    "auxiliary.step": ("states: N d, values: N", _auxiliary),
+    "unscented_particle.step": ("states: N d, values: N, z: m, r: m m", _unscented_particle),
+    "unscented_particle.UnscentedParticles": (
+        "means: N d, c: N d d",
+        lambda means, c: unscented_particle.UnscentedParticles(means, np.linspace(-1.0, 0.0, 6), PARENTS, c),
+    ),
+    "kalman.predict": (PRIOR, belief(kalman.predict, WALK)),
+    "kalman.update": (f"{PRIOR}, z: m, slope: m d, r: m m", belief(kalman.update)),
+    "kalman.innovate": (f"{PRIOR}, z: m, slope: m d, r: m m", belief(kalman.innovate)),
+    "kalman.condition": (f"{PRIOR}, z: m, p: m, slope: m d, r: m m", belief(kalman.condition)),
+    "extended.predict": (
+        f"{PRIOR}, moved: d, slope: d d, q: d d",
+        belief(lambda it, moved, slope, q: extended.predict(it, lambda _: moved, lambda _: slope, q)),
+    ),
+    "extended.update": (
+        f"{PRIOR}, z: m, h: m, slope: m d, r: m m",
+        belief(lambda it, z, h, slope, r: extended.update(it, z, lambda _: h, lambda _: slope, r)),
+    ),
+    "unscented.transform": ("m: n d, c: n d d", lambda m, c: unscented.transform(m, c, lambda x: x)),
+    "unscented.predict": (f"{PRIOR}, q: d d", belief(lambda it, q: unscented.predict(it, lambda x: x, q))),
+    "unscented.update": (f"{PRIOR}, z: m, r: m m", belief(lambda it, z, r: unscented.update(it, z, three, r))),
+    "unscented.update_batch": (
+        "m: n d, c: n d d, z: m, r: m m",
+        lambda m, c, z, r: unscented.update_batch(m, c, z, three, r),
+    ),
+    "dynamics.augment": (PRIOR, belief(dynamics.augment, 2)),
+    "dynamics.smooth": ("paths: T N d", lambda it: dynamics.smooth(dynamics.Lineage(it), cloud(np.zeros((6, 4))), 0)),
+    "disturbances.smooth_disturbances": (
+        f"{PRIOR}, transitions: T d d, offsets: T d, noises: T d k, {OBSERVED}",
+        lambda *arrays: disturbances.smooth_disturbances(LinearChain(*arrays)),
+    ),
+    "adaptive.begin": ("positions: F 2", lambda positions: adaptive.begin(positions, 1.0, 6, rng())),
+    "adaptive.draw": ("means: F 2 2, covariances: F 2 2 2, ratios: F", _draw),
+    "adaptive.weigh": ("coordinates: F 4 N, log_likelihoods: F N", features),
+    "affine.AffineLayer": "points: F 3, reference: 2 4, noise: 4",
+    "affine.AffineLayer.update": ("p: F 2, v: F 2", lambda p, v: LAYER.update(LAYER.begin(), p, v, rng())),
+    "affine.entries": CAMERA,
+    "affine.extended_step": (f"mean: 3, covariance: 3 3, {MEASURED}", belief(affine.extended_step, 0.1)),
+    "affine.particle": (f"p: N 3, {MEASURED}", lambda *arrays: affine.particle(*arrays, 0.1, rng(), 6)),
+    "perspective.PerspectiveLayer": (
+        "points: F 3, start: 6, noise: 6",
+        lambda points, start, noise: perspective.PerspectiveLayer(points, 500.0, start, noise_sd=noise),
+    ),
+    "rao_blackwell.step": ("v: F N", lambda v: rao_blackwell.step(BEGUN, LAYER, lambda _: v, rng())),
+    "chromaticity.log_likelihood": ("at: N d", lambda at: chromaticity.log_likelihood(PICTURE, at, COLOURS, 0.1)),
+    "beam.Beam": ("w: 6, parents: 6", lambda w, parents: beam.Beam(tuple("abcdef"), w, parents)),
+    "beam.select_best": ("w: 6, parents: 6", followed(partial(beam.select_best, "abcdef"), 2, eq)),
+    "agreement.agreeing": ("places: F N 2, w: F N, at: F 2, doubts: F", followed(agreement.agreeing, 1.0, 1.0)),
+    "gaussian.Gaussians": "means: T K 2 2, covariances: T K 3, drives: T K",
+    "gaussian.begin": ("means: K 2 2, covariances: K 3, measurements: K 2", followed(gaussian.begin, 1.0)),
+    "gaussian.step": ("measurements: K 2, v: K, w: K", partial(gaussian.step, gaussian.nothing(SIZES["K"]), lag=2)),
+    "cloud.step": ("measurements: 9 2, v: 9, w: 9, means: 9 2 2, covariances: 9 3", _follow_cloud),
+    "whole.follow": ("at: T K 2, v: K, w: K", lambda at, v, w: whole.follow("lg", at, WHOLE, noise=v, drive=w)),
+    "whole.likelihood_surface": ("at: T 2, grid: m", lambda at, grid: whole.likelihood_surface("lg", at, WHOLE, grid)),
+    "histogram.shares": ("place: 2", lambda place: histogram.shares(PICTURE, place, WINDOW, "hsv")),
+    "histogram.similarity": ("at: 2, m: 110", lambda at, m: histogram.similarity(PICTURE, at, WINDOW, "hsv", m)),
+    "histogram.log_likelihood": (
+        "at: N d, m: 110",
+        lambda at, m: histogram.log_likelihood(PICTURE, at, WINDOW, "hsv", m),
+    ),
+    "edges.log_likelihood": ("places: N d, outline: F 2", partial(edges.log_likelihood, PICTURE)),
+    "histogram.rho_map": ("model: 110", lambda model: histogram.rho_map(PICTURE, WINDOW, "hsv", model, 2)),
+    "histogram.background_of": (
+        "p: 2, model: 110",
+        lambda p, model: histogram.background_of(PICTURE, p, (1, 1), "hsv", model, weigh=True, contrast=0.1),
+    ),
+    "template.cut": ("places: 5 2", lambda places: template.cut(GREY, places, np.full((5, 2), 6))),
+    "template.renew": ("places: 5 2", lambda places: template.renew(TEMPLATES, GREY, places, 0.5)),
+    "template.correlations": ("places: 5 N 2", lambda places: template.correlations(GREY, places, TEMPLATES)),
+    "template.log_likelihood": ("places: 5 N 2", lambda places: template.log_likelihood(GREY, places, TEMPLATES)),
+}
+DOORS = doors(TAKEN)
 """Public functions for the interpreter, with the sides of their arrays; numbers for which they get are drawn."""
 
-LOOPS = doors(
-    {
-        "particles.moments": "states: N d, weights: N",
-        "dynamics.predict": "states: N d, transition: d d, offset: d",
-        "dynamics.diffuse": (
-            "means: N d, noise: d k, normals: k M",
-            lambda means, noise, normals: dynamics.diffuse(means, PARENTS, noise, normals),
-        ),
-        "kalman.condition_on_innovation": f"{PRIOR}, z: m, slope: m d, r: m m",
-        "sequential.condition": f"{PRIOR}, z: m, slope: m d, variances: m",
-        "sequential.decorrelate": "z: m, slope: m d, r: m m",
-        "sequential.predict_second_order": "mean: d, covariance: d d, noise_sd: 2",
-        "affine.predict": f"{CAMERA}, noise: 4",
-        "affine.project": f"{CAMERA}, points: F 3",
-        "affine.observe": f"{CAMERA}, points: F 3, positions: F 2, variances: F 2",
-        "perspective.features": ("q: 6, p: F 3", lambda q, p: perspective.features(q, p, 500.0)),
-        "perspective.project": (
-            "mean: 12, covariance: 12 12, p: F 3, c: 2",
-            lambda mean, covariance, p, c: perspective.project(mean, covariance, p, 500.0, c),
-        ),
-        "agreement.fit_gain": "slope: m d, w: m",
-        "agreement.excess_variance": "z: m, slope: m d, v: m, shown: m",
-        "agreement.fit_covariance": "gain: d m, v: m",
-        "truncation.least_room": (BOUNDS, within(truncation.least_room)),
-        "truncation.log_share": (BOUNDS, within(truncation.log_share)),
-        "truncation.truncate": (BOUNDS, within(truncation.truncate)),
-        "gaussian.log_likelihoods": (
-            "track: T 2, v: m, w: m",
-            lambda track, v, w: gaussian.log_likelihoods(track, v, w, 1.0),
-        ),
-        "gaussian.locate": ("nodes: n 2, w: n", lambda nodes, counts: gaussian.locate(nodes, counts, True)),
-        "counting.windows_around": (
-            "columns: N, rows: N, across: N, down: N",
-            lambda *sides: counting.windows_around(*sides, 20, 16),
-        ),
-        "counting.coefficients": (
-            "windows: N 8, roots: 110, weights: 110",
-            lambda windows, roots, weights: counting.coefficients(
-                PICTURE[:, :, 0], windows.astype(np.int64), roots, weights, False, (1, 1)
-            ),
-        ),
-        "template.ncc": (
-            "places: 5 N 2, pixels: 180",
-            lambda places, pixels: template.ncc(GREY, places, pixels.astype(np.float32), TEMPLATES.sizes),
-        ),
-        "points.log_likelihood": ("x: F N 2, y: F 2, s: F", points.log_likelihood),
-    }
-)
+COMPILED: dict[str, Entry] = {
+    "particles.moments": "states: N d, weights: N",
+    "dynamics.predict": "states: N d, transition: d d, offset: d",
+    "dynamics.diffuse": ("x: N d, b: d k, z: k M", lambda x, b, z: dynamics.diffuse(x, PARENTS, b, z)),
+    "kalman.condition_on_innovation": f"{PRIOR}, z: m, slope: m d, r: m m",
+    "sequential.condition": f"{PRIOR}, z: m, slope: m d, variances: m",
+    "sequential.decorrelate": "z: m, slope: m d, r: m m",
+    "sequential.predict_second_order": "mean: d, covariance: d d, noise_sd: 2",
+    "affine.predict": f"{CAMERA}, noise: 4",
+    "affine.project": f"{CAMERA}, points: F 3",
+    "affine.observe": f"{CAMERA}, points: F 3, positions: F 2, variances: F 2",
+    "perspective.features": ("q: 6, p: F 3", followed(perspective.features, 500.0)),
+    "perspective.project": ("m: 12, c: 12 12, p: F 3, o: 2", lambda m, c, p, o: perspective.project(m, c, p, 500.0, o)),
+    "agreement.fit_gain": "slope: m d, w: m",
+    "agreement.excess_variance": "z: m, slope: m d, v: m, shown: m",
+    "agreement.fit_covariance": "gain: d m, v: m",
+    "truncation.least_room": (BOUNDS, within(truncation.least_room)),
+    "truncation.log_share": (BOUNDS, within(truncation.log_share)),
+    "truncation.truncate": (BOUNDS, within(truncation.truncate)),
+    "gaussian.log_likelihoods": ("track: T 2, v: m, w: m", followed(gaussian.log_likelihoods, 1.0)),
+    "gaussian.locate": ("nodes: n 2, w: n", followed(gaussian.locate, True)),
+    "counting.windows_around": ("columns: N, rows: N, across: N, down: N", followed(counting.windows_around, 20, 16)),
+    "counting.coefficients": (
+        "windows: N 8, roots: 110, weights: 110",
+        lambda windows, *both: counting.coefficients(GREY, windows.astype(np.int64), *both, False, (1, 1)),
+    ),
+    "template.ncc": (
+        "places: 5 N 2, pixels: 180",
+        lambda places, pixels: template.ncc(GREY, places, pixels.astype(np.float32), TEMPLATES.sizes),
+    ),
+    "points.log_likelihood": ("x: F N 2, y: F 2, s: F", points.log_likelihood),
+}
+LOOPS = doors(COMPILED)
 """Public functions of compiled loops, which look at sizes."""
 
 MISSING = {
@@ -331,6 +289,7 @@ WITHOUT_ARRAYS = {
 
 LARGE = LinearDynamics(np.eye(4) * 1e308, np.zeros(4), np.zeros((4, 1)))
 FIFTY = np.random.default_rng(1).normal(size=(50, 4))
+HSV, SEVEN = counting.bin_table("hsv"), np.full((1, 3), 7)
 NOT_WEIGHTS = [[np.nan, 0.0], [0.0, np.nan], [0.0, np.inf], [-np.inf] * 3, []]
 
 
@@ -341,56 +300,23 @@ def weighed(values: object, states: np.ndarray = FIFTY, model: LinearDynamics = 
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (
-            lambda: weighed(np.zeros(50), model=random_walk(1, 0.1)),
-            r"states must be \(N, d\) with N = 50 and d = 1, got \(50, 4\)",
-        ),
+        (lambda: weighed(FIFTY[:, 0], model=random_walk(2, 0.1)), r"\(N, d\) with N = 50 and d = 2, got \(50, 4\)"),
         (lambda: weighed(np.zeros(10)), r"log_likelihood must be \(N\) with N = 50, got \(10,\)"),
-        (lambda: weighed(np.zeros((50, 1))), r"log_likelihood must be \(N\), got \(50, 1\)"),
         (lambda: weighed([0.0] * 50), "log_likelihood must be an array .* got list"),
         (lambda: WALK.diffuse(rng(), FIFTY, np.array([50])), "ancestors between 0 and N - 1"),
-        *(
-            (lambda it=it, w=w: it(rng(), np.array(w), 5), "got")
-            for it in resampling.RESAMPLERS.values()
-            for w in NOT_WEIGHTS
-        ),
+        *((partial(it, rng(), np.array(w), 5), "got") for it in resampling.RESAMPLERS.values() for w in NOT_WEIGHTS),
         (lambda: particles.normalise(np.zeros(0)), "at least one log weight, got none"),
         (lambda: resampling.systematic(rng(), np.zeros(3), 0), "count must be at least 1, got 0"),
-        (
-            lambda: ParticleSet.uniform(np.where(FIFTY > 2.0, np.inf, FIFTY)),
-            "states must be finite, got NaN or infinity",
-        ),
-        (
-            lambda: weighed(FIFTY[:, 0], np.full((50, 4), 9.0), LARGE),
-            "states must be finite, got NaN or infinity",
-        ),
+        (lambda: weighed(FIFTY[:, 0], np.full((50, 4), 9.0), LARGE), "states must be finite, got NaN or infinity"),
         (lambda: particles.normalise([0.0, 0.0]), "normalise takes arrays and numbers, got list; turn lists into"),
-        (
-            lambda: particles.moments(FIFTY, FIFTY),
-            "moments takes arrays and numbers of other types or dimensions, got 2-D float64, 2-D float64",
-        ),
-        (
-            lambda: matching.small_grey(PICTURE.astype(float)),  # type: ignore[arg-type]
-            "the picture must be an array .* of uint8, got an array of float64",
-        ),
+        (lambda: particles.moments(FIFTY, FIFTY), "numbers of other types or dimensions, got 2-D float64, 2-D float64"),
+        (lambda: matching.small_grey(PICTURE.astype(float)), "array .* of uint8, got an array of float64"),  # type: ignore[arg-type]
         (lambda: counting.bin_table("cmyk"), "a space of colour is one of hsv, lab, chromaticity, got 'cmyk'"),
-        (
-            lambda: counting.assign_bins(PICTURE, counting.bin_table("hsv"), 0, 0, 21, 16),
-            "expected a rectangle within the picture, got",
-        ),
+        (lambda: counting.assign_bins(PICTURE, HSV, 0, 0, 21, 16), "expected a rectangle within the picture, got"),
         (lambda: counting.shift(np.zeros(4, np.int64), 1, 1), "expected a window of 8 numbers, got"),
-        (
-            lambda: counting.count_window(PICTURE, 1.0, 1.0, 1, 1, False, (0, 1), counting.bin_table("hsv")),
-            "expected a part at least",
-        ),
-        (
-            lambda: histogram.shares(PICTURE, np.ones(2), histogram.Window(-1, 2), "hsv"),
-            "reach_across_px must be at least 0, got -1",
-        ),
-        (
-            lambda: clouds.Cloud(np.full((1, 3), 7), *[np.zeros(0)] * 3, np.zeros((0, 2)), np.zeros(1)),
-            "a cloud needs nodes",
-        ),
+        (lambda: counting.count_window(PICTURE, 1.0, 1.0, 1, 1, False, (0, 1), HSV), "expected a part at least"),
+        (lambda: histogram.shares(PICTURE, np.ones(2), histogram.Window(-1, 2), "hsv"), "must be at least 0, got -1"),
+        (lambda: clouds.Cloud(SEVEN, *[np.zeros(0)] * 3, np.zeros((0, 2)), np.zeros(1)), "a cloud needs nodes"),
         (lambda: auxiliary.soft(np.array([np.nan]), 1.0, 2.0, 5), "got none or NaN"),
     ],
 )
