@@ -92,11 +92,7 @@ def test_each_filter_has_ranks_and_samplers_of_its_own() -> None:
 
 @pytest.mark.parametrize(
     ("base", "lacking"),
-    [
-        (PointModel, "components.*log_likelihood.*propagate"),
-        (LoopModel, "motion.*pack.*pauses"),
-        (Filter, "step"),
-    ],
+    [(PointModel, "components.*log_likelihood.*propagate"), (LoopModel, "motion.*pack.*pauses"), (Filter, "step")],
 )
 def test_what_lacks_a_function_is_refused_by_name(base: type, lacking: str) -> None:
     """It is refused when it is made, long before a run."""

@@ -6,16 +6,7 @@ from typing import Any, Literal
 import pytest
 from pydantic import BaseModel, ValidationError, create_model, model_validator
 
-from pftrack.core.model.parameters import (
-    Parameters,
-    declarations,
-    flat,
-    limit_particles,
-    nearest,
-    parameter,
-    parse,
-    revise,
-)
+from pftrack.core.model.parameters import Parameters, declarations, limit_particles, nearest, parameter, parse, revise
 from pftrack.core.refusal import ConflictError, ParameterError, RefusedError, first_problem
 from pftrack.experiments.own.code import FilterFileError
 
@@ -91,14 +82,17 @@ class Crowd(Parameters):
     other: int = parameter(9999, "Other", "A number of something else.", within=(1, 10_000, 1))
 
 
+CROWD = {"count": 50, "joint": 500, "other": 9999}
+
+
 def test_particles_are_limited() -> None:
     """A limit on particles holds for all sets together, and only for the numbers that the tracker reads."""
     for tracker, most, field in (("layered", 550, "count"), ("joint", 500, "joint")):
-        limit_particles(declarations(Crowd), flat(Crowd()), tracker, most)
+        limit_particles(declarations(Crowd), CROWD, tracker, most)
         with pytest.raises(ParameterError) as refused:
-            limit_particles(declarations(Crowd), flat(Crowd()), tracker, most - 1)
+            limit_particles(declarations(Crowd), CROWD, tracker, most - 1)
         assert refused.value.field == field
-    limit_particles(declarations(Crowd), flat(Crowd()), "kalman", 1)
+    limit_particles(declarations(Crowd), CROWD, "kalman", 1)
 
 
 NO_BOUNDS = "the number 'Width' must be declared with bounds"

@@ -140,16 +140,11 @@ def test_every_reading_is_explained(name: str) -> None:
     assert [title for title in titles if not word.search(title.lower())] == []
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
+def test_a_glossary_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    """The sentence names the file, and the line of the section."""
+    for text, message in (
         ("A:\n  word: it\nB:\n  other: {also: [others]}\n", "line 3: B must map words to a meaning"),
         ("- word\n", "must map names to what they declare, got list"),
-    ],
-)
-def test_a_glossary_that_cannot_be_read_is_refused(tmp_path: Path, text: str, message: str) -> None:
-    """The sentence names the file, and the line of the section."""
-    path = tmp_path / "glossary.yaml"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(ValueError, match=message):
-        read_glossary(path)
+    ):
+        with pytest.raises(ValueError, match=message):
+            read_glossary(written(tmp_path, text))

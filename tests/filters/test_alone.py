@@ -30,15 +30,11 @@ class Walk:
         return -0.5 * ((frame - states[:, 0]) / NOISE) ** 2 - np.log(NOISE * np.sqrt(2.0 * np.pi))
 
 
-def measured(count: int = 40) -> list[float | None]:
-    rng = np.random.default_rng(5)
-    values = np.cumsum(rng.normal(0.0, DRIVE, count)) + rng.normal(0.0, NOISE, count)
-    return [None if 10 <= index < 15 else float(value) for index, value in enumerate(values)]
-
-
 def test_it_comes_to_the_exact_answer() -> None:
     """Means, deviations and evidence are those of the Kalman filter, within five deviations of Monte Carlo."""
-    data, n = measured(), 20_000
+    rng, n = np.random.default_rng(5), 20_000
+    values = np.cumsum(rng.normal(0.0, DRIVE, 40)) + rng.normal(0.0, NOISE, 40)
+    data = [None if 10 <= index < 15 else float(value) for index, value in enumerate(values)]
     found = pftrack.filter(Walk(), data, n=n, seed=3)
     belief, dynamics = Gaussian(np.zeros(1), np.eye(1)), random_walk(1, DRIVE)
     evidence = 0.0
@@ -84,16 +80,11 @@ def test_wrong_answers_are_refused(function: str, answer: object, sentence: str)
         pftrack.filter(model, [0.1, 0.2, 0.3], n=50)
 
 
-class Odd(Walk):
-    def propagate(self, velocity: Any) -> Any:  # type: ignore[override]
-        return velocity
-
-
 @pytest.mark.parametrize(
     ("model", "data", "n", "sentence"),
     [
         (SimpleNamespace(), [1.0], 9, "SimpleNamespace has no begin"),
-        (Odd(), [1.0], 9, "propagate asks for velocity, but it can have states, rng"),
+        (type("Odd", (Walk,), {"propagate": lambda self, velocity: velocity})(), [1.0], 9, "asks for velocity, but it"),
         (Walk(), [], 9, "there are no data"),
         (Walk(), [1.0], 0, "n must be at least 1, got 0"),
     ],

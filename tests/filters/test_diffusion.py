@@ -224,18 +224,16 @@ def test_what_moves_the_particles_is_learned_back(chart: Chart, reading: Reading
     assert changes(track, chart, reading) == pytest.approx(np.array(drawn)[2 if places else 1 :], abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
-        ({"place": ("a",)}, "0, 2 or 3 coordinates"),
-        ({"place": ("a", "b"), "angles": ("a",)}, "names that differ"),
-        ({}, "names that differ, got none"),
-    ],
-)
-def test_charts_that_make_no_sense_are_refused(fields: dict[str, object], words: str) -> None:
+def test_charts_that_make_no_sense_are_refused() -> None:
     """A chart says what is wrong with it."""
-    with pytest.raises(ValidationError, match=words):
-        Chart.model_validate(fields)
+    differ = "names that differ"
+    for fields, words in (
+        ({"place": ("a",)}, "0, 2 or 3 coordinates"),
+        ({"place": ("a", "b"), "angles": ("a",)}, differ),
+        ({}, f"{differ}, got none"),
+    ):
+        with pytest.raises(ValidationError, match=words):
+            Chart.model_validate(fields)
 
 
 def test_states_that_do_not_fit_are_refused() -> None:

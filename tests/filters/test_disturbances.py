@@ -1,4 +1,4 @@
-"""Smoothed disturbances are those of the joint distribution, and noises are fitted by them."""
+"""Kalman filter and smoothed disturbances are those of the joint distribution, and noises are fitted by them."""
 
 import itertools
 
@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from pftrack.core.model.model import LinearChain, LinearStep, NoiseScale
-from pftrack.core.numerics.random import log_density
+from pftrack.core.numerics.random import Gaussian, log_density
+from pftrack.filters import kalman
 from pftrack.filters.disturbances import Disturbances, smooth_disturbances
-from pftrack.filters.dynamics import random_walk
+from pftrack.filters.dynamics import LinearDynamics, random_walk
 from pftrack.filters.learning.online_em import fit_noise
 
 
@@ -32,8 +33,11 @@ def chain(frames: int = 7, *, missing: tuple[int, ...] = (2, 3), spread: float =
     )
 
 
-def joint(it: LinearChain) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return mean and covariance of all measurements, and their slopes by the start and by all noises of the motion."""
+def joint(it: LinearChain) -> tuple[NDArray[np.float64], ...]:
+    """Return mean and covariance of all measurements, their covariance with the start and all noises of the motion.
+
+    Beside them are the mean of the last state and its slopes by these.
+    """
     frames, size, kicks = it.noises.shape
     mean, rows, means = it.mean, np.hstack([np.eye(size), np.zeros((size, frames * kicks))]), []
     slopes = []
@@ -42,18 +46,20 @@ def joint(it: LinearChain) -> tuple[NDArray[np.float64], NDArray[np.float64], ND
         rows[:, size + t * kicks : size + (t + 1) * kicks] += it.noises[t]
         means.append(it.observations[t] @ mean)
         slopes.append(it.observations[t] @ rows)
-    prior = np.eye(size + frames * kicks)
-    prior[:size, :size] = it.covariance
-    slope = np.vstack(slopes)
-    return np.concatenate(means), slope @ prior @ slope.T + block_diag(*it.covariances), slope @ prior
+    prior, slope = block_diag(it.covariance, np.eye(frames * kicks)), np.vstack(slopes)
+    spread = slope @ prior @ slope.T + block_diag(*it.covariances)
+    return np.concatenate(means), spread, slope @ prior, mean, rows
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.7])
 def test_noises_are_those_of_the_joint_distribution(spread: float) -> None:
-    """Conditioned on all that was measured at once, by one large matrix; frames without a measurement add nothing."""
+    """Conditioned on all that was measured at once, by one large matrix; frames without a measurement add nothing.
+
+    The Kalman filter, step by step, has the evidence and the last state of this as well.
+    """
     it = chain(spread=spread)
     seen = np.isfinite(it.measurements).ravel()
-    mean, covariance, cross = joint(it)
+    mean, covariance, cross, last, rows = joint(it)
     off, covariance, cross = it.measurements.ravel()[seen] - mean[seen], covariance[np.ix_(seen, seen)], cross[seen]
     kicks = cross[:, 4:]
     expected = kicks.T @ np.linalg.solve(covariance, off)
@@ -65,6 +71,19 @@ def test_noises_are_those_of_the_joint_distribution(spread: float) -> None:
     found = smooth_disturbances(it)
     assert found.log_evidence.sum() == pytest.approx(float(log_density(off, np.zeros(len(off)), covariance)))
     assert found.log_evidence[[2, 3]].tolist() == [0.0, 0.0]
+    belief, evidence = Gaussian(it.mean, it.covariance), []
+    for measured, observation, noises, *model in zip(
+        it.measurements, it.observations, it.covariances, it.transitions, it.offsets, it.noises, strict=True
+    ):
+        belief, log_evidence = kalman.predict(belief, LinearDynamics(*model)), 0.0
+        if np.isfinite(measured).all():
+            belief, log_evidence = kalman.update(belief, measured, observation, noises)
+        evidence.append(log_evidence)
+    assert evidence == pytest.approx(found.log_evidence)
+    assert belief.mean == pytest.approx(last + rows @ cross.T @ np.linalg.solve(covariance, off))
+    prior = block_diag(it.covariance, np.eye(21))
+    spread_left = rows @ (prior - cross.T @ np.linalg.solve(covariance, cross)) @ rows.T
+    assert belief.covariance == pytest.approx(spread_left)
     assert (found.process_count, found.observation_count) == (21, 10)
     assert found.process == pytest.approx((expected @ expected + np.trace(left)) / 21)
     assert found.observation == pytest.approx(np.trace(np.linalg.solve(noise, np.outer(errors, errors) + doubt)) / 10)

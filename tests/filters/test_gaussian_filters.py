@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import bootstrap, dynamics, extended, kalman, unscented
@@ -15,43 +14,11 @@ OBSERVE = np.eye(2, 4)
 NOISE = np.array([[2.0, 0.3], [0.3, 1.0]])
 
 
-def _signal(length: int = 30) -> list[NDArray[np.float64]]:
-    rng = np.random.default_rng(4)
-    return [np.array([t, 0.5 * t]) + rng.normal(size=2) for t in range(length)]
-
-
-def test_kalman_agrees_with_the_joint_gaussian() -> None:
-    """Filtering step by step gives what conditioning the joint Gaussian of all frames at once gives."""
-    prior = Gaussian(np.array([0.0, 0.0, 1.0, 0.5]), np.diag([4.0, 4.0, 1.0, 1.0]))
-    length = 6
-    posterior, evidence = prior, 0.0
-    for measurement in _signal(length):
-        posterior, log_evidence = kalman.update(kalman.predict(posterior, MODEL), measurement, OBSERVE, NOISE)
-        evidence += log_evidence
-
-    powers = [np.linalg.matrix_power(MODEL.transition, n) for n in range(length + 1)]
-    means = np.concatenate([OBSERVE @ powers[t + 1] @ prior.mean for t in range(length)])
-    blocks = [powers[t + 1] for t in range(length)]
-    joint = np.zeros((4 * length, 4 * length))
-    for i in range(length):
-        for j in range(length):
-            joint[4 * i : 4 * i + 4, 4 * j : 4 * j + 4] = blocks[i] @ prior.covariance @ blocks[j].T + sum(
-                powers[i - s] @ MODEL.noise_covariance @ powers[j - s].T for s in range(min(i, j) + 1)
-            )
-    observe = np.kron(np.eye(length), OBSERVE)
-    seen = np.concatenate(_signal(length))
-    spread = observe @ joint @ observe.T + np.kron(np.eye(length), NOISE)
-    gain = joint[-4:] @ observe.T @ np.linalg.inv(spread)
-    assert np.allclose(posterior.mean, powers[length] @ prior.mean + gain @ (seen - means))
-    assert np.allclose(posterior.covariance, joint[-4:, -4:] - gain @ observe @ joint[:, -4:])
-    assert evidence == pytest.approx(float(log_density(seen, means, spread)))
-
-
 def test_linear_models_make_all_three_the_same() -> None:
     """On a linear model the extended and the unscented filter are the Kalman filter."""
     exact = by_slope = by_points = Gaussian(np.zeros(4), np.eye(4))
     move, drive = MODEL.transition, MODEL.noise_covariance
-    for seen in _signal():
+    for seen in np.arange(30.0)[:, None] * (1.0, 0.5) + np.random.default_rng(4).normal(size=(30, 2)):
         exact, evidence = kalman.update(kalman.predict(exact, MODEL), seen, OBSERVE, NOISE)
         by_slope = extended.predict(by_slope, lambda x: move @ x, lambda _: move, drive)
         by_slope, slope_evidence = extended.update(by_slope, seen, lambda x: OBSERVE @ x, lambda _: OBSERVE, NOISE)
