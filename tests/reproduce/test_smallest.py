@@ -1,19 +1,17 @@
 """Every result is computed once in its smallest form by two processes, so that none of them breaks unnoticed."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 import pytest
 
+from pftrack.process import UNLIMITED, BlockingPool, ForkServer
 from pftrack.reproduce import RESULTS, ball, head, trajectories
 from pftrack.reproduce.pool import Pool
-from pftrack.sweep import Plan, Result
-from pftrack.sweep.work import compute_chunk
-from tests.pooling import fork_server, shared_fork_server
-
-__all__ = ["fork_server", "shared_fork_server"]
+from pftrack.sweep import Plan, Result, work
+from tests.reproduce import shortened
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -30,13 +28,13 @@ class FirstPieces(Pool):
 
     def map(self, function: Callable[[Item], Outcome], items: Iterable[Item]) -> list[Outcome]:
         """Return as many outcomes as there are items."""
-        work = list(items)
-        if isinstance(function, partial) and function.func is compute_chunk:
-            return super().map(function, work)
-        outcomes = super().map(function, work[:1])
+        pieces = list(items)
+        if isinstance(function, partial) and function.func is work.compute_chunk:
+            return super().map(function, pieces)
+        outcomes = super().map(partial(shortened.compute, function), pieces[:1])
         if self.once:
             raise EnoughError
-        return outcomes * len(work)
+        return outcomes * len(pieces)
 
     def sweep(self, plan: Plan, out: Path) -> Result:
         """Carry the first sweep out, which is enough."""
@@ -44,12 +42,28 @@ class FirstPieces(Pool):
         raise EnoughError
 
 
+class Kept(BlockingPool):
+    """Two processes that outlive the pools that they compute for: each loads an experiment once."""
+
+    def close(self) -> None:
+        """Stay."""
+
+
+@pytest.fixture(scope="module")
+def processes() -> Iterator[Kept]:
+    """What computes the pieces of all results."""
+    kept = Kept(ForkServer(work.PRELOAD), processes=2, budget=UNLIMITED, prepare=work.one_thread)
+    yield kept
+    BlockingPool.close(kept)
+
+
 @pytest.fixture(autouse=True)
-def short(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run of the ball has two frames, the head is as fast as may be, and the maps have few cells."""
+def short(processes: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run of the ball has two frames, the head has few, and the maps have few cells."""
     plans = ball.plans
+    monkeypatch.setattr(work, "open_pool", lambda _: processes)
     monkeypatch.setattr(ball, "FRAMES", 2)
-    monkeypatch.setattr(head.VideoTrials.__init__, "__defaults__", (225,))
+    monkeypatch.setattr(head.VideoTrials.__init__, "__defaults__", (shortened.HEAD_FRAMES,))
     monkeypatch.setattr(ball, "plans", lambda _full: plans(full=False))
     monkeypatch.setattr(
         trajectories, "TRACKS_METHODS", trajectories.TRACKS_METHODS[::-1]
