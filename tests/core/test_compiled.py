@@ -12,7 +12,8 @@ OUTER = HEAD + "from inner import inner\n@compiled\ndef outer(x):\n    return 2 
 CALL = "import outer; print(outer.outer(1), sum(outer.outer.stats.cache_misses.values()))"
 FORKING = """
 import os, sys
-import pftrack.core.numerics.compiled
+import numba, pftrack.core.numerics.compiled
+numba.njit(lambda x: x + 1)(1)
 for line in sys.stdin:
     if not os.fork():
         exec(line)
@@ -24,7 +25,7 @@ for line in sys.stdin:
 
 @pytest.fixture(scope="module")
 def forking() -> Iterator[subprocess.Popen[str]]:
-    """A process that has imported Numba and forks for each line that it is given."""
+    """A process that has compiled something, which takes a second at first, and forks for each line that it gets."""
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     environment.pop("NUMBA_CACHE_DIR", None)
     with subprocess.Popen(
@@ -37,8 +38,6 @@ def forking() -> Iterator[subprocess.Popen[str]]:
 def call(forking: subprocess.Popen[str], tmp_path: Path) -> Callable[[str], str]:
     """Run a line of Python, with the modules of a folder, in a new fork, and return what it prints."""
     given, said = forking.stdin, forking.stdout
-    assert given is not None
-    assert said is not None
 
     def call(line: str) -> str:
         given.write(f"sys.path.insert(0, {str(tmp_path)!r}); {line}\n")
