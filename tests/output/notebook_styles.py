@@ -7,15 +7,14 @@ __all__ = ["STYLES", "faults"]
 CELLS = (
     "vertical-align: middle; padding: .5em; line-height: normal; white-space: normal; text-align: right; border: none"
 )
-JUPYTERLAB = f"""
-    .output img, .output svg {{ max-width: 100%; height: auto }}
-    .output table {{ color: #222; font-size: 13px; table-layout: fixed; margin: 0 auto 1em; border-collapse: collapse }}
-    .output :is(td, th, tr) {{ {CELLS} }}
-    .output p {{ margin: 0 0 1em; text-align: left }}
-    .output {{ font: 14px/1.7 sans-serif; overflow: auto; max-height: 100% }}"""
 STYLES = {
-    "jupyterlab": JUPYTERLAB,
-    "nbconvert-lab": JUPYTERLAB,
+    "jupyterlab": f"""
+        .output img, .output svg {{ max-width: 100%; height: auto }}
+        .output table {{ color: #222; font-size: 13px; table-layout: fixed; margin: 0 auto 1em }}
+        .output table {{ border-collapse: collapse }}
+        .output :is(td, th, tr) {{ {CELLS} }}
+        .output p {{ margin: 0 0 1em; text-align: left }}
+        .output {{ font: 14px/1.7 sans-serif; overflow: auto; max-height: 100% }}""",
     "nbconvert-classic": f"""
         .output img, .output svg {{ max-width: 100%; height: auto }}
         .output img {{ display: block; margin-inline: auto }}
@@ -30,7 +29,7 @@ STYLES = {
         table, th, tr { text-align: left !important }
         .output > * { overflow-x: scroll }""",
 }
-"""Rules of JupyterLab 4, of nbconvert 7 (its template lab has those of JupyterLab) and of Visual Studio Code."""
+"""Rules of JupyterLab 4, which nbconvert 7 has in its template lab too, of its classic one and of Visual Studio Code."""
 
 FAULTS = """(displays) => displays.flatMap((display) => {
     const within = (inner, outer) => inner.left >= outer.left - 1 && inner.top >= outer.top - 1

@@ -2,8 +2,8 @@
 
 import hashlib
 import json
-import threading
 from pathlib import Path
+from queue import Queue
 from types import SimpleNamespace
 from typing import Any
 
@@ -63,36 +63,21 @@ def test_every_experiment_has_one_whose_code_is_python(name: str) -> None:
 # Watching a loop that is being recorded: the scene follows it, and the loop waits for nothing.
 
 
-class Scene:
-    """Stands for a scene: it keeps the runs that it is to show."""
-
-    def __init__(self) -> None:
-        self.runs: list[Run] = []
-        self.news = threading.Condition()
-
-    def show(self, run: Run, **_: object) -> SimpleNamespace:
-        self.follow(run)
-        return SimpleNamespace(follow=self.follow)
-
-    def follow(self, run: Run) -> None:
-        with self.news:
-            self.runs.append(run)
-            self.news.notify()
-
-    def wait_for(self, frames: int) -> None:
-        with self.news:
-            assert self.news.wait_for(lambda: self.runs and self.runs[-1].frames == frames, 30)
-
-
 def test_the_scene_follows_the_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each frame that was written is shown before the loop has ended, at the newest one, and the last one after it."""
-    scene = Scene()
-    monkeypatch.setattr(formats, "show", scene.show)
+    shown: Queue[Run] = Queue()
+
+    def show(run: Run, **_: object) -> SimpleNamespace:
+        shown.put(run)
+        return SimpleNamespace(follow=shown.put)
+
+    monkeypatch.setattr(formats, "show", show)
     with pftrack.record(tmp_path / "mine.pft", watch=True) as rec:
         for t in range(3):
             rec(t, mean=[float(t), 1.0])
             rec._hand_on()
-            scene.wait_for(t + 1)
+            while shown.get(timeout=30).frames <= t:
+                pass
         rec(3, mean=[3.0, 1.0])
-    assert scene.runs[-1].frames == 4
-    assert scene.runs[-1].current.diagnostics.estimate == (3.0, 1.0)
+    last = [shown.get() for _ in range(shown.qsize())][-1]
+    assert (last.frames, last.current.diagnostics.estimate) == (4, (3.0, 1.0))
