@@ -8,7 +8,6 @@ from typing import Any, TypeAlias
 import av
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import pftrack
 from pftrack.core.model.source import FrameIndex
@@ -18,7 +17,7 @@ from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import VideoSequence
 
-Picture: TypeAlias = NDArray[np.uint8]
+Picture: TypeAlias = np.ndarray
 CELL = 12
 
 # With its macroblock tree x264 writes other bytes now and then, and the same damage hits other frames.

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from PIL import Image
 
 from pftrack.core.model.source import FrameIndex
@@ -110,7 +109,7 @@ def test_an_index_spares_the_survey(folder: Path, monkeypatch: pytest.MonkeyPatc
 # ---------------------------------------------------------------- pixels
 
 
-def ramp(top: int) -> NDArray[np.uint16]:
+def ramp(top: int) -> np.ndarray:
     return np.repeat(np.linspace(0, top, 64).round().astype(np.uint16)[np.newaxis], 16, axis=0)
 
 
@@ -180,6 +179,7 @@ def giant_png(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
+GIANTS = (5000, 5000), (10_000, 10_000), (60_000, 60_000), (2**31 - 1, 1)
 PAGES = [Image.fromarray(GREY)] * 3
 
 
@@ -191,10 +191,7 @@ PAGES = [Image.fromarray(GREY)] * 3
         (b"\x89PNG\r\n\x1a\n" + bytes(50), "is broken or cut short"),
         (b"\xff\xd8\xff" + b"\x00" * 50, "is broken or cut short"),
         (b"no picture", "the folder holds no pictures; expected PNG, JPEG"),
-        *(
-            (giant_png(*size), r"^a .*; at most 4,147,200")
-            for size in ((5000, 5000), (10_000, 10_000), (60_000, 60_000), (2**31 - 1, 1))
-        ),
+        *((giant_png(*size), r"^a .*; at most 4,147,200") for size in GIANTS),
     ],
     ids=["float", "stack", "PNG", "JPEG", "text", "25 million", "100 million", "3600 million", "long"],
 )
@@ -266,9 +263,7 @@ def animated(path: Path, kind: str, frames: Sequence[Image.Image], duration: obj
     ("kind", "options"),
     [*(("GIF", {"disposal": number}) for number in range(3)), ("PNG", {}), ("WEBP", {"lossless": True})],
 )
-def test_frames_are_whole_in_any_order_and_have_their_times(
-    tmp_path: Path, kind: str, options: dict[str, object]
-) -> None:
+def test_frames_are_whole_in_any_order_at_their_times(tmp_path: Path, kind: str, options: dict[str, object]) -> None:
     """Partial frames are composed, whatever the file is called; a varying rate is reported."""
     path = animated(tmp_path / "a.bin", kind, FEW if kind == "GIF" else FRAMES, list(DURATIONS_MS), **options)
     sequence = open_sequence(path)

@@ -16,9 +16,7 @@ from tests.sources.films import rows_of
 FRAMES, COUNT = 6, 60
 MEASURED = np.arange(FRAMES, dtype=float)
 
-pytestmark = [
-    pytest.mark.filterwarnings(f"ignore::{kind}Warning") for kind in ("Deprecation", "Future", "Syntax", "User")
-]
+pytestmark = [pytest.mark.filterwarnings(f"ignore::{it}Warning") for it in ("Deprecation", "Future", "Syntax", "User")]
 
 
 @pytest.fixture

@@ -204,7 +204,6 @@ def test_a_table_is_a_sequence(tmp_path: Path) -> None:
     found = opened(tmp_path, LONG).index
     assert (found.kind, found.frame_count, found.warnings) == ("tracks", 4, ("In 1 of 4 frames no point is seen.",))
     sequence = open_sequence(tmp_path / "clip.mp4", index=found)
-    assert isinstance(sequence, TrackSequence)
     assert sequence.size == (found.width, found.height)
     assert (sequence.positions[0, 0].tolist(), sequence.picture(0)[10, 15].tolist()) == ([15, 10], [86, 180, 233])
     assert (sequence.picture(2) == 255).all()
@@ -222,7 +221,6 @@ def test_points_with_the_names_of_a_face_are_one() -> None:
     """Whatever their order, and if some are missing: what other faces look like is known of them, and of no others."""
     names = ("nose", "reye", "leye", *FEATURES[5:8])
     shape = named_shape(names)
-    assert shape.mean is not None
     mean = mean_model().points_mm[[FEATURES.index(name) for name in names]]
     np.testing.assert_allclose(shape.mean, normalise(mean))
     assert {(names[one], names[other]) for one, other in shape.edges} == {it for it in LINKS if set(it) <= set(names)}

@@ -27,7 +27,6 @@ def test_a_box_becomes_a_target_at_its_centre(tmp_path: Path) -> None:
     table = read_truth(truth_file(tmp_path, f"frame,x,y,w,h,state\n{rows}"))
     assert table.at(0) is table.at(1) is None
     target = table.at(2)
-    assert target is not None
     np.testing.assert_array_equal(target.position, [12.0, 21.0])
     assert (target.size, target.hidden) == (5.0, False)
 
@@ -37,7 +36,7 @@ WAY = ",".join(f"{number},{2 * number}" for number in range(1000))
 
 
 @pytest.mark.parametrize(
-    ("text", "boxes", "warnings"),
+    ("text", "boxes", "told"),
     [
         ("\ufeffnote, H,W ,y,x,Frame\nseen,8,4,2,1,7\n", {7: (1.0, 2.0, 4.0, 8.0)}, ()),
         (
@@ -54,12 +53,10 @@ WAY = ",".join(f"{number},{2 * number}" for number in range(1000))
     ],
     ids=["columns by name, in any order", "corners that cross", "a thousand", "several targets"],
 )
-def test_boxes_and_corners_are_read(
-    tmp_path: Path, text: str, boxes: dict[int, tuple[float, ...]], warnings: tuple[str, ...]
-) -> None:
+def test_tables_are_read(tmp_path: Path, text: str, boxes: dict[int, tuple[float, ...]], told: tuple[str, ...]) -> None:
     """A polygon is the box around its corners, in any order; a point has none. The first of several targets counts."""
     table = read_truth(truth_file(tmp_path, text))
-    assert (dict(table.boxes), table.warnings) == (boxes, warnings)
+    assert (dict(table.boxes), table.warnings) == (boxes, told)
 
 
 NOTHING = f"the file does not hold results; expected {', '.join(FORMS.values())}"
@@ -121,7 +118,6 @@ def test_a_written_table_is_read_to_the_same_boxes(
 
 def test_a_mark_has_a_part_for_each_column() -> None:
     """In the order of the columns, so that what is marked in a picture is a row of the table."""
-    assert BOXES.mark is not None
     marked = BOXES.mark.read({"x": 10, "y": 20, "width": 5, "height": 3}).model_dump()
     row = [marked[part] for part in BOXES.parts]
     assert BOXES.form.allows(row)
@@ -150,9 +146,7 @@ def told(*boxes: tuple[float, ...]) -> tuple[str, ...]:
     return boxes_outside(enumerate(boxes), 160, 120)
 
 
-@pytest.mark.parametrize(
-    "boxes", [(), (INSIDE,), (PARTLY,) * 9, (INSIDE, RIGHT), (PARTLY, PARTLY, ABOVE, RIGHT)], ids=len
-)
+@pytest.mark.parametrize("boxes", [(), (INSIDE,), (PARTLY,) * 9, (INSIDE, RIGHT), (PARTLY, PARTLY, ABOVE, RIGHT)])
 def test_a_target_may_leave_the_picture(boxes: tuple[tuple[float, ...], ...]) -> None:
     """Nothing is said of boxes that are partly in the picture, nor where half of them or fewer are outside."""
     assert told(*boxes) == ()
