@@ -6,17 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.series import (
-    Hypotheses,
-    Interval,
-    Reduction,
-    Series,
-    check_value,
-    columns,
-    join,
-    reduce,
-    to_json,
-)
+from pftrack.core.model import series as of
+from pftrack.core.model.series import Hypotheses, Interval, Reduction, Series, columns, to_json
 
 NUMBER = Series("speed", "speed", "px")
 VECTOR = Series("samples", "proposals", shape="vector", role="share", components=("prediction", "observation"))
@@ -41,7 +32,7 @@ BANK = Series("bank", "bank", "°", "hypotheses", components=("angle", "rate"))
 def test_values_of_another_shape_are_refused(series: Series, value: Any) -> None:
     """The refusal names the series, what it is declared as, and what it got."""
     with pytest.raises(ValueError, match=f"{series.name} is declared as {series.shape}.* got"):
-        check_value(series, value)
+        of.check_value(series, value)
 
 
 ONE, TWO = Hypotheses(((1.0, 2.0),), (1.0,)), Hypotheses(((3.0, 4.0), (5.0, 6.0)), (0.25, 0.75), (0, -1))
@@ -56,7 +47,7 @@ def test_columns_are_as_wide_as_the_widest() -> None:
     assert to_json(Hypotheses(((math.nan, 2.0),), (1.0,))) == {"values": [[None, 2.0]], "weights": [1.0]}
     assert to_json(TWO)["parents"] == [0, -1]
     for series, value in ((NUMBER, 1.5), (VECTOR, (1.0, 2.0)), (INTERVAL, Interval(1.0, 2.0)), (BANK, TWO)):
-        check_value(series, value)
+        of.check_value(series, value)
     assert (to_json(1.5), to_json(Interval(1.0, 2.0))) == (1.5, [1.0, 2.0])
     assert "bank_parents" not in columns(BANK, [ONE])
     found, none = columns(BANK, [ONE, None, TWO]), [np.nan, np.nan]
@@ -74,18 +65,18 @@ def test_reductions_are_means_shares_and_counts_of_what_is_known() -> None:
     flag = Series("b", "b", role="flag", reductions=(Reduction("times_b", "times", "count"),))
     kept = (Reduction("share_y", "share", "share", "y"),)
     share = Series("c", "c", shape="vector", components=("x", "y"), reductions=kept)
-    assert reduce(mean, np.array([1.0, np.nan, 2.0])) == {"mean_a": 1.5}
-    assert reduce(flag, np.array([1.0, 0.0, 1.0])) == {"times_b": 2}
-    assert reduce(share, np.array([[3.0, 1.0], [1.0, 1.0]])) == {"share_y": 0.375}
-    assert [*reduce(mean, np.array([np.nan])).values()] == [None]
-    assert all(set(reduce(series, np.zeros(0)).values()) == {None} for series in (mean, flag, share))
+    assert of.reduce(mean, np.array([1.0, np.nan, 2.0])) == {"mean_a": 1.5}
+    assert of.reduce(flag, np.array([1.0, 0.0, 1.0])) == {"times_b": 2}
+    assert of.reduce(share, np.array([[3.0, 1.0], [1.0, 1.0]])) == {"share_y": 0.375}
+    assert [*of.reduce(mean, np.array([np.nan])).values()] == [None]
+    assert all(set(of.reduce(series, np.zeros(0)).values()) == {None} for series in (mean, flag, share))
 
 
 def test_one_name_is_one_series() -> None:
     """Trackers may declare the same series; two different ones of a name are refused, and so are reductions."""
-    assert join((NUMBER, VECTOR), (NUMBER,)) == (NUMBER, VECTOR)
+    assert of.join((NUMBER, VECTOR), (NUMBER,)) == (NUMBER, VECTOR)
     with pytest.raises(ValueError, match="two different series are called 'speed'"):
-        join((NUMBER,), (Series("speed", "speed", "mm"),))
+        of.join((NUMBER,), (Series("speed", "speed", "mm"),))
     kept = (Reduction("kept", "kept", "mean"),)
     with pytest.raises(ValueError, match="two reductions are called 'kept'"):
-        join((Series("a", "a", reductions=kept), Series("b", "b", reductions=kept)))
+        of.join((Series("a", "a", reductions=kept), Series("b", "b", reductions=kept)))

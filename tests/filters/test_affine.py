@@ -21,17 +21,12 @@ def rng(frame: int = 1) -> Stream:
     return Stream(3, frame, Purpose.TRACK)
 
 
-def turned(theta: list[float]) -> np.ndarray:
-    camera = CAMERA.copy()
-    camera[:, :3] = CAMERA[:, :3] @ rotation(np.array(theta))
-    return camera
-
-
 def watched(frames: int = 6) -> tuple[AffineBelief, list[tuple[np.ndarray, np.ndarray]]]:
     numbers = np.random.default_rng(2)
     belief, seen = LAYER.begin(), []
     for t in range(1, frames):
-        positions = affine_projection(turned([0.02 * t, -0.03 * t, 0.01 * t]), POINTS) + numbers.normal(size=(9, 2))
+        camera = np.column_stack([CAMERA[:, :3] @ rotation(np.array([0.02, -0.03, 0.01]) * t), CAMERA[:, 3]])
+        positions = affine_projection(camera, POINTS) + numbers.normal(size=(9, 2))
         seen.append((positions, numbers.uniform(0.25, 4.0, size=(9, 2))))
         belief = LAYER.update(LAYER.predict(belief), *seen[-1], rng(t))
     return belief, seen

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from pftrack.core.model.tracker import Diagnostics
@@ -22,7 +21,7 @@ FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
 TRUE = np.array([[1.0, 0.2, 0.0, 0.0], [0.2, 2.0, 0.05, -0.02], [0.0, 0.05, 0.02, -0.015], [0.0, -0.02, -0.015, 0.02]])
 
 
-def swim(frames: int, seed: int, reading: Reading = "increments") -> NDArray[np.float64]:
+def swim(frames: int, seed: int, reading: Reading = "increments") -> np.ndarray:
     """A track whose changes have the true covariance."""
     rng, state, track = np.random.default_rng(seed), np.zeros((1, 6)), []
     root = np.linalg.cholesky(TRUE)
@@ -81,7 +80,7 @@ def test_modes_are_the_eigenvectors() -> None:
         ([TRACKS[0] * [1e9, 1, 1, 1]], "at most 1e.06 px/frame² as a'', got"),
     ],
 )
-def test_tracks_that_teach_nothing_are_refused(tracks: list[NDArray[np.float64]], words: str) -> None:
+def test_tracks_that_teach_nothing_are_refused(tracks: list[np.ndarray], words: str) -> None:
     """Too few frames, a component that never changes and absurd changes are refused, each with what to do."""
     with pytest.raises(RefusedError, match=words):
         learn(tracks, FISH, "fish")
@@ -147,11 +146,11 @@ BIRD = Chart(place=("x", "y", "z"), heading="yaw", numbers=("wing",))
 READINGS: tuple[Reading, ...] = ("document", "increments", "world")
 
 
-def rotation(angle: float) -> NDArray[np.float64]:
+def rotation(angle: float) -> np.ndarray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def walk(frames: int = 40, seed: int = 0) -> NDArray[np.float64]:
+def walk(frames: int = 40, seed: int = 0) -> np.ndarray:
     """A track that wanders, turns and bends."""
     return np.cumsum(np.random.default_rng(seed).normal(size=(frames, 4)) * [3, 3, 0.3, 0.2], axis=0)
 

@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from pftrack.core.model.model import LinearChain, LinearStep, NoiseScale
@@ -33,7 +32,7 @@ def chain(frames: int = 7, *, missing: tuple[int, ...] = (2, 3), spread: float =
     )
 
 
-def joint(it: LinearChain) -> tuple[NDArray[np.float64], ...]:
+def joint(it: LinearChain) -> tuple[np.ndarray, ...]:
     """Return mean and covariance of all measurements, their covariance with the start and all noises of the motion.
 
     Beside them are the mean of the last state and its slopes by these.

@@ -55,9 +55,7 @@ WINDOW = histogram.Window(2, 2)
 GUARDS = {"alone", "answers"}
 """Modules that look at what a stranger's functions return, and take no arrays."""
 
-FOUND = [
-    f"filters.{each.name}" for each in iter_modules(filters.__path__) if each.name not in GUARDS and not each.ispkg
-]
+FOUND = [f"filters.{it.name}" for it in iter_modules(filters.__path__) if it.name not in GUARDS and not it.ispkg]
 OTHERS = [f"filters.trajectories.{name}" for name in ("gaussian", "cloud", "whole")]
 OTHERS += [f"vision.likelihoods.{name}" for name in ("counting", "edges", "histogram", "template")]
 MODULES = {name.rpartition(".")[2]: import_module(f"pftrack.{name}") for name in FOUND + OTHERS}

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.typing import NDArray
 
 from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import auxiliary, bootstrap, kalman, unscented_particle
@@ -66,7 +65,7 @@ def test_agrees_with_a_grid_on_a_bimodal_posterior() -> None:
     """Where the posterior has two modes the bootstrap filter agrees with a grid (tolerance 0.02)."""
     grid = np.linspace(-12, 12, 2401)
 
-    def likelihood(states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def likelihood(states: np.ndarray) -> np.ndarray:
         return np.log(0.3 * np.exp(-0.5 * (states[:, 0] - 3) ** 2) + 0.7 * np.exp(-0.5 * (states[:, 0] + 3) ** 2))
 
     density, kernel = np.exp(-0.5 * (grid - 0.3) ** 2 / 4), np.exp(-0.5 * np.linspace(-6, 6, 1201) ** 2)

@@ -1,18 +1,15 @@
 """Filters of trajectories: one against the general Kalman filter, particles against it, and each track for itself."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.filters.trajectories import cloud, gaussian
-from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import locate, logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface
 
@@ -20,14 +17,14 @@ OUTLIERS = (15, 30, 45, 60, 75, 90)
 DOCUMENT = Settings(10.0, 1.0)
 
 
-def clean() -> NDArray[np.float64]:
+def clean() -> np.ndarray:
     """The reference track without its outliers."""
     track = REFERENCE_PX.copy()
     track[list(OUTLIERS), 0] = TRUE_PATH[list(OUTLIERS), 0]
     return track
 
 
-def apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+def apart(one: np.ndarray, other: np.ndarray) -> float:
     """Root mean square difference of coordinates."""
     return float(np.sqrt(np.square(one - other).mean()))
 
@@ -98,21 +95,14 @@ def test_a_track_does_not_know_of_the_others(method: Method) -> None:
     assert np.isfinite(together.filtered[4:]).all()
 
 
-def step(
-    belief: Cloud, seen: NDArray[np.float64], law: cloud.Law, seed: int, frame: int, **how: Any
-) -> tuple[Cloud, cloud.Moments]:
-    """Return the belief of particles after a frame, and its moments."""
-    more = {"numbers": np.arange(len(seen)), "stream": (seed, frame, 1), "by_mode": True, **how}
-    return cloud.step(belief, seen, law, beginnings(belief, seen, 1.0), **more)
-
-
 def test_the_tree_is_the_whole_past_of_the_particles() -> None:
     """Shares of all ages sum to one, and a ring of paths that is drawn again with the particles has the same means."""
     belief, observed = cloud.nothing(1), REFERENCE_PX[:20]
     law = cloud.Law(np.ones(1), np.ones(1))
-    paths: NDArray[np.float64] | None = None
+    paths: np.ndarray | None = None
     for frame, seen in enumerate(observed):
-        belief, moments = step(belief, seen[None], law, 3, frame, count=200, lag=8, by_mode=False)
+        start, how = beginnings(belief, seen[None], 1.0), {"count": 200, "lag": 8, "by_mode": False}
+        belief, moments = cloud.step(belief, seen[None], law, start, numbers=np.arange(1), stream=(3, frame, 1), **how)
         states, shares = belief.age(0, 0)
         older = belief.age(0, 1)[0][belief.parents[slice(*belief.offsets[0, :2])]][:, None]
         if paths is not None:  # each node of today came from a path whose newest position is its parent's
@@ -129,7 +119,6 @@ def test_without_drift_laws_are_only_chosen() -> None:
     laws = []
     for length, drift in ((1, 0.0), (10, 0.0), (10, 0.1)):
         last = follow("nlng", REFERENCE_PX[:length, None], Settings(count=100, drift=drift)).last
-        assert isinstance(last, Cloud)
         laws.append({tuple(law) for law in last.laws(0)[0]})
     known, chosen, new = laws
     assert chosen < known
@@ -140,9 +129,8 @@ def test_a_mode_is_the_mean_about_the_fullest_bin() -> None:
     """Bins begin at whole numbers, below 0 too; what is further than one bin away does not count."""
     nodes = np.array([[0.2, 0.2], [0.4, 0.9], [1.5, 0.5], [-0.5, 0.1], [40.0, 40.0], [2.5, 0.0]], np.float32)
     counts = np.array([2, 1, 1, 2, 2, 9], np.uint16)
-    assert locate(nodes[:5], counts[:5], True) == pytest.approx(
-        ((0.4 + 0.4 + 1.5 - 1.0) / 6, (0.4 + 0.9 + 0.5 + 0.2) / 6)
-    )
+    middle = (0.4 + 0.4 + 1.5 - 1.0) / 6, (0.4 + 0.9 + 0.5 + 0.2) / 6
+    assert locate(nodes[:5], counts[:5], True) == pytest.approx(middle)
     assert locate(nodes, counts, True)[0] == pytest.approx((1.5 + 9 * 2.5) / 10)
     assert locate(nodes, counts, False)[0] == pytest.approx(float(nodes[:, 0] @ counts) / 17)
     assert logs_mode(np.array([0.0, 0.1, 0.3, 2.0]), np.array([1.0, 1.0, 1.0, 1.5])) == pytest.approx(0.4 / 3)

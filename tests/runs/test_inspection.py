@@ -75,7 +75,6 @@ def test_each_feature_has_a_genealogy_of_its_own() -> None:
     """Features that follow their own past descend from their own particles alone; those from the solid begin a line."""
     run = whole_run(PRISM, tracker="alpha-0", seed=3, frames=12, values={"joint_sample_count": 500})
     looked, cloud = Inspection(run), PRISM.trackers["alpha-0"].cloud(run.current.state)
-    assert cloud is not None
     found = looked.at_particle(170)
     own = found.particle
     assert (own.filter, own.number, own.count, own.sampler) == (NAMES[3], 20, 50, "the feature's own past")

@@ -6,7 +6,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from pftrack.analysis.counterfactuals import find_loss, what_if
 from pftrack.analysis.diagnosis import diagnose
@@ -29,7 +28,7 @@ FRAMES = 40
 
 
 @cache
-def film() -> tuple[list[NDArray[np.uint8]], list[Target]]:
+def film() -> tuple[list[np.ndarray], list[Target]]:
     """Return the pictures of a ball that disappears behind a wide pillar, and where it truly is."""
     timeline = (Change(0, {"occlusion_width_px": 100, "period_s": 2}),)
     steps = list(Run(BALL, BALL.simulate(), frames=FRAMES, timeline=timeline))

@@ -21,14 +21,14 @@ from tests.making import whole_run
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
 BALL = find("ball")
-Rows = list[list[many.Outcome]]
+Row = list[many.Outcome]
 
 
 def live(tracker: str, seed: int, values: Mapping[str, Value], frames: int = 60) -> Run:
     return whole_run(BALL, tracker=tracker, seed=seed, frames=frames, values=values)
 
 
-def batch(trackers: list[str], seeds: list[int], frames: int, ball: Experiment = BALL, **more: Any) -> Rows:
+def batch(trackers: list[str], seeds: list[int], frames: int, ball: Experiment = BALL, **more: Any) -> list[Row]:
     """Return the outcomes of runs of the ball, without the times that their steps took."""
     given = {"values": CONDITION, "trackers": trackers, "seeds": seeds, "frames": frames, **more}
     rows = many.outcomes(ball, ball.simulate(), **given)

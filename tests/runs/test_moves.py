@@ -27,9 +27,7 @@ def run_at(experiment: str, frame: int, tracker: str | None = None, **values: An
 
 
 @pytest.mark.parametrize(("experiment", "place"), [("ball", (100, 60)), ("fish", (200, 80)), ("sine", (0.5,))])
-def test_a_move_is_to_the_bit_after_replay_branch_and_file(
-    experiment: str, place: tuple[float, ...], tmp_path: Path
-) -> None:
+def test_a_move_survives_replay_branch_and_file(experiment: str, place: tuple[float, ...], tmp_path: Path) -> None:
     """A particle and then the estimate are moved; a replay, a branch and a file have the same numbers."""
     run = run_at(experiment, 6)
     before = run.current.state

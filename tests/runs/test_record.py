@@ -94,7 +94,6 @@ def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path, monkeypatch
     clouds = clouds_of(run)
     assert all(np.array_equal(states[name], clouds[name], equal_nan=True) for name in clouds)
     cloud = run.experiment.trackers[run.tracker].cloud(run.seek(20).state)
-    assert cloud is not None
     assert np.array_equal(clouds["cloud"][20], cloud.states)
     assert clouds["cloud_ancestors"][20].tolist() == np.asarray(cloud.ancestors).tolist()
 
@@ -233,9 +232,7 @@ def opened(footage: Footage) -> FrameSequence:
 
 def test_no_field_has_its_default_value() -> None:
     """So that the tests below say of every field, also of one to come, that it is nowhere forgotten."""
-    footage = FULL.footage
-    assert footage is not None
-    for value in (FULL, footage):
+    for value in (FULL, FULL.footage):
         for name, field in type(value).model_fields.items():
             assert getattr(value, name) != field.default, name
 

@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -140,18 +141,15 @@ def test_keyframes_stay_within_their_budget() -> None:
     assert list(keyframes.states) == [0, 1, 2]
 
 
-class _Plain:
-    def __init__(self, **parts: object) -> None:
-        vars(self).update(parts)
-
-
 def test_the_memory_of_any_state_is_counted() -> None:
     """Lists, mappings, numbers of NumPy, objects of any class and what leads back to itself; views count as wholes.
 
     What states share counts once, and a chain of states as long as a run is counted without recursion.
     """
     whole, other = np.zeros(100), np.zeros(10)
-    state = _Plain(a=[whole[:3], whole[3:], np.float64(1.0), "text", None], b={"c": (other, _Plain), "d": np.int64(2)})
+    state = SimpleNamespace(
+        a=[whole[:3], whole[3:], np.float64(1.0), "text", None], b={"c": (other, SimpleNamespace), "d": np.int64(2)}
+    )
     vars(state)["again"] = [state]
     known: set[int] = set()
     assert bytes_of(state, known) == whole.nbytes + other.nbytes
@@ -161,7 +159,7 @@ def test_the_memory_of_any_state_is_counted() -> None:
     assert bytes_of(particles, set()) == without + particles.weights.nbytes
     chain: object = None
     for _ in range(20_000):
-        chain = _Plain(before=chain, array=np.zeros(1))
+        chain = SimpleNamespace(before=chain, array=np.zeros(1))
     assert bytes_of(chain, set()) == 20_000 * 8
 
 
@@ -225,7 +223,6 @@ def test_a_run_goes_on_to_the_same_numbers(name: str, tmp_path: Path) -> None:
     checkpoint.write(run.checkpoint(), path)
     again = begun(name, frames=8)
     found = checkpoint.read(path, "pftrack")
-    assert found is not None
     assert again.recall(found)
     assert repr(again.diagnostics) == repr(run.diagnostics)  # as text, in which "not a number" equals itself
     assert [step.diagnostics.frame for step in again.seeking(5)] == [5]
@@ -342,7 +339,6 @@ def test_a_measure_that_fails_is_absent(frames: Callable[..., Any], caplog: pyte
 def test_what_a_source_says_by_numpy_can_be_written() -> None:
     """Whether a target is hidden is often a NumPy boolean; its row is JSON all the same."""
     step = measured(find("ball"), frames=1).current
-    assert step.frame.target is not None
     target = replace(step.frame.target, hidden=np.bool_(1))
     row = diagnose(replace(step.frame, target=target), step.state, (0.0, False), 1.0)
     assert json.loads(json.dumps(row.as_dict()))["hidden"] is True

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from pftrack.core.arrays import Floats
 from pftrack.vision.likelihoods import cells
@@ -10,7 +9,7 @@ from pftrack.vision.likelihoods import cells
 MIDDLE, HALF = np.array([80.0, 60.0]), np.array([16.5, 12.5])
 
 
-def stripes(grey: int = 0) -> NDArray[np.uint8]:
+def stripes(grey: int = 0) -> np.ndarray:
     """Upright stripes on lying ones, so that all places have the same histogram; some lines may be grey."""
     rows, columns = np.mgrid[:120, :160]
     inside = (abs(columns - 80) <= 16) & (abs(rows - 60) <= 12)
@@ -24,7 +23,7 @@ def stripes(grey: int = 0) -> NDArray[np.uint8]:
 KNOWN = cells.begin(stripes(), MIDDLE, HALF)
 
 
-def scores(image: NDArray[np.uint8], offsets: Floats, known: cells.Cells = KNOWN) -> Floats:
+def scores(image: np.ndarray, offsets: Floats, known: cells.Cells = KNOWN) -> Floats:
     return np.asarray(cells.scores(image, cells.windows_around(MIDDLE, HALF, offsets), known))
 
 

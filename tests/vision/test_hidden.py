@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from pftrack.vision.likelihoods.points import compare, log_fits, mix_hidden
 
@@ -10,14 +9,14 @@ EXPECTED = np.array([[10.0 * index, 5.0] for index in range(6)])
 N = 40
 
 
-def cloud(off_px: float = 0.0) -> NDArray[np.float64]:
+def cloud(off_px: float = 0.0) -> np.ndarray:
     """Particles around where features are expected, the first of each at a distance from there."""
     drawn = np.random.default_rng(1).normal(0.0, 3.0, (6, N, 2))
     drawn[:, 0] = (off_px, 0.0)
     return EXPECTED[:, None] + drawn
 
 
-def likelihoods(**poor: float) -> NDArray[np.float64]:
+def likelihoods(**poor: float) -> np.ndarray:
     """Each feature is at its first particle, and nowhere else; some fit poorly."""
     made = np.full((6, N), -30.0)
     made[:, 0] = 0.0

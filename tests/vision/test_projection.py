@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as shapes
 from pftrack.core.model.drawing import Drawing, Ellipse, Ellipsoids, Points, Viewpoint, World, WorldDrawing
@@ -14,7 +13,7 @@ from tests.vision.ink import BLUE, centre, f32
 WORLD = World("w", "World", "mm", 50.0, middle=(10.0, 20.0, 30.0))
 
 
-def blue(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+def blue(picture: np.ndarray) -> np.ndarray:
     return np.clip(picture[..., 2].astype(float) - picture[..., 0], 0, None)
 
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from pftrack.core.model import drawing as shapes
 from pftrack.core.model.drawing import Drawing, Ellipse, Ellipsoids, Mesh, Points, Text
@@ -16,16 +15,16 @@ from tests.vision.ink import BLUE, centre, f32
 NAMED = Text(f32(240, 20, 0), "rlc", BLUE, "names", anchor="end", title="right eye, outer corner")
 
 
-def single(primitive: shapes.Primitive, width: int = 40, height: int = 30, **options: float) -> NDArray[np.uint8]:
+def single(primitive: shapes.Primitive, width: int = 40, height: int = 30, **options: float) -> np.ndarray:
     return render(Drawing(width, height, {"it": primitive}), **options)  # type: ignore[arg-type]
 
 
-def ink(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+def ink(picture: np.ndarray) -> np.ndarray:
     """How much of each pixel is not paper."""
     return (255.0 - picture.astype(float)).sum(axis=2)
 
 
-def near(picture: NDArray[np.uint8], place: Any) -> float:
+def near(picture: np.ndarray, place: Any) -> float:
     """The most ink within a pixel of a place."""
     x, y = np.rint(place).astype(int)
     return float(ink(picture)[y - 1 : y + 2, x - 1 : x + 2].max())
@@ -35,7 +34,7 @@ def point(x: float, y: float, size: float = 6.0) -> Points:
     return Points(f32([x, y, 0]), np.array([BLUE], np.uint8), size)
 
 
-def every(shift: NDArray[np.float32] | int = 0) -> dict[str, shapes.Primitive]:
+def every(shift: np.ndarray | int = 0) -> dict[str, shapes.Primitive]:
     """Return a primitive of each kind, moved."""
     middle, line = f32(20, 15, 0) + shift, f32([5, 5, 0], [30, 20, 0]) + shift
     triangle = f32([5, 5, 0], [30, 5, 0], [5, 25, 0]) + shift
@@ -112,7 +111,7 @@ def test_every_primitive_leaves_its_colour(name: str) -> None:
         assert (single(every(shift)[name]) == 255).all()
 
 
-def columns_of(width: int, text: Text) -> NDArray[np.int64]:
+def columns_of(width: int, text: Text) -> np.ndarray:
     """The columns of a picture of a width in which a text has left something."""
     return np.flatnonzero((render(Drawing(width, 40, {"name": text})) != 255).any(axis=(0, 2)))
 
@@ -155,7 +154,7 @@ SQUARE = f32([4, 4, 0], [36, 4, 0], [36, 26, 0], [4, 26, 0])
 HALVES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
 
 
-def square(colour: Any = BLUE, opacity: Any = 1.0) -> NDArray[np.uint8]:
+def square(colour: Any = BLUE, opacity: Any = 1.0) -> np.ndarray:
     return single(Mesh(SQUARE, HALVES, colour, opacity, "mesh"))
 
 
@@ -189,7 +188,7 @@ def test_an_ellipse_passes_through_the_ends_of_its_half_axes() -> None:
     assert 0.3 < dashed / solid < 0.8
 
 
-def black_ellipsoid(*variances: float) -> NDArray[np.uint8]:
+def black_ellipsoid(*variances: float) -> np.ndarray:
     spread, colour = np.diag(f32(*variances))[None], np.uint8([(0, 0, 0)])
     return single(Ellipsoids(f32([60, 50, 0]), spread, colour, 0.5, "bodies"), 120, 100)
 

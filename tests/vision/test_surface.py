@@ -10,17 +10,12 @@ from pftrack.vision.face import person
 from pftrack.vision.model_files import Surface, as_obj, upright
 
 
-@pytest.fixture(scope="module")
-def surface() -> Surface:
-    """The front of a head, coloured by the place of the vertex."""
+def test_another_program_reads_it_back() -> None:
+    """Trimesh finds the same vertices and faces of the front of a head, and a colour for the place of each vertex."""
+    trimesh = pytest.importorskip("trimesh")
     shape = front(person(102))
     colours = (np.arange(len(shape.vertices_mm))[:, None] * (1, 3, 7) % 256).astype(np.uint8)
-    return Surface("a head", upright(shape.vertices_mm), shape.triangles[:, ::-1].copy(), colours)
-
-
-def test_another_program_reads_it_back(surface: Surface) -> None:
-    """Trimesh finds the same vertices and faces, and the colours beside them."""
-    trimesh = pytest.importorskip("trimesh")
+    surface = Surface("a head", upright(shape.vertices_mm), shape.triangles[:, ::-1].copy(), colours)
     read = trimesh.load(BytesIO(as_obj(surface)), file_type="obj", process=False, force="mesh")
     np.testing.assert_allclose(read.vertices, surface.vertices_mm, atol=1e-4)
     assert np.array_equal(read.faces, surface.faces)

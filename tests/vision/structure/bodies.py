@@ -1,17 +1,16 @@
 """Bodies that turn before an affine camera, for tests of the structure found from them."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
 from pftrack.vision.structure.factorization import Tracks
 
 
-def body(points: int = 9, seed: int = 0) -> NDArray[np.float64]:
+def body(points: int = 9, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=(points, 3)) * [20.0, 30.0, 10.0]
 
 
-def cameras(frames: int = 20, *, turn: float = 1.0) -> NDArray[np.float64]:
+def cameras(frames: int = 20, *, turn: float = 1.0) -> np.ndarray:
     """(2 T, 4) rows of cameras that look at a body from all sides, first from the front."""
     rows = []
     for index in range(frames):
@@ -20,13 +19,7 @@ def cameras(frames: int = 20, *, turn: float = 1.0) -> NDArray[np.float64]:
     return np.concatenate(rows)
 
 
-def seen(
-    shape: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    sd: NDArray[np.float64] | float = 1e-4,
-    *,
-    noise: float = 0.0,
-) -> Tracks:
+def seen(shape: np.ndarray, motion: np.ndarray, sd: np.ndarray | float = 1e-4, *, noise: float = 0.0) -> Tracks:
     """Tracks of a shape; sd (T, n) is told, and `noise` times it is there."""
     rows = motion @ np.column_stack([shape, np.ones(len(shape))]).T
     true = rows.reshape(-1, 2, len(shape)).transpose(0, 2, 1)

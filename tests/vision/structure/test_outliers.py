@@ -1,7 +1,6 @@
 """Measurements that are silently wrong: found, and kept out of shapes."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
 from pftrack.core.model.parameters import Value
@@ -17,7 +16,7 @@ FOCAL, NOISE = 900.0, 1.0
 CAMERA = np.column_stack([np.eye(3), [0.0, 0.0, 9.0]])
 
 
-def seen(theta: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+def seen(theta: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return the points (2, n) that a pinhole sees, with noise, px."""
     x, y, z = rotation(theta) @ POINTS.T + np.array([[0.0], [0.0], [9.0]])
     return FOCAL * np.stack([x / z, y / z]) + NOISE * rng.standard_normal((2, len(POINTS)))

@@ -70,9 +70,8 @@ def test_the_free_energy_is_that_of_the_document() -> None:
         weighted += np.einsum("d,dij->ij", weights, found.motion_covariances)
         likelihood += -0.5 * (found.shape[n] @ found.shape[n] + np.trace(found.shape_covariances[n]))
         likelihood += 0.5 * np.log(weights).sum() - 0.5 * (weights * rows[:, n] ** 2).sum()
-        likelihood += (weights * rows[:, n] * (found.motion @ second[n, 3])).sum() - 0.5 * np.trace(
-            second[n] @ weighted
-        )
+        likelihood += (weights * rows[:, n] * (found.motion @ second[n, 3])).sum()
+        likelihood -= 0.5 * np.trace(second[n] @ weighted)
     entropy = -1.5 * count * (1 + np.log(2 * np.pi)) - 0.5 * np.linalg.slogdet(found.shape_covariances)[1].sum()
     away = found.motion - np.eye(height)[:, :4]
     motion = 0.5 * GAMMA * (away**2).sum() - 2.0 * height * (1 + np.log(GAMMA))

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.core.geometry import rotation
 
@@ -11,27 +10,27 @@ FOCAL_PX = 1000.0
 SPREAD_MM = 3.0
 
 
-def usual(points: int = 8) -> NDArray[np.float64]:
+def usual(points: int = 8) -> np.ndarray:
     """The mean of other bodies, mm."""
     return np.random.default_rng(0).normal(size=(points, 3)) * [30.0, 40.0, 15.0]
 
 
-def own(seed: int = 1, spread_mm: float = SPREAD_MM) -> NDArray[np.float64]:
+def own(seed: int = 1, spread_mm: float = SPREAD_MM) -> np.ndarray:
     """A body of the kind, mm."""
     return usual() + spread_mm * np.random.default_rng(seed).normal(size=usual().shape)
 
 
-def covariance() -> NDArray[np.float64]:
+def covariance() -> np.ndarray:
     return np.tile(SPREAD_MM**2 * np.eye(3), (len(usual()), 1, 1))
 
 
-def angles(index: int, turn: float) -> NDArray[np.float64]:
+def angles(index: int, turn: float) -> np.ndarray:
     return turn * np.array([0.4 * np.sin(0.2 * index), 0.6 * np.sin(0.13 * index), 0.2 * np.sin(0.1 * index)])
 
 
 def views(
-    shape: NDArray[np.float64], frames: int, *, turn: float = 1.0, approach: float = 1.0, sd: float = 1.0, seed: int = 0
-) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    shape: np.ndarray, frames: int, *, turn: float = 1.0, approach: float = 1.0, sd: float = 1.0, seed: int = 0
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Positions and variances, frame by frame; the first is from the front."""
     rng = np.random.default_rng(seed)
     for index in range(frames):
