@@ -29,7 +29,7 @@ STYLES = {
         table, th, tr { text-align: left !important }
         .output > * { overflow-x: scroll }""",
 }
-"""Rules of JupyterLab 4, which nbconvert 7 has in its template lab too, of its classic one and of Visual Studio Code."""
+"""Rules of JupyterLab 4 and of the template lab of nbconvert 7, of its classic one, and of Visual Studio Code."""
 
 FAULTS = """(displays) => displays.flatMap((display) => {
     const within = (inner, outer) => inner.left >= outer.left - 1 && inner.top >= outer.top - 1
