@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -19,24 +18,12 @@ from typing import Any
 import psutil
 import pytest
 
-from pftrack.process import BlockingEnd, Child, Ending, ForkServer, describe, end_with_parent, ending
+from pftrack.process import BlockingEnd, Child, Ending, ForkServer, describe, ending
 from pftrack.process.child import command, environment
 from tests import waiting
+from tests.process.children import leave_another, load, obey, tell_loaded, wait_for
 
 PRELOAD = "pftrack.process"
-
-
-def obey(end: socket.socket) -> None:
-    """Say who this is, then end as told."""
-    pipe = BlockingEnd(end)
-    pipe.send((os.getpid(), os.getppid(), os.getpgid(0), signal.getsignal(signal.SIGTERM) == signal.SIG_DFL))
-    match pipe.receive():
-        case "exit":
-            os._exit(3)
-        case "fail":
-            raise RuntimeError("on purpose")
-        case "hang":
-            time.sleep(60)
 
 
 def who(child: Child) -> tuple[int, int, int, bool]:
@@ -48,34 +35,9 @@ def tell(child: Child, what: str) -> None:
     BlockingEnd(child.end).send(what)
 
 
-def lose_server(child: Child) -> int:
-    """Kill the fork server of a child, whose status nobody knows then, and return the number that it had."""
-    _, parent, *_ = who(child)
-    os.kill(parent, signal.SIGKILL)
-    assert child.status(30) is None
-    return parent
-
-
-def leave_another(end: socket.socket, *killing: object, apart: bool = False) -> None:
-    """Start another process in a group of its own, say its number, and end as told, or end the fork server at once."""
-    os.setsid()
-    end_with_parent()
-    other = os.fork()
-    if other == 0:
-        end.close()
-        if apart:
-            os.setsid()
-        signal.pause()
-    pipe = BlockingEnd(end)
-    pipe.send(other)
-    if killing:
-        os.kill(os.getppid(), signal.SIGKILL)
-    pipe.receive()
-
-
 @pytest.fixture(scope="module")
 def server() -> Iterator[ForkServer]:
-    """One for all tests that do not close it; the next child starts it again if it was lost."""
+    """One for all tests that do not close it."""
     made = ForkServer(PRELOAD)
     yield made
     made.close()
@@ -101,24 +63,23 @@ ENDINGS = {"exit": 3, "fail": 1, "return": 0, "kill": -signal.SIGKILL, "terminat
 
 
 def test_it_tells_how_its_children_ended(server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each has its own status, two at a time; it is in the owner's group, and what its owner sends ends it.
+    """Each has its own status, whatever the others do; it is in the owner's group, and what its owner sends ends it.
 
     A child that has ended is not killed again, since the system may have given its number to others.
     """
-    for how, status in ENDINGS.items():
-        child, other = server.fork(obey), server.fork(obey)
-        with child.end, other.end:
-            pid, parent, group, has_signals = who(child)
-            assert (pid, parent, group, has_signals) == (child.pid, who(other)[1], os.getpgid(0), True)
-            assert not child.has_ended
+    children = {how: server.fork(obey) for how in ENDINGS}
+    told = {how: who(child) for how, child in children.items()}
+    _, parent, *_ = told["exit"]
+    for how, child in children.items():
+        assert told[how] == (child.pid, parent, os.getpgid(0), True)
+        assert not child.has_ended
+        with child.end:
             if how in ("kill", "terminate"):
                 getattr(child, how)()
             else:
                 tell(child, how)
-            assert child.status(30) == status
-            assert child.has_ended
-            other.kill()
-            assert other.status(30) == -signal.SIGKILL
+            assert child.status(30) == ENDINGS[how]
+        assert child.has_ended
     killed: list[int] = []
     for name in ("kill", "killpg"):
         monkeypatch.setattr(os, name, lambda pid, _: killed.append(pid))
@@ -126,32 +87,11 @@ def test_it_tells_how_its_children_ended(server: ForkServer, monkeypatch: pytest
     assert killed == []
 
 
-def test_one_that_was_killed_is_started_again(server: ForkServer) -> None:
-    """A child goes on without it, unless it has asked to end with it; how that ends nobody can tell."""
-    with forked(server) as child:
-        parent = lose_server(child)
-        assert child.has_ended
-        assert psutil.pid_exists(child.pid)
-        tell(child, "exit")
-    with forked(server) as another:
-        assert who(another)[1] != parent
-
-
-LOADED: list[str] = []
-
-
-def load(what: str) -> None:
-    if what == "nonsense":
-        raise ValueError(what)
-    LOADED.append(what)
-
-
-def tell_loaded(end: socket.socket) -> None:
-    BlockingEnd(end).send(LOADED)
-
-
 def test_what_it_loads_for_one_child_all_later_ones_share(capfd: pytest.CaptureFixture[str]) -> None:
-    """It is loaded once, also by one that takes the place of one that was lost; what fails keeps no child back."""
+    """It is loaded once, also by one that takes the place of one that was lost; what fails keeps no child back.
+
+    A child goes on without a lost one, unless it has asked to end with it; how that ends nobody can tell.
+    """
     server = ForkServer(PRELOAD)
 
     def loaded(what: str | None) -> object:
@@ -164,13 +104,12 @@ def test_what_it_loads_for_one_child_all_later_ones_share(capfd: pytest.CaptureF
     assert "ValueError: nonsense" in capfd.readouterr().err
     assert loaded("two") == loaded(None) == ["one", "two"]
     with forked(server) as child:
-        lose_server(child)
+        _, parent, *_ = who(child)
+        os.kill(parent, signal.SIGKILL)
+        assert (child.status(30), child.has_ended, psutil.pid_exists(child.pid)) == (None, True, True)
+        tell(child, "exit")
     assert loaded("two") == ["two"]
     server.close()
-
-
-def wait_for(fifo: Path) -> None:
-    fifo.read_bytes()
 
 
 @pytest.mark.parametrize("times", [1, 3])
@@ -201,40 +140,33 @@ def test_a_child_that_is_no_longer_wanted_leaves_nothing_behind(server: ForkServ
     assert psutil.Process(parent).children() == []
 
 
-def test_it_ends_with_its_owner() -> None:
-    """Closing a fork server ends what it has forked, in the middle of whatever it does."""
-    server = ForkServer(PRELOAD)
-    with forked(server) as child:
-        pid, parent, *_ = who(child)
-        tell(child, "hang")
-        family = psutil.Process(pid), psutil.Process(parent)
-        server.close()
-        assert not psutil.wait_procs(family, timeout=30)[1]
-
-
 @pytest.mark.parametrize("apart", [False, True])
-@pytest.mark.parametrize("first", ["the child", "the owner"])
-def test_what_a_child_has_started_ends_with_it(server: ForkServer, first: str, *, apart: bool) -> None:
-    """Processes that a child has started end after it, or with the fork server, in whatever group they are."""
-    made = server if first == "the child" else ForkServer(PRELOAD)
-    with forked(made, partial(leave_another, apart=apart)) as child:
+def test_what_a_child_has_started_ends_with_it(server: ForkServer, *, apart: bool) -> None:
+    """Processes that a child has started end after it, in whatever group they are."""
+    with forked(server, partial(leave_another, apart=apart)) as child:
         other = BlockingEnd(child.end).receive()
-        if made is server:
-            tell(child, "return")
-        else:
-            made.close()
+        tell(child, "return")
         waiting.wait_for(lambda: has_ended(other))
 
 
-def test_a_secret_stays_with_the_owner(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A variable that is named as a secret is in the environment of no other process; a preload that fails is named."""
+def test_it_ends_with_its_owner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Closing a fork server ends what it has forked, in the middle of whatever it does, and what that has started.
+
+    A variable that is named as a secret is in the environment of no other process; a preload that fails is named.
+    """
     monkeypatch.setenv("PFTRACK_TOKEN", "secret")
     server = ForkServer(PRELOAD, secrets=("PFTRACK_TOKEN",))
-    with forked(server) as child:
-        who(child)
-        assert "PFTRACK_TOKEN" not in psutil.Process(child.pid).environ()
-        child.kill()
-    server.close()
+    with (
+        forked(server) as child,
+        forked(server, leave_another) as leader,
+        forked(server, partial(leave_another, apart=True)) as loose,
+    ):
+        pid, parent, *_ = who(child)
+        assert "PFTRACK_TOKEN" not in psutil.Process(pid).environ()
+        tell(child, "hang")
+        others = [BlockingEnd(each.end).receive() for each in (leader, loose)]
+        server.close()
+        waiting.wait_for(lambda: all(map(has_ended, (pid, parent, *others))))
     server = ForkServer("tests.process.no_such_module")
     with pytest.raises(OSError, match=r"could not import tests\.process\.no_such_module"):
         server.fork(obey)

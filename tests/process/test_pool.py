@@ -5,7 +5,7 @@ import math
 import os
 import pickle
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import replace
@@ -35,9 +35,10 @@ from pftrack.process import (
     report,
     run_task,
 )
-from pftrack.process.calls import TELL_S, Answer, Step, pack, unpack
+from pftrack.process.calls import Answer, Step, pack, unpack
 from pftrack.process.child import pair
 from tests.apart import run
+from tests.process.children import count, refuse, tell
 
 
 @pytest.fixture(scope="module")
@@ -49,22 +50,6 @@ def server() -> Iterator[ForkServer]:
 
 def pool_of(server: ForkServer, budget: Budget = UNLIMITED) -> Pool:
     return Pool(server, most=4, kept=2, budget=budget, refusals=(LookupError,))
-
-
-def refuse() -> None:
-    raise KeyError("of this name")
-
-
-def count(steps: int) -> Generator[tuple[int, int], None, str]:
-    for step in range(steps):
-        time.sleep(TELL_S)
-        yield step + 1, steps
-    return "done"
-
-
-def tell(*news: object) -> None:
-    for each in news:
-        report(each)
 
 
 async def test_nobody_waits_for_a_slow_one(server: ForkServer) -> None:

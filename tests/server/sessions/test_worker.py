@@ -23,6 +23,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.process import BlockingEnd, ForkServer
 from pftrack.process.child import pair
 from pftrack_server.core.errors import ApiError
+from pftrack_server.core.processes import FORK_SERVER
 from pftrack_server.jobs.child_tasks import ChildTasks, Queues
 from pftrack_server.sessions import worker_handle
 from pftrack_server.sessions.worker import protocol, worker
@@ -31,7 +32,8 @@ from pftrack_server.sessions.worker.run_tree import RunTree
 from pftrack_server.sessions.worker.worker import NICENESS, Worker, load_compiled
 from pftrack_server.sessions.worker_handle import WorkerHandle
 from tests.apart import run
-from tests.process.test_fork_server import has_ended, leave_another
+from tests.process.children import leave_another
+from tests.process.test_fork_server import has_ended
 from tests.server.host import Server
 from tests.server.sessions.test_run_tree import config
 from tests.waiting import wait_for
@@ -217,14 +219,10 @@ def loaded() -> set[str]:
 
 def test_a_session_leaves_what_it_has_loaded_to_the_next() -> None:
     """The first session of an experiment has the fork server load it; its child and later ones load nothing else."""
-    made = ForkServer("pftrack_server.sessions.worker.worker")
-    try:
-        for load in ((load_compiled, "ball"), None):
-            with made.fork(tell_loaded, "ball", load=load).end as end:
-                at_first, more = BlockingEnd(end).receive()
-            assert (at_first != set(), more) == (True, set())
-    finally:
-        made.close()
+    for load in ((load_compiled, "sine"), None):
+        with FORK_SERVER.fork(tell_loaded, "sine", load=load).end as end:
+            at_first, more = BlockingEnd(end).receive()
+        assert (at_first != set(), more) == (True, set())
 
 
 @pytest.mark.parametrize(("is_kept", "trackers"), [(True, 1), (False, len(EXPERIMENTS["sine"].trackers))])
