@@ -14,9 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.sources.limits import DEFAULT_LIMITS
-from pftrack_server.jobs.functions import index_frames
+from pftrack_server.jobs.functions import Steps, index_frames
+from pftrack_server.work.run_functions import weigh_record
 
 HARM = Path(f"/tmp/harm-of-{os.getuid()}")  # noqa: S108 - the same for a child without TMPDIR
+FRAME_S = 0.25
 NAMES = ("AS", "CPU", "FSIZE", "NOFILE", "CORE")
 
 
@@ -124,6 +126,25 @@ def take_long(steps: int, each_s: float) -> Generator[tuple[int, int], None, dic
         time.sleep(each_s)
         yield step + 1, steps
     return {"steps": steps}
+
+
+def weigh_for_ever(*_: object) -> Steps:
+    """Report the first frame of a saved run again and again."""
+    while True:
+        time.sleep(FRAME_S)
+        yield 1, 12
+
+
+def weigh_slowly(*asked: Any) -> Steps:
+    """Compute a saved run, and take a while for each frame."""
+    steps = weigh_record(*asked)
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as end:
+            return end.value
+        time.sleep(FRAME_S)
+        yield step
 
 
 def wait_for_ever(told: str, *_: object) -> None:

@@ -5,7 +5,6 @@ import io
 import json
 import shlex
 import subprocess
-import sys
 from contextlib import chdir, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
@@ -23,17 +22,16 @@ from pftrack.runs.reproduction import make, run_code
 from pftrack.sweep import Plan
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.work import sweep_code
+from pftrack_server.core.processes import FORK_SERVER
 from tests.server.host import begin, error_of, post, steer
 
 
 def in_shell(text: str, folder: Path) -> str:
-    """Run lines of a shell with this Python's `pftrack` on the path, and return their output."""
-    (folder / "bin").mkdir(exist_ok=True)
-    program = folder / "bin" / "pftrack"
-    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m pftrack "$@"\n')
-    program.chmod(0o755)
-    command = f"PATH={folder / 'bin'}:$PATH\n{text}"
-    return subprocess.run(["sh", "-euc", command], cwd=folder, capture_output=True, text=True, check=True).stdout
+    """Run lines of a shell up to its command of pftrack, which this process carries out, and return its output."""
+    lines = f'pftrack() {{ printf "%s\\n" "$@"; }}\n{text}'
+    done = subprocess.run(["sh", "-euc", lines], cwd=folder, capture_output=True, text=True, check=True)
+    with chdir(folder):
+        return as_command(shlex.join(["pftrack", *done.stdout.splitlines()]))
 
 
 def in_python(text: str, folder: Path) -> str:
@@ -71,8 +69,7 @@ def test_the_lines_of_a_run_give_its_numbers(name: str, tmp_path: Path) -> None:
     expected = run.estimates_sha256
     assert in_python(lines.python, tmp_path).strip() == expected
     command = f"{lines.command.rstrip()} --json"
-    printed = as_command(command) if len(command.splitlines()) == 1 else in_shell(command, tmp_path)
-    assert json.loads(printed)["estimates_sha256"] == expected
+    assert json.loads(in_shell(command, tmp_path))["estimates_sha256"] == expected
     assert len(lines.python.splitlines()) <= 30
     assert ("preset='few'" in lines.python) is (name == "preset")
 
@@ -92,8 +89,10 @@ def test_the_lines_of_a_session_and_of_a_comparison(client: httpx.Client, tmp_pa
         assert "What came of it" in "".join(as_command(line) for line in both["command"].splitlines())
 
 
-def test_the_lines_of_a_sweep_carry_it_out(tmp_path: Path) -> None:
+def test_the_lines_of_a_sweep_carry_it_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In Python and as a command the lines give as many rows."""
+    monkeypatch.setattr(FORK_SERVER, "close", lambda: None)  # it outlives the pools
+    monkeypatch.setattr("pftrack.sweep.work._fresh", lambda: FORK_SERVER)
     plan = Plan("sine", (Axis("sample_count", (10, 20)),), ("condensation", "kalman"), trials=2, frames=12, seed=3)
     lines = sweep_code(plan)
     assert "'runs': 8" in in_python(lines.python, tmp_path)
