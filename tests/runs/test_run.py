@@ -35,36 +35,32 @@ CHANGES = (
 )
 
 
-def ball(tracker: str = "h-spf", **options: object) -> Run:
-    return Run(BALL, BALL.simulate(), tracker=tracker, **{"seed": 3, "frames": 45, **options})
-
-
-def finished(**options: object) -> Run:
-    run = ball(**options)
-    run.finish()
-    return run
+def begun(name: str = "ball", **options: object) -> Run:
+    experiment = EXPERIMENTS[name]
+    return Run(experiment, experiment.simulate(), **{"seed": 3, "frames": 45, **options})
 
 
 def test_change_before_one_to_come_keeps_the_timeline_in_order() -> None:
     """A change made while others are still to come does not bring them forward, and replays to the same numbers."""
-    run = ball(frames=24, timeline=(Change(20, {"sample_count": 100}),))
+    run = begun(frames=24, timeline=(Change(20, {"sample_count": 100}),))
     run.seek(4)
     run.change({"gamma_px": 9})
     assert run.parameters_at(5).sample_count == 800
     assert (run.parameters_at(20).sample_count, run.parameters_at(20).gamma_px) == (100, 9)
     run.finish()
     assert run.timeline.changes == (Change(5, {"gamma_px": 9}), Change(20, {"sample_count": 100}))
-    assert run.estimates_sha256 == finished(frames=24, timeline=run.timeline.changes).estimates_sha256
+    assert run.estimates_sha256 == whole_run(BALL, seed=3, frames=24, timeline=run.timeline.changes).estimates_sha256
 
 
 def test_a_branch_from_the_last_frame_has_nothing_to_change() -> None:
     """A change there would count from a frame that the run does not have, and no recipe may hold it."""
-    run, sentence = finished(frames=5), "frame must be 0 to 3, since a change counts from the next frame on, got 4"
+    run = whole_run(BALL, frames=5)
+    sentence = "frame must be 0 to 3, since a change counts from the next frame on, got 4"
     with pytest.raises(ParameterError, match=sentence):
         run.branch(4, {"sample_count": 100})
     assert run.branch(4).position == 4
     # A branch leaves the later changes of its run behind.
-    branch = ball(timeline=CHANGES).branch(0, {"sample_count": 100})
+    branch = begun(timeline=CHANGES).branch(0, {"sample_count": 100})
     assert branch.timeline.changes == (Change(1, {"sample_count": 100}),)
 
 
@@ -88,14 +84,14 @@ def test_bad_changes_change_nothing() -> None:
 
     Changes before the next frame is computed add up, the later value counting.
     """
-    run = ball()
+    run = begun()
     run.seek(5)
     for values in ({"gamma_px": 7, "sample_count": 0}, {"tracker": "magic"}, {"nothing": 1}, {"gamma_min_px": 30}):
         with pytest.raises(ParameterError):
             run.change(values)
     for options in ({"frames": 0}, {"frames": 10**9}, {"seed": -1}, {"timeline": (Change(-1, {}),)}):
         with pytest.raises(ParameterError):
-            ball(**options)
+            begun(**options)
     with pytest.raises(ParameterError, match="before the run starts"):
         run.change({"image_width_px": 640})
     assert (run.timeline.changes, run.parameters_at(6)) == ((), run.parameters_at(0))
@@ -104,7 +100,7 @@ def test_bad_changes_change_nothing() -> None:
     assert run.timeline.changes == (Change(6, {"gamma_px": 8.0, "sample_count": 100}),)
     assert len(run.advance().state.particles) == 100
     # A change that would make a later one invalid is refused as well.
-    run = ball(timeline=(Change(20, {"gamma_max_px": 5.0}),))
+    run = begun(timeline=(Change(20, {"gamma_max_px": 5.0}),))
     with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
         run.change({"gamma_min_px": 6})
     assert (run.timeline.changes, run.parameters_at(1).gamma_min_px) == ((Change(20, {"gamma_max_px": 5.0}),), 4)
@@ -112,7 +108,7 @@ def test_bad_changes_change_nothing() -> None:
 
 def test_the_end() -> None:
     """After the last frame there is none, neither to compute nor to change."""
-    run = finished(frames=3)
+    run = whole_run(BALL, seed=3, frames=3)
     with pytest.raises(ConflictError, match="frame 2"):
         run.advance()
     with pytest.raises(ConflictError):
@@ -127,7 +123,7 @@ def test_keyframes_stay_within_their_budget() -> None:
 
     A state that is offered again, as by a checkpoint, takes no more of it.
     """
-    states = [step.state for step in ball(frames=40)]
+    states = [step.state for step in begun(frames=40)]
     keyframes = Keyframes(interval=1, budget_bytes=300_000)
     for frame, state in enumerate(states):
         keyframes.offer(frame, state)
@@ -154,7 +150,7 @@ def test_the_memory_of_any_state_is_counted() -> None:
     known: set[int] = set()
     assert bytes_of(state, known) == whole.nbytes + other.nbytes
     assert bytes_of({"a": whole[5:], "b": state}, known) == 0
-    particles = ball(frames=3).current.state.particles
+    particles = begun(frames=3).current.state.particles
     without = bytes_of(replace(particles), set())
     assert bytes_of(particles, set()) == without + particles.weights.nbytes
     chain: object = None
@@ -168,7 +164,7 @@ def test_steps_are_replayed_while_the_run_stays_where_it_is() -> None:
 
     The summary is of all frames, where lost means further than three radii.
     """
-    run = ball(timeline=CHANGES)
+    run = begun(timeline=CHANGES)
     steps = list(run)
     before = run.estimates_sha256, list(run.diagnostics)
     for frame in (7, 8, 40, 23, 0, 31, 20):
@@ -193,11 +189,6 @@ def test_steps_are_replayed_while_the_run_stays_where_it_is() -> None:
 # Checkpoints: what was computed is restored, and nothing else.
 
 FAR = 17
-
-
-def begun(name: str = "ball", tracker: str | None = None, *timeline: Change, seed: int = 3, frames: int = 24) -> Run:
-    experiment = EXPERIMENTS[name]
-    return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=timeline)
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +225,7 @@ def test_a_run_goes_on_to_the_same_numbers(name: str, tmp_path: Path) -> None:
 
 def test_a_run_leaves_a_wrong_checkpoint_alone(found: Checkpoint) -> None:
     """One of another seed, tracker or past; one with other numbers, without the furthest frame, or of frame 0 alone."""
-    for other in (begun(seed=4), begun("ball", "apf"), begun("ball", None, Change(FAR, {"sample_count": 90}))):
+    for other in (begun(seed=4), begun(tracker="apf"), begun(timeline=(Change(FAR, {"sample_count": 90}),))):
         assert (other.recall(found), other.computed) == (False, 0)
     elsewhere = {**found.states, 16: found.states[8]}
     cut = {frame: state for frame, state in found.states.items() if frame < FAR}
