@@ -23,7 +23,7 @@ def test_a_file_is_run_swept_and_replayed(ask: Ask, file: Path, tmp_path: Path) 
     ran = ask("run", "sine", "--tracker", file, "--frames", 30, "--out", saved)
     assert (ran["tracker"], ask("replay", saved)["same_as_saved"]) == ("mine", True)
     assert pftrack.run("sine", tracker=file, frames=30).estimates_sha256 == ran["estimates_sha256"]
-    options = "--trackers", f"{file},kalman", "--axis", "step_sd=0.001,0.01", "--trials", 2, "--frames", 20
+    options = "--trackers", f"{file},kalman", "--axis", "step_sd=0.001,0.01", "--trials", 2, "--frames", 20, "--jobs", 1
     ask("sweep", "sine", *options, "--out", table)
     rows = pq.read_table(table).to_pylist()
     assert [row["tracker"] for row in rows].count("mine") == 4

@@ -147,7 +147,7 @@ def test_an_output_that_takes_nothing(call: Call, monkeypatch: pytest.MonkeyPatc
     reading, closed = os.pipe()
     os.close(reading)
     for output, said in (("/dev/full", "pftrack: No space left on device\n"), (closed, "")):
-        with open(output, "w") as stream:  # noqa: PTH123 - a descriptor is no path
+        with open(output, "w") as stream:  # noqa: PTH123 - a descriptor is not a path
             monkeypatch.setattr(sys, "stdout", stream)
             status, _, err = call("show", "sine", "--json")
         assert (status, err) == (1, said)

@@ -102,7 +102,7 @@ def test_a_terminal_shows_progress_until_ctrl_c_ends_the_sweep(tmp_path: Path) -
     out = tmp_path / "ended.parquet"
     ours, theirs = pty.openpty()
     plan = "ball", *AXES, "--trackers", "h-spf", "--trials", "300", *SMALL
-    command = [sys.executable, "-m", "pftrack", "sweep", *plan, "--out", str(out), "--jobs", "2", "--json"]
+    command = [sys.executable, "-m", "pftrack", "sweep", *plan, "--out", str(out), "--jobs", "1", "--json"]
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120"}
     with ThreadPoolExecutor(1) as reader:
         shown = reader.submit(all_of, ours)  # a terminal that nobody reads fills up

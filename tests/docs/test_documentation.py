@@ -6,12 +6,23 @@ from pathlib import Path
 import pytest
 
 from pftrack.sources.limits import DEFAULT_LIMITS, check_pixels
+from tests.pooling import computed_here
+
+__all__ = ["computed_here"]
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+SLOW = ROOT / "docs" / "how-to" / "why.md"
+"""It computes hundreds of runs to compare rates; tests/analysis holds what it calls on fewer."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=pytest.mark.slow) if page == SLOW else page for page in PAGES],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
 def test_python_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every block of Python in a page runs unchanged, in a folder where it may write."""
     monkeypatch.chdir(tmp_path)

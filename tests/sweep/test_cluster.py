@@ -26,32 +26,57 @@ from tests.server.uploads.test_uploads import video
 pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the package distributed")
 
 QUIET = {**os.environ, "DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "critical"}
-START_S = 30
+START_S = 120
+PROGRAM = """
+import os, sys
+import distributed.cli.dask_scheduler, distributed.cli.dask_worker
+import pftrack
+pftrack.run("ball", frames=2)
+for line in sys.stdin:
+    what, *arguments = line.split()
+    pid = os.fork()
+    if not pid:
+        getattr(distributed.cli, what).main(arguments)
+    print(pid, flush=True)
+"""
 
 
 class Cluster:
-    """A scheduler and workers, each a process of its own, as `docker/compose.yaml` starts them."""
+    """A scheduler and workers, with the commands of `docker/compose.yaml`.
+
+    Each is a process of its own, forked from one that has imported everything.
+    """
 
     def __init__(self, workers: int) -> None:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
         self.address = f"tcp://127.0.0.1:{port}"
-        self._processes = [self._start("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")]
-        alone = "--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "20"
-        self.workers = [self._start("worker", self.address, *alone) for _ in range(workers)]
-        self._processes += self.workers
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            env=QUIET,
+            start_new_session=True,
+        )
+        self._start(f"dask_scheduler --host 127.0.0.1 --port {port} --no-dashboard")
+        alone = "--nthreads 1 --no-nanny --no-dashboard --death-timeout 60"
+        self.workers = [self._start(f"dask_worker {self.address} {alone}") for _ in range(workers)]
 
-    @staticmethod
-    def _start(what: str, *arguments: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "distributed.cli.dask_" + what, *arguments]
-        return subprocess.Popen(command, env=QUIET, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    def _start(self, line: str) -> int:
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(f"{line}\n")
+        self._process.stdin.flush()
+        return int(self._process.stdout.readline())
 
     def end(self) -> None:
         """End all its processes."""
-        for process in self._processes:
-            process.kill()
-            process.wait()
+        if self._process.poll() is None:
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.communicate()
 
 
 @pytest.fixture(scope="module")
@@ -118,8 +143,8 @@ def test_a_worker_is_lost(cluster: Cluster, plan: Plan, finished: Result, tmp_pa
 
     def kill(progress: Progress) -> None:
         if progress.done and not killed:
-            killed.append(cluster.workers[0].pid)
-            cluster.workers[0].send_signal(signal.SIGKILL)
+            killed.append(cluster.workers[0])
+            os.kill(cluster.workers[0], signal.SIGKILL)
 
     out = begun(plan, tmp_path / "cluster.parquet")
     result = carry_out(None, out, cluster=cluster.address, progress=kill)

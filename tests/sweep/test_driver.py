@@ -79,7 +79,7 @@ def test_a_killed_worker_costs_its_chunk_alone(plan: Plan, finished: Result, tmp
     assert figures(carry_out(None, out, jobs=2, progress=kill)) == figures(finished)
     cut(plan, deadly, 4)
     with pytest.raises(SweepError, match=r"ended its worker 3 times \(killed by SIGKILL\)"):
-        carry_out(None, deadly, progress=lambda progress: kill_workers() if progress.done else None)
+        carry_out(None, deadly, jobs=2, progress=lambda progress: kill_workers() if progress.done else None)
     assert list(resume(deadly).folder.glob("0*.parquet"))
     assert not children()
     assert carry_out(None, deadly).complete

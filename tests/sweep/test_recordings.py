@@ -90,7 +90,7 @@ def test_it_goes_on_with_its_recording_alone(plan: Plan, clip: Path, tmp_path: P
     other = tmp_path / "other.mp4"
     other.write_bytes(video(21))
     with pytest.raises(SweepError, match="has other content"):
-        carry_out(None, out, jobs=1, recording=Recording(str(other)))
+        carry_out(None, out, jobs=2, recording=Recording(str(other)))
     assert carry_out(None, out, jobs=1, recording=here).complete
     assert read_result(out).plan == plan
     assert setup_of(plan, pack(here)).footage == plan.footage

@@ -28,6 +28,7 @@ from pftrack.sweep.axis import Axis, SweepError
 from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples
 from pftrack.sweep.report.files import Report, curves, export_result, figures, page, scale_of, write_report
 from pftrack.sweep.report.study import Study, number, tables
+from tests.pooling import without_a_pool
 
 
 def test_tables_say_what_the_cells_say(report: Report, finished: Result) -> None:
@@ -133,15 +134,15 @@ def test_axes_are_chosen_or_named(finished: Result) -> None:
 
 
 def test_a_sweep_is_exported_as_table_and_as_pictures(finished: Result, tmp_path: Path) -> None:
-    """All rows as CSV, a map at 300 dots an inch and one whose letters are letters, each with plan and units."""
+    """All rows as CSV, curves at 300 dots an inch and a map whose letters are letters, each with plan and units."""
     table, beside = export_result(finished, tmp_path / "rows.csv")
     assert len(table.read_text().splitlines()) == finished.plan.runs + 1
     told = json.loads(beside.read_text())
     assert Plan.from_dict(told["plan"]) == finished.plan
     assert told["runs"] == {"computed": finished.plan.runs, "of": finished.plan.runs}
     assert {it["name"]: it["unit"] for it in told["quantities"]}["mean_error"] == "px"
-    export_result(finished, tmp_path / "map.png", plot="success")
-    with Image.open(tmp_path / "map.png") as picture:
+    export_result(finished, tmp_path / "curves.png", plot="curves")
+    with Image.open(tmp_path / "curves.png") as picture:
         assert picture.info["dpi"][0] == pytest.approx(300, abs=0.1)
         assert json.loads(picture.info["pftrack"]) == told
     (drawn,) = export_result(finished, tmp_path / "map.svg", plot="error")
@@ -173,7 +174,8 @@ COUNTS = Axis("sample_count", (20, 50, 100))
 def counted(tmp_path_factory: pytest.TempPathFactory) -> Result:
     """A sweep with one axis of numbers."""
     plan = Plan("ball", (COUNTS,), ("h-spf", "s-spf"), trials=6, frames=10)
-    return carry_out(plan, tmp_path_factory.mktemp("counted") / "counted.parquet")
+    with without_a_pool():
+        return carry_out(plan, tmp_path_factory.mktemp("counted") / "counted.parquet")
 
 
 def test_maps_have_the_colours_of_their_cells(finished: Result) -> None:
