@@ -25,11 +25,23 @@ def text_of(name: str) -> str:
     return SOLUTIONS[name].read_text()
 
 
+def fewer(of: Exercise, **most: int) -> Exercise:
+    """Return an exercise whose checks compute at most so much; their margins are those of what they compute."""
+
+    def smaller(check: Check) -> Check:
+        options = {**PROPERTIES[check.property].options, **check.options}
+        less = {name: min(options[name], value) for name, value in most.items() if name in options}
+        return check.model_copy(update={"options": {**check.options, **less}})
+
+    return of.model_copy(update={"checks": tuple(map(smaller, of.checks))})
+
+
 def verdict(name: str, text: str, asked: str, seed: int = 0) -> Verdict:
     """Return the verdict on one property of a file."""
     wanted = exercise(name)
     known = [each for each in wanted.checks if each.property == asked] or [Check(property=asked)]
-    (finding,) = check_text(wanted.model_copy(update={"checks": tuple(known)}), "mine", text, seed=seed).findings
+    of = fewer(wanted.model_copy(update={"checks": tuple(known)}), draws=1000)
+    (finding,) = check_text(of, "mine", text, seed=seed).findings
     return finding.verdict
 
 
@@ -62,14 +74,15 @@ def test_every_property_belongs_to_an_exercise() -> None:
     assert {check.property for each in SHIPPED.exercises.values() for check in each.checks} == PROPERTIES.keys()
 
 
-SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1_000, 2_000, 3_000, 4_000, 5_000))]
+FEWER = {"runs": 6, "needed": 6, "draws": 300, "large": 4000}
+AS_SHIPPED = [pytest.param(seed, {}, marks=pytest.mark.slow) for seed in range(0, 6_000, 1_000)]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("seed", "most"), [(0, FEWER), *AS_SHIPPED])
 @pytest.mark.parametrize("name", SOLUTIONS)
-def test_the_right_solution_has_all_points(name: str, seed: int) -> None:
+def test_the_right_solution_has_all_points(name: str, seed: int, most: dict[str, int]) -> None:
     """A right solution passes with any seed."""
-    report = check(exercise(name), SOLUTIONS[name], seed=seed)
+    report = check(fewer(exercise(name), **most), SOLUTIONS[name], seed=seed)
     assert report.passed, [each.verdict.words for each in report.findings if not each.verdict.holds]
     assert report.points == exercise(name).points
 
@@ -85,7 +98,7 @@ def test_no_solution_is_in_the_package() -> None:
 # Kinds of mistakes.
 
 RETURN = "return np.searchsorted(reached / reached[-1], points)"
-POWER = "w = np.exp(1.15 * log_weights)\n    return rng.choice(len(w), count, p=w / w.sum())"
+POWER = "w = np.exp(1.3 * log_weights)\n    return rng.choice(len(w), count, p=w / w.sum())"
 QUADRATIC = "return (reached[None, :] < points[:, None]).sum(axis=1)"
 SUM = "log_weights - log_sum, log_sum"
 EQUAL = "np.log(np.exp(log_weights - log_sum) * 0 + 1 / len(log_weights)), log_sum"

@@ -43,7 +43,7 @@ HANDED_IN = {
 WHY = {
     "crash": "Its process was ended",
     "forge": "Its process was ended",
-    "spin": "3 s of processor time",
+    "spin": "2 s of processor time",
     "nobody": "no line EXERCISE",
     "other": "nothing-like-it",
 }
@@ -55,7 +55,7 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]
     for name, text in HANDED_IN.items():
         (folder / name).mkdir()
         (folder / name / "mine.py").write_text(text)
-    budget = replace(BUDGET, cpu_seconds=3.0, silence_s=30.0, memory_bytes=512 * MEBIBYTE)
+    budget = replace(BUDGET, cpu_seconds=2.0, silence_s=30.0, memory_bytes=512 * MEBIBYTE)
     return dict(grade(submissions_in(folder), read_exercises().exercises, budget=budget, jobs=2))
 
 

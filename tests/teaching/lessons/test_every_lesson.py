@@ -14,7 +14,14 @@ from pftrack.teaching.lessons.figure import Number
 from pftrack.teaching.lessons.lesson import Answer, Lesson, Question, Scenario, answer_of, judge, poll_answers
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, asked_at, assert_sound, corners, demonstration, shown
 
-CHECKS = [(name, check.name) for name, lesson in LESSONS.items() for check in lesson.checks]
+SLOW = {"wide-random-walk"}
+"""Checks that repeat long runs; the same lesson has quick ones of the same kind."""
+
+CHECKS = [
+    pytest.param(name, check.name, marks=pytest.mark.slow if check.name in SLOW else ())
+    for name, lesson in LESSONS.items()
+    for check in lesson.checks
+]
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
