@@ -15,7 +15,7 @@ from pftrack.runs.many import Trial, read_blocks
 from pftrack.runs.reproduction import make
 from pftrack.runs.run import Run
 
-FRAMES = 16
+FRAMES = 11
 
 
 def run_at(experiment: str, frame: int, tracker: str | None = None, **values: Any) -> Run:
