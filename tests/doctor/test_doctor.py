@@ -4,22 +4,23 @@ import os
 import socket
 import subprocess
 import sys
-import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.doctor import checks as doctor
-from pftrack.doctor import compiling, memory
+from pftrack.doctor import memory, warming
 from pftrack.doctor.checks import Check, examine
 from pftrack.doctor.warming import Progress, Schedule, Warming
 from pftrack.experiments.shared.sampling import loop_with
-from pftrack.process import report
+from pftrack.process import ForkServer
+from tests.doctor.pretending import compile_little, pause, pretend, slow_down
 
 
 def found(checks: list[Check], name: str) -> Check:
@@ -164,32 +165,26 @@ def silent(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], packed: tu
     return np.zeros(states.shape[0])
 
 
-def pretend(name: str, number: int) -> list[str]:
-    """Compile nothing, but report progress."""
-    if number == 0:
-        report({"begun": name, "cases": 2, "total": 6})
-    if name == "dies" and number == 1:
-        os._exit(3)
-    if name == "broken":
-        raise ValueError("no")
-    function = f"{name}.{'ab'[number]}"
-    report({"function": function, "seconds": 0.5})
-    return [function]
+@pytest.fixture(scope="module")
+def fork_server() -> Iterator[ForkServer]:
+    """One for all that pretend."""
+    made = ForkServer("pftrack.process")
+    yield made
+    made.close()
 
 
-def pause(name: str, number: int) -> list[str]:
-    """Take longer than any test waits."""
-    time.sleep(600)
-    return pretend(name, number)
+def share(made: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have compilations fork their processes from one server, which outlives them."""
+    monkeypatch.setattr(warming, "ForkServer", lambda _: Mock(wraps=made, close=Mock()))
 
 
-def compile_little(name: str, number: int) -> list[str]:
-    """Compile two elementary functions, as if a case of the experiment called no others."""
-    compiling.run_case = lambda *_: logarithms(exponentials(np.ones(3)))  # type: ignore[assignment]
-    return compiling.compile_case(name, number)
+@pytest.fixture
+def pretending(own_cache: None, fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compilations have a cache of their own, and processes that import little."""
+    share(fork_server, monkeypatch)
 
 
-@pytest.mark.usefixtures("own_cache")
+@pytest.mark.usefixtures("pretending")
 def test_progress_comes_with_every_function() -> None:
     """Functions add up, experiments get ready one by one, and each case is compiled once."""
     told: list[Progress] = []
@@ -203,7 +198,7 @@ def test_progress_comes_with_every_function() -> None:
     assert memory.ready(["two", "four"]) == {"two"}
 
 
-@pytest.mark.usefixtures("own_cache")
+@pytest.mark.usefixtures("pretending")
 @pytest.mark.parametrize(
     ("bad", "reason", "processes"), [("broken", "ValueError: no", 1), ("dies", "ended with status 3", 2)]
 )
@@ -246,15 +241,7 @@ def test_a_preferred_experiment_comes_first() -> None:
     assert [schedule.take("first"), schedule.take("first")] == [("third", 1), ("first", 1)]
 
 
-def slow_down(name: str, number: int) -> list[str]:
-    """Report functions; each takes twice as long as the one before."""
-    report({"begun": name, "cases": 1, "total": 20})
-    for k in range(12):
-        report({"function": f"f{k}", "seconds": 2.0**k})
-    return [f"f{k}" for k in range(12)]
-
-
-@pytest.mark.usefixtures("own_cache")
+@pytest.mark.usefixtures("pretending")
 def test_the_time_left_never_rises() -> None:
     """It is the mean processor time of the functions so far, times the number of others; it stays if that rises.
 
@@ -269,7 +256,7 @@ def test_the_time_left_never_rises() -> None:
     assert (Progress().sentence, Progress(14, 41, left_s=40.5).sentence) == ("compiling, only once", words)
 
 
-@pytest.mark.usefixtures("own_cache")
+@pytest.mark.usefixtures("pretending")
 def test_it_ends_when_asked() -> None:
     """A stop ends a process at once, starts no other, and lets `wait` return."""
     warming = Warming(["one", "two", "three"], processes=1, compile_case=pause)
@@ -305,11 +292,14 @@ def test_experiments_that_finish_at_once_are_all_remembered() -> None:
 
 
 @pytest.mark.usefixtures("own_cache")
-def test_the_real_processes_compile_and_keep() -> None:
+def test_the_real_processes_compile_and_keep(monkeypatch: pytest.MonkeyPatch) -> None:
     """With an empty cache each called function is compiled; a second time there is nothing to do."""
+    made = ForkServer(warming.PRELOAD)
+    share(made, monkeypatch)
     first, second = (Warming(["sine"], processes=1, compile_case=compile_little).wait() for _ in range(2))
     names = {"pftrack.core.numerics.elementary.exponentials", "pftrack.core.numerics.elementary.logarithms"}
     assert first.seconds.keys() == names
     assert first.total == second.total > first.done >= len(names)
     assert first.done == second.done
     assert not second.seconds
+    made.close()

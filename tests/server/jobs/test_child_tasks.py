@@ -1,7 +1,6 @@
 """Confined children: a task, or a probed file, that goes wrong harms its own process alone."""
 
 import asyncio
-import math
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -14,7 +13,6 @@ from PIL import Image
 from pftrack.core.model.source import FrameIndex
 from pftrack.core.refusal import RefusedError
 from pftrack.process import Budget
-from pftrack.process.calls import GRACE_S
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.core.errors import ApiError
@@ -75,17 +73,14 @@ def test_the_process_writes_nothing(tmp_path: Path, clip: Path, capfd: pytest.Ca
 
 
 def test_work_that_continues_is_not_silent() -> None:
-    """A task that reports progress may take any time, in the web process and by its own alarm; a silent one may not."""
+    """A task that reports progress may take any time, in the web process and by its own alarm."""
     told: list[tuple[int, int]] = []
-    budget = Budget(silence_s=1.0)
-    steps = math.ceil((budget.silence_s + GRACE_S + 1.0) / 0.25)
+    budget, steps = Budget(silence_s=4.0), 10
     tasks = ChildTasks(Queues())
-    work = tasks.run_beside(hostile.take_long, steps, 0.25, budget=budget, on_step=lambda *step: told.append(step))
-    assert run(work) == {"steps": steps}
-    assert len(told) > steps / 3
-    assert {total for _, total in told} == {steps}
-    with pytest.raises(ApiError, match="did not respond for 1 s"):
-        run(tasks.run_beside(hostile.take_long, 2, 3.0, budget=budget))
+    work = tasks.run_beside(hostile.take_long, steps, 0.5, budget=budget, on_step=lambda *step: told.append(step))
+    left_s = run(work)["left_s"]
+    assert left_s[0] - left_s[-1] < 0.5 * (steps - 1), "the alarm is set anew"
+    assert told == [(step, steps) for step in range(1, steps + 1)]
 
 
 @pytest.mark.parametrize("mistake", [hostile.fail, hostile.miss])
@@ -200,7 +195,6 @@ def test_a_probe_may_be_stopped(endless: Path) -> None:
     begun = time.monotonic()
     with pytest.raises(ApiError, match="could not be finished: its process was killed"):
         probe(endless, stopped=lambda: time.monotonic() > begun + 0.3)
-    assert time.monotonic() < begun + 5.0
 
 
 def test_a_probe_may_be_dropped(endless: Path) -> None:

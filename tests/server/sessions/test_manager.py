@@ -119,16 +119,9 @@ def test_a_long_seek_can_be_watched_and_cut_short(start_server: Any) -> None:
         assert get(client, session)["state"] == "suspended"
 
 
-def test_a_worker_opens_what_the_server_takes_in(start_server: Any) -> None:
-    """A worker has the limits by which an upload is taken in, also where they are wider than usual."""
-    most = 3 * 1024**3
-    with start_server(max_upload_bytes=most, max_frames=300) as (server, client):
-        session = server.manager.get(begin(client)["id"])
-        limits = server.run(server.manager.config(session.spec)).limits
-        assert (limits.file_bytes, limits.frames) == (most, 300)
-
-
-def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_could_not_be_started_is_not_kept(
+    server: Server, client: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A session whose worker ends during its start is not stored."""
 
     async def lost(self: Session, patience_s: float) -> None:
@@ -136,13 +129,14 @@ def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: p
         raise unavailable("The worker ended.")
 
     monkeypatch.setattr(Session, "wait_until_open", lost)
-    with start_server() as (server, client):
-        refused(client)
-        assert client.get("/api/v1/sessions").json() == []
-        assert server.app.state.services.store.all(SessionRow) == []
+    before = client.get("/api/v1/sessions").json(), server.app.state.services.store.all(SessionRow)
+    refused(client)
+    assert (client.get("/api/v1/sessions").json(), server.app.state.services.store.all(SessionRow)) == before
 
 
-def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_command_that_hangs_does_not_stop_the_rounds(
+    server: Server, client: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A command may wait for a hung worker of a session without viewers: only the rounds end that."""
     looked = []
     check = Session.check
@@ -151,15 +145,14 @@ def test_a_command_that_hangs_does_not_stop_the_rounds(start_server: Any, monkey
         looked.append(self)
         check(self, after_gap=after_gap)
 
-    with start_server() as (server, client):
-        found = server.manager.get(begin(client)["id"])
-        server.run(found._command_lock.acquire())
-        monkeypatch.setattr(Session, "check", counted)
-        found.left -= 2 * server.manager._settings.idle_seconds
-        wait_for(lambda: len(looked) >= 3)
-        assert found.worker is not None
-        server.uvicorn.loop.call_soon_threadsafe(found._command_lock.release)
-        wait_for(lambda: found.phase is Phase.SUSPENDED)
+    found = server.manager.get(begin(client)["id"])
+    server.run(found._command_lock.acquire())
+    monkeypatch.setattr(Session, "check", counted)
+    found.left -= 2 * server.manager._settings.idle_seconds
+    wait_for(lambda: looked.count(found) >= 3)
+    assert found.worker is not None
+    server.uvicorn.loop.call_soon_threadsafe(found._command_lock.release)
+    wait_for(lambda: found.phase is Phase.SUSPENDED)
 
 
 def suspend(server: Server, *sessions: str) -> None:

@@ -172,9 +172,15 @@ def test_what_cannot_be_is_refused(
 
 
 def test_particles_and_branches_have_limits_of_the_server(start_server: Any) -> None:
-    """They hold besides a parameter's own bounds; a change at the end of a run needs one more branch."""
-    with start_server(max_particles=500, max_branches=2) as (_, client):
+    """They hold besides a parameter's own bounds; a change at the end of a run needs one more branch.
+
+    A worker has the limits by which an upload is taken in, also where they are wider than usual.
+    """
+    most = {"max_particles": 500, "max_branches": 2, "max_upload_bytes": 3 * 1024**3, "max_frames": 300}
+    with start_server(**most) as (server, client):
         session = begin(client, frames=5, parameters={"sample_count": 500})
+        limits = server.run(server.manager.config(server.manager.get(session["id"]).spec)).limits
+        assert (limits.file_bytes, limits.frames) == (3 * 1024**3, 300)
         answer = change_values(client, session["id"], {"sample_count": 501})
         assert error_of(answer, 422)["bound"] == "at most 500 on this server"
         assert command(client, session["id"], "branch", frame=0).status_code == 200

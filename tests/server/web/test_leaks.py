@@ -15,7 +15,7 @@ from tests.server.web.test_ports import PROTOCOL
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
-ROUNDS = 6
+ROUNDS = 4
 APPS = 4
 """Number of servers that start and stop; a leak shows after the second."""
 

@@ -107,9 +107,9 @@ def test_a_fit_says_what_the_library_says(client: httpx.Client) -> None:
     """The fit to the computed frames is the library's to the bit; the session lists the numbers of each tracker."""
     session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG, seed=3)
     assert session["fittable"]["kalman"] == ["process_noise_sd", "assumed_noise_sd"]
-    steer(client, session["id"], "seek", frame=80)
+    steer(client, session["id"], "seek", frame=40)
     found = fitted(client, session, "assumed_noise_sd")
-    run = pftrack.run("sine", tracker="kalman", seed=3, frames=81, **WRONG)
+    run = pftrack.run("sine", tracker="kalman", seed=3, frames=41, **WRONG)
     assert found["state"] == "done"
     assert found["result"] == pftrack.fit(run, ["assumed_noise_sd"]).as_dict()
     assert found["done"] <= found["total"]
