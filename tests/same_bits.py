@@ -29,7 +29,11 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
-FRAMES, SEED = 12, 3
+FRAMES, FEW, SEED = 12, 6, 3
+"""Frames of default trackers with their defaults, and of all else; the seed of all."""
+
+LATE = {"face_model", "frozen", "learn_dynamics", "model_frozen"}
+"""Switches and choices that show in more frames only."""
 
 
 def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
@@ -49,7 +53,8 @@ def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
 def digest(experiment: Experiment, tracker: str, values: dict[str, Value]) -> str:
     """Hash everything that a run computes: frames, estimates, deviations, evidence and particles."""
     timeline = (Change(0, values),) if values else ()
-    frames = max(FRAMES, experiment.warm_frames)
+    frames = FRAMES if tracker == experiment.default_tracker else FEW
+    frames = FEW if values and not LATE & values.keys() else max(frames, experiment.warm_frames)
     run = Run(experiment, experiment.simulate(), tracker=tracker, seed=SEED, frames=frames, timeline=timeline)
     seen = hashlib.sha256()
     for step in run:
