@@ -26,6 +26,8 @@ window.WebSocket = class extends WebSocket {
 };
 """
 PHONE, WIDE = (390, 844), (1280, 800)
+STILL = {"reduced_motion": "reduce"}
+"""Places of a page that wait for their content do not shimmer: each picture costs processor time."""
 
 
 class Follower(View):
@@ -86,7 +88,7 @@ def newcomers(chromium: Any, server: Server, hear: Callable[[str], None]) -> Ite
 
     def come(size: tuple[int, int] = PHONE) -> Follower:
         viewport = {"width": size[0], "height": size[1]}
-        context = chromium.new_context(viewport=viewport, base_url=f"{server.url}/", color_scheme="light")
+        context = chromium.new_context(viewport=viewport, base_url=f"{server.url}/", color_scheme="light", **STILL)
         contexts.append(context)
         context.set_default_timeout(60_000)
         for script in (FRUGAL, CUTTING):

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import pytest
 
-from tests.browser.class_room import Follower, listen, newcomers
+from tests.browser.class_room import STILL, Follower, listen, newcomers
 from tests.browser.host import START_S, Server, until
 from tests.browser.views import Gallery, SessionPage
 from tests.conftest import CHROMIUM, FRUGAL
@@ -87,8 +87,10 @@ def complaints() -> Complaints:
 
 # Left to itself a page shows the flat view here, where WebGL runs in software; that is also the faster one to test.
 # It asks for a context of WebGL to find that out, which takes as long as a small test, unless somebody has chosen.
-# All plots and the numbers are unfolded, as somebody may have left them.
+# All plots and the numbers are unfolded, as somebody may have left them. The start page fetches nothing ahead, which
+# would be a hundred requests.
 CHOSEN = """if (location.origin !== 'null') {{
+    delete window.DOMParser;
     localStorage['pftrack-view'] ??= '{}';
     localStorage['pftrack-seen'] ??= 'ball fish growing hand head histogram linkage prism sine structure trajectories';
     localStorage['pftrack-side'] ??= JSON.stringify({{isAll: true, hasNumbers: true}});
@@ -101,7 +103,7 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 
     @cache
     def context(server: Server) -> Any:
-        made = chromium.new_context(viewport=WINDOW, base_url=f"{server.url}/", color_scheme="light")
+        made = chromium.new_context(viewport=WINDOW, base_url=f"{server.url}/", color_scheme="light", **STILL)
         made.set_default_timeout(60_000)
         made.add_init_script(FRUGAL)
         made.new_page()  # stays open: another one for each test to be cleared from would be another process
@@ -179,7 +181,7 @@ def watch(page: Any, server: Server) -> Callable[..., SessionPage]:
 @pytest.fixture
 def stranger(chromium: Any) -> Iterator[Any]:
     """A page of a new visitor, in a browser that shows sessions flat."""
-    context = chromium.new_context(viewport=WINDOW)
+    context = chromium.new_context(viewport=WINDOW, **STILL)
     context.set_default_timeout(60_000)
     for script in (FRUGAL, CHOSEN.format("flat")):
         context.add_init_script(script)

@@ -175,16 +175,15 @@ def test_the_keyboard_alone_starts_a_session_which_is_described_in_words(
     page.locator(".measures summary").click()
     listed = page.locator(".measures dl")
     shown.until(lambda: "of 60" in listed.inner_text(), "frames to failure name the frames seen")
-    known = server.get(f"sessions/{shown.id}")["measured"]
-    assert f"inside the true box\n{100 * known['inside_share']:.0f} %" in listed.inner_text()
 
 
 VERSIONED = re.compile(r"^.*/static/version/\w+/")
 
 
-def test_the_gallery_fetches_ahead(gallery: Gallery) -> None:
+def test_the_gallery_fetches_ahead(unchosen: Any) -> None:
     """Script of the session's page is there before somebody clicks, and is not asked for again afterwards."""
-    page = gallery.page
+    page, gallery = unchosen, Gallery(unchosen)
+    page.goto("./")
     ahead = "[...document.querySelectorAll('link[rel=prefetch]')].map((it) => it.href)"
     here = "performance.getEntriesByType('resource').filter((it) => it.responseEnd > 0).map((it) => it.name)"
 
