@@ -1,7 +1,5 @@
 """A lecture: made by dragging and by keys, held with a class, and its answers."""
 
-import csv
-import io
 from collections.abc import Callable
 from typing import Any
 
@@ -190,8 +188,6 @@ def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Calla
     page.goto("lectures")
     with page.expect_download() as download:
         page.get_by_role("link", name="Download as CSV").click()
-    rows = list(csv.DictReader(io.StringIO(download.value.path().read_text())))
-    [asked] = [row for row in rows if row["answer"].startswith("Two peaks")]
-    assert (asked["votes"], asked["share_percent"], asked["followers"]) == ("1", "100.0", "1")
+    assert ',"Two peaks, near 2 m and near 8 m",1,100.0,' in download.value.path().read_text()
     page.locator(".answered summary").first.click()
     fits(page)
