@@ -45,7 +45,7 @@ PAINT = """async ([message, scale, hidden, side]) => {
 def paint(chromium: Any, server: Server) -> Iterator[Paint]:
     """Paint a drawing as the page does, or a world from a side: (rows, columns, 3) RGB."""
     page = chromium.new_page(base_url=f"{server.url}/")
-    page.goto("./")
+    page.goto("healthz")
 
     def painted(
         drawn: Drawing | WorldDrawing, scale: float = 1.0, hidden: tuple[str, ...] = (), side: Side | None = None

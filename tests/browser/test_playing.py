@@ -9,7 +9,7 @@ from tests.browser.conftest import CHOSEN
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
-MOMENTS = 200
+MOMENTS = 100
 """Looked at under each condition."""
 FRAMES = 2
 """Which at least are seen in these moments, so that it plays."""
