@@ -294,7 +294,7 @@ def test_experiments_that_finish_at_once_are_all_remembered() -> None:
 @pytest.mark.usefixtures("own_cache")
 def test_the_real_processes_compile_and_keep(monkeypatch: pytest.MonkeyPatch) -> None:
     """With an empty cache each called function is compiled; a second time there is nothing to do."""
-    made = ForkServer(warming.PRELOAD)
+    made = ForkServer("pftrack.doctor.compiling")
     share(made, monkeypatch)
     first, second = (Warming(["sine"], processes=1, compile_case=compile_little).wait() for _ in range(2))
     names = {"pftrack.core.numerics.elementary.exponentials", "pftrack.core.numerics.elementary.logarithms"}

@@ -264,36 +264,6 @@ def test_a_process_confines_itself() -> None:
     assert twice == higher == max(score, 500)
 
 
-FORK = """
-import os, sys, time
-from pathlib import Path
-from pftrack.process import confine
-from pftrack.process.limits import stand_alone
-told, keep = os.pipe()
-secret = open(sys.argv[1])
-child = os.fork()
-if child == 0:
-    confine()
-    stand_alone(keep)
-    open_now = {each.name: os.readlink(each) for each in Path('/proc/self/fd').iterdir() if os.path.exists(each)}
-    print('lost')
-    standing = os.getpid() == os.getsid(0) == os.getpgid(0)
-    os.write(keep, json.dumps([os.getpid(), standing, sorted(map(int, open_now)), keep, open_now['1']]).encode())
-    time.sleep(60)
-print(os.read(told, 10_000).decode())
-"""
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
-def test_a_fork_lets_go_of_its_parent(tmp_path: Path) -> None:
-    """It keeps one descriptor, leads its own group, prints nowhere, and ends when its parent has ended."""
-    (tmp_path / "secret").touch()
-    done = run(FORK, str(tmp_path / "secret"))
-    child, standing, descriptors, keep, output = json.loads(done.stdout)
-    assert (standing, descriptors, output) == (True, [0, 1, 2, keep], "/dev/null")
-    waiting.wait_for(lambda: not Path(f"/proc/{child}").exists())
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="groups of processes have a niceness on Linux only")
 def test_a_process_that_gives_way_comes_after_others() -> None:
     """It is nicer itself, and so is its session by half as much, where the system divides time among sessions."""

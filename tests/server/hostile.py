@@ -32,6 +32,11 @@ def be_killed(*_: object) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+def use_up_time(*_: object) -> None:
+    """End as when the allowed processor time is over."""
+    signal.raise_signal(signal.SIGXCPU)
+
+
 def fail(*_: object) -> None:
     """End by a mistake of our own."""
     raise RuntimeError("on purpose")
@@ -88,16 +93,13 @@ def unfold(*_: object) -> int:
     return len(b"x" * (1 << 31))
 
 
-def limits() -> dict[str, Any]:
-    """Tell the limits that hold here, and how large this process is."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    held = {name: resource.getrlimit(getattr(resource, f"RLIMIT_{name}")) for name in NAMES}
-    return {**held, "size": pages * resource.getpagesize()}
-
-
 def surroundings() -> dict[str, Any]:
-    """Return what this process inherited from its parent."""
+    """Return what this process inherited from its parent, its limits, and how large it is."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     return {
+        "limits": {name: resource.getrlimit(getattr(resource, f"RLIMIT_{name}")) for name in NAMES},
+        "size": pages * resource.getpagesize(),
+        "leads": os.getpid() == os.getsid(0) == os.getpgid(0),
         "parent": os.getppid(),
         "threads": threading.active_count(),
         "threads_of_parent": len(list(Path(f"/proc/{os.getppid()}/task").iterdir())),

@@ -28,8 +28,8 @@ def test_a_session_is_called_by_its_preset_or_by_a_given_name(client: httpx.Clie
     assert session["name"] == PRESET.title
     run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
     assert run["title"].startswith(PRESET.title)
-    table = taken(client, str(session["id"]), "csv")
-    assert f'filename="{run_file_name("ball", PRESET.title)}-' in table.headers["content-disposition"]
+    recipe = taken(client, str(session["id"]), "recipe")
+    assert f'filename="{run_file_name("ball", PRESET.title)}-' in recipe.headers["content-disposition"]
     assert client.patch(path, json={"name": " Tuesday's ball "}).json()["name"] == "Tuesday's ball"
     assert client.patch(f"/api/v1/runs/{run['id']}", json={"title": "Wednesday"}).json()["title"] == "Wednesday"
     found = {day: client.get("/api/v1/work", params={"q": day}).json() for day in ("tuesday", "wednesday")}

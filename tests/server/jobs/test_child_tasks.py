@@ -30,31 +30,30 @@ pytestmark = pytest.mark.usefixtures("nothing_is_left")
 MEBIBYTE = 1024**2
 
 
-def test_the_process_limits_itself() -> None:
-    """It gives up memory, processor time, files, core dumps and all writing before it looks at a file."""
-    found = ask(hostile.limits)
-    # Memory is counted from what the process had when it was forked.
-    assert abs(found["AS"][0] - BUDGET.memory_bytes - found["size"]) < 64 * MEBIBYTE
-    assert 120 <= found["CPU"][0] < 130
-    assert [found[name] for name in ("FSIZE", "NOFILE", "CORE")] == [[0, 0], [BUDGET.open_files] * 2, [0, 0]]
+def test_the_process_limits_itself_and_has_nothing_of_its_parents() -> None:
+    """It gives up memory, processor time, files, core dumps and all writing before it looks at a file.
 
-
-def test_the_process_has_nothing_of_its_parents() -> None:
-    """It has no threads and holds open its answer alone, though other tasks are at work."""
+    It leads its own group, has no threads and holds open its answer alone, though other tasks are at work.
+    """
 
     async def with_others() -> Any:
         tasks = ChildTasks(Queues())
         others = [asyncio.ensure_future(tasks.run_beside(hostile.hang)) for _ in range(3)]
         await asyncio.sleep(0.5)
-        answer = await tasks.run_beside(hostile.surroundings)
+        answer = await tasks.run_beside(hostile.surroundings, budget=BUDGET)
         for other in others:
             other.cancel()
         await asyncio.gather(*others, return_exceptions=True)
         return answer
 
     found = run(with_others())
+    limits = found["limits"]
+    # Memory is counted from what the process had when it was forked.
+    assert abs(limits["AS"][0] - BUDGET.memory_bytes - found["size"]) < 64 * MEBIBYTE
+    assert 120 <= limits["CPU"][0] < 130
+    assert [limits[name] for name in ("FSIZE", "NOFILE", "CORE")] == [[0, 0], [BUDGET.open_files] * 2, [0, 0]]
     # A thread of the parent's would have left its locks behind, for ever locked.
-    assert (found["threads"], found["threads_of_parent"]) == (1, 1)
+    assert (found["threads"], found["threads_of_parent"], found["leads"]) == (1, 1, True)
     standard = {number: found["descriptors"].pop(number) for number in "012"}
     assert set(standard.values()) == {"/dev/null"}
     (pipe,) = found["descriptors"].values()
@@ -176,8 +175,6 @@ def test_a_refusal_comes_through(tmp_path: Path, content: bytes, sentence: str) 
 @pytest.mark.parametrize(
     ("budget", "error", "sentence"),
     [
-        # The system counts whole seconds, from what was used already.
-        ({"cpu_seconds": 0.9}, RefusedError, r"needs more than the 0\.9 s of processor time that it may use"),
         ({"silence_s": 0.5}, ApiError, r"did not respond for 0\.5 s and was stopped"),
         ({"memory_bytes": 20 * MEBIBYTE}, RefusedError, "needs more than the allowed 20 MiB of memory"),
     ],
@@ -185,7 +182,7 @@ def test_a_refusal_comes_through(tmp_path: Path, content: bytes, sentence: str) 
 def test_a_decoder_without_end_is_given_up(
     endless: Path, budget: dict[str, Any], error: type[Exception], sentence: str
 ) -> None:
-    """It ends after its processor time, its time or its memory, and the refusal names the limit."""
+    """It ends after its time or its memory, and the refusal names the limit."""
     with pytest.raises(error, match=sentence):
         probe(endless, **budget)
 
@@ -213,6 +210,7 @@ def test_a_probe_may_be_dropped(endless: Path) -> None:
 
 SENTENCES = {
     hostile.fail: "see the server's log",
+    hostile.use_up_time: r"needs more than the 120 s of processor time that it may use",
     hostile.be_killed: "its process was killed",
     hostile.unfold: "needs more memory than the 1024 MiB",
     hostile.hang: "did not respond for 1 s",

@@ -3,24 +3,16 @@
 import json
 
 import httpx
-import pytest
 from websockets.sync.client import connect
 
 from tests.browser.host import Server
 from tests.server.drawings import decode
 from tests.server.host import error_of
-from tests.waiting import wait_for
 
 
-@pytest.fixture
-def server(beside_misbehaving: Server) -> Server:
-    """The server after it has tried all experiments, since a session waits only some seconds for its own."""
-    wait_for(lambda: beside_misbehaving.get("compilation")["finished"], seconds=300)
-    return beside_misbehaving
-
-
-def test_an_experiment_that_does_not_run(server: Server) -> None:
+def test_an_experiment_that_does_not_run(beside_misbehaving: Server) -> None:
     """A session of a failing experiment is refused without the words of the exception, and others run."""
+    server = beside_misbehaving
     assert "failing" in [entry["id"] for entry in server.get("experiments")]
     assert {"name": "failing", "package": "a-failing-one 1.0", "problem": ""} in server.get("plugins")
     session = server.start_session(experiment="sine", frames=10)
@@ -32,8 +24,9 @@ def test_an_experiment_that_does_not_run(server: Server) -> None:
     assert "no scene" not in message
 
 
-def test_an_experiment_that_draws_nonsense(server: Server) -> None:
+def test_an_experiment_that_draws_nonsense(beside_misbehaving: Server) -> None:
     """A primitive with NaN is left out of the drawing, whose caption reports it; the run continues."""
+    server = beside_misbehaving
     session = server.start_session(experiment="scribbling", frames=10)["id"]
     address = f"{server.url.replace('http', 'ws', 1)}/api/v1/sessions/{session}/stream?paints=true&has_picture=true"
     with connect(address, max_size=None) as socket:

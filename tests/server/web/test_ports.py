@@ -28,7 +28,7 @@ def watched(beside_misbehaving: Server) -> Iterator[str]:
     with connect(address, subprotocols=[PROTOCOL], max_size=None, proxy=None) as browser:
         browser.recv(timeout=30)
         until(lambda: served.get(f"sweeps/{sweep}")["done"] > 0, "the sweep is computed", 60)
-        # The sweep pauses with everything open; compiling has ended.
+        # The sweep pauses with everything open.
         until(lambda: len(drivers(served.pid or 0)) == 1, "there is one driver", 300)
         yield address
     served.delete(f"sweeps/{sweep}")
