@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.trajectories.scene import CORNERS_FRAMES as FRAMES
 from pftrack.experiments.trajectories.scene import REFERENCE_PX
 from pftrack.filters.trajectories.whole import Method, Settings, follow, likelihood_surface
 from pftrack.reproduce import trajectories
-from pftrack.reproduce.pool import begin, recipe
 from pftrack.reproduce.trajectories import likelihood_figure, track_figure
 
 
@@ -35,17 +33,6 @@ def test_the_scale_of_outliers_is_read_as_its_root() -> None:
     """Taken literally, the likelihood would have its maximum in the corner of the grid nearly always."""
     pairs = [trajectories._best_pair(trajectories.Trial(seed, 2500.0)) for seed in range(30)]
     assert np.mean([pair == (20, 20) for pair in pairs]) > 0.7
-
-
-def test_corners_are_smoothed_in_the_order_of_the_laws() -> None:
-    """In a scene of pictures each law of the noise does better than the one before, and than the measurements."""
-    found = trajectories.measure(begin(recipe("trajectories", "lg", seed=9, frames=FRAMES)))
-    errors = [found.errors[name][0] for name in ("raw", "lg", "lng", "nlng")]
-    assert errors == sorted(errors, reverse=True)
-    assert found.points == 60
-    assert 0.08 < found.mismatched < 0.25
-    assert found.errors["raw"][2] == pytest.approx(0.40, abs=0.03)
-    assert found.errors["nlng"][1] < 0.3 * found.errors["lg"][1]
 
 
 def test_the_search_is_drawn_beside_the_sequence() -> None:

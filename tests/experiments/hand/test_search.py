@@ -175,7 +175,7 @@ def posed(b: float) -> np.ndarray:
 def test_a_palms_change_of_area_is_the_measured_one(angle: int) -> None:
     """For each of the palm's three angles the predicted rate is the measured one, within 5 %.
 
-    `tests/reproduce/test_hand.py` measures the rates of fingers.
+    The result `hand-steps` measures the rates of fingers.
     """
     pose, moved = posed(0.6), posed(0.6)
     moved[angle] += TURN
