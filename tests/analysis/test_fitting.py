@@ -57,7 +57,7 @@ def test_the_noise_of_a_linear_model_is_found() -> None:
     assert told[-1][0] == found.runs <= told[-1][1]
     assert run.parameters_at(run.position).assumed_noise_sd == 0.4
 
-    grid = np.geomspace(0.07, 0.14, 21)
+    grid = np.geomspace(0.08, 0.125, 9)
     rows = [signal(assumed_noise_sd=sd).diagnostics[1 : used.last + 1] for sd in grid]
     best = grid[np.argmax([sum(row.log_evidence for row in each) for each in rows])]
     assert found.numbers[0].after == pytest.approx(best, rel=0.05)

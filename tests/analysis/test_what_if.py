@@ -32,12 +32,12 @@ def check_branches(run: Run, report: Report, findings: Sequence[Finding]) -> Non
 
 def test_a_cure_opens_as_a_branch_that_holds(lost: Run) -> None:
     """All seeds of half a pillar hold and hardly one of the whole; a seed's verdict is that of the branch with it."""
-    *_, report = what_if(lost, 7, rounds=(1, 3))
+    *_, report = what_if(lost, 7, rounds=(1, 2), allow=lambda tracker, _: tracker in {"h-spf", "apf"})
     assert (report.loss, report.end, report.judged, report.is_complete) == (7, 37, 10, True)
     assert report.begin < report.loss
     best = report.best_first[1]
     assert best.alternative.values == {"occlusion_width_px": 50}
-    assert (best.holding, best.runs, report.baseline.holding) == (3, 3, 0)
+    assert (best.holding, best.runs, report.baseline.holding) == (2, 2, 0)
     check_branches(lost, report, report.best_first[:3])
 
 

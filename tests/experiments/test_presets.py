@@ -96,7 +96,8 @@ FISH = find("fish")
 @pytest.mark.parametrize("preset", FISH.presets, ids=lambda preset: preset.name)
 def test_presets_of_the_fish_do_what_they_say(preset: Preset) -> None:
     """The estimate of one that works stays inside the fish, unlike that of one that breaks; worse ones turn round."""
-    run = whole_run(FISH, tracker=preset.tracker, seed=preset.seed, frames=48, values=preset.parameters)
+    frames = 48 if preset.name == "rudder" else 32  # all that a sentence speaks of has happened by then
+    run = whole_run(FISH, tracker=preset.tracker, seed=preset.seed, frames=frames, values=preset.parameters)
     turned = max(row.number("heading_error") for row in run.diagnostics) > 150
     assert turned == preset.title.startswith("worse")
     assert run.summary().verdict.success == (not preset.title.startswith("breaks"))
