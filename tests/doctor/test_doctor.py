@@ -57,37 +57,30 @@ def test_an_old_or_missing_library_is_broken(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_port_in_use_is_a_warning() -> None:
-    """It is not broken, since another port can be chosen."""
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        check = found(examine(port=taken.getsockname()[1]), "port")
-    assert (check.status, "--port" in check.found) == ("warning", True)
+def test_what_a_server_needs_is_examined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A port in use is not broken, since another can be chosen; a new folder of data is fine if it can be made.
 
-
-@pytest.mark.usefixtures("quick")
-def test_the_data_folder_comes_from_the_argument_or_the_environment(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A new folder is fine if it can be made, which is impossible below a file."""
-    monkeypatch.setenv("PFTRACK_DATA_DIR", str(tmp_path / "new" / "data"))
-    assert str(tmp_path / "new" / "data") in found(examine(), "data folder").found
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / "file").touch()
-    check = found(examine(data_dir=tmp_path / "file" / "data"), "data folder")
-    assert (check.status, "--data-dir" in check.found) == ("broken", True)
-
-
-@pytest.mark.usefixtures("quick")
-def test_a_check_that_fails_itself_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error of a check is its finding, in one line."""
+    The folder comes from the argument or the environment. A check that fails itself is broken, for the reason that its
+    error has in its first line.
+    """
 
     def fail() -> tuple[doctor.Status, str]:
         raise ImportError("libsomething.so is missing\nand more")
 
     monkeypatch.setattr(doctor, "_codecs", fail)
-    assert found(examine(), "video") == Check("video", "broken", "ImportError: libsomething.so is missing")
+    monkeypatch.setenv("PFTRACK_DATA_DIR", str(tmp_path / "new" / "data"))
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        checks = examine(port=taken.getsockname()[1])
+    port = found(checks, "port")
+    assert (port.status, "--port" in port.found) == ("warning", True)
+    assert found(checks, "video") == Check("video", "broken", "ImportError: libsomething.so is missing")
+    assert str(tmp_path / "new" / "data") in found(checks, "data folder").found
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "file").touch()
+    check = found(examine(data_dir=tmp_path / "file" / "data"), "data folder")
+    assert (check.status, "--data-dir" in check.found) == ("broken", True)
 
 
 @pytest.mark.usefixtures("no_cache")

@@ -96,7 +96,10 @@ def unfold(*_: object) -> int:
 def surroundings() -> dict[str, Any]:
     """Return what this process inherited from its parent, its limits, and how large it is."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    at_parents_end = ctypes.c_int()
+    ctypes.CDLL(None).prctl(2, ctypes.byref(at_parents_end))  # PR_GET_PDEATHSIG
     return {
+        "at_parents_end": at_parents_end.value,
         "limits": {name: resource.getrlimit(getattr(resource, f"RLIMIT_{name}")) for name in NAMES},
         "size": pages * resource.getpagesize(),
         "leads": os.getpid() == os.getsid(0) == os.getpgid(0),

@@ -1,6 +1,7 @@
 """Confined children: a task, or a probed file, that goes wrong harms its own process alone."""
 
 import asyncio
+import signal
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -33,7 +34,8 @@ MEBIBYTE = 1024**2
 def test_the_process_limits_itself_and_has_nothing_of_its_parents() -> None:
     """It gives up memory, processor time, files, core dumps and all writing before it looks at a file.
 
-    It leads its own group, has no threads and holds open its answer alone, though other tasks are at work.
+    It leads its own group, ends with its parent, has no threads and holds open its answer alone, though other tasks are
+    at work.
     """
 
     async def with_others() -> Any:
@@ -54,6 +56,7 @@ def test_the_process_limits_itself_and_has_nothing_of_its_parents() -> None:
     assert [limits[name] for name in ("FSIZE", "NOFILE", "CORE")] == [[0, 0], [BUDGET.open_files] * 2, [0, 0]]
     # A thread of the parent's would have left its locks behind, for ever locked.
     assert (found["threads"], found["threads_of_parent"], found["leads"]) == (1, 1, True)
+    assert found["at_parents_end"] == signal.SIGKILL
     standard = {number: found["descriptors"].pop(number) for number in "012"}
     assert set(standard.values()) == {"/dev/null"}
     (pipe,) = found["descriptors"].values()

@@ -23,10 +23,12 @@ from pftrack_server.sessions.worker.protocol import Request
 from pftrack_server.sessions.worker.run_tree import RunTree
 from pftrack_server.sessions.worker.worker import KEEP_AFTER_S, Checkpoints
 from tests.server.asking import diagnostics, get, kill, resume
+from tests.server.follow_jobs import send_run
 from tests.server.holding import allow, held_worker, held_worker_that_keeps_all
-from tests.server.host import Server, begin, change_values, command, error_of, steer
+from tests.server.host import Server, begin, change_values, command, error_of, post, steer
 from tests.server.sessions.test_duplex import Page, hear, until
 from tests.server.sessions.test_run_tree import config
+from tests.server.uploads.test_uploads import send, video
 from tests.waiting import wait_for
 
 
@@ -134,7 +136,7 @@ class TestSuspending:
     def test_sessions_outlive_the_server(self, start_server: Any, tmp_path: Path) -> None:
         """After a restart sessions are suspended and resume at their frame; ended sessions are gone.
 
-        What people made is in the database before its request is answered.
+        What people made is in the database before its request is answered. Saved runs and uploads are there as well.
         """
         with start_server() as (server, client):
             for is_suspended in (False, True):
@@ -151,7 +153,12 @@ class TestSuspending:
             steer(client, session, "branch", frame=10, values={"tracker": "apf"}, title="B")
             steer(client, session, "seek", frame=18)
             before = diagnostics(client, session)
-        with start_server() as (_, client):
+            run = post(client, "runs", session=session)
+            upload = send(client, ("ball.mp4", video(5))).json()
+        with start_server(max_record_bytes=1000) as (_, client):
+            assert client.get("/api/v1/runs").json() == [run]
+            assert client.get("/api/v1/uploads").json() == [upload]
+            error_of(send_run(client, b"x" * 2000), 413)
             (found,) = client.get("/api/v1/sessions").json()
             assert (found["id"], found["state"]) == (session, "suspended")
             assert found["bookmarks"][0]["note"] == "keep me"

@@ -14,29 +14,6 @@ from tests.server.sessions.test_session_truth import recorded as recorded  # noq
 from tests.waiting import wait_for
 
 
-def test_a_session_says_why_its_target_was_lost(client: httpx.Client) -> None:
-    """The explanation is that of the same run in Python; for a frame with the target held it finds no cause.
-
-    A frame not computed yet cannot be explained, and no frame is offered before the first loss.
-    """
-    values = {"occlusion_width_px": 100}
-    session = begin(client, frames=60, seed=0, parameters=values)["id"]
-    place = f"/api/v1/sessions/{session}/explanation"
-    before = client.get(place).json()["diagnosis"]
-    assert (before["frame"], before["signs"]) == (None, [])
-    refused = error_of(client.get(place, params={"frame": 9}), 422)["message"]
-    assert "a frame that has been computed, 0 to 0" in refused
-    error_of(command(client, session, "before_loss"), 409)
-    steer(client, session, "seek", frame=59)
-    told = client.get(place).json()
-    assert told == pftrack.run("ball", frames=60, **values).explain().as_dict()
-    assert steer(client, session, "before_loss")["position"] == told["before"]
-    assert told["diagnosis"]["cause"] == "occlusion-longer-than-memory"
-    nothing = client.get(place, params={"frame": 4}).json()
-    calm = nothing["diagnosis"]
-    assert (calm["frame"], calm["lost"], calm["signs"], nothing["before"]) == (4, False, [], None)
-
-
 def test_only_the_active_branch_is_explained(client: httpx.Client) -> None:
     """A question about a branch that was left, perhaps by a change just now, has an empty answer."""
     session = begin(client, frames=20)
@@ -47,10 +24,6 @@ def test_only_the_active_branch_is_explained(client: httpx.Client) -> None:
     assert told == {left: None, made: client.get(place).json()}
 
 
-VALUES = {"occlusion_width_px": 100}
-FRAMES = 60
-
-
 def played(client: httpx.Client, session: str) -> dict[str, Any]:
     """Play as fast as possible until it stops, and return what the session tells then."""
     steer(client, session, "speed", speed=0)
@@ -58,18 +31,28 @@ def played(client: httpx.Client, session: str) -> dict[str, Any]:
     return wait_for(lambda: (known := get(client, session))["playing"] is False and known)
 
 
-def test_it_tells_what_the_library_tells_and_stops_where_the_target_is_probably_lost(client: httpx.Client) -> None:
-    """To the bit, and the session declares the series by its role; a branch goes on with what its past tells.
+def test_a_session_tells_of_its_loss_what_the_library_tells(client: httpx.Client) -> None:
+    """It stops in the first frame with the probability that was asked for; played again it does not stop there again.
 
-    It stops in the first frame with the probability that was asked for; played again it does not stop there once more.
+    The probabilities are the library's to the bit, and the session declares their series by its role; a branch goes on
+    with what its past tells. The explanation is the library's, too: for a frame with the target held it finds no cause;
+    a frame not computed yet cannot be explained, and no frame is offered before the first loss.
     """
 
     def told() -> list[float | None]:
         return [measured.get("loss_probability") for measured in columns(client, session["id"])["series"]]
 
-    session = begin(client, frames=FRAMES, seed=0, parameters=VALUES)
+    values = {"occlusion_width_px": 100}
+    run = pftrack.run("ball", frames=60, **values)
+    said = loss_probabilities(run).tolist()
+    session = begin(client, frames=60, seed=0, parameters=values)
+    place = f"/api/v1/sessions/{session['id']}/explanation"
+    before = client.get(place).json()["diagnosis"]
+    assert (before["frame"], before["signs"]) == (None, [])
+    refused = error_of(client.get(place, params={"frame": 9}), 422)["message"]
+    assert "a frame that has been computed, 0 to 0" in refused
+    error_of(command(client, session["id"], "before_loss"), 409)
     assert [one["name"] for one in session["series"] if one["role"] == "loss_probability"] == ["loss_probability"]
-    said = loss_probabilities(pftrack.run("ball", frames=FRAMES, **VALUES)).tolist()
     asked = steer(client, session["id"], "stop_at", probability=0.8)
     assert (asked["stop_at"], asked["stopped"]) == (0.8, "")
     stopped = played(client, session["id"])
@@ -80,6 +63,13 @@ def test_it_tells_what_the_library_tells_and_stops_where_the_target_is_probably_
     ended = played(client, session["id"])
     assert (ended["state"], ended["stopped"]) == ("ended", "")
     assert told() == [None if math.isnan(one) else one for one in said]
+    explained = client.get(place).json()
+    assert explained == run.explain().as_dict()
+    assert steer(client, session["id"], "before_loss")["position"] == explained["before"]
+    assert explained["diagnosis"]["cause"] == "occlusion-longer-than-memory"
+    nothing = client.get(place, params={"frame": 4}).json()
+    calm = nothing["diagnosis"]
+    assert (calm["frame"], calm["lost"], calm["signs"], nothing["before"]) == (4, False, [], None)
     steer(client, session["id"], "seek", frame=20)
     assert told()[1:21] == said[1:21]
 

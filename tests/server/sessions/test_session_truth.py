@@ -32,32 +32,38 @@ def given(client: httpx.Client, session: str, table: str) -> dict[str, Any]:
 
 
 def test_truth_is_added_and_replaced_while_a_session_lives(
-    server: Server, client: httpx.Client, upload: str, recorded: dict[str, Any]
+    server: Server, client: httpx.Client, upload: str, session: dict[str, Any], recorded: dict[str, Any]
 ) -> None:
-    """The estimates stay the same to the bit; the errors, also of the next session, are those by the new table."""
-    session = recorded["id"]
+    """The estimates stay the same to the bit; the errors, also of the next session, are those by the new table.
+
+    A wrong table is refused with its line, and a simulated scene takes none.
+    """
+    where = f"/api/v1/uploads/{upload}/truth.csv?experiment=ball"
+    assert "No truth was given" in error_of(client.get(where), 404)["message"]
+    assert "this session has none" in error_of(give(client, session["id"], BOXES), 409)["message"]
+    name = recorded["id"]
+    assert "does not hold results" in error_of(give(client, name, "a,b\n1,2\n"), 422)["message"]
     assert recorded["truth_columns"] == ["frame", "x", "y", "w", "h"]
-    steer(client, session, "seek", frame=9)
-    before = columns(client, session)
+    steer(client, name, "seek", frame=9)
+    before = columns(client, name)
     assert before["error"][9] is None
 
-    told = given(client, session, BOXES)
-    (kept,) = (row.spec for row in server.app.state.services.store.all(SessionRow) if row.id == session)
+    told = given(client, name, BOXES)
+    (kept,) = (row.spec for row in server.app.state.services.store.all(SessionRow) if row.id == name)
     assert len(json.loads(kept)["truth"]) == told["frames"] == 12, "nothing is lost by a crash"
-    after = columns(client, session)
+    after = columns(client, name)
     assert after["estimate"] == before["estimate"]
-    assert (after["error"][9] < 5, get(client, session)["position"]) == (True, 9)
+    assert (after["error"][9] < 5, get(client, name)["position"]) == (True, 9)
 
-    where = f"/api/v1/uploads/{upload}/truth.csv?experiment=ball"
     table = client.get(where)
     assert table.text == BOXES
     assert table.headers["content-disposition"].endswith('-truth.csv"')
     mark = recorded["truth_mark"]
     assert (mark["editor"]["kind"], mark["parts"]) == ("box", ["x", "y", "width", "height"])
 
-    given(client, session, POLYGONS)
+    given(client, name, POLYGONS)
     assert client.get(where).text.startswith("frame,x,y,w,h\n0,90,10,20,20\n"), "the boxes around them"
-    assert columns(client, session)["error"][9] > 50
+    assert columns(client, name)["error"][9] > 50
     again = client.post("/api/v1/sessions", json={"recipe": RECIPE, "upload": upload}).json()
     assert columns(client, again["id"])["error"][0] > 50
 
@@ -79,17 +85,6 @@ def test_what_does_not_fit_the_clip_is_told(client: httpx.Client, upload: str, r
     file = {"file": ("truth.csv", larger.encode())}
     again = client.put(f"/api/v1/uploads/{upload}/truth", params={"experiment": "ball"}, files=file)
     assert again.raise_for_status().json()["warnings"] == [outside]
-
-
-def test_a_wrong_table_changes_nothing(
-    client: httpx.Client, upload: str, session: dict[str, str], recorded: dict[str, Any]
-) -> None:
-    """A wrong table is refused with its line, and a simulated scene takes none."""
-    assert "does not hold results" in error_of(give(client, recorded["id"], "a,b\n1,2\n"), 422)["message"]
-    assert columns(client, recorded["id"])["error"][0] is None
-    assert "this session has none" in error_of(give(client, session["id"], BOXES), 409)["message"]
-    table = client.get(f"/api/v1/uploads/{upload}/truth.csv?experiment=ball")
-    assert "No truth was given" in error_of(table, 404)["message"]
 
 
 FRAMES = 12

@@ -104,22 +104,20 @@ def fitted(client: httpx.Client, session: dict[str, Any], *numbers: str) -> dict
 
 
 def test_a_fit_says_what_the_library_says(client: httpx.Client) -> None:
-    """The fit to the computed frames is the library's to the bit; the session lists the numbers of each tracker."""
+    """The fit to the computed frames is the library's to the bit; the session lists the numbers of each tracker.
+
+    A short run and an unknown number are refused with the reason; a cancelled fit is deleted.
+    """
     session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG, seed=3)
     assert session["fittable"]["kalman"] == ["process_noise_sd", "assumed_noise_sd"]
+    assert "at least 41 frames" in fitted(client, session, "assumed_noise_sd")["error"]
+    assert "Kalman filter has no number 'sample_count'" in fitted(client, session, "sample_count")["error"]
     steer(client, session["id"], "seek", frame=40)
     found = fitted(client, session, "assumed_noise_sd")
     run = pftrack.run("sine", tracker="kalman", seed=3, frames=41, **WRONG)
     assert found["state"] == "done"
     assert found["result"] == pftrack.fit(run, ["assumed_noise_sd"]).as_dict()
     assert found["done"] <= found["total"]
-
-
-def test_impossible_fits(client: httpx.Client) -> None:
-    """A short run and an unknown number are refused with the reason; a cancelled fit is deleted."""
-    session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG)
-    assert "at least 41 frames" in fitted(client, session, "assumed_noise_sd")["error"]
-    assert "Kalman filter has no number 'sample_count'" in fitted(client, session, "sample_count")["error"]
     address = f"/api/v1/sessions/{session['id']}/fits"
     error_of(client.post(address, json={"numbers": []}), 422)
     begun = client.post(address, json={"numbers": ["assumed_noise_sd"]}).json()

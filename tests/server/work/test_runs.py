@@ -12,7 +12,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.runs.reproduction import load
 from pftrack_server.work.runs import outcome
-from tests.server.follow_jobs import bring_in, import_refusal, send_run
+from tests.server.follow_jobs import bring_in, import_refusal
 from tests.server.host import Server, begin, change_values, error_of, post, steer
 from tests.server.uploads.test_uploads import send, video
 
@@ -143,16 +143,3 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     assert "upload it first" in import_refusal(client, content)
     other = send(client, ("other name.mp4", clip)).json()
     assert opened(client, run["id"])["upload"] == other["id"]
-
-
-def test_runs_outlive_the_server(start_server: Any) -> None:
-    """Saved runs and uploads are there after a restart of the server; too large a file is refused."""
-    with start_server() as (_, client):
-        session = begin(client, frames=5)
-        run = save(client, session["id"])
-        upload = send(client, ("ball.mp4", video(5))).json()
-    with start_server(max_record_bytes=1000) as (_, client):
-        assert client.get("/api/v1/runs").json() == [run]
-        assert client.get("/api/v1/uploads").json() == [upload]
-        opened(client, run["id"])
-        error_of(send_run(client, b"x" * 2000), 413)
