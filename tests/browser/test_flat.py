@@ -7,7 +7,7 @@ import pytest
 
 from tests.browser.conftest import Complaints, Watch
 from tests.browser.host import Server
-from tests.browser.views import PARTICLES, UNDRAWN, SessionPage
+from tests.browser.views import PARTICLES, SessionPage
 
 NO_WEBGL = """
 const real = HTMLCanvasElement.prototype.getContext;
@@ -79,7 +79,6 @@ def test_where_webgl_runs_in_software_the_view_is_flat(unchosen: Any, server: Se
     switch.get_by_text("3-D").click()
     view.until(lambda: view.in_scene(PARTICLES, 0) > 0, "the scene is drawn")
     assert canvas.count() == 0
-    unchosen.add_init_script(UNDRAWN)
     unchosen.reload()
     unchosen.locator(".scene iframe").wait_for(state="attached")
     assert switch.get_by_text("3-D").get_attribute("aria-pressed") == "true"
@@ -144,7 +143,6 @@ def test_the_view_depends_on_the_browsers_graphics(unchosen: Any, server: Server
     address = server.start_session()["page"]
     scene = unchosen.get_by_role("group", name="View").get_by_text("3-D")
     unchosen.add_init_script(f"{{{FAST_WEBGL}}}")
-    unchosen.add_init_script(UNDRAWN)
     unchosen.goto(address)
     unchosen.locator(".scene iframe").wait_for(state="attached")
     assert scene.get_attribute("aria-pressed") == "true"

@@ -14,9 +14,6 @@ PARTICLES = """(() => {
     return count;
 })()"""
 
-# Has a scene that is only opened draw nothing: that takes seconds in software.
-UNDRAWN = "if (location.pathname.includes('/viz/')) window.stop();"
-
 # A question about the pixels of the scene's picture, four numbers each, row after row.
 IN_PICTURE = """(() => {
     let answer = 0;
