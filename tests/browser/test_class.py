@@ -1,4 +1,4 @@
-"""A class: a lecturer with three followers, each in a browser of their own, and what each of them sees and may do."""
+"""A class: a lecturer with two followers, each in a browser of their own, and what each of them sees and may do."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,43 +12,34 @@ from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 
-STEER = """async ([session, kind]) => {
-    const path = `${location.pathname}/api/v1/sessions/${session}/commands`;
-    const body = JSON.stringify({ kind });
-    const answer = await fetch(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body });
-    return [answer.status, (await answer.json()).error.message];
-}"""
 
-
-@pytest.mark.timeout(600)  # five pages, one after the other
-def test_a_lecturer_and_three_followers(
+@pytest.mark.timeout(600)  # four pages, one after the other
+def test_a_lecturer_and_two_followers(
     watch: Callable[..., SessionPage], server: Server, newcomer: Callable[..., Follower], complaints: Complaints
 ) -> None:
-    """Three see what the lecturer shows, answer, try it themselves, go along to other pages, and are sent home."""
+    """Two see what the lecturer shows, answer, try it themselves, go along to other pages, and are sent home."""
     lecturer = Lecturer(watch().page, server)
     link = lecturer.lead()
-    complaints.expected = ("/commands", "/nowhere", "410 (Gone)", "response code: 403", f"{link}0")
+    complaints.expected = ("/nowhere", "410 (Gone)", "response code: 403", f"{link}0")
     lecturer.sees_the_code()
     assert "Only this machine" in lecturer.page.inner_text("[data-role=reach]")
     check(lecturer.page)
     lecturer.press("Escape")
-    followers = [newcomer(size) for size in (PHONE, PHONE, WIDE)]
+    followers = [newcomer(size) for size in (PHONE, WIDE)]
     for follower in followers:
         follower.open(link)
-    lecturer.counts("3 follow")
+    lecturer.counts("2 follow")
 
     # The same frame and the same parameters; followers steer nothing.
-    first, second, third = followers
+    first, second = followers
     lecturer.press("ArrowRight")
     lecturer.stands_at(1)
     all_of(followers, lambda one: one.frame == "1", "frame 1 is painted")
     first.until(lambda: first.page.locator(".plots .figure-panel").count() > 2, "there is a place for each plot")
     assert first.page.locator("button:visible").all_inner_texts() == ["Try it yourself"]
-    third.page.keyboard.press("ArrowRight")
+    second.page.keyboard.press("ArrowRight")
     first.page.locator(".flat-canvas").click()
     first.page.keyboard.press("End")
-    status, sentence = first.page.evaluate(STEER, [lecturer.id, "play"])
-    assert (status, "this is for the lecturer" in sentence) == (403, True)
     lecturer.change(sample_count=250)
     lecturer.press("ArrowRight")
     lecturer.stands_at(2)
@@ -57,7 +48,7 @@ def test_a_lecturer_and_three_followers(
         all_of(followers, lambda one, place=place, words=words: words in one.text(place), f"{place} says {words}")  # type: ignore[misc]
     all_of(followers, lambda one: one.frame == "2", "frame 2 is painted")
 
-    cut_off(lecturer, third)
+    cut_off(lecturer, second)
     asked_and_answered(lecturer, followers)
     tried(lecturer, second, server)
     taken_along(lecturer, followers)
@@ -66,7 +57,7 @@ def test_a_lecturer_and_three_followers(
     late = newcomer()
     shown_a_comparison(lecturer, followers, late, server)
     late.page.goto(server.get("follows")[0]["owner_link"])
-    late.until(lambda: late.text(".follow-chip") == "3 follow", "the lecturer's other device leads")
+    late.until(lambda: late.text(".follow-chip") == "2 follow", "the lecturer's other device leads")
 
     lecturer.page.locator(".follow-chip").click()
     lecturer.sees_the_code()  # which nobody gets once the class has ended
@@ -83,17 +74,17 @@ def cut_off(lecturer: Lecturer, follower: Follower) -> None:
     """One who is cut off keeps the picture, and is back where the lecturer is."""
     follower.page.evaluate("cutOff(true)")
     follower.until(lambda: follower.text(".following") == "Reconnecting", "the page says that it reconnects")
-    lecturer.counts("2 follow")
+    lecturer.counts("1 follows")
     assert follower.frame == "2"
     follower.page.evaluate("cutOff(false)")
     lecturer.press("ArrowRight")
     follower.until(lambda: follower.frame == "3", "the one who was cut off sees frame 3")
-    lecturer.counts("3 follow")
+    lecturer.counts("2 follow")
 
 
 def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     """A poll leaves the picture in sight, is answered by click and key, and shown to all when it is revealed."""
-    first, second, third = followers
+    first, second = followers
     lecturer.page.locator(".follow-chip").click()
     lecturer.page.get_by_label("Question").fill("Will it survive the pillar?")
     lecturer.page.get_by_role("button", name="Ask the class").click()
@@ -103,8 +94,7 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     first.until(lambda: "You answered “Yes”" in first.text(".poll"), "the answer is taken")
     first.page.get_by_role("button", name="No").click()
     second.page.keyboard.press("2")
-    third.page.keyboard.press("1")
-    lecturer.until(lambda: "3 of 3 have answered" in lecturer.page.inner_text(".lead-poll"), "all have answered")
+    lecturer.until(lambda: "2 of 2 have answered" in lecturer.page.inner_text(".lead-poll"), "all have answered")
     first.until(lambda: "You answered “No”" in first.text(".poll"), "the other answer is taken in its place")
     check(first.page)
     assert lecturer.page.locator(".lead-poll button.poll-answer").count() == 0, "it has no buttons"
@@ -123,11 +113,11 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     lecturer.until(lambda: bars.count() == 0, "it is in its place again")
     assert lecturer.position == frame, "the key does nothing else"
     lecturer.press("f")
-    said = "Most answered “No”, 2 of 3; “Yes” 1."
+    said = "Most answered “No”, 2 of 2; “Yes” 0."
     all_of(followers, lambda one: said in one.text(".poll"), "what was answered is told in words")
     lecturer.until(lambda: said in lecturer.page.inner_text(".lead-poll"), "the lecturer's page says so, too")
     counts = second.page.locator(".poll-count").all_inner_texts()
-    assert [" ".join(count.split()) for count in counts] == ["1 · 33 %", "2 · 67 %"]
+    assert [" ".join(count.split()) for count in counts] == ["0 · 0 %", "2 · 100 %"]
     assert "No · your answer" in first.text(".poll")
     lecturer.page.locator(".lead-poll").get_by_role("button", name="Close").click()
     all_of(followers, lambda one: one.page.locator(".poll").is_hidden(), "the poll is gone")
@@ -138,7 +128,7 @@ def taken_along(lecturer: Lecturer, followers: list[Follower]) -> None:
     lecturer.choose_preset()
     lecturer.press(" ")
     lecturer.until(lambda: not lecturer.session["playing"], "it pauses")
-    lecturer.counts("3 follow")
+    lecturer.counts("2 follow")
     all_of(followers, lambda one: one.frame == str(lecturer.position), "the class sees the other session's frame")
     lecturer.session_id = lecturer.id
 
@@ -167,7 +157,7 @@ def shows_another(lecturer: Lecturer, address: str) -> Page:
     """Open another page, which the class sees once it is shown to it; return it."""
     page = lecturer.page
     page.goto(address)
-    lecturer.counts("3 see another page")
+    lecturer.counts("2 see another page")
     page.locator(".follow-chip").click()
     page.get_by_role("button", name="Show this page").click()
     page.locator("[data-role=class-link]").wait_for()
@@ -213,7 +203,7 @@ def shown_a_failure(lecturer: Lecturer, followers: list[Follower]) -> None:
     onward = page.get_by_role("link", name="Next failure")
     title = onward.get_attribute("title").removeprefix("Next failure, ")
     onward.click()
-    lecturer.counts("3 follow")
+    lecturer.counts("2 follow")
     all_of(followers, lambda one: one.text("h1") == title, "the class sees the next failure")
 
 
@@ -246,12 +236,12 @@ def shown_a_comparison(lecturer: Lecturer, followers: list[Follower], late: Foll
     all_of(followers, lambda one: "It was in vain." in one.text(".comparison-table"), "what came of them is told")
     assert first.page.evaluate("picture === document.querySelector('.flat-canvas')"), "it is the same page"
     first.until(lambda: first.page.evaluate("picture.offsetWidth") > PHONE[0] / 2, "the one picture has the room")
-    lecturer.counts("3 follow")
-    server.patch(f"follows/{follow['id']}", {"most_followers": 3})
+    lecturer.counts("2 follow")
+    server.patch(f"follows/{follow['id']}", {"most_followers": 2})
     late.page.goto(first.page.url)
     late.until(lambda: "This class is full" in late.text("main"), "there is no place for one more")
-    server.patch(f"follows/{follow['id']}", {"most_followers": 4})
+    server.patch(f"follows/{follow['id']}", {"most_followers": 3})
     late.until(lambda: late.page.locator(pictures).count() == 2, "it came in by itself")
-    lecturer.counts("4 follow")
+    lecturer.counts("3 follow")
     late.page.goto(f"{first.page.url.removesuffix('/')}0")
     assert "not made by this server" in late.text("main")
