@@ -25,7 +25,7 @@ def test_cheap_results_hold() -> None:
         name for name in RESULTS if name not in CHEAP[1:]
     ]
     assert [finding.result for finding in (*findings, *others) if finding.verdict == "differs"] == []
-    two = reproduce(["pose-filters"], jobs=2)
+    two = reproduce(["hand-steps"], jobs=2)
     assert [finding for finding in two if finding.verdict != "not run"] == [
         finding for finding in others if finding.result in {found.result for found in two} - RESULTS.keys()
     ]

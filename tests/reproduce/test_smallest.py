@@ -11,7 +11,10 @@ from pftrack.process import UNLIMITED, BlockingPool, ForkServer
 from pftrack.reproduce import RESULTS, ball, head, trajectories
 from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Plan, Result, work
+from tests.pooling import fork_server
 from tests.reproduce import shortened
+
+__all__ = ["fork_server"]
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -50,9 +53,9 @@ class Kept(BlockingPool):
 
 
 @pytest.fixture(scope="module")
-def processes() -> Iterator[Kept]:
+def processes(fork_server: ForkServer) -> Iterator[Kept]:
     """What computes the pieces of all results."""
-    kept = Kept(ForkServer(work.PRELOAD), processes=2, budget=UNLIMITED, prepare=work.one_thread)
+    kept = Kept(fork_server, processes=2, budget=UNLIMITED, prepare=work.one_thread)
     yield kept
     BlockingPool.close(kept)
 
