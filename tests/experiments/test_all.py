@@ -5,6 +5,14 @@ import pytest
 from pftrack.experiments import EXPERIMENTS
 from pftrack.testing import Check, experiment_checks
 
+ALIKE = {
+    "head": ["alpha-1", "alpha-0"],
+    "fish": ["constant-velocity"],
+    "prism": ["alpha-1", "alpha-0"],
+    "linkage": ["ekf-truncated", "ellipsoids-literal"],
+}
+"""Trackers that are another one's code with a setting of their own: with them checks repeat themselves."""
+
 
 def marks(name: str, check: Check) -> tuple[pytest.MarkDecorator, ...]:
     """Return the mark of a slow check.
@@ -13,7 +21,8 @@ def marks(name: str, check: Check) -> tuple[pytest.MarkDecorator, ...]:
     every tracker, so only one experiment is checked for it here.
     """
     elsewhere = check.name == "another process gives the same numbers" and name != "sine"
-    return (pytest.mark.slow,) if elsewhere or check.name.startswith("bands of many runs") else ()
+    alike = check.name.endswith(tuple(f"({tracker})" for tracker in ALIKE.get(name, [])))
+    return (pytest.mark.slow,) if elsewhere or alike or check.name.startswith("bands of many runs") else ()
 
 
 CHECKS = [

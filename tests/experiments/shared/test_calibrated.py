@@ -165,7 +165,7 @@ def extremes(declared: Declaration) -> Iterator[Value]:
 @pytest.mark.parametrize("name", ["prism", "head"])
 def test_extreme_parameters_give_finite_estimates(name: str) -> None:
     """At the bounds of every parameter the estimate is finite, and its row is JSON."""
-    trunk = begun(name, 5)
+    trunk = begun(name, 4)
     trunk.seek(2)
     for declared in declarations(type(trunk.parameters_at(0))):
         if "pf-asd" not in (declared.trackers or ("pf-asd",)):
