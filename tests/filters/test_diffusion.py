@@ -23,11 +23,11 @@ TRUE = np.array([[1.0, 0.2, 0.0, 0.0], [0.2, 2.0, 0.05, -0.02], [0.0, 0.05, 0.02
 
 def swim(frames: int, seed: int, reading: Reading = "increments") -> np.ndarray:
     """A track whose changes have the true covariance."""
-    rng, state, track = np.random.default_rng(seed), np.zeros((1, 6)), []
+    rng, state, track = np.random.default_rng(seed), np.zeros((2, 6)), []
     root = np.linalg.cholesky(TRUE)
     for _ in range(frames):
-        normals = rng.standard_normal((4, 1))
-        state = advance_states(state, np.zeros(1, np.int64), normals, root, np.zeros(4), FISH, reading)
+        normals = np.tile(rng.standard_normal((4, 1)), 2)  # a single particle would need functions of its own
+        state = advance_states(state, np.zeros(2, np.int64), normals, root, np.zeros(4), FISH, reading)
         track.append(state[0, [0, 1, 4, 5]])
     return np.array(track)
 
@@ -213,11 +213,11 @@ def test_what_moves_the_particles_is_learned_back(chart: Chart, reading: Reading
     rng = np.random.default_rng(3)
     size, places = len(chart.names), len(chart.place)
     root = np.tril(rng.normal(size=(size, size))) * 0.3
-    state, track, drawn = rng.normal(size=(1, size + places)), [], []
+    state, track, drawn = np.tile(rng.normal(size=size + places), (2, 1)), [], []
     kept = [*range(places), *range(2 * places, size + places)]
     for _ in range(30):
-        normals = rng.normal(size=(size, 1))
-        state = advance_states(state, np.zeros(1, np.int64), normals, root, np.zeros(size), chart, reading)
+        normals = np.tile(rng.normal(size=(size, 1)), 2)
+        state = advance_states(state, np.zeros(2, np.int64), normals, root, np.zeros(size), chart, reading)
         track.append(state[0, kept])
         drawn.append(root @ normals[:, 0])
     assert changes(track, chart, reading) == pytest.approx(np.array(drawn)[2 if places else 1 :], abs=1e-9)

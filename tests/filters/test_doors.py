@@ -48,6 +48,7 @@ SIZES = {"N": 6, "d": 4, "k": 2, "m": 3, "F": 5, "T": 7, "n": 8, "M": 6, "K": 9}
 PARENTS = np.arange(SIZES["N"])
 WALK = random_walk(SIZES["d"], 0.1)
 PICTURE = np.random.default_rng(0).integers(0, 99, (16, 20, 3), np.uint8)
+PICTURE.flags.writeable = False  # as pictures of sources are, for which these functions are compiled
 GREY = np.ascontiguousarray(PICTURE[:, :, 0])
 TEMPLATES = template.cut(GREY, np.full((5, 2), 8.0), np.full((5, 2), 6))
 WINDOW = histogram.Window(2, 2)
@@ -248,7 +249,10 @@ COMPILED: dict[str, Entry] = {
     "truncation.log_share": (BOUNDS, within(truncation.log_share)),
     "truncation.truncate": (BOUNDS, within(truncation.truncate)),
     "gaussian.log_likelihoods": ("track: T 2, v: m, w: m", followed(gaussian.log_likelihoods, 1.0)),
-    "gaussian.locate": ("nodes: n 2, w: n", followed(gaussian.locate, True)),
+    "gaussian.locate": (
+        "nodes: n 2, w: n",
+        lambda nodes, w: gaussian.locate(nodes.astype(np.float32), w.astype(np.uint16), True),
+    ),
     "counting.windows_around": ("columns: N, rows: N, across: N, down: N", followed(counting.windows_around, 20, 16)),
     "counting.coefficients": (
         "windows: N 8, roots: 110, weights: 110",

@@ -13,13 +13,14 @@ from pftrack.filters.trajectories import cloud, gaussian
 from pftrack.filters.trajectories.gaussian import locate, logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface
 
+TRACK = REFERENCE_PX.copy()  # for what can be written, as a run's tracks can, functions are compiled before
 OUTLIERS = (15, 30, 45, 60, 75, 90)
 DOCUMENT = Settings(10.0, 1.0)
 
 
 def clean() -> np.ndarray:
     """The reference track without its outliers."""
-    track = REFERENCE_PX.copy()
+    track = TRACK.copy()
     track[list(OUTLIERS), 0] = TRUE_PATH[list(OUTLIERS), 0]
     return track
 
@@ -31,7 +32,7 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
 
 def test_the_linear_filter_is_the_general_one() -> None:
     """Positions, variances and densities are those of the Kalman filter over all four coordinates, gaps included."""
-    track = REFERENCE_PX[:30].copy()
+    track = TRACK[:30].copy()
     track[[7, 8]] = np.nan
     model = LinearDynamics(
         np.kron(np.array([[2.0, -1.0], [1.0, 0.0]]), np.eye(2)), np.zeros(4), np.vstack([np.eye(2), np.zeros((2, 2))])
@@ -52,7 +53,7 @@ def test_the_linear_filter_is_the_general_one() -> None:
 
 def test_the_smoother_is_the_least_squares_solution() -> None:
     """With all frames within the lag it is the mean of the joint Gaussian of all positions."""
-    track, all_places = REFERENCE_PX[:20], np.eye(22)  # -2, -1, 0, ...; the first two are the beginning
+    track, all_places = TRACK[:20], np.eye(22)  # -2, -1, 0, ...; the first two are the beginning
     curvature = all_places[:-2] - 2.0 * all_places[1:-1] + all_places[2:]
     rows = np.concatenate([curvature, all_places[2:], all_places[:2]])
     values = np.concatenate([np.zeros((20, 2)), track, track[[0, 0]]])
@@ -64,9 +65,9 @@ def test_the_smoother_is_the_least_squares_solution() -> None:
 
 def test_the_likelihood_surface_is_that_of_the_filter() -> None:
     """A cell of the grid of 20 by 20 is the log likelihood of the filter, also of a track that begins late."""
-    surface = likelihood_surface("lg", REFERENCE_PX, Settings())
-    assert surface[9, 0] == pytest.approx(follow("lg", REFERENCE_PX[:, None], DOCUMENT).log_likelihoods[0])
-    late = np.concatenate([np.full((3, 2), np.nan), REFERENCE_PX])
+    surface = likelihood_surface("lg", TRACK, Settings())
+    assert surface[9, 0] == pytest.approx(follow("lg", TRACK[:, None], DOCUMENT).log_likelihoods[0])
+    late = np.concatenate([np.full((3, 2), np.nan), TRACK])
     assert likelihood_surface("lg", late, Settings())[9, 0] == pytest.approx(surface[9, 0])
 
 
@@ -84,7 +85,7 @@ def test_particles_agree_with_the_exact_answer(count: int, filtered: float, smoo
 @pytest.mark.parametrize("method", ["lg", "nlng"])
 def test_a_track_does_not_know_of_the_others(method: Method) -> None:
     """Its numbers are the same to the bit alone, in another place of the batch, and while others begin late or end."""
-    settings, track = Settings(count=50), REFERENCE_PX[:12, None]
+    settings, track = Settings(count=50), TRACK[:12, None]
     every = np.concatenate([np.full((12, 3, 2), np.nan), track], axis=1)
     every[4:8, :3] = 300.0
     alone = follow(method, track, settings, numbers=np.array([7]))
@@ -97,7 +98,7 @@ def test_a_track_does_not_know_of_the_others(method: Method) -> None:
 
 def test_the_tree_is_the_whole_past_of_the_particles() -> None:
     """Shares of all ages sum to one, and a ring of paths that is drawn again with the particles has the same means."""
-    belief, observed = cloud.nothing(1), REFERENCE_PX[:20]
+    belief, observed = cloud.nothing(1), TRACK[:20]
     law = cloud.Law(np.ones(1), np.ones(1))
     paths: np.ndarray | None = None
     for frame, seen in enumerate(observed):
@@ -118,7 +119,7 @@ def test_without_drift_laws_are_only_chosen() -> None:
     """Every log sigma^2 and log tau^2 of the end was there at the start; with drift they are new."""
     laws = []
     for length, drift in ((1, 0.0), (10, 0.0), (10, 0.1)):
-        last = follow("nlng", REFERENCE_PX[:length, None], Settings(count=100, drift=drift)).last
+        last = follow("nlng", TRACK[:length, None], Settings(count=100, drift=drift)).last
         laws.append({tuple(law) for law in last.laws(0)[0]})
     known, chosen, new = laws
     assert chosen < known
