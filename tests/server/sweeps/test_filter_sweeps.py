@@ -32,7 +32,7 @@ def test_a_file_is_a_tracker_of_a_sweep(client: httpx.Client, file: Path) -> Non
     begun = client.post("/api/v1/sweeps", json=SMALL).json()
     assert [each["title"] for each in begun["trackers"]] == ["mine.py", find("ball").trackers["condensation"].title]
     file.write_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 9.0"))
-    told = until_state(client, begun["id"], "done", 240)
+    told = until_state(client, begun["id"], "done")
     assert (told["done"], told["problems"]) == (8, 0)
 
     row = next(each for each in rows(client, begun["id"], x="occlusion_width_px")["rows"] if each["tracker"] == "mine")

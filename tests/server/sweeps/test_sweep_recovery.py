@@ -67,8 +67,9 @@ def own(served: Server, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[httpx
     (folder / "allowed").unlink(missing_ok=True)
 
 
-def test_a_killed_process(own: tuple[httpx.Client, Path]) -> None:
+def test_a_killed_process(own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep whose process is killed stops with that reason, keeps its runs, and is completed when it is resumed."""
+    monkeypatch.setattr(sweep_of_the_server, "NICENESS", NICENESS)
     client, sweeps = own
     others = sweeping.drivers(os.getpid())
     sweep = sweeping.begin_sweep(client)
@@ -79,6 +80,7 @@ def test_a_killed_process(own: tuple[httpx.Client, Path]) -> None:
         assert process.nice() == min(psutil.Process().nice() + NICENESS, 19)  # it gives way to what people watch
         assert process.rlimit(psutil.RLIMIT_FSIZE)[0] == Settings().max_sweeps_bytes
     driver.kill()
+    monkeypatch.setattr(sweep_of_the_server, "NICENESS", 0)
     stopped = sweeping.until_state(client, sweep["id"], "stopped")
     assert "its process was killed" in stopped["message"]
     assert 0 < stopped["done"] < sweeping.RUNS
