@@ -12,7 +12,7 @@ from pftrack.core.geometry import rotation
 from pftrack.vision.face import FEATURES
 from pftrack.vision.film import FilmWriter
 from tests.cli.commands import Ask, Call, refused
-from tests.experiments.head.heads import empty, pictures, simulated
+from tests.experiments.head.heads import pictures, simulated
 
 COUNT, WIDTH = 12, 320
 
@@ -79,7 +79,6 @@ def test_marked_points_are_used_and_replayed(ask: Ask, clip: Path, tmp_path: Pat
     [
         ("head --video {clip} --points none.json", 2, "the file none.json does not exist"),
         ("head --video {clip} --truth {boxes}", 1, "expected the columns frame, yaw_deg"),
-        ("head --video {nobody}", 1, "found none"),
         ("head --video {clip} --box 0,0,30,30", 1, "face"),
         ("head --video {clip} --preset sunglasses", 2, "belongs to the simulated scene: a recording has no sunglasses"),
         ("head --export face.stl", 2, ".obj, .points.json, .tracks.csv, .learned.json; got"),
@@ -89,11 +88,10 @@ def test_marked_points_are_used_and_replayed(ask: Ask, clip: Path, tmp_path: Pat
 def test_wrong_use_of_the_head_is_one_line(
     call: Call, clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: str, status: int, message: str
 ) -> None:
-    """A recording without a face is refused with one sentence; an export with the possible suffixes."""
+    """A box without a face is refused with one sentence; an export with the possible suffixes."""
     monkeypatch.chdir(tmp_path)
-    places = {"clip": clip, "boxes": tmp_path / "boxes.csv", "nobody": tmp_path / "nobody.mp4"}
+    places = {"clip": clip, "boxes": tmp_path / "boxes.csv"}
     places["boxes"].write_text("frame,x,y,w,h\n0,1,2,3,4\n")
-    film(places["nobody"], pictures(3, empty, width=WIDTH))
     refused(call("run", *arguments.format(**places).split()), status, message)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.commands import FRAMES, Ask, Call, refused
+from tests.cli.commands import FRAMES, Ask, Call
 
 
 def written(folder: Path, recipe: object) -> Path:
@@ -55,19 +55,3 @@ def test_a_truth_leaves_the_start_of_a_recipe(ask: Ask, clip: Path, tmp_path: Pa
     path = written(tmp_path, {"experiment": "ball", "footage": footage})
     ran = ask("run", path, "--video", clip, "--truth", clip.with_name("truth.csv"))
     assert (ran["frames"], ran["labelled_frames"], ran["inside_share"]) == (FRAMES - 3, FRAMES - 3, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("text", "status", "message"),
-    [
-        ("{", 1, "recipe.json is not JSON"),
-        ('{"experiment": "ball", "colour": 1}', 2, "colour must be left out"),
-        ('{"experiment": "ball", "timeline": [{"frame": 0, "values": {"magic": 1}}]}', 2, "magic must be"),
-        ('{"experiment": "ball", "footage": {"path": "none.mp4", "mark": {"kind": "box"}}}', 1, "none.mp4"),
-    ],
-)
-def test_wrong_recipes_are_refused(call: Call, tmp_path: Path, text: str, status: int, message: str) -> None:
-    """One line names the mistake."""
-    path = tmp_path / "recipe.json"
-    path.write_text(text)
-    refused(call("run", path), status, message)

@@ -81,15 +81,6 @@ def test_an_unsuitable_target_is_reported(call: Call, clip: Path) -> None:
     assert "gamma_px is not read by condensation" in err
 
 
-def test_a_measure_that_makes_no_sense_is_absent(ask: Ask, clip: Path) -> None:
-    """A pose has no measures of a box; without truth, success and hit rate are null."""
-    result = ask("run", "prism", "--frames", 3)
-    assert "precision_10deg" in result
-    assert not {"inside_share", "precision_20px", "normalised_error", "median_error_px"} & result.keys()
-    result = ask(*on_clip(clip, "--start", 4))
-    assert result.items() >= {"frames": FRAMES - 4, "labelled_frames": 0, "hit_rate": None, "success": None}.items()
-
-
 def test_frames_of_a_clip(ask: Ask, clip: Path, tmp_path: Path) -> None:
     """`--frames` beyond the end of a clip means all frames from `--start`, by default the first with a known truth."""
     assert ask(*on_clip(clip, "--frames", 500, "--start", 2))["frames"] == FRAMES - 2
