@@ -5,17 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.runs.reproduction import make
 from pftrack.teaching.lessons import LESSONS
-from pftrack.teaching.lessons.course import estimate, importance, kalman, monte_carlo, outliers, resampling, sir
+from pftrack.teaching.lessons.course import importance, kalman, monte_carlo, resampling, sir
 from pftrack.teaching.lessons.course.importance import Proposal
 from pftrack.teaching.lessons.course.probability import normal
-from pftrack.teaching.lessons.course.recursion import GRID, Moment, RecursionParameters, moments, spread
+from pftrack.teaching.lessons.course.recursion import GRID, Moment, RecursionParameters, moments
 from pftrack.teaching.lessons.course.resampling import WEIGHTS
 from pftrack.teaching.lessons.course.sir import CELLS_M, Corridor
 from pftrack.teaching.lessons.lesson import judge, question_recipe
@@ -27,18 +25,6 @@ LESSON = LESSONS["recursion"]
 def last(**changes: Value) -> Moment:
     *_, newest = moments(GRID, RecursionParameters.model_validate(changes))
     return newest
-
-
-COUNTS = st.integers(0, 30)
-
-
-@given(COUNTS, COUNTS, COUNTS, st.floats(0, 3), st.floats(0.5, 9))
-def test_grid_and_filter_agree(rounds: int, predictions: int, measurements: int, motion: float, noise: float) -> None:
-    """Mean and variance are the same after any number of predictions and measurements."""
-    moment = last(rounds=rounds, predictions=predictions, measurements=measurements, motion=motion, noise=noise)
-    mean, variance = spread(GRID, moment.density)
-    assert mean == pytest.approx(float(moment.exact.mean[0]), abs=1e-4)
-    assert variance == pytest.approx(moment.variance, abs=1e-4)
 
 
 def test_the_result_of_the_last_step_is_veiled() -> None:
@@ -59,17 +45,6 @@ def test_the_result_of_the_last_step_is_veiled() -> None:
 
 
 # Lesson 4: the cost of a guess.
-
-
-@given(st.floats(-3, 9), st.floats(0, 1), st.floats(0, 6))
-def test_no_guess_beats_mean_and_median(guess: float, weight: float, second: float) -> None:
-    """The mean has the smallest squared error, the median the smallest absolute error."""
-    density = estimate.posterior(weight, second)
-    median, losses = estimate.median(density), estimate.exact_losses(density, guess)
-    assert estimate.expected_losses(density, np.array([guess]))[:, 0] == pytest.approx(losses, abs=1e-4)
-    assert float(density.cumulative(median)) == pytest.approx(0.5, abs=1e-12)
-    assert estimate.exact_losses(density, density.mean)[0] <= losses[0]
-    assert estimate.exact_losses(density, median)[1] <= losses[1] + 1e-12
 
 
 def test_the_mode_jumps_where_the_lesson_says() -> None:
@@ -226,25 +201,6 @@ def test_without_a_sensor_the_density_only_moves_on() -> None:
     after = sir.cached_walk(Corridor(0.6, 0.0))[1].given[-1]
     assert after[CELLS_M < 25.0].max() < 1e-6
     assert after[(CELLS_M > 46.0) & (CELLS_M < 99.0)] == pytest.approx(1.0 / (sir.LENGTH_M - 36.0), rel=0.02)
-
-
-# Lesson 11: posteriors, influence curves and the track.
-
-
-def test_the_cauchy_mean_turns_round() -> None:
-    """It grows with small surprises, and falls like 2/z for large ones.
-
-    At frame 45 the Gaussian filter follows the outlier and the Cauchy filter does not, with any seed.
-    """
-    near, far = (outliers.cauchy_mean(np.linspace(*ends, 50), 1.0) for ends in ((0.0, 2.0), (3.0, 20.0)))
-    assert (np.diff(near) > 0).all()
-    assert (np.diff(far) < 0).all()
-    assert outliers.cauchy_mean(200.0, 1.0) == pytest.approx(2.0 / 200.0, rel=0.01)
-    for seed in (1, 2, 3):
-        traces = outliers.show(outliers.OutliersParameters(), seed).figure.panels[2].traces
-        off = {law: next(abs(it.y[45] - 100.0) for it in traces if it.title.startswith(law)) for law in ("Gaus", "Cau")}
-        assert off["Gaus"] > 20.0
-        assert off["Cau"] < 5.0
 
 
 # Lesson 12: its question about a run.
