@@ -12,6 +12,9 @@ from websockets.sync.client import ClientConnection, connect
 
 from tests.server.host import Server, post
 
+PATIENCE_S = 240
+"""Longest wait for an answer: a loaded machine may take minutes to start a run."""
+
 
 def lead(client: httpx.Client, *sessions: str, **wanted: Any) -> dict[str, Any]:
     """Let a class follow these sessions."""
@@ -27,7 +30,7 @@ class Follower:
 
     def __init__(self, server: Server, link: str) -> None:
         self.place = urlsplit(link).path
-        self.http = httpx.Client(base_url=f"{server.origin}{self.place}/", timeout=60, verify=False)  # noqa: S501
+        self.http = httpx.Client(base_url=f"{server.origin}{self.place}/", timeout=PATIENCE_S, verify=False)  # noqa: S501
         self.ws = server.ws.removesuffix(server.base) + self.place
         self.page = self.http.get("")
 
@@ -56,5 +59,5 @@ def farewell(socket: ClientConnection) -> tuple[int, str]:
     """Read to the end; return the code and the reason with which the server closed."""
     with contextlib.suppress(ConnectionClosed):
         while True:
-            socket.recv(timeout=30)
+            socket.recv(timeout=PATIENCE_S)
     return socket.close_code or 0, socket.close_reason or ""

@@ -12,7 +12,7 @@ from pftrack_server.sessions.create import new_spec
 from pftrack_server.store import Store
 from pftrack_server.store.database import SessionRow
 from tests.server.host import Server, begin, running
-from tests.server.teaching.class_room import Follower, follower, lead
+from tests.server.teaching.class_room import PATIENCE_S, Follower, follower, lead
 
 TOKEN = "sixteen characters"
 
@@ -34,7 +34,7 @@ def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 @pytest.fixture(scope="session")
 def lecturer(guarded: Server) -> Iterator[httpx.Client]:
     headers = {"authorization": f"Bearer {TOKEN}"}
-    with httpx.Client(base_url=guarded.url, headers=headers, timeout=60, verify=False) as client:  # noqa: S501
+    with httpx.Client(base_url=guarded.url, headers=headers, timeout=PATIENCE_S, verify=False) as client:  # noqa: S501
         yield client
 
 

@@ -17,7 +17,7 @@ from pftrack_server.teaching.follow import MOST_SOCKETS
 from pftrack_server.teaching.follows import Follows
 from tests.server.host import Server, begin, change_values, command, error_of, steer
 from tests.server.sessions.test_duplex import has_changed, hear, until
-from tests.server.teaching.class_room import Follower, change, farewell, follower, lead
+from tests.server.teaching.class_room import PATIENCE_S, Follower, change, farewell, follower, lead
 from tests.viewer.host import Peer
 from tests.waiting import wait_for
 
@@ -206,7 +206,7 @@ def test_a_second_device(
     elsewhere = lead(lecturer, other, lesson="colour")
     beginning = httpx.get(elsewhere["owner_link"], verify=False).headers["location"]  # noqa: S501
     assert beginning.endswith(f"/session/{other}"), "the run of a lesson, not a page that would begin another"
-    with httpx.Client(base_url=f"{guarded.origin}{place}/", verify=False, timeout=60) as device:  # noqa: S501
+    with httpx.Client(base_url=f"{guarded.origin}{place}/", verify=False, timeout=PATIENCE_S) as device:  # noqa: S501
         assert device.get("").headers["location"] == f"{place}/session/{session}"
         assert device.get(f"session/{session}").status_code == 200
         assert device.post(f"api/v1/sessions/{session}/commands", json={"kind": "pause"}).status_code == 200
