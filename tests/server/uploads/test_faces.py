@@ -116,28 +116,13 @@ def test_a_face_that_enters_late(client: httpx.Client, late: bytes) -> None:
     assert estimates(client, first["id"]) == estimates(client, second["id"])
 
 
-def test_a_box_is_enough(client: httpx.Client, known: str, shown: list[Picture]) -> None:
-    """In a box the face is found; without a recognised face a mean face fills the box, within the picture."""
+def test_a_box_is_enough(client: httpx.Client, known: str) -> None:
+    """In a box the face is found, for a session as for a look."""
     session = begin(client, experiment="head", upload=known, box=[90, 20, 130, 160])
     assert len(begun_at(session)[1]) == len(FEATURES)
     xs, ys = zip(*marked().values(), strict=True)
     around = hint(min(xs) - 20, min(ys) - 20, float(np.ptp(xs)) + 40, float(np.ptp(ys)) + 40)
     assert look(client, known, hint=around).json()["placed"] == ["points.lmc", "points.rmc"]
-    nobody = put(client, film([empty(shown[0])] * 3))["id"]
-    placed = look(client, nobody, hint=hint(250, 100, 70, 140)).json()
-    assert placed["placed"] == [f"points.{name}" for name in FEATURES]
-    assert "mean face" in placed["remarks"][0]
-    assert all(250 <= x <= 319 and 100 <= y <= 239 for x, y in placed["mark"]["points"].values())
-    assert placed["mark"]["points"]["reye"][0] < placed["mark"]["points"]["leye"][0]
-
-
-def test_why_there_is_none(client: httpx.Client, shown: list[Picture]) -> None:
-    """A picture without a usable face is refused with a reason, and a session on it with the same reason."""
-    upload = put(client, film([np.ascontiguousarray(shown[0][::-1, ::-1])] * 2))["id"]
-    found = look(client, upload, last=0).json()
-    assert (found["mark"], "upside down" in found["remarks"][0]) == (None, True)
-    body = session_request({"experiment": "head", "upload": upload})
-    assert "upside down" in error_of(client.post("/api/v1/sessions", json=body, timeout=60), 422)["message"]
 
 
 def test_questions_that_make_no_sense(client: httpx.Client, known: str) -> None:
