@@ -3,8 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -159,16 +158,6 @@ class Server:
         living = self._born[session] & set(descendants(self._process.pid))
         assert living, "the worker has ended already"
         newest(living).kill()
-
-    @contextmanager
-    def freeze_newest(self) -> Iterator[None]:
-        """Suspend the newest process meanwhile, for less time than a worker may be silent."""
-        process = newest(descendants(self._process.pid))
-        process.suspend()
-        try:
-            yield
-        finally:
-            process.resume()
 
 
 def newest(pids: Iterable[int]) -> psutil.Process:

@@ -1,14 +1,8 @@
 """Things that break or take long: connection, server, worker, imports. The page says so and goes on where it can."""
 
-import re
-from pathlib import Path
 from string import ascii_lowercase, digits
 from typing import Any
 
-from pftrack.core.model.recipe import Change
-from pftrack.experiments import find
-from pftrack.runs import record
-from pftrack.runs.run import Run
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.test_sweep import SMALL, SweepPage
@@ -81,48 +75,42 @@ def test_a_restarted_server_is_found_again(server: Server, page: Any, complaints
     assert all(each.evaluate("window.notReloaded") for each in (page, other))
 
 
-WORDS = re.compile(r"Computing frame \d+ of (\d+)")
+def test_an_import_outlasts_a_reload_and_a_silence_of_the_server(gallery: Gallery, complaints: Complaints) -> None:
+    """The page says how far it is, after a reload too; stopped, it makes room for another file.
 
-
-def test_an_import(gallery: Gallery, server: Server, tmp_path: Path) -> None:
-    """An imported run shows how far it is, after a reload too; cancelled, it makes room for another file."""
-    ball, saved = find("ball"), tmp_path / "heavy.pft"
-    run = Run(ball, ball.simulate(), tracker="upf", frames=60, timeline=(Change(0, {"sample_count": 100_000}),))
-    run.seek(24)  # takes some seconds to compute
-    record.save(run, saved)
-    page: Any = gallery.page
-    drop = page.locator(".drop")
-    before = server.get("runs")
-    page.set_input_files("#file-picker", str(saved))
-    # Asked here, since a fast machine is done before the page asks for the second time.
-    until(lambda: any(job["state"] == "working" and job["done"] for job in server.get("jobs")), "it computes")
-    with server.freeze_newest():
-        page.get_by_text(WORDS).wait_for()
-        page.reload(wait_until="commit")
-        page.get_by_text(WORDS).wait_for()
-        assert "heavy.pft" in drop.inner_text()
-    drop.locator("button").click()
-    page.get_by_text("Drop a video here").wait_for()
-    assert server.get("runs") == before
-
-
-def test_an_import_outlasts_a_silence_of_the_server(gallery: Gallery, complaints: Complaints) -> None:
-    """While the server does not answer the page says so and asks again; then it shows what became of the run."""
+    While the server does not answer the page says so and asks again; then it shows what became of the run.
+    """
     complaints.expected = ("net::ERR_FAILED",)
-    page, silent = gallery.page, [True]
-    job = {"id": "0123456789abcdef", "name": "heavy.pft", "done": 3, "total": 9, "result": None, "error": None}
+    page, drop, cancelled = gallery.page, gallery.page.locator(".drop"), list[str]()
+    begun = {"id": "0123456789abcdef", "name": "heavy.pft", "done": 3, "total": 9, "result": None, "error": None}
+    told = {**begun, "state": "working"}
 
     def answer(route: Any) -> None:
-        if silent:
-            route.abort()
+        if route.request.method == "DELETE":
+            cancelled.append(route.request.url.rsplit("/", 1)[1])
+            route.fulfill(status=204)
+        elif told:
+            route.fulfill(json=told)
         else:
-            route.fulfill(json={**job, "state": "failed", "error": "It went wrong."})
+            route.abort()
 
-    page.route("**/api/v1/runs/import?*", lambda route: route.fulfill(status=202, json={**job, "state": "working"}))
+    def begin() -> None:
+        gallery.choose("heavy.pft", b"a run", "application/octet-stream")
+        page.get_by_text("Computing frame 3 of 9").wait_for()
+
+    page.route("**/api/v1/runs/import?*", lambda route: route.fulfill(status=202, json=told))
     page.route("**/api/v1/jobs/*", answer)
-    gallery.choose("heavy.pft", b"a run", "application/octet-stream")
+    begin()
+    page.reload()
+    page.get_by_text("Computing frame 3 of 9").wait_for()
+    assert "heavy.pft" in drop.inner_text()
+    drop.locator("button").click()
+    page.get_by_text("Drop a video here").wait_for()
+    gallery.until(lambda: cancelled == [begun["id"]], "the server has heard of it")
+    begin()
+    told.clear()
     page.get_by_text("The server does not answer; trying again").wait_for()
-    silent.clear()
+    told |= {**begun, "state": "failed", "error": "It went wrong."}
     page.get_by_text("It went wrong.").wait_for()
-    assert "heavy.pft was not accepted" in page.inner_text(".drop")
+    assert "heavy.pft was not accepted" in drop.inner_text()
     assert "#" not in page.url
